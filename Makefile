@@ -1,0 +1,102 @@
+# Everything happens in one virtual environment, .venv, made and filled as far as a target needs it.
+PYTHON ?= python3
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --no-compile
+# requirements of a table of pyproject.toml, one per line: $(call requirements,["project"]["dependencies"])
+requirements = $(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))$(1), sep="\n")'
+
+export PATH := $(abspath $(BIN)):$(PATH)
+export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
+.NOTPARALLEL:
+
+.PHONY: help
+help: ## this list
+	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
+
+# --- the environment: what is installed is remembered by a stamp; messages go to stderr, results alone to stdout
+
+# The rebuild on import runs `cmake` from PATH: the .pth file lets this Python find its own one, activated or not.
+$(VENV)/.tools: pyproject.toml
+	@echo "make: virtual environment $(VENV)" >&2
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@$(call requirements,["build-system"]["requires"]) | $(PIP) -r /dev/stdin >&2
+	@echo 'import os, sys; os.environ["PATH"] = os.path.join(sys.prefix, "bin") + os.pathsep + os.environ.get("PATH", "")' \
+	  > "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/_tools_on_path.pth"
+	@touch $@
+
+$(VENV)/.installed: $(VENV)/.tools
+	@echo "make: hypertuna and what it needs" >&2
+	@$(PIP) --no-build-isolation --editable . >&2
+	@touch $@
+
+$(VENV)/.installed-%: $(VENV)/.installed
+	@echo "make: what the extra '$*' needs" >&2
+	@$(call requirements,["project"]["optional-dependencies"]["$*"]) | $(PIP) -r /dev/stdin >&2
+	@touch $@
+
+.PRECIOUS: $(VENV)/.installed-%
+
+# --- what to run
+
+.PHONY: dev demo test test-cpp test-sanitized test-python bench bench-json lint format stub docs clean
+dev: $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
+
+demo: $(VENV)/.installed ## the published gaits, computed beside published: demo/index.html
+	@$(BIN)/hypertuna reproduce -o demo
+
+test: test-cpp test-python ## C++ and Python tests
+
+# $(call run-cpp-tests,FOLDER,OPTIONS): build and run core/tests, or only TEST
+define run-cpp-tests
+	@cmake -S . -B $(1) -G Ninja -DHYPERTUNA_BUILD_TESTS=ON -DHYPERTUNA_WERROR=ON $(2) > /dev/null
+	@cmake --build $(1) $(if $(TEST),--target $(TEST))
+	@ctest --test-dir $(1) --output-on-failure --no-tests=error -j $(JOBS) $(if $(TEST),-R '^$(TEST)$$')
+endef
+
+test-cpp: $(VENV)/.tools ## C++ tests alone, or one: make test-cpp TEST=name
+	$(call run-cpp-tests,build/cpp)
+
+test-sanitized: $(VENV)/.tools ## C++ tests with the address and undefined-behavior sanitizers
+	$(call run-cpp-tests,build/sanitized,-DHYPERTUNA_SANITIZE=ON)
+
+test-python: $(VENV)/.installed-test ## Python tests alone
+	@$(BIN)/python -m pytest -q -n $(JOBS)
+
+bench: $(VENV)/.installed-bench build/bench ## speed against the peers, as tables
+	@$(BIN)/python benchmarks/run.py
+
+bench-json: $(VENV)/.installed-bench build/bench ## the same as one JSON object
+	@$(BIN)/python benchmarks/run.py --json
+
+.PHONY: build/bench
+build/bench: $(VENV)/.tools
+	@cmake -S . -B $@ -G Ninja -DHYPERTUNA_BUILD_BENCH=ON > /dev/null
+	@cmake --build $@ >&2
+
+CPP = $(wildcard core/include/hypertuna/*.hpp core/tests/*.[ch]pp bindings/*.[ch]pp benchmarks/*.[ch]pp)
+
+lint: $(VENV)/.installed-lint ## ruff, mypy, clang-format
+	@ruff check
+	@ruff format --check
+	@mypy
+	@clang-format --dry-run --Werror $(CPP)
+
+format: $(VENV)/.installed-lint ## put all sources into the common format
+	@ruff check --fix --exit-zero
+	@ruff format
+	@clang-format -i $(CPP)
+
+stub: $(VENV)/.installed-lint ## write src/hypertuna/_core.pyi anew from the extension module
+	@$(BIN)/python -m nanobind.stubgen --quiet -m hypertuna._core -o src/hypertuna/_core.pyi
+	@ruff format --quiet src/hypertuna/_core.pyi
+
+docs: $(VENV)/.installed-docs ## docs/_build/index.html
+	@sphinx-build --fail-on-warning --keep-going --quiet docs docs/_build
+	@echo docs/_build/index.html
+
+clean: ## remove everything that was made here
+	rm -rf $(VENV) build demo dist docs/_build .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,133 @@
+#include <atomic>
+#include <cstdlib>
+#include <thread>
+
+#include "model.hpp"
+
+namespace hypertuna {
+
+#define HYPERTUNA_DECLARE(arch) extern const Kernel kernel_##arch;
+HYPERTUNA_DECLARE(scalar)
+HYPERTUNA_DECLARE(x86_64_v2)
+HYPERTUNA_DECLARE(x86_64_v3)
+HYPERTUNA_DECLARE(x86_64_v4)
+
+/// Kernels that were built and that this processor runs, the fastest last.
+static std::vector<const Kernel*> usable_kernels() {
+    std::vector<const Kernel*> kernels = {&kernel_scalar};
+#ifdef HYPERTUNA_HAVE_X86_64_V2
+    if (__builtin_cpu_supports("x86-64-v2")) kernels.push_back(&kernel_x86_64_v2);
+#endif
+#ifdef HYPERTUNA_HAVE_X86_64_V3
+    if (__builtin_cpu_supports("x86-64-v3")) kernels.push_back(&kernel_x86_64_v3);
+#endif
+#ifdef HYPERTUNA_HAVE_X86_64_V4
+    if (__builtin_cpu_supports("x86-64-v4")) kernels.push_back(&kernel_x86_64_v4);
+#endif
+    return kernels;
+}
+
+static const Kernel* find_kernel(const std::string& name) {
+    for (const Kernel* kernel : usable_kernels())
+        if (name == kernel->name) return kernel;
+    return nullptr;
+}
+
+/// The kernel in use: HYPERTUNA_ISA names one, else the fastest.
+static const Kernel& kernel() {
+    static const Kernel* const chosen = [] {
+        const char* wish = std::getenv("HYPERTUNA_ISA");
+        return wish && *wish ? find_kernel(wish) : usable_kernels().back();
+    }();
+    if (chosen) return *chosen;
+    std::string message = std::string("HYPERTUNA_ISA must name an instruction set that this build and processor have, but is '") +
+                          std::getenv("HYPERTUNA_ISA") + "': use one of";
+    for (const Kernel* k : usable_kernels()) message += std::string(" ") + k->name;
+    throw nb::value_error(message.c_str());
+}
+
+using Frequency = Input<1>;
+using PerGroup = Input<2>;
+
+static GaitBatch batch(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
+                       const PerGroup& bias) {
+    const std::pair<const char*, const PerGroup*> arrays[] = {
+        {"amplitude", &amplitude}, {"phase", &phase}, {"bias", &bias}};
+    for (const auto& [name, array] : arrays) {
+        check_extent(name, array->shape(0), frequency.shape(0));
+        check_extent(name, array->shape(1), model.groups);
+    }
+    return {frequency.data(), amplitude.data(), phase.data(), bias.data()};
+}
+
+/// Call work(begin, end) on blocks of [0, count) from several threads. A block is a whole number of lanes, so that who
+/// does which changes nothing.
+template <class Work>
+static void in_parallel(int count, int block, int threads, const Work& work) {
+    std::atomic<int> next{0};
+    const auto worker = [&] {
+        for (int begin; (begin = next.fetch_add(block)) < count;) work(begin, std::min(begin + block, count));
+    };
+    std::vector<std::thread> helpers;
+    for (int k = 1; k < std::min(threads, (count + block - 1) / block); ++k) helpers.emplace_back(worker);
+    worker();
+    for (std::thread& helper : helpers) helper.join();
+}
+
+static Output settle(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
+                     const PerGroup& bias, int steps, int wait, int most_beats, double tolerance, int threads) {
+    const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
+    if (steps < 8 || steps % 4) throw nb::value_error("steps: must be a multiple of 4, 8 at least");
+    const int count = static_cast<int>(frequency.shape(0));
+    Output rows = zeros({frequency.shape(0), column::count});
+    const SettleOptions options{steps, wait, most_beats, tolerance};
+    const Kernel& use = kernel();
+    const nb::gil_scoped_release unlocked;
+    in_parallel(count, 16 * use.lanes, threads,
+                [&](int begin, int end) { use.settle(model, gaits, options, begin, end, rows.data()); });
+    return rows;
+}
+
+static Output gradient(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
+                       const PerGroup& bias, const Input<2>& momentum, int steps, int threads) {
+    const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
+    check_extent("momentum", momentum.shape(0), frequency.shape(0));
+    check_extent("momentum", momentum.shape(1), 3);
+    const std::size_t directions = 3 + parameter_count(model);
+    Output rows = zeros({frequency.shape(0), output::count, directions});
+    const Kernel& use = kernel();
+    const nb::gil_scoped_release unlocked;
+    in_parallel(static_cast<int>(frequency.shape(0)), 1, threads, [&](int begin, int) {
+        use.gradient(model, gaits, begin, momentum.data() + 3 * begin, steps,
+                     rows.data() + begin * output::count * directions);
+    });
+    return rows;
+}
+
+void bind_settle(nb::module_& m) {
+    m.def("isa", [] { return std::string(kernel().name); }, "Name of the instruction set in use.");
+    m.def("isas", [] {
+        std::vector<std::string> names;
+        for (const Kernel* k : usable_kernels()) names.push_back(k->name);
+        return names;
+    }, "Names of the instruction sets that this build and this processor have.");
+    m.def("lanes", [] { return kernel().lanes; }, "Gaits that one instruction serves.");
+    m.def("settle", &settle, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
+          nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("most_beats"), nb::arg("tolerance"),
+          nb::arg("threads"),
+          "Settled beats of many gaits, one row each, columns as named by SETTLE_COLUMNS: by Newton's method, or "
+          "(wait >= 0) by so many beats from rest.");
+    m.def("gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
+          nb::arg("bias"), nb::arg("momentum"), nb::kw_only(), nb::arg("steps"), nb::arg("threads"),
+          "Derivatives of one beat of each gait from its momentum at the start: (gaits, GRADIENT_OUTPUTS, "
+          "3 + parameters), by that momentum and by the parameters.");
+    const std::vector<std::string> columns = {
+        "displacement_x", "displacement_y", "turn", "power", "power_positive", "loss", "excursion", "radius", "advance",
+        "residual", "beats", "u", "v", "r", "p_x", "p_y", "l", "m_00", "m_01", "m_02", "m_10", "m_11", "m_12", "m_20", "m_21", "m_22"};
+    m.attr("SETTLE_COLUMNS") = nb::tuple(nb::cast(columns));
+    const std::vector<std::string> outputs = {"displacement_x", "displacement_y", "turn", "power", "power_positive", "loss",
+                                              "end_p_x", "end_p_y", "end_l"};
+    m.attr("GRADIENT_OUTPUTS") = nb::tuple(nb::cast(outputs));
+}
+
+}  // namespace hypertuna

@@ -1,0 +1,122 @@
+/// One beat, measured: how far it carries the body and what it costs.
+#pragma once
+
+#include "stepping.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+template <class S>
+struct Beat {
+    Momentum<S> end;          // momentum after the beat
+    Pose<S> displacement;     // of the nose over the beat, in body axes at its start
+    S power;                  // W, mean of the sum of joint torque times joint rate
+    S power_positive;         // W, the same with every joint group's negative power counted as zero
+    S loss;                   // W, mean power that the water takes
+    S excursion;              // m, of the tail tip across the mean path, peak to peak
+    S radius;                 // m, mean distance of the nose from the center of the turn; infinite when straight
+    S advance;                // m, mean motion of the nose along its axis, positive toward the head
+};
+
+/// Scratch memory for measuring a beat.
+template <class S>
+struct BeatScratch {
+    S* torque;             // links
+    S* group_power;        // links
+    Planar<S>* tail;       // steps: position of the tail tip in the frame of the beat's start
+    Planar<S>* nose;       // steps
+};
+
+/// Mechanical power of all joints at one instant: net, and with the negative power of each joint group left out.
+template <class S, class Law>
+HYPERTUNA_INLINE void joint_power(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const Instant<S>& now,
+                                  const Twist<S>& xi, const BeatScratch<S>& scratch, Beat<S>& beat) {
+    joint_torques(fish, now, xi, scratch.torque);
+    for (int i = 0; i < fish.links; ++i) scratch.group_power[i] = S(0);
+    for (int i = 1; i < fish.links; ++i)
+        if (joints[i].group >= 0)
+            scratch.group_power[joints[i].group] += scratch.torque[i] * joint_rate(now.shape, i);
+    for (int g = 0; g < fish.links; ++g) {
+        beat.power += scratch.group_power[g];
+        beat.power_positive += max(scratch.group_power[g], S(0));
+    }
+}
+
+/// Signed distance of a point from the circle through the origin with this curvature whose tangent there is
+/// (cos, sin); finite for a straight line too, where it is the offset to the left.
+template <class S>
+HYPERTUNA_INLINE S offset(const Planar<S>& point, const SinCos<S>& tangent, const S& curvature) {
+    const S left = point.y * tangent.cos - point.x * tangent.sin;
+    const S square = point.x * point.x + point.y * point.y;
+    const S two(base_t<S>(2));
+    return (two * left - curvature * square) / (S(1) + sqrt(S(1) - curvature * (two * left - curvature * square)));
+}
+
+/// Largest value of a periodic series, by the parabola through the highest sample and its neighbors.
+template <class S, class At>
+S peak(int count, const At& at) {
+    S highest = at(0);
+    for (int k = 0; k < count; ++k) {
+        const S before = at((k + count - 1) % count), here = at(k), after = at((k + 1) % count);
+        const S bend = here + here - before - after, slope = after - before;
+        const S top = here + slope * slope / (S(base_t<S>(8)) * bend);
+        // The parabola has its top within half a sample of a sample that neither neighbor exceeds.
+        const auto summit = (abs(slope) <= bend) & (S(0) < bend);
+        highest = max(highest, select(summit, top, here));
+    }
+    return highest;
+}
+
+/// What the path of a beat was: its radius, and the tail's excursion across it.
+template <class S>
+void measure_path(int steps, const BeatScratch<S>& scratch, Beat<S>& beat) {
+    using T = base_t<S>;
+    const Pose<S>& d = beat.displacement;
+    const S chord = sqrt(d.x * d.x + d.y * d.y + S(T(1e-30)));
+    const auto [half_sin, half_cos] = sincos(S(T(0.5)) * d.heading);
+    // Over a beat the body turns by d.heading on a circle that the chord cuts: curvature 2 sin(turn/2) / chord.
+    const S curvature = (half_sin + half_sin) / chord;
+    // The circle leaves the origin along the chord, turned back by half the turn.
+    const SinCos<S> tangent = {(d.y * half_cos - d.x * half_sin) / chord, (d.x * half_cos + d.y * half_sin) / chord};
+    const auto across = [&](const Planar<S>& p) { return offset(p, tangent, curvature); };
+    const auto tail = [&](int k) { return across(scratch.tail[k]); };
+    beat.excursion = peak<S>(steps, tail) + peak<S>(steps, [&](int k) { return -tail(k); });
+    S wander(0);
+    for (int k = 0; k < steps; ++k) wander += across(scratch.nose[k]);
+    const S sign = select(curvature < S(0), S(T(-1)), S(T(1)));
+    beat.radius = S(1) / abs(curvature) - sign * wander / S(T(steps));
+}
+
+/// Swim one beat from momentum P and measure it.
+template <class S, class Law>
+HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law>& fish, const JointShare<S>* joints,
+                                        const ShapeTable<S>& table, const S& period, const Momentum<S>& P,
+                                        const BeatScratch<S>& scratch) {
+    using T = base_t<S>;
+    const int steps = table.instants / 2;
+    const S step = period * S(T(1.0 / steps)), zero(0);
+    Beat<S> beat{P, {zero, zero, zero}, zero, zero, zero, zero, zero, zero};
+    Motion<S> motion{P, {zero, zero, zero}};
+    for (int k = 0; k < steps; ++k) {
+        const Instant<S> now = table[2 * k];
+        const Twist<S> xi = twist(now, motion.momentum);
+        joint_power(fish, joints, now, xi, scratch, beat);
+        beat.loss += water_loss(fish, now.shape, xi);
+        beat.advance -= xi.x * step;
+        const LinkShape<S>& last = now.shape[fish.links - 1];
+        const Link<S>& link = fish.link[fish.links - 1];
+        const Planar<S> joint = joint_position(last, link);
+        scratch.nose[k] = {motion.pose.x, motion.pose.y, zero};
+        scratch.tail[k] = place(motion.pose, Planar<S>{joint.x + link.length * last.c, joint.y + link.length * last.s, zero});
+        motion = swim_step(fish, table, 2 * k, 1, step, motion);
+    }
+    const S mean(T(1.0 / steps));
+    beat.power = mean * beat.power;
+    beat.power_positive = mean * beat.power_positive;
+    beat.loss = mean * beat.loss;
+    beat.end = motion.momentum;
+    beat.displacement = motion.pose;
+    measure_path(steps, scratch, beat);
+    return beat;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,60 @@
+/// Plain numbers: the handful of operations that every scalar of the core offers.
+///
+/// The core is written once over a scalar S. S is `double` or `float` (one gait), `Lanes` (several gaits
+/// side by side, lanes.hpp) or `Dual` (a value with exact derivatives, dual.hpp). Comparisons give a
+/// mask (`bool` here), and `select` takes the place of branches.
+#pragma once
+
+#include <cmath>
+#include <concepts>
+
+// Each instruction set compiles the whole core inside a namespace of its own: otherwise the linker
+// would merge equal template names and a machine could run code made for another.
+#ifndef HYPERTUNA_ARCH
+#define HYPERTUNA_ARCH portable
+#endif
+
+#define HYPERTUNA_INLINE inline __attribute__((always_inline))
+#define HYPERTUNA_NOINLINE __attribute__((noinline))
+#ifdef __clang__
+#define HYPERTUNA_UNROLL _Pragma("unroll")
+#else
+#define HYPERTUNA_UNROLL _Pragma("GCC unroll 8")
+#endif
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+inline constexpr double pi = 3.14159265358979323846;
+
+/// The plain number that a scalar is made of, e.g. base_t<Dual<Lanes<float, 4>, 3>> is float.
+template <class S>
+struct Base {
+    using type = S;
+};
+template <class S>
+using base_t = typename Base<S>::type;
+
+template <std::floating_point S>
+HYPERTUNA_INLINE S select(bool mask, S yes, S no) { return mask ? yes : no; }
+HYPERTUNA_INLINE bool any(bool mask) { return mask; }
+HYPERTUNA_INLINE bool all(bool mask) { return mask; }
+
+template <std::floating_point S>
+HYPERTUNA_INLINE S abs(S x) { return std::fabs(x); }
+template <std::floating_point S>
+HYPERTUNA_INLINE S sqrt(S x) { return std::sqrt(x); }
+
+/// x |x|, the quadratic drag law.
+template <std::floating_point S>
+HYPERTUNA_INLINE S times_abs(S x) { return x * std::fabs(x); }
+
+/// A value without its derivatives.
+template <std::floating_point S>
+HYPERTUNA_INLINE S value(S x) { return x; }
+
+template <class S>
+HYPERTUNA_INLINE S max(const S& a, const S& b) { return select(a < b, b, a); }
+template <class S>
+HYPERTUNA_INLINE S min(const S& a, const S& b) { return select(b < a, b, a); }
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

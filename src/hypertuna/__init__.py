@@ -1,0 +1,1 @@
+"""Open digital twin and control stack for soft robotic fish."""

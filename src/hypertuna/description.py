@@ -1,0 +1,373 @@
+"""The description of a robot: `load` reads and checks robots/NAME.toml and returns a `Robot`."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, Self
+
+from pydantic import PrivateAttr, ValidationError, model_validator
+
+from hypertuna.errors import InputError, Place, did_you_mean, field_at, translate, unit_of, written
+from hypertuna.reference import markdown
+from hypertuna.schema import (
+    Battery,
+    Body,
+    Choice,
+    JointGroup,
+    Links,
+    Material,
+    NamedGait,
+    Part,
+    Sensor,
+    Servo,
+    Text,
+    Water,
+    entry,
+    same_length,
+    unique,
+)
+
+__all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "robots"]
+
+TOLERANCE = 1e-6  # relative: links add up to the body length, shares to one
+
+
+class Entry(NamedTuple):
+    """One value of a robot's description: key, value and unit as in the file, and where the value is from."""
+
+    key: str
+    value: Any
+    unit: str
+    source: str | None
+
+    @property
+    def estimate(self) -> bool:
+        """Whether the value is an estimate."""
+        return self.source is not None and self.source.startswith("estimate")
+
+    @property
+    def numeric(self) -> bool:
+        """Whether the value is a number or a list of numbers."""
+        values = self.value if isinstance(self.value, list) else [self.value]
+        return all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values)
+
+
+class Robot(Part):
+    """A robot, as described by one TOML file; `load` makes it.
+
+    All quantities are in SI units and radians, whatever the file says. A robot is frozen: `using` returns another.
+    """
+
+    format: Literal[1] = entry("format", "version of this format, 1")
+    name: Text = entry("name", "name of the robot")
+    description: Text = entry("description", "sentence that says what the robot is")
+    body: Body = entry("body", "table of the whole robot's dimensions and mass")
+    links: Links = entry("links", "table of the links, nose to tail")
+    joints: tuple[JointGroup, ...] = entry("joints", "list of joint groups, head to tail")
+    model: Choice = entry("model", "table of the model to use")
+    water: Water = entry("water", "table of the water's density and coefficients")
+    gaits: dict[str, NamedGait] = entry("gaits", "named gaits", default_factory=dict)
+    battery: Battery | None = entry("battery", "table of the battery", default=None)
+    servos: tuple[Servo, ...] = entry("servos", "list of servos", default=())
+    sensors: tuple[Sensor, ...] = entry("sensors", "list of sensors", default=())
+    materials: dict[str, Material] = entry("materials", "materials by name", default_factory=dict)
+    sources: dict[str, Text] = entry(
+        "sources", "origin of each value, by key or by the start of a key", default_factory=dict
+    )
+
+    _file: str = PrivateAttr(default="")
+
+    @property
+    def file(self) -> str:
+        """File that the robot was read from, empty if none."""
+        return self._file
+
+    @property
+    def hash(self) -> str:
+        """Sha256 of what can change a result: all but the texts of description and sources."""
+        content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"description", "sources"})
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+    def document(self) -> dict[str, Any]:
+        """Write the robot as its file says it.
+
+        Returns
+        -------
+        dict
+            What `parse` reads: keys with units, angles in degrees, nothing that the file left out.
+        """
+        return self.model_dump(mode="json", by_alias=True, exclude_unset=True)
+
+    def using(self, *, water: str | None = None, joints: str | None = None, areas: str | None = None) -> Robot:
+        """Return the same robot with another choice of model.
+
+        Parameters
+        ----------
+        water, joints, areas : str, optional
+            What the table ``[model]`` may say; None leaves the choice as it is.
+
+        Returns
+        -------
+        Robot
+            Checked; its hash differs where the choice does.
+
+        Raises
+        ------
+        InputError
+            If the choice does not exist, or the robot lacks the values that it needs.
+        """
+        given = {"water": water, "joints": joints, "areas": areas}
+        chosen = {key: value for key, value in given.items() if value is not None}
+        document = self.document()
+        return parse(document | {"model": document["model"] | chosen}, file=self.file)
+
+    def source(self, key: str) -> str | None:
+        """Look up where a value is from: the longest entry of ``[sources]`` that starts its key.
+
+        Parameters
+        ----------
+        key : str
+            As in the file, with or without indices: ``links.mass_kg[2]``.
+
+        Returns
+        -------
+        str or None
+            The source; None if there is none.
+        """
+        parts = re.sub(r"\[\d+\]", "", key).split(".")
+        starts = (".".join(parts[:n]) for n in range(len(parts), 0, -1))
+        return next((self.sources[start] for start in starts if start in self.sources), None)
+
+    def entries(self) -> tuple[Entry, ...]:
+        """List every value of the robot, defaults included.
+
+        Returns
+        -------
+        tuple of Entry
+            Key, value and unit as in the file, and source.
+        """
+        content = self.model_dump(
+            mode="json", by_alias=True, exclude_none=True, exclude={"format", "name", "description", "sources"}
+        )
+        return tuple(
+            Entry(written(place), value, unit_of(field_at(Robot, place)[1]), self.source(written(place)))
+            for place, value in _values(content)
+        )
+
+    def unsourced(self) -> tuple[str, ...]:
+        """List the numbers of the file that have no source.
+
+        Returns
+        -------
+        tuple of str
+            Their keys.
+        """
+        given = {written(place) for place, _ in _values(self.document())}
+        return tuple(e.key for e in self.entries() if e.key in given and e.numeric and e.source is None)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        _check_body(self)
+        _check_joints(self)
+        _check_model(self)
+        for law in ("lumped", "strip"):
+            if (part := getattr(self.water, law)) is not None:
+                same_length(part, f"water.{law}", len(self.links.name), "link")
+        for name, gait in self.gaits.items():
+            same_length(gait, f"gaits.{name}", len(self.joints), "joint group")
+        _check_sources(self)
+        return self
+
+
+def robots() -> tuple[str, ...]:
+    """List the robots that come with hypertuna.
+
+    Returns
+    -------
+    tuple of str
+        Names that `load` knows.
+    """
+    return tuple(sorted(path.stem for path in _folder().glob("*.toml")))
+
+
+def load(robot: str | Path) -> Robot:
+    """Read a robot description.
+
+    Parameters
+    ----------
+    robot : str or Path
+        The name of a robot that comes with hypertuna (see `robots`), or the path of a TOML file.
+
+    Returns
+    -------
+    Robot
+        Checked, in SI units and radians.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or something in it cannot be used: one sentence with file, key, rule, value and fix.
+    """
+    path = Path(robot)
+    shipped = path.suffix != ".toml" and len(path.parts) == 1
+    file = f"robots/{robot}.toml" if shipped else str(robot)
+    if shipped:
+        path = _folder() / f"{robot}.toml"
+    try:
+        content = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        fix = did_you_mean(str(robot), robots()) if shipped else "give a robot's name or the path of its TOML file"
+        raise InputError("does not exist", file=file, fix=fix) from None
+    except (OSError, ValueError) as error:
+        reason = f"not ({getattr(error, 'strerror', None) or error})"
+        raise InputError("must be a readable text file", file=file, value=reason, fix="save it as UTF-8") from None
+    try:
+        document = tomllib.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise InputError("must be valid TOML", file=file, value=f"not ({error})", fix="correct that line") from None
+    return parse(document, file=file)
+
+
+def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:
+    """Make a robot from a document, a nested mapping as `tomllib` reads it.
+
+    Parameters
+    ----------
+    document : mapping
+        Keys as in the file, with units.
+    file : str, optional
+        Named in errors, and kept as ``Robot.file``.
+
+    Returns
+    -------
+    Robot
+
+    Raises
+    ------
+    InputError
+        If something in the document cannot be used.
+    """
+    try:
+        robot = Robot.model_validate(document)
+    except ValidationError as error:
+        raise translate(error, document, Robot, file or None) from None
+    robot._file = file
+    return robot
+
+
+def json_schema() -> dict[str, Any]:
+    """Make the JSON Schema of a robot file.
+
+    Returns
+    -------
+    dict
+        Keys as in the file, each with its description and, as ``unit``, its unit.
+    """
+    schema = Robot.model_json_schema(by_alias=True)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | schema
+
+
+def reference() -> str:
+    """Write down every key of a robot file with its unit, its rule and its meaning.
+
+    Returns
+    -------
+    str
+        A Markdown page, kept as docs/description.md.
+    """
+    introduction = (
+        "Every key of `robots/NAME.toml`, generated from the schema that `hypertuna robot schema` prints.\n"
+        "Numbers must be finite; a list has one value per link, or per joint group in a gait."
+    )
+    return markdown(json_schema(), title="Robot description", introduction=introduction)
+
+
+def _folder() -> Path:
+    """Return the folder of the shipped robots: beside this module in a wheel, at the root of a source tree."""
+    here = Path(__file__).resolve().parent
+    return next((p for p in (here / "robots", here.parents[1] / "robots") if p.is_dir()), here / "robots")
+
+
+def _check_body(robot: Robot) -> None:
+    """Check that links add up to the body length and weigh no more than the robot."""
+    length, mass = sum(robot.links.length), sum(robot.links.mass)
+    if not math.isclose(length, robot.body.length, rel_tol=TOLERANCE):
+        raise InputError(
+            f"must add up to body.length_m = {robot.body.length:g}",
+            key="links.length_m",
+            value=f"{length:g} in all",
+            fix="correct the links or the body length",
+        )
+    if mass > robot.body.mass * (1 + TOLERANCE):
+        raise InputError(
+            f"must add up to at most body.mass_kg = {robot.body.mass:g}",
+            key="links.mass_kg",
+            value=f"{mass:g} in all",
+            fix="correct the links or the mass of the whole robot",
+        )
+
+
+def _check_joints(robot: Robot) -> None:
+    """Check that every joint group bends joints that exist, each joint once, with shares that add up to one."""
+    unique(tuple(group.name for group in robot.joints), "joints.name")
+    last = len(robot.links.name) - 1
+    owner: dict[int, int] = {}
+    for g, group in enumerate(robot.joints):
+        same_length(group, f"joints[{g}]", len(group.links), "link of the group")
+        for k, link in enumerate(group.links):
+            key = f"joints[{g}].links[{k}]"
+            if not 1 <= link <= last:
+                fix = "joint i sits at the front end of link i, and link 0 is the head"
+                raise InputError(f"must be a link from 1 to {last}", key=key, value=f"{link}", fix=fix)
+            if link in owner:
+                taken = f"{link}, which joints[{owner[link]}] has already"
+                raise InputError("must be in one joint group only", key=key, value=taken, fix="remove it from one")
+            owner[link] = g
+        if not math.isclose(sum(group.share), 1, rel_tol=TOLERANCE):
+            raise InputError(
+                "must add up to 1",
+                key=f"joints[{g}].share",
+                value=f"{sum(group.share):g} in all",
+                fix="leave share out for equal shares",
+            )
+
+
+def _check_model(robot: Robot) -> None:
+    """Check that the chosen model has the values that it needs."""
+    law = robot.model.water
+    if getattr(robot.water, law) is None:
+        fix = f"add the table [water.{law}] or choose another law in [model]"
+        raise InputError("must be a law whose coefficients are given", key="model.water", value=repr(law), fix=fix)
+    for g, group in enumerate(robot.joints):
+        if robot.model.joints == "bandwidth" and group.bandwidth is None:
+            fix = "give it in Hz, or choose joints = 'ideal' in [model]"
+            raise InputError("is needed by model.joints = 'bandwidth'", key=f"joints[{g}].bandwidth_hz", fix=fix)
+
+
+def _check_sources(robot: Robot) -> None:
+    """Check that every source belongs to a key, or to the start of one."""
+    content = robot.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"sources"})
+    places = [tuple(part for part in place if isinstance(part, str)) for place, _ in _values(content)]
+    known = dict.fromkeys(written(place[:n]) for place in places for n in range(1, len(place) + 1))
+    for key in robot.sources:
+        if key not in known:
+            fix = did_you_mean(key, known) if "." in key else "name a key of this file, without indices"
+            raise InputError("is the source of a key that does not exist", key=f'sources."{key}"', fix=fix)
+
+
+def _values(value: Any, place: Place = ()) -> Iterator[tuple[Place, Any]]:
+    """Yield every value of a document with its place; a list of numbers or texts is one value."""
+    if isinstance(value, Mapping):
+        for name, part in value.items():
+            yield from _values(part, (*place, name))
+    elif isinstance(value, list) and all(isinstance(part, Mapping) for part in value):
+        for i, part in enumerate(value):
+            yield from _values(part, (*place, i))
+    else:
+        yield place, value

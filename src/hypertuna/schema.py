@@ -1,0 +1,238 @@
+"""The tables of a robot description, robots/NAME.toml: the schema from which everything else is generated.
+
+Keys of the file carry the unit (``length_m``); attributes are SI and radians and carry none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, model_validator
+
+from hypertuna.errors import InputError
+
+
+def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
+    """Convert a number of the file to SI by a factor, and back to 15 digits."""
+    return AfterValidator(lambda x: x * factor), PlainSerializer(lambda x: float(f"{x / factor:.15g}"))
+
+
+_RULES: dict[str, Any] = {"strict": True, "allow_inf_nan": False}
+_TO_RADIANS, _TO_DEGREES = _scaled(math.pi / 180)
+_TO_COULOMBS, _TO_AMPERE_HOURS = _scaled(3600.0)
+
+Real = Annotated[float, Field(**_RULES)]
+Positive = Annotated[float, Field(**_RULES, gt=0)]
+NotNegative = Annotated[float, Field(**_RULES, ge=0)]
+Fraction = Annotated[float, Field(**_RULES, ge=0, le=1)]
+Degrees = Annotated[float, Field(**_RULES), _TO_RADIANS, _TO_DEGREES]
+PositiveDegrees = Annotated[float, Field(**_RULES, gt=0, le=180), _TO_RADIANS, _TO_DEGREES]
+Amplitude = Annotated[float, Field(**_RULES, ge=0, le=180), _TO_RADIANS, _TO_DEGREES]
+AmpereHours = Annotated[float, Field(**_RULES, gt=0), _TO_COULOMBS, _TO_AMPERE_HOURS]
+Count = Annotated[int, Field(strict=True, gt=0)]
+Index = Annotated[int, Field(strict=True, ge=0)]
+Flag = Annotated[bool, Field(strict=True)]
+Text = Annotated[str, Field(min_length=1)]
+
+
+def entry(alias: str, description: str, unit: str = "", **options: Any) -> Any:
+    """Declare a key of the file: its name there, what it means, its unit."""
+    return Field(alias=alias, description=description, json_schema_extra={"unit": unit} if unit else None, **options)
+
+
+class Part(BaseModel):
+    """A table of the file: frozen, no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Body(Part):
+    """The robot as a whole."""
+
+    length: Positive = entry("length_m", "length from nose to tail tip, the sum of the links", "m")
+    mass: Positive = entry("mass_kg", "mass of the whole robot, which cost of transport is divided by", "kg")
+    width: Positive | None = entry("width_m", "largest width, fins included", "m", default=None)
+    height: Positive | None = entry("height_m", "largest height, fins included", "m", default=None)
+
+
+class Links(Part):
+    """The rigid links, nose to tail, one column per quantity; link 0 is the head."""
+
+    name: tuple[Text, ...] = entry("name", "name of each link", min_length=1)
+    length: tuple[Positive, ...] = entry("length_m", "length of each link", "m")
+    com: tuple[NotNegative, ...] = entry("com_m", "distance of each center of mass from the link's front end", "m")
+    mass: tuple[Positive, ...] = entry("mass_kg", "mass of each link", "kg")
+    inertia: tuple[Positive, ...] = entry(
+        "inertia_kg_m2",
+        "moment of inertia of each link about its center of mass (default: a slender rod's m l^2/12)",
+        "kg m^2",
+        default_factory=lambda links: tuple(
+            mass * length * length / 12 for mass, length in zip(links["mass"], links["length"], strict=False)
+        ),
+        validate_default=True,
+    )
+    lateral_area: tuple[Positive, ...] = entry("lateral_area_m2", "area of each link seen from the side", "m^2")
+    wetted_area: tuple[Positive, ...] = entry("wetted_area_m2", "reference area of each link's friction", "m^2")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        same_length(self, "links", len(self.name), "link")
+        unique(self.name, "links.name")
+        for i, (com, length) in enumerate(zip(self.com, self.length, strict=True)):
+            if com > length:
+                raise InputError(
+                    f"must lie inside the link, at most {length:g}",
+                    key=f"links.com_m[{i}]",
+                    value=f"{com:g}",
+                    fix="measure the center of mass from the link's front end in m",
+                )
+        return self
+
+
+class JointGroup(Part):
+    """A drive: one angle, spread over the joints at the front ends of its links."""
+
+    name: Text = entry("name", "name of the joint group")
+    links: tuple[Index, ...] = entry("links", "links whose front joints this group bends", min_length=1)
+    share: tuple[Real, ...] = entry(
+        "share",
+        "part of the group's angle that each joint takes (default: equal)",
+        default_factory=lambda group: (1 / len(group["links"]),) * len(group["links"]),
+    )
+    bandwidth: Positive | None = entry(
+        "bandwidth_hz", "frequency at which a first-order lag leaves 71 % of the amplitude", "Hz", default=None
+    )
+    amplitude_max: PositiveDegrees | None = entry(
+        "amplitude_max_deg", "largest amplitude to command", "deg", default=None
+    )
+    bend_max: PositiveDegrees | None = entry("bend_max_deg", "largest bend in air", "deg", default=None)
+    pressure_max: Positive | None = entry("pressure_max_pa", "pressure of the largest bend", "Pa", default=None)
+    drive_units: Count | None = entry("drive_units", "number of pairs of artificial muscles", default=None)
+
+
+class Choice(Part):
+    """Which model computes the swim when the caller does not choose."""
+
+    water: Literal["lumped", "strip"] = entry("water", "law of the water forces")
+    joints: Literal["ideal", "bandwidth"] = entry("joints", "whether joints lag by their bandwidth", default="ideal")
+    areas: Literal["consistent", "as-printed"] = entry(
+        "areas",
+        "areas of the lumped law: friction on the wetted and drag on the lateral area, or the other way round",
+        default="consistent",
+    )
+
+
+class Lumped(Part):
+    """Lumped law: force at each center of mass, one value per link."""
+
+    added_mass: tuple[NotNegative, ...] = entry("added_mass", "added mass c_m, as a fraction of the link's mass")
+    friction: tuple[NotNegative, ...] = entry("friction", "friction coefficient c_f along the link")
+    drag: tuple[NotNegative, ...] = entry("drag", "drag coefficient c_d across the link")
+
+
+def _zeros(strip: Mapping[str, Any]) -> tuple[float, ...]:
+    """Return one zero per link."""
+    return (0.0,) * len(strip["drag_normal"])
+
+
+class Strip(Part):
+    """Strip law: force per length, integrated along each link, one value per link; h = lateral area / length."""
+
+    added_mass_normal: tuple[NotNegative, ...] = entry(
+        "added_mass_normal", "added mass per length across the link, in units of rho pi/4 h^2"
+    )
+    added_mass_tangential: tuple[NotNegative, ...] = entry(
+        "added_mass_tangential", "added mass per length along the link, in units of rho pi/4 h^2"
+    )
+    added_inertia: tuple[NotNegative, ...] = entry(
+        "added_inertia", "added moment of inertia, in units of strip theory's mu l^3/12, mu the normal added mass"
+    )
+    drag_normal: tuple[NotNegative, ...] = entry("drag_normal", "drag coefficient C_n across the link, on h")
+    drag_tangential: tuple[NotNegative, ...] = entry(
+        "drag_tangential", "friction coefficient C_t along the link, on wetted area / length"
+    )
+    linear_normal: tuple[NotNegative, ...] = entry(
+        "linear_normal_pa_s", "linear drag per length across the link (default: 0)", "Pa s", default_factory=_zeros
+    )
+    linear_tangential: tuple[NotNegative, ...] = entry(
+        "linear_tangential_pa_s", "linear drag per length along the link (default: 0)", "Pa s", default_factory=_zeros
+    )
+    cross_flow: Flag = entry("cross_flow", "whether normal drag is v_n |v| instead of v_n |v_n|", default=False)
+    tail_shedding: Fraction = entry(
+        "tail_shedding", "part of Lighthill's reactive force that acts at the trailing edge", default=0.0
+    )
+
+
+class Water(Part):
+    """The water and the coefficients of its laws."""
+
+    density: Positive = entry("density_kg_m3", "density of the water", "kg/m^3")
+    lumped: Lumped | None = entry("lumped", "coefficients of the lumped law", default=None)
+    strip: Strip | None = entry("strip", "coefficients of the strip law", default=None)
+
+
+class NamedGait(Part):
+    """A gait that commands call by its name; one value per joint group."""
+
+    frequency: Positive = entry("frequency_hz", "beat frequency", "Hz")
+    amplitude: tuple[Amplitude, ...] = entry("amplitude_deg", "amplitude of each joint group", "deg")
+    phase: tuple[Degrees, ...] = entry("phase_deg", "lag of each joint group behind the clock of the first", "deg")
+    bias: tuple[Degrees, ...] = entry(
+        "bias_deg",
+        "mean angle of each joint group (default: 0)",
+        "deg",
+        default_factory=lambda gait: (0.0,) * len(gait["amplitude"]),
+    )
+
+
+class Battery(Part):
+    """The battery."""
+
+    cells: Count = entry("cells", "number of cells")
+    capacity: AmpereHours = entry("capacity_ah", "capacity of one cell", "A h")
+    voltage: Positive = entry("voltage_v", "nominal voltage of one cell", "V")
+
+
+class Servo(Part):
+    """Servos of one kind."""
+
+    drives: Text = entry("drives", "what these servos move")
+    count: Count = entry("count", "number of these servos")
+    torque: Positive = entry("torque_n_m", "stall torque of one servo", "N m")
+
+
+class Sensor(Part):
+    """Sensors of one kind."""
+
+    measures: Text = entry("measures", "quantity that is measured")
+    part: Text = entry("part", "part number")
+
+
+class Material(Part):
+    """A silicone, from its data sheet."""
+
+    tensile_strength: Positive = entry("tensile_strength_pa", "tensile strength", "Pa")
+    modulus_100: Positive = entry("modulus_100_pa", "stress at 100 % strain", "Pa")
+    shore: Text = entry("shore", "Shore hardness with its scale")
+
+
+def same_length(part: Part, key: str, count: int, per: str) -> None:
+    """Check that every list of a table has one value per link or joint group."""
+    for name, info in type(part).model_fields.items():
+        column = getattr(part, name)
+        if isinstance(column, tuple) and len(column) != count:
+            raise InputError(
+                f"must be {count} long, one value per {per}",
+                key=f"{key}.{info.alias or name}",
+                value=f"{len(column)} long",
+                fix=f"give {count} values",
+            )
+
+
+def unique(names: tuple[str, ...], key: str) -> None:
+    """Check that no two things have the same name."""
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise InputError("must be unique", key=f"{key}[{i}]", value=repr(name), fix="give each its own name")

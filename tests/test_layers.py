@@ -1,0 +1,67 @@
+"""Dependencies point one way only: in the package, in the core, and between the two."""
+
+import ast
+import graphlib
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "src" / "hypertuna"
+HEADERS = ROOT / "core" / "include" / "hypertuna"
+
+# The reading order of the package: each module may import only those before it. The commands use what users use.
+LAYERS = (
+    *("_core", "errors", "frames", "description", "gait", "model", "metrics", "results", "swim", "replay"),
+    *("plots", "reproduce", "report", "__init__", "cli_*", "cli", "__main__"),
+)
+
+# The core runs on a microcontroller: no heap, no exceptions, no input or output, nothing of Python.
+STANDARD_HEADERS = set("algorithm array bit cmath concepts cstddef cstdint limits type_traits utility".split())
+
+
+def layer(module: str) -> int:
+    """Place of a module in the reading order."""
+    name = "cli_*" if module.startswith("cli_") else module
+    assert name in LAYERS, f"src/hypertuna/{module}.py has no place in the reading order of tests/test_layers.py yet"
+    return LAYERS.index(name)
+
+
+def imported_modules(source: Path) -> set[str]:
+    """Modules of the package that a module imports, whichever way it spells it and wherever in the file."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(source.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(filter(None, ["hypertuna" if node.level else "", node.module]))
+            names |= {f"{base}.{alias.name}" for alias in node.names}
+    inside = {f"{name}.".split(".")[1] for name in names if name.split(".")[0] == "hypertuna"}
+    return {name if name == "_core" or (PACKAGE / f"{name}.py").exists() else "__init__" for name in inside}
+
+
+@pytest.mark.parametrize("source", sorted(PACKAGE.glob("*.py")), ids=lambda path: path.stem)
+def test_module_imports_only_earlier_modules(source: Path) -> None:
+    later = {name for name in imported_modules(source) if layer(name) >= layer(source.stem)}
+    assert not later, f"{source.stem} must not import {sorted(later)}: they come later in the reading order"
+
+
+def includes(source: Path) -> list[tuple[str, str]]:
+    """Pairs of delimiter and header that a C++ file includes."""
+    return re.findall(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', source.read_text(), flags=re.MULTILINE)
+
+
+def test_headers_of_the_core_include_each_other_one_way() -> None:
+    graph = {path.name: {name for mark, name in includes(path) if mark == '"'} for path in HEADERS.glob("*.hpp")}
+    order = list(graphlib.TopologicalSorter(graph).static_order())  # raises CycleError naming the cycle
+    assert set(order) == set(graph), f"the core includes what is not the core: {sorted(set(order) - set(graph))}"
+
+
+@pytest.mark.parametrize("header", sorted(HEADERS.glob("*.hpp")), ids=lambda path: path.name)
+def test_header_of_the_core_stays_within_its_means(header: Path) -> None:
+    foreign = {name for mark, name in includes(header) if mark == "<"} - STANDARD_HEADERS
+    assert not foreign, f"{header.name} must do without {sorted(foreign)}"
+    code = re.sub(r"//[^\n]*", "", header.read_text())
+    forbidden = set(re.findall(r"\b(?:new|delete|malloc|throw|try|virtual|printf)\b", re.sub(r"=\s*delete", "", code)))
+    assert not forbidden, f"{header.name} must do without {sorted(forbidden)}"
