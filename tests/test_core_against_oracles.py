@@ -5,6 +5,8 @@ All access to the core is in the three functions of the first part.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,8 +14,9 @@ from oracles import beats, lagrangian, mujoco_chain, planar
 from oracles.cases import Case, random_case
 from oracles.planar import Real, Water
 
-# See test_oracles.ROUNDING.
+# See test_oracles.py, where the oracles meet the same limits.
 ROUNDING = 1e-10
+CANCELLED = 1e-9
 # The issue's number of random states, spread over the chains' lengths.
 LENGTHS = range(2, 13)
 PER_LENGTH = 91
@@ -72,7 +75,7 @@ def test_lumped_law_against_mujoco(links: int) -> None:
         assert (
             difference(core_acceleration(case, "lumped", areas, case.twist), in_head_axes(base, case.twist)) < ROUNDING
         )
-        assert difference(core_torques(case, "lumped", areas, case.twist)[1:], torques) < ROUNDING
+        assert difference(core_torques(case, "lumped", areas, case.twist)[1:], torques) < CANCELLED
 
 
 @pytest.mark.parametrize("links", [2, 3])
@@ -84,7 +87,7 @@ def test_anisotropic_added_mass_against_the_lagrangian(links: int) -> None:
             difference(core_acceleration(pure, "strip", "consistent", pure.twist), in_head_axes(base, pure.twist))
             < ROUNDING
         )
-        assert difference(core_torques(pure, "strip", "consistent", pure.twist)[1:], torques) < ROUNDING
+        assert difference(core_torques(pure, "strip", "consistent", pure.twist)[1:], torques) < CANCELLED
 
 
 @pytest.mark.parametrize("law", ["lumped", "strip"])
@@ -95,7 +98,7 @@ def test_both_laws_against_newton_and_euler(links: int, law: str) -> None:
         expected = planar.head_acceleration(case.chain, water, case.joints, case.twist)
         assert difference(core_acceleration(case, law, "consistent", case.twist), expected) < ROUNDING
         expected = planar.torques(case.chain, water, case.joints, case.state)
-        assert difference(core_torques(case, law, "consistent", case.twist), expected) < ROUNDING
+        assert difference(core_torques(case, law, "consistent", case.twist), expected) < CANCELLED
 
 
 def random_gait(rng: np.random.Generator, links: int) -> beats.Gait:
@@ -103,18 +106,19 @@ def random_gait(rng: np.random.Generator, links: int) -> beats.Gait:
     share = np.eye(links)[1:]
     n = links - 1
     return beats.Gait(
-        np.array(2.0), rng.uniform(0.05, 0.3, n), rng.uniform(0, 2 * np.pi, n), rng.uniform(-0.2, 0.2, n), share
+        np.array(2.0), rng.uniform(0.02, 0.1, n), rng.uniform(0, 2 * np.pi, n), rng.uniform(-0.2, 0.2, n), share
     )
 
 
 @pytest.mark.parametrize("law", ["lumped", "strip"])
 @pytest.mark.parametrize("links", [2, 5, 8])
 def test_a_beat_against_newton_and_euler(links: int, law: str) -> None:
-    """Momentum in body axes (core) and velocity in world axes (oracle) differ by RK4's error, which halved steps show."""
+    """Momentum in body axes and world velocities (oracle) differ by RK4's error, which half the steps show."""
     rng = np.random.default_rng([21, links])
     case = random_case(rng, links)
+    case = replace(case, twist=case.twist / 5)  # a speed that the gait can have: much more makes 64 steps unstable
     water = water_of(case, law, "consistent")
     gait = random_gait(rng, links)
-    expected, finer = (beats.beat(case.chain, water, gait, case.state, steps)[-1] for steps in (256, 512))
-    allowed = 20 * abs(finer - expected).max()  # both integrators have errors of this size, not the same
-    assert abs(core_beat(case, law, gait, case.twist, 256) - finer).max() < allowed
+    coarse, fine = (beats.beat(case.chain, water, gait, case.state, steps)[-1] for steps in (64, 128))
+    # fourth order: both errors at 128 steps are about a sixteenth of the one at 64
+    assert abs(core_beat(case, law, gait, case.twist, 128) - fine).max() < abs(coarse - fine).max() / 2

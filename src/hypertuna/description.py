@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, Self
 
 from pydantic import PrivateAttr, ValidationError, model_validator
 
-from hypertuna.errors import InputError, Place, did_you_mean, field_at, translate, unit_of, written
+from hypertuna.errors import InputError, Place, did_you_mean, field_at, shown, translate, unit_of, written
 from hypertuna.reference import markdown
 from hypertuna.schema import (
     Battery,
@@ -140,9 +140,9 @@ class Robot(Part):
         str or None
             The source; None if there is none.
         """
-        parts = re.sub(r"\[\d+\]", "", key).split(".")
-        starts = (".".join(parts[:n]) for n in range(len(parts), 0, -1))
-        return next((self.sources[start] for start in starts if start in self.sources), None)
+        plain = re.sub(r"\[\d+\]", "", key)
+        starts = [start for start in self.sources if plain == start or plain.startswith(f"{start}.")]
+        return self.sources[max(starts, key=len)] if starts else None
 
     def entries(self) -> tuple[Entry, ...]:
         """List every value of the robot, defaults included.
@@ -315,7 +315,7 @@ def _check_body(robot: Robot) -> None:
 
 def _check_joints(robot: Robot) -> None:
     """Check that every joint group bends joints that exist, each joint once, with shares that add up to one."""
-    unique(tuple(group.name for group in robot.joints), "joints.name")
+    unique(tuple(group.name for group in robot.joints), "joints[{}].name")
     last = len(robot.links.name) - 1
     owner: dict[int, int] = {}
     for g, group in enumerate(robot.joints):
@@ -324,7 +324,7 @@ def _check_joints(robot: Robot) -> None:
             key = f"joints[{g}].links[{k}]"
             if not 1 <= link <= last:
                 fix = "joint i sits at the front end of link i, and link 0 is the head"
-                raise InputError(f"must be a link from 1 to {last}", key=key, value=f"{link}", fix=fix)
+                raise InputError(f"must be a link from 1 to {last}", key=key, value=shown(link), fix=fix)
             if link in owner:
                 taken = f"{link}, which joints[{owner[link]}] has already"
                 raise InputError("must be in one joint group only", key=key, value=taken, fix="remove it from one")
@@ -357,8 +357,8 @@ def _check_sources(robot: Robot) -> None:
     known = dict.fromkeys(written(place[:n]) for place in places for n in range(1, len(place) + 1))
     for key in robot.sources:
         if key not in known:
-            fix = did_you_mean(key, known) if "." in key else "name a key of this file, without indices"
-            raise InputError("is the source of a key that does not exist", key=f'sources."{key}"', fix=fix)
+            fix = did_you_mean(key, known)
+            raise InputError("is the source of a key that does not exist", key=written(("sources", key)), fix=fix)
 
 
 def _values(value: Any, place: Place = ()) -> Iterator[tuple[Place, Any]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 import types
 from collections.abc import Iterable, Mapping
 from typing import Any, Union, get_args, get_origin
@@ -86,7 +87,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     near = difflib.get_close_matches(word, names, n=1)
     if near:
         return f"did you mean {near[0]}?"
-    return f"use one of {', '.join(names)}" if names else "remove it"
+    return f"use one of {', '.join(names[:12])}{', ...' * (len(names) > 12)}" if names else "remove it"
 
 
 def shown(value: object) -> str:
@@ -128,7 +129,7 @@ def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseMode
         if named or model is None:
             named = False
             continue
-        field = next((f for name, f in model.model_fields.items() if part in (f.alias, name)), None)
+        field = next((known for known in model.model_fields.values() if known.alias == part), None)
         if field is None:
             return None, None
         model, named = nested_model(field.annotation), _is_table(field.annotation)
@@ -177,36 +178,40 @@ def translate(
     fix = _fix(field)
     if first["type"] == "missing":
         return InputError("is missing", file=file, key=key, fix=fix)
-    value = _value(document, place)
-    return InputError(
-        _rule(first["msg"]), file=file, key=key, value="the default" if value is None else shown(value), fix=fix
-    )
+    return InputError(_rule(first["msg"]), file=file, key=key, value=shown(_value(document, place)), fix=fix)
 
 
 def written(place: Place) -> str:
     """Write a place in the document as one writes it: ``joints[0].links[2]``."""
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
-    return text.removeprefix(".")
+    names = (part if isinstance(part, int) or re.fullmatch(r"[\w-]+", part) else f'"{part}"' for part in place)
+    return "".join(f"[{name}]" if isinstance(name, int) else f".{name}" for name in names).removeprefix(".")
 
 
 def _value(document: Any, place: Place) -> Any:
-    """Return the value at a place of the document, or None if it is a default."""
+    """Return the value at a place of the document."""
     for part in place:
-        try:
-            document = document[part]
-        except (KeyError, IndexError, TypeError):
-            return None
+        document = document[part]
     return document
+
+
+_NOUNS = {
+    "dictionary": "a table",
+    "tuple": "a list",
+    "string": "text",
+    "number": "a number",
+    "integer": "a whole number",
+    "boolean": "true or false",
+}
 
 
 def _rule(message: str) -> str:
     """Pydantic's message in the words of a TOML file."""
-    if "valid dictionary" in message:
-        return "must be a table"
-    rule = message.replace("Input should", "must")
-    for theirs, ours in (("valid tuple", "list"), ("a valid ", "a "), ("boolean", "truth value (true or false)")):
-        rule = rule.replace(theirs, ours)
-    return rule
+    if "should have at least 1 " in message:
+        return "must not be empty"
+    if "exceeded maximum size" in message:
+        return "must be a smaller number"
+    noun = next((ours for theirs, ours in _NOUNS.items() if f"valid {theirs}" in message), None)
+    return f"must be {noun}" if noun else message.replace("Input should", "must")
 
 
 def _fix(field: FieldInfo | None) -> str | None:

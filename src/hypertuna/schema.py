@@ -71,15 +71,19 @@ class Links(Part):
         default_factory=lambda links: tuple(
             mass * length * length / 12 for mass, length in zip(links["mass"], links["length"], strict=False)
         ),
-        validate_default=True,
     )
     lateral_area: tuple[Positive, ...] = entry("lateral_area_m2", "area of each link seen from the side", "m^2")
     wetted_area: tuple[Positive, ...] = entry("wetted_area_m2", "reference area of each link's friction", "m^2")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        same_length(self, "links", len(self.name), "link")
-        unique(self.name, "links.name")
+        same_length(self, "links", len(self.name), "link in links.name")
+        unique(self.name, "links.name[{}]")
+        for i, inertia in enumerate(self.inertia):  # the default is not checked by its type
+            if not 0 < inertia < math.inf:
+                fix = "correct the link's mass and length"
+                value = f"{inertia:g}, from m l^2/12"
+                raise InputError("must be positive and finite", key=f"links.inertia_kg_m2[{i}]", value=value, fix=fix)
         for i, (com, length) in enumerate(zip(self.com, self.length, strict=True)):
             if com > length:
                 raise InputError(
@@ -116,10 +120,12 @@ class Choice(Part):
     """Which model computes the swim when the caller does not choose."""
 
     water: Literal["lumped", "strip"] = entry("water", "law of the water forces")
-    joints: Literal["ideal", "bandwidth"] = entry("joints", "whether joints lag by their bandwidth", default="ideal")
+    joints: Literal["ideal", "bandwidth"] = entry(
+        "joints", "choice of ideal joints or joints that lag by their bandwidth", default="ideal"
+    )
     areas: Literal["consistent", "as-printed"] = entry(
         "areas",
-        "areas of the lumped law: friction on the wetted and drag on the lateral area, or the other way round",
+        "areas of the lumped law, friction on the wetted and drag on the lateral area or the other way round",
         default="consistent",
     )
 
@@ -159,7 +165,9 @@ class Strip(Part):
     linear_tangential: tuple[NotNegative, ...] = entry(
         "linear_tangential_pa_s", "linear drag per length along the link (default: 0)", "Pa s", default_factory=_zeros
     )
-    cross_flow: Flag = entry("cross_flow", "whether normal drag is v_n |v| instead of v_n |v_n|", default=False)
+    cross_flow: Flag = entry(
+        "cross_flow", "form of the normal drag, true for v_n |v| and false for v_n |v_n|", default=False
+    )
     tail_shedding: Fraction = entry(
         "tail_shedding", "part of Lighthill's reactive force that acts at the trailing edge", default=0.0
     )
@@ -227,7 +235,7 @@ def same_length(part: Part, key: str, count: int, per: str) -> None:
                 f"must be {count} long, one value per {per}",
                 key=f"{key}.{info.alias or name}",
                 value=f"{len(column)} long",
-                fix=f"give {count} values",
+                fix=f"give {count} value{'s' * (count != 1)}",
             )
 
 
@@ -235,4 +243,4 @@ def unique(names: tuple[str, ...], key: str) -> None:
     """Check that no two things have the same name."""
     for i, name in enumerate(names):
         if name in names[:i]:
-            raise InputError("must be unique", key=f"{key}[{i}]", value=repr(name), fix="give each its own name")
+            raise InputError("must be unique", key=key.format(i), value=repr(name), fix="give each its own name")

@@ -1,4 +1,4 @@
-"""A gait, swum beat after beat with the oracle `planar`: joint motion, Runge-Kutta, the periodic beat by brute force."""
+"""A gait, swum beat after beat with the oracle `planar`: joints, Runge-Kutta, the settled beat by brute force."""
 
 from __future__ import annotations
 

@@ -1,0 +1,69 @@
+"""
+The numerical core: SI units and radians throughout, plain arrays in and out.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated
+
+import numpy
+from numpy.typing import NDArray
+
+
+class Model:
+    """A robot in its water, ready for the core. Immutable."""
+
+    def __init__(self, *, law: str, cross_flow: bool, length: float, joint_group: Sequence[int], joint_share: Sequence[float], bandwidth: Sequence[float], columns: Mapping[str, Sequence[float]]) -> None:
+        """
+        Joint i sits at the front of link i; its group is -1 where it is rigid. `columns` holds the parameters after the gait's, by the names of `parameter_names`.
+        """
+
+    @property
+    def links(self) -> int:
+        """Number of links."""
+
+    @property
+    def groups(self) -> int:
+        """Number of joint groups."""
+
+    def parameter_names(self) -> list[str]:
+        """
+        Names of all parameters in the order of the derivatives: the gait's, the links', the water's.
+        """
+
+def isa() -> str:
+    """Name of the instruction set in use."""
+
+def isas() -> list[str]:
+    """Names of the instruction sets that this build and this processor have."""
+
+def lanes() -> int:
+    """Gaits that one instruction serves."""
+
+def settle(model: Model, frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, steps: int, wait: int, most_beats: int, tolerance: float, threads: int) -> NDArray[numpy.float64]:
+    """
+    Settled beats of many gaits, one row each, columns as named by SETTLE_COLUMNS: by Newton's method, or (wait >= 0) by so many beats from rest.
+    """
+
+def gradient(model: Model, frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], momentum: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, steps: int, threads: int) -> NDArray[numpy.float64]:
+    """
+    Derivatives of one beat of each gait from its momentum at the start: (gaits, GRADIENT_OUTPUTS, 3 + parameters), by that momentum and by the parameters.
+    """
+
+SETTLE_COLUMNS: tuple = ...
+
+GRADIENT_OUTPUTS: tuple = ...
+
+def joint_motion(model: Model, *, frequency: float, amplitude: Sequence[float], phase: Sequence[float], bias: Sequence[float], clock: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """
+    Angle, rate and acceleration of every joint (instants, links, 3) where 2 pi f t is `clock`.
+    """
+
+def dynamics(model: Model, joints: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], twist: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> dict:
+    """
+    The equations of swimming at given states, joints (states, links, 3) and twist (states, 3): inertia (3, 3), momentum, acceleration, wrench of the water, joint torque, loss to the water and kinetic energy.
+    """
+
+def advance(model: Model, joints: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], *, step: float, twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> dict:
+    """
+    Swim a joint motion, given at every half step (2 steps + 1, links, 3), from a twist and a pose: twist, pose, joint torque, loss to the water and kinetic energy at every step.
+    """

@@ -1,0 +1,220 @@
+"""Settled beats of many gaits: the core's rows, turned into quantities with names and a verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core, metrics
+from hypertuna.description import Robot
+from hypertuna.errors import InputError
+from hypertuna.model import core_model
+
+__all__ = ["DEFAULT_STEPS", "QUANTITIES", "STATUSES", "Quantity", "check_steps", "quantities", "settle", "status_text"]
+
+Array = NDArray[np.float64]
+
+DEFAULT_STEPS = 128  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
+TOLERANCE = 1e-8  # change per beat, in body lengths or radians, of a settled gait
+MOST_BEATS = 60  # of Newton's method
+STRAIGHT = 1e6  # a turning radius of so many body lengths is no turn
+
+STATUSES = ("settled", "unsettled", "unstable", "diverged")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A result's unit and meaning."""
+
+    unit: str
+    meaning: str
+
+
+QUANTITIES = {
+    "speed": Quantity("m/s", "mean speed along the path through the water, forward positive"),
+    "speed_bl": Quantity("1/s", "speed in body lengths per second"),
+    "power": Quantity("W", "mean mechanical power of all joints"),
+    "power_positive": Quantity("W", "mean mechanical power, negative power of a joint group counted as zero"),
+    "loss": Quantity("W", "mean power that the water takes"),
+    "cost_of_transport": Quantity("J/(kg m)", "mechanical power per mass and speed"),
+    "cost_of_transport_positive": Quantity("J/(kg m)", "the same of the positive power"),
+    "efficiency": Quantity("1", "power to tow the straight body at this speed over mechanical power"),
+    "strouhal": Quantity("1", "frequency times peak-to-peak tail excursion over speed"),
+    "stride_length": Quantity("1", "body lengths per beat"),
+    "excursion": Quantity("m", "excursion of the tail tip across the mean path, peak to peak"),
+    "turn_rate": Quantity("rad/s", "mean rate of turn, counter-clockwise"),
+    "turn_radius": Quantity("m", "mean distance of the nose from the center of the turn; infinite when straight"),
+    "spectral_radius": Quantity("1", "largest modulus of the monodromy's multipliers: what a beat leaves of a disturbance"),
+    "change": Quantity("1", "change of the motion from beat to beat, body lengths or rad"),
+    "beats": Quantity("1", "beats integrated"),
+}
+
+
+def check_steps(steps: int) -> None:
+    """Check a number of steps per beat.
+
+    Parameters
+    ----------
+    steps : int
+
+    Raises
+    ------
+    InputError
+        If it is not a multiple of 4, 8 at least.
+    """
+    if steps < 8 or steps % 4:
+        raise InputError("must be a multiple of 4, 8 at least", key="steps", value=str(steps), fix="take 128")
+
+
+def settle(
+    robot: Robot,
+    frequency: Array,
+    amplitude: Array,
+    phase: Array,
+    bias: Array,
+    *,
+    steps: int = DEFAULT_STEPS,
+    wait: int = -1,
+    threads: int = 1,
+) -> dict[str, Any]:
+    """Find the settled beats of gaits.
+
+    Parameters
+    ----------
+    robot : Robot
+    frequency : ndarray, shape (gaits,)
+        Beat frequency [Hz].
+    amplitude, phase, bias : ndarray, shape (gaits, groups)
+        Of each joint group [rad].
+    steps : int
+        Runge-Kutta steps per beat, a multiple of 4.
+    wait : int
+        Integrate so many beats from rest instead of Newton's method, if not negative.
+    threads : int
+        Threads to use; the result does not depend on it.
+
+    Returns
+    -------
+    dict
+        `QUANTITIES` by name, each of shape (gaits,); ``status``, index into `STATUSES`; ``twist`` (gaits, 3) and
+        ``momentum`` (gaits, 3) at the start of the beat; ``monodromy`` (gaits, 3, 3) of the momentum;
+        ``displacement`` (gaits, 3) of the nose over the beat, x, y [m] and heading [rad].
+    """
+    check_steps(steps)
+    model = core_model(robot)
+    rows = _core.settle(
+        model, frequency, amplitude, phase, bias, steps=steps, wait=wait, most_beats=MOST_BEATS, tolerance=TOLERANCE, threads=threads
+    )
+    return quantities(robot, frequency, rows)
+
+
+_COLUMN = {name: k for k, name in enumerate(_core.SETTLE_COLUMNS)}
+
+
+def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
+    """Turn rows of the core into quantities.
+
+    Parameters
+    ----------
+    robot : Robot
+    frequency : ndarray, shape (gaits,)
+        Beat frequency [Hz].
+    rows : ndarray, shape (gaits, len(_core.SETTLE_COLUMNS))
+
+    Returns
+    -------
+    dict
+        As `settle`.
+    """
+    row = {name: rows[:, k] for name, k in _COLUMN.items()}
+    length, mass = robot.body.length, robot.body.mass
+    chord = np.hypot(row["displacement_x"], row["displacement_y"])
+    speed = np.copysign(metrics.mean_speed(chord, row["turn"], 1 / frequency), row["advance"])
+    start, matrix = _COLUMN["u"], _COLUMN["m_00"]
+    monodromy = rows[:, matrix : matrix + 9].reshape(-1, 3, 3)
+    radius = _spectral_radius(monodromy)
+    return {
+        "speed": speed,
+        "speed_bl": metrics.body_lengths_per_second(speed, length),
+        "power": row["power"],
+        "power_positive": row["power_positive"],
+        "loss": row["loss"],
+        "cost_of_transport": metrics.cost_of_transport(row["power"], mass, speed),
+        "cost_of_transport_positive": metrics.cost_of_transport(row["power_positive"], mass, speed),
+        "efficiency": metrics.efficiency(_towed_power(robot, speed), row["power"]),
+        "strouhal": metrics.strouhal(frequency, row["excursion"], speed),
+        "stride_length": metrics.stride_length(speed, frequency, length),
+        "excursion": row["excursion"],
+        "turn_rate": row["turn"] * frequency,
+        "turn_radius": np.where(row["radius"] < STRAIGHT * length, row["radius"], np.inf),
+        "spectral_radius": radius,
+        "change": row["residual"],
+        "beats": row["beats"],
+        "status": _status(rows[:, :matrix], row["residual"], radius),
+        "twist": rows[:, start : start + 3],
+        "momentum": rows[:, start + 3 : start + 6],
+        "monodromy": monodromy,
+        "displacement": rows[:, :3],
+    }
+
+
+def status_text(status: str, *, beats: float, change: float, spectral_radius: float) -> str:
+    """Say in a sentence how a search for the settled beat ended.
+
+    Parameters
+    ----------
+    status : str
+        One of `STATUSES`.
+    beats : float
+        Beats integrated.
+    change : float
+        Change of the motion per beat [body lengths or rad].
+    spectral_radius : float
+        Largest modulus of the monodromy's multipliers.
+
+    Returns
+    -------
+    str
+    """
+    if status == "settled":
+        kept = "" if np.isnan(spectral_radius) else f"; a disturbance shrinks to {spectral_radius:.3g} of itself each beat"
+        return f"The gait is settled: every beat repeats the last to {change:.1e} body lengths{kept}."
+    if status == "unstable":
+        return (
+            f"The gait is periodic but unstable: a disturbance grows {spectral_radius:.3g} times each beat, "
+            "so the robot will not keep it."
+        )
+    if status == "unsettled":
+        return f"The gait is unsettled after {beats:.0f} beats: it still changes by {change:.1e} body lengths a beat."
+    return (
+        f"The gait diverged within {beats:.0f} beats: its speeds left all bounds; "
+        "take more steps per beat, or look at the coefficients."
+    )
+
+
+def _status(rows: Array, residual: Array, spectral_radius: Array) -> NDArray[np.int8]:
+    """Give each gait its verdict; what is not a finite number has diverged."""
+    radius_column = _COLUMN["radius"]  # infinite for straight gaits
+    finite = np.isfinite(np.delete(rows, radius_column, axis=1)).all(axis=1)
+    settled = residual < TOLERANCE
+    unstable = spectral_radius >= 1
+    return np.select([~finite, ~settled, unstable], [3, 1, 2], default=0).astype(np.int8)
+
+
+def _spectral_radius(monodromy: Array) -> Array:
+    """Largest modulus of the eigenvalues; not a number for a matrix that has none."""
+    finite = np.isfinite(monodromy).all(axis=(1, 2))
+    radius = np.full(len(monodromy), np.nan)
+    radius[finite] = np.abs(np.linalg.eigvals(monodromy[finite])).max(axis=-1)
+    return radius
+
+
+def _towed_power(robot: Robot, speed: Array) -> Array:
+    """Power to tow the straight body, head first."""
+    model = core_model(robot)
+    twist = np.zeros((len(speed), 3))
+    twist[:, 0] = -speed
+    return np.asarray(_core.dynamics(model, np.zeros((len(speed), model.links, 3)), twist)["loss"])

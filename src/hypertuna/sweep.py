@@ -1,0 +1,288 @@
+"""Sweep: many gaits at once, over lanes and threads; and exact derivatives."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Self
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES, settle
+from hypertuna.description import Robot
+from hypertuna.errors import InputError
+from hypertuna.gait import Gait, check_gait
+from hypertuna.model import core_model, parameter_names
+from hypertuna.results import provenance
+
+__all__ = ["Gaits", "Gradient", "gradient", "sweep"]
+
+Array = NDArray[np.float64]
+
+CHUNK = 16384  # gaits between two reports of progress: bounds the memory that is not result
+
+
+@dataclass(frozen=True)
+class Gaits:
+    """Many gaits: a list, or a grid.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (gaits,)
+        [Hz].
+    amplitude, phase, bias : ndarray, shape (gaits, groups)
+        Of each joint group [rad].
+    shape : tuple of int
+        (gaits,) of a list; (frequencies, amplitudes, phases, biases) of a grid, whose gaits are in that order, the
+        last changing fastest.
+    """
+
+    frequency: Array
+    amplitude: Array
+    phase: Array
+    bias: Array
+    shape: tuple[int, ...]
+
+    @classmethod
+    def of(cls, gaits: Sequence[Gait]) -> Self:
+        """Put gaits in a list.
+
+        Parameters
+        ----------
+        gaits : sequence of Gait
+            With equally many joint groups.
+
+        Returns
+        -------
+        Gaits
+
+        Raises
+        ------
+        InputError
+            If there is none, or they differ in their number of joint groups.
+        """
+        if not gaits:
+            raise InputError("must hold one gait at least", key="gaits", value="empty", fix="give the gaits to swim")
+        if len({len(gait.amplitude) for gait in gaits}) > 1:
+            fix = "give every gait one value per joint group"
+            raise InputError("must have equally many joint groups", key="gaits", fix=fix)
+        columns = (np.array([getattr(gait, name) for gait in gaits]) for name in ("amplitude", "phase", "bias"))
+        return cls(np.array([gait.frequency for gait in gaits]), *columns, shape=(len(gaits),))
+
+    @classmethod
+    def grid(
+        cls,
+        *,
+        frequency: Sequence[float],
+        amplitude: Sequence[Sequence[float]],
+        phase: Sequence[Sequence[float]],
+        bias: Sequence[Sequence[float]] | None = None,
+    ) -> Self:
+        """Combine every frequency with every amplitude, phase and bias.
+
+        Parameters
+        ----------
+        frequency : sequence of float
+            [Hz].
+        amplitude, phase, bias : sequence of sequence of float
+            Each entry has one angle per joint group [rad]; no bias if left out.
+
+        Returns
+        -------
+        Gaits
+
+        Raises
+        ------
+        InputError
+            As `Gait` does, at the first value that cannot be used.
+        """
+        bias = [(0.0,) * len(amplitude[0])] if bias is None and len(amplitude) else (bias or [])
+        axes = [frequency, amplitude, phase, bias]
+        for name, axis in zip(("frequency", "amplitude", "phase", "bias"), axes, strict=True):
+            if not len(axis):
+                raise InputError("must have one value at least", key=name, value="empty", fix="give a range or a list")
+        # Each value is checked once, not once for every combination.
+        for f in frequency:
+            Gait(f, tuple(amplitude[0]), tuple(phase[0]), tuple(bias[0]))
+        for a in amplitude:
+            Gait(frequency[0], tuple(a), tuple(phase[0]), tuple(bias[0]))
+        for p in phase:
+            Gait(frequency[0], tuple(amplitude[0]), tuple(p), tuple(bias[0]))
+        for b in bias:
+            Gait(frequency[0], tuple(amplitude[0]), tuple(phase[0]), tuple(b))
+        shape = tuple(len(axis) for axis in axes)
+        index = np.indices(shape).reshape(4, -1)
+        columns = (np.asarray(axis, dtype=np.float64)[k] for axis, k in zip(axes, index, strict=True))
+        return cls(*columns, shape=shape)
+
+    def __len__(self) -> int:
+        return len(self.frequency)
+
+
+def sweep(
+    robot: Robot,
+    gaits: Gaits | Sequence[Gait],
+    *,
+    threads: int | None = None,
+    steps: int = DEFAULT_STEPS,
+    method: Literal["newton", "beats"] = "newton",
+    beats: int = 50,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Swim many gaits.
+
+    Parameters
+    ----------
+    robot : Robot
+    gaits : Gaits or sequence of Gait
+    threads : int, optional
+        Threads to use, all processors if left out; the result does not depend on it.
+    steps : int
+        Runge-Kutta steps per beat, a multiple of 4.
+    method : {"newton", "beats"}
+        Solve for the settled beat, or swim `beats` beats from rest and take the last.
+    beats : int
+        For method "beats".
+    progress : callable, optional
+        Called with the number of gaits done and their total, now and then.
+
+    Returns
+    -------
+    xarray.Dataset
+        Every quantity of `hypertuna.beats.QUANTITIES`, ``status`` and ``settled``, with dimensions frequency,
+        amplitude, phase and bias for a grid, or gait for a list; angles of every joint group [rad] are coordinates
+        such as ``amplitude_I``. A gait that diverged leaves the others untouched.
+
+    Raises
+    ------
+    InputError
+        If the gaits do not fit the robot.
+    """
+    gaits = gaits if isinstance(gaits, Gaits) else Gaits.of(gaits)
+    check_gait(Gait(gaits.frequency[0], tuple(gaits.amplitude[0]), tuple(gaits.phase[0])), robot)
+    if method == "beats" and beats < 1:
+        raise InputError("must be 1 at least", key="beats", value=str(beats), fix="give the beats to swim from rest")
+    threads = threads or os.cpu_count() or 1
+    wait = beats - 1 if method == "beats" else -1
+    parts = []
+    for first in range(0, len(gaits), CHUNK):
+        here = slice(first, first + CHUNK)
+        columns = (np.ascontiguousarray(a[here]) for a in (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias))
+        found = settle(robot, *columns, steps=steps, wait=wait, threads=threads)
+        parts.append({name: found[name] for name in (*QUANTITIES, "status")})
+        if progress is not None:
+            progress(min(first + CHUNK, len(gaits)), len(gaits))
+    whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    return _dataset(robot, gaits, whole).assign_attrs(steps=steps, method=method)
+
+
+def _dataset(robot: Robot, gaits: Gaits, found: dict[str, Any]) -> xr.Dataset:
+    """Label the results of a sweep."""
+    grid = len(gaits.shape) == 4
+    dims = ("frequency", "amplitude", "phase", "bias") if grid else ("gait",)
+    variables: dict[str, Any] = {
+        name: (dims, found[name].reshape(gaits.shape), {"units": quantity.unit, "long_name": quantity.meaning})
+        for name, quantity in QUANTITIES.items()
+    }
+    status = found["status"].reshape(gaits.shape)
+    flags = {"flag_values": list(range(len(STATUSES))), "flag_meanings": " ".join(STATUSES)}
+    variables["status"] = (dims, status, {"long_name": "how the search ended"} | flags)
+    variables["settled"] = (dims, status == 0, {"long_name": "whether the gait repeats itself and is stable"})
+    coordinates: dict[str, Any] = {}
+    for axis, name in enumerate(("frequency", "amplitude", "phase", "bias")):
+        # Along its own axis of a grid an entry stands where all other indices are 0.
+        pick = tuple(slice(None) if k == axis else 0 for k in range(4)) if grid else (slice(None),)
+        values = getattr(gaits, name).reshape(*gaits.shape, -1)[pick]
+        dim = name if grid else "gait"
+        if name == "frequency":
+            coordinates[name] = (dim, values[:, 0], {"units": "Hz", "long_name": "beat frequency"})
+            continue
+        for g, group in enumerate(robot.joints):
+            text = f"{name} of joint group {group.name}"
+            coordinates[f"{name}_{group.name}"] = (dim, values[:, g], {"units": "rad", "long_name": text})
+    return xr.Dataset(variables, coordinates, provenance(robot))
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """Exact derivatives of a settled gait's results.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The parameters, as attributes of gait and robot: ``gait.frequency`` [Hz], ``gait.amplitude[1]`` [rad],
+        ``joints.bandwidth[0]`` [Hz], ``links.mass[3]`` [kg], ``water.lumped.drag[7]`` ...
+    speed, cost_of_transport, power, power_positive : ndarray, shape (parameters,)
+        Derivatives by them, in SI units of result per parameter.
+    """
+
+    names: tuple[str, ...]
+    speed: Array
+    cost_of_transport: Array
+    power: Array
+    power_positive: Array
+
+
+def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradient:
+    """Differentiate speed and cost of transport of a settled gait by every coefficient and gait parameter.
+
+    One beat in dual numbers gives the derivatives of its end P1 and its results by the start P0 and the parameters p.
+    The settled start moves with p so that P1 = P0 stays: dP0/dp = (I - dP1/dP0)^-1 dP1/dp (implicit function theorem).
+
+    Parameters
+    ----------
+    robot : Robot
+    gait : Gait
+    steps : int
+        Runge-Kutta steps per beat, a multiple of 4.
+
+    Returns
+    -------
+    Gradient
+
+    Raises
+    ------
+    InputError
+        If the gait does not fit the robot, or does not settle: it then has no derivatives.
+    """
+    check_gait(gait, robot)
+    gaits = Gaits.of([gait])
+    arrays = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
+    found = settle(robot, *arrays, steps=steps)
+    status = STATUSES[found["status"][0]]
+    if status not in ("settled", "unstable"):
+        raise InputError("must settle to have derivatives", key="gait", value=status, fix="look at hypertuna.swim of it")
+    rows = _core.gradient(core_model(robot), *arrays, found["momentum"].copy(), steps=steps, threads=1)[0]
+    outputs = {name: rows[k] for k, name in enumerate(_core.GRADIENT_OUTPUTS)}
+    end = np.stack([outputs.pop(name) for name in ("end_p_x", "end_p_y", "end_l")])
+    start = np.linalg.solve(np.eye(3) - end[:, :3], end[:, 3:])
+    total = {name: row[3:] + row[:3] @ start for name, row in outputs.items()}
+
+    # Speed is arc over period: the arc from displacement and turn, the period from the frequency alone.
+    speed, power, mass = float(found["speed"][0]), float(found["power"][0]), robot.body.mass
+    d_speed = _speed_slope(found["displacement"][0], total, speed, gait.frequency)
+    sign = np.sign(speed)
+    cost = power / (mass * abs(speed))
+    return Gradient(
+        names=parameter_names(robot),
+        speed=d_speed,
+        cost_of_transport=total["power"] / (mass * abs(speed)) - cost * sign * d_speed / abs(speed),
+        power=total["power"],
+        power_positive=total["power_positive"],
+    )
+
+
+def _speed_slope(displacement: Array, total: dict[str, Array], speed: float, frequency: float) -> Array:
+    """Derivative of f chord (turn/2) / sin(turn/2), signed like the speed."""
+    x, y, half = displacement[0], displacement[1], displacement[2] / 2
+    chord = np.hypot(x, y)
+    chord_slope = (x * total["displacement_x"] + y * total["displacement_y"]) / chord
+    # d/dh log(h / sin h) = 1/h - cot h, which is h/3 near zero.
+    bend = half / 3 if abs(half) < 1e-4 else 1 / half - 1 / np.tan(half)
+    slope: Array = speed * (chord_slope / chord + bend * total["turn"] / 2)
+    slope[0] += speed / frequency
+    return slope

@@ -1,0 +1,232 @@
+"""Swim: one gait, settled or from rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.beats import DEFAULT_STEPS, STATUSES, check_steps, settle, status_text
+from hypertuna.description import Robot
+from hypertuna.errors import InputError
+from hypertuna.gait import Gait, check_gait
+from hypertuna.model import core_model
+from hypertuna.results import trajectory
+
+__all__ = ["Swim", "swim"]
+
+Array = NDArray[np.float64]
+
+AT_REST = 1e-4  # from rest, a gait counts as settled when its last beat is this near the settled speed (relative)
+
+
+@dataclass(frozen=True)
+class Swim:
+    """How a robot swims a gait. Means are over one beat: the settled one, or the last one from rest.
+
+    Attributes
+    ----------
+    robot : Robot
+    gait : Gait
+    speed : float
+        Along the mean path through the water, forward positive [m/s].
+    speed_bl : float
+        In body lengths per second [1/s].
+    cost_of_transport, cost_of_transport_positive : float
+        Mechanical power per mass and speed [J/(kg m)]: net, and with negative power of a joint group left out.
+    power, power_positive, loss : float
+        Mean mechanical power of the joints, its positive part, and the power that the water takes [W].
+    efficiency : float
+        Power to tow the straight body at this speed over mechanical power; not a number where no power is spent.
+    strouhal, stride_length : float
+        f A / U with the peak-to-peak excursion A of the tail tip, and U / (f L).
+    excursion : float
+        A [m].
+    turn_rate, turn_radius : float
+        Mean rate of turn [rad/s], counter-clockwise positive, and radius of the nose's mean path [m].
+    multipliers : ndarray of complex, shape (3,)
+        Eigenvalues of the monodromy matrix, largest first; not numbers from rest.
+    spectral_radius : float
+        Largest modulus of them: what a beat leaves of a disturbance.
+    status, status_text : str
+        "settled", "unsettled", "unstable" or "diverged", and a sentence.
+    change : float
+        Change of the motion from this beat to the next [body lengths or rad].
+    beats, steps : int
+        Beats integrated, Runge-Kutta steps per beat.
+    """
+
+    robot: Robot
+    gait: Gait
+    speed: float
+    speed_bl: float
+    power: float
+    power_positive: float
+    loss: float
+    cost_of_transport: float
+    cost_of_transport_positive: float
+    efficiency: float
+    strouhal: float
+    stride_length: float
+    excursion: float
+    turn_rate: float
+    turn_radius: float
+    spectral_radius: float
+    change: float
+    beats: int
+    multipliers: NDArray[np.complex128]
+    status: str
+    status_text: str
+    steps: int
+    current: tuple[float, float]
+    duration: float | None
+    _start: Array
+
+    @property
+    def settled(self) -> bool:
+        """Whether the gait repeats itself and recovers from small disturbances."""
+        return self.status == "settled"
+
+    @cached_property
+    def trajectory(self) -> xr.Dataset:
+        """The motion through time, computed when first asked for.
+
+        One beat of the settled gait, or everything from rest, at every step: twist and pose of the head, joint
+        angles, torques and power, tail tip; units in the attributes. A gait that diverged has what was reached.
+        """
+        beats = 1.0 if self.duration is None else self.duration * self.gait.frequency
+        return _trajectory(self.robot, self.gait, self._start, beats, self.steps, self.current)
+
+
+def swim(
+    robot: Robot,
+    gait: Gait,
+    *,
+    from_rest: float | None = None,
+    steps: int = DEFAULT_STEPS,
+    current: tuple[float, float] = (0.0, 0.0),
+) -> Swim:
+    """Swim a gait.
+
+    Parameters
+    ----------
+    robot : Robot
+    gait : Gait
+    from_rest : float, optional
+        Swim from rest in the water for so long [s], instead of going straight to the settled beat.
+    steps : int
+        Runge-Kutta steps per beat, a multiple of 4.
+    current : tuple of float
+        Uniform velocity of the water in the frame of the trajectory, x and y [m/s]. It carries the robot along;
+        speed and cost of transport are through the water.
+
+    Returns
+    -------
+    Swim
+        Its `status` tells whether the numbers are those of a settled gait.
+
+    Raises
+    ------
+    InputError
+        If the gait does not fit the robot, or an option is out of range.
+
+    Examples
+    --------
+    >>> import hypertuna as ht
+    >>> fish = ht.load("hypertuna")
+    >>> gait = ht.Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 40))
+    >>> round(ht.swim(fish, gait).speed, 3)
+    0.578
+    """
+    check_gait(gait, robot)
+    check_steps(steps)
+    if from_rest is not None and not 1 <= from_rest * gait.frequency <= 1e6:
+        raise InputError(
+            "must last between one beat and a million beats",
+            key="from_rest",
+            value=f"{from_rest:g} s of {gait.frequency:g} Hz",
+            fix="give the seconds to swim",
+        )
+    if not np.isfinite(current).all():
+        raise InputError("must be two finite numbers", key="current", value=str(current), fix="give m/s along x and y")
+    wait = -1 if from_rest is None else int(from_rest * gait.frequency) - 1
+    arrays = (np.array([gait.frequency]), *(np.array([a]) for a in (gait.amplitude, gait.phase, gait.bias)))
+    found = settle(robot, *arrays, steps=steps, wait=wait)
+    status = STATUSES[found.pop("status")[0]]
+    twist, monodromy = found.pop("twist")[0].copy(), found.pop("monodromy")[0]
+    del found["momentum"], found["displacement"]
+    values: dict[str, Any] = {name: float(value[0]) for name, value in found.items()}
+    text = status_text(
+        status, beats=values["beats"], change=values["change"], spectral_radius=values["spectral_radius"]
+    )
+    if from_rest is not None:
+        status, text, twist = _verdict_from_rest(robot, gait, values, status, text, steps)
+    return Swim(
+        robot=robot,
+        gait=gait,
+        **values | {"beats": int(values["beats"])},
+        multipliers=_multipliers(monodromy),
+        status=status,
+        status_text=text,
+        steps=steps,
+        current=(float(current[0]), float(current[1])),
+        duration=from_rest,
+        _start=twist,
+    )
+
+
+def _verdict_from_rest(
+    robot: Robot, gait: Gait, values: dict[str, Any], status: str, text: str, steps: int
+) -> tuple[str, str, Array]:
+    """Compare the last beat from rest with the settled one; the start of it all is rest."""
+    values["beats"] += 1
+    rest = np.zeros(3)
+    if status == "diverged":
+        return status, text, rest
+    settled = swim(robot, gait, steps=steps)
+    short = values["speed"] / settled.speed - 1 if settled.settled else np.nan
+    beats = f"{values['beats']:.0f} beats"
+    if not settled.settled:
+        return "unsettled", f"The gait is unsettled after {beats} from rest. {settled.status_text}", rest
+    if abs(short) < AT_REST:
+        return "settled", f"The gait is settled after {beats} from rest, to {abs(short):.1e} of its speed.", rest
+    side = "above" if short > 0 else "below"
+    return (
+        "unsettled",
+        f"The gait is unsettled after {beats} from rest: its speed is {abs(short):.2%} {side} "
+        f"the settled {settled.speed:.4g} m/s.",
+        rest,
+    )
+
+
+def _multipliers(monodromy: Array) -> NDArray[np.complex128]:
+    """Eigenvalues, largest first."""
+    if not np.isfinite(monodromy).all():
+        return np.full(3, np.nan, dtype=np.complex128)
+    values = np.linalg.eigvals(monodromy).astype(np.complex128)
+    return values[np.argsort(-np.abs(values))]
+
+
+def _trajectory(
+    robot: Robot, gait: Gait, start: Array, beats: float, steps: int, current: tuple[float, float]
+) -> xr.Dataset:
+    """Integrate the gait over so many beats from a twist."""
+    count = int(round(beats * steps))
+    step = 1 / (gait.frequency * steps)
+    clock = np.pi / steps * (np.arange(2 * count + 1) % (2 * steps))
+    model = core_model(robot)
+    joints = _core.joint_motion(
+        model,
+        frequency=gait.frequency,
+        amplitude=gait.amplitude,
+        phase=gait.phase,
+        bias=gait.bias,
+        clock=clock,
+    )
+    motion = _core.advance(model, joints, step=step, twist=start, pose=np.zeros(3))
+    return trajectory(robot, step * np.arange(count + 1), joints[::2], motion, current=current)

@@ -1,0 +1,489 @@
+"""Robot descriptions: what is read, what is refused and how, and what the shipped robots say."""
+
+import json
+import math
+import pickle
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+from scipy.special import ellipe
+
+from hypertuna.description import Robot, json_schema, load, parse, reference, robots
+from hypertuna.errors import InputError
+
+ROOT = Path(__file__).parents[1]
+
+EEL = """
+format = 1
+name = "eel"
+description = "three links"
+
+[body]
+length_m = 0.6
+mass_kg = 1.0
+
+[links]
+name = ["head", "middle", "tail"]
+length_m = [0.3, 0.2, 0.1]
+com_m = [0.15, 0.1, 0.05]
+mass_kg = [0.5, 0.3, 0.1]
+lateral_area_m2 = [0.03, 0.02, 0.01]
+wetted_area_m2 = [0.06, 0.04, 0.02]
+
+[[joints]]
+name = "front"
+links = [1]
+bandwidth_hz = 3.0
+
+[[joints]]
+name = "rear"
+links = [2]
+amplitude_max_deg = 30.0
+
+[model]
+water = "strip"
+
+[water]
+density_kg_m3 = 1000.0
+
+[water.strip]
+added_mass_normal = [1.0, 1.0, 1.0]
+added_mass_tangential = [0.0, 0.0, 0.0]
+added_inertia = [1.0, 1.0, 1.0]
+drag_normal = [2.0, 2.0, 2.0]
+drag_tangential = [0.01, 0.01, 0.01]
+
+[gaits.wave]
+frequency_hz = 1.0
+amplitude_deg = [10.0, 20.0]
+phase_deg = [0.0, 90.0]
+
+[sources]
+"links" = "measured"
+"links.com_m" = "estimate: middle"
+"""
+
+# What is changed in the file, and the whole sentence that comes back.
+BAD = [
+    (
+        "mass_kg = [0.5, 0.3, 0.1]",
+        "mass_kg = [0.5, -0.3, 0.1]",
+        "links.mass_kg[1] must be greater than 0, but is -0.3: give the mass of each link in kg.",
+    ),
+    (
+        "length_m = 0.6",
+        "length_m = 0.7",
+        "links.length_m must add up to body.length_m = 0.7, but is 0.6 in all: correct the links or the body length.",
+    ),
+    (
+        "mass_kg = 1.0",
+        "mass_kg = 0.8",
+        "links.mass_kg must add up to at most body.mass_kg = 0.8, but is 0.9 in all: "
+        "correct the links or the mass of the whole robot.",
+    ),
+    ("com_m = [", "con_m = [", "links.con_m is not a known key: did you mean com_m?"),
+    ("bandwidth_hz", "bandwith_hz", "joints[0].bandwith_hz is not a known key: did you mean bandwidth_hz?"),
+    ("[gaits.wave]", "[gait.wave]", "gait is not a known key: did you mean gaits?"),
+    (
+        "[0.0, 90.0]",
+        "[0.0, 90.0]\nzzz = 1",
+        "gaits.wave.zzz is not a known key: use one of frequency_hz, amplitude_deg, phase_deg, bias_deg.",
+    ),
+    (
+        "mass_kg = [0.5, 0.3, 0.1]",
+        "mass_kg = [0.5, 0.3]",
+        "links.mass_kg must be 3 long, one value per link in links.name, but is 2 long: give 3 values.",
+    ),
+    (
+        "drag_normal = [2.0, 2.0, 2.0]",
+        "drag_normal = [2.0]",
+        "water.strip.drag_normal must be 3 long, one value per link, but is 1 long: give 3 values.",
+    ),
+    (
+        "amplitude_deg = [10.0, 20.0]",
+        "amplitude_deg = [10.0]",
+        "gaits.wave.amplitude_deg must be 2 long, one value per joint group, but is 1 long: give 2 values.",
+    ),
+    (
+        "density_kg_m3 = 1000.0",
+        "density_kg_m3 = nan",
+        "water.density_kg_m3 must be a finite number, but is nan: give the density of the water in kg/m^3.",
+    ),
+    (
+        "com_m = [0.15, 0.1",
+        "com_m = [0.15, inf",
+        "links.com_m[1] must be a finite number, but is inf: "
+        "give the distance of each center of mass from the link's front end in m.",
+    ),
+    (
+        "com_m = [0.15, 0.1",
+        "com_m = [0.15, 0.3",
+        "links.com_m[1] must lie inside the link, at most 0.2, but is 0.3: "
+        "measure the center of mass from the link's front end in m.",
+    ),
+    (
+        "frequency_hz = 1.0",
+        "frequency_hz = 0",
+        "gaits.wave.frequency_hz must be greater than 0, but is 0: give the beat frequency in Hz.",
+    ),
+    (
+        "frequency_hz = 1.0",
+        'frequency_hz = "fast"',
+        "gaits.wave.frequency_hz must be a number, but is 'fast': give the beat frequency in Hz.",
+    ),
+    (
+        "frequency_hz = 1.0",
+        "frequency_hz = true",
+        "gaits.wave.frequency_hz must be a number, but is true: give the beat frequency in Hz.",
+    ),
+    (
+        "links = [1]",
+        "links = 1",
+        "joints[0].links must be a list, but is 1: give the links whose front joints this group bends.",
+    ),
+    (
+        "[body]\nlength_m = 0.6\nmass_kg = 1.0",
+        "body = 3",
+        "body must be a table, but is 3: give the table of the whole robot's dimensions and mass.",
+    ),
+    ("density_kg_m3 = 1000.0", "", "water.density_kg_m3 is missing: give the density of the water in kg/m^3."),
+    (
+        "links = [2]",
+        "links = [3]",
+        "joints[1].links[0] must be a link from 1 to 2, but is 3: "
+        "joint i sits at the front end of link i, and link 0 is the head.",
+    ),
+    (
+        "links = [2]",
+        "links = [2, 1]",
+        "joints[1].links[1] must be in one joint group only, but is 1, which joints[0] has already: "
+        "remove it from one.",
+    ),
+    (
+        "links = [2]",
+        "links = [2]\nshare = [0.5]",
+        "joints[1].share must add up to 1, but is 0.5 in all: leave share out for equal shares.",
+    ),
+    (
+        "links = [2]",
+        "links = [2]\nshare = [0.5, 0.5]",
+        "joints[1].share must be 1 long, one value per link of the group, but is 2 long: give 1 value.",
+    ),
+    (
+        'name = "rear"',
+        'name = "front"',
+        "joints[1].name must be unique, but is 'front': give each its own name.",
+    ),
+    (
+        "amplitude_max_deg = 30.0",
+        "amplitude_max_deg = 200.0",
+        "joints[1].amplitude_max_deg must be less than or equal to 180, but is 200.0: "
+        "give the largest amplitude to command in deg.",
+    ),
+    (
+        'water = "strip"',
+        'water = "stripe"',
+        "model.water must be 'lumped' or 'strip', but is 'stripe': give the law of the water forces.",
+    ),
+    (
+        'water = "strip"',
+        'water = "lumped"',
+        "model.water must be a law whose coefficients are given, but is 'lumped': "
+        "add the table [water.lumped] or choose another law in [model].",
+    ),
+    (
+        'water = "strip"',
+        'water = "strip"\njoints = "bandwidth"',
+        "joints[1].bandwidth_hz is needed by model.joints = 'bandwidth': "
+        "give it in Hz, or choose joints = 'ideal' in [model].",
+    ),
+    (
+        '"links.com_m"',
+        '"links.con_m"',
+        'sources."links.con_m" is the source of a key that does not exist: did you mean links.com_m?',
+    ),
+    (
+        "[gaits.wave]",
+        '[gaits."0.5 Hz"]\nbias_deg = ["left", 0.0]',
+        "gaits.\"0.5 Hz\".bias_deg[0] must be a number, but is 'left': "
+        "give the mean angle of each joint group (default: 0) in deg.",
+    ),
+    (
+        "links = [2]",
+        "links = []",
+        "joints[1].links must not be empty, but is []: give the links whose front joints this group bends.",
+    ),
+    (
+        '"measured"',
+        '""',
+        "sources.links must not be empty, but is '': give the origin of each value, by key or by the start of a key.",
+    ),
+    (
+        'water = "strip"',
+        'water = "strip"\njoints = "rigid"',
+        "model.joints must be 'ideal' or 'bandwidth', but is 'rigid': "
+        "give the choice of ideal joints or joints that lag by their bandwidth.",
+    ),
+    (
+        "drag_tangential =",
+        "cross_flow = 1\ndrag_tangential =",
+        "water.strip.cross_flow must be true or false, but is 1: "
+        "give the form of the normal drag, true for v_n |v| and false for v_n |v_n|.",
+    ),
+    ("format = 1", "format = 2", "format must be 1, but is 2: give the version of this format, 1."),
+    (
+        "mass_kg = [0.5, 0.3, 0.1]",
+        "mass_kg = [0.5, 0.3, 1e-322]",
+        "links.inertia_kg_m2[2] must be positive and finite, but is 0, from m l^2/12: "
+        "correct the link's mass and length.",
+    ),
+]
+
+
+def edited(old: str, new: str) -> str:
+    """Text of the test robot with one change, which must be possible."""
+    assert EEL.count(old) >= 1
+    return EEL.replace(old, new, 1)
+
+
+@pytest.mark.parametrize(("old", "new", "sentence"), BAD)
+def test_bad_input_gives_one_sentence(old: str, new: str, sentence: str, tmp_path: Path) -> None:
+    file = tmp_path / "eel.toml"
+    file.write_text(edited(old, new))
+    with pytest.raises(InputError) as caught:
+        load(file)
+    assert str(caught.value) == f"{file}: {sentence}"
+    assert caught.value.file == str(file)
+    assert caught.value.key
+    assert sentence.startswith(caught.value.key)
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    missing, folder, binary, broken, huge = (tmp_path / f"{name}.toml" for name in ("m", "f", "b", "t", "h"))
+    folder.mkdir()
+    binary.write_bytes(b"\xff\xfe\x00")
+    broken.write_text("format = 1\nname =\n")
+    huge.write_text(f"format = {'9' * 10_000}\n")
+    for path, rule in (
+        (missing, "does not exist"),
+        (folder, "must be a readable text file"),
+        (binary, "must be a readable text file"),
+        (broken, "must be valid TOML, but is not (Invalid value (at line 2, column 7))"),
+        (huge, "must be valid TOML"),
+    ):
+        with pytest.raises(InputError) as caught:
+            load(path)
+        assert str(caught.value).startswith(f"{path} {rule}")
+
+
+def test_an_unknown_robot_gets_the_nearest_name() -> None:
+    with pytest.raises(InputError, match=r"^robots/hypertona\.toml does not exist: did you mean hypertuna\?$"):
+        load("hypertona")
+
+
+def test_an_error_survives_the_way_between_processes() -> None:
+    error = InputError("must be greater than 0", file="a.toml", key="k", value="-1", fix="raise it")
+    copy = pickle.loads(pickle.dumps(error))
+    assert (str(copy), copy.key) == ("a.toml: k must be greater than 0, but is -1: raise it.", "k")
+
+
+def test_defaults_and_units() -> None:
+    eel = parse(tomllib.loads(EEL))
+    assert eel.links.inertia == pytest.approx([0.5 * 0.3**2 / 12, 0.3 * 0.2**2 / 12, 0.1 * 0.1**2 / 12])
+    assert eel.joints[0].share == (1.0,)
+    assert eel.joints[1].amplitude_max == pytest.approx(math.pi / 6)
+    assert eel.gaits["wave"].phase[1] == pytest.approx(math.pi / 2)
+    assert eel.gaits["wave"].bias == (0.0, 0.0)
+    assert eel.water.strip is not None
+    assert eel.water.strip.linear_normal == (0.0, 0.0, 0.0)
+    assert load("hypertuna").battery.capacity == 3.5 * 3600  # type: ignore[union-attr]
+
+
+def test_a_choice_of_model_is_replaced_and_checked() -> None:
+    fish = load("hypertuna")
+    ideal = fish.using(joints="ideal")
+    assert (ideal.model.joints, ideal.model.water, ideal.file) == ("ideal", fish.model.water, fish.file)
+    assert ideal.using(joints=fish.model.joints).hash == fish.hash != ideal.hash
+    with pytest.raises(InputError, match=r"model\.areas must be 'consistent' or 'as-printed', but is 'printed'"):
+        fish.using(areas="printed")
+
+
+def test_the_hash_is_that_of_what_can_change_a_result() -> None:
+    def hash_of(text: str) -> str:
+        return parse(tomllib.loads(text), file="any").hash
+
+    same = (
+        edited("[body]", "# a comment\n[body]"),
+        edited("length_m = 0.6", "length_m = 6e-1"),
+        edited("three links", "an eel"),
+        edited("measured", "guessed"),
+        edited("links = [2]", "links = [2]\nshare = [1.0]"),
+    )
+    other = (edited("90.0", "91.0"), edited("drag_normal = [2.0", "drag_normal = [2.1"), edited('"eel"', '"fish"'))
+    assert {hash_of(text) for text in same} == {hash_of(EEL)}
+    assert len({hash_of(text) for text in (EEL, *other)}) == 1 + len(other)
+
+
+def test_a_source_covers_what_is_below_it() -> None:
+    eel = parse(tomllib.loads(EEL))
+    assert eel.source("links.mass_kg[1]") == "measured"
+    assert eel.source("links.com_m") == "estimate: middle"
+    assert eel.source("linksandmore") is None
+    assert [entry.key for entry in eel.entries() if entry.estimate] == ["links.com_m"]
+    assert "water.density_kg_m3" in eel.unsourced()
+    assert "links.mass_kg" not in eel.unsourced()
+
+
+TEXTS = st.text(st.characters(categories=("L", "N", "P", "S", "Zs")), min_size=1, max_size=8)
+POSITIVE = st.floats(1e-3, 1e3)
+
+
+@st.composite
+def documents(draw: st.DrawFn) -> dict[str, Any]:
+    """Any valid robot, as a document."""
+    links = draw(st.integers(1, 6))
+
+    def column(values: st.SearchStrategy[float], size: int = links) -> list[float]:
+        return draw(st.lists(values, min_size=size, max_size=size))
+
+    def degrees(low: float, high: float, size: int) -> list[float]:
+        return [round(angle, 6) for angle in column(st.floats(low, high), size)]
+
+    length, mass = column(POSITIVE), column(POSITIVE)
+    owner = draw(st.lists(st.integers(0, 3), min_size=links - 1, max_size=links - 1))
+    groups = [[i for i, g in enumerate(owner, start=1) if g == group] for group in sorted({*owner} - {0})]
+    keys = ("added_mass_normal", "added_mass_tangential", "added_inertia", "drag_normal", "drag_tangential")
+    laws: dict[str, Any] = {
+        "strip": {key: column(POSITIVE) for key in keys} | {"cross_flow": draw(st.booleans())},
+        "lumped": {key: column(POSITIVE) for key in ("added_mass", "friction", "drag")},
+    }
+    law = draw(st.sampled_from(sorted(laws)))
+    gait = {"frequency_hz": draw(POSITIVE), "amplitude_deg": degrees(0, 180, len(groups))}
+    return {
+        "format": 1,
+        "name": draw(TEXTS),
+        "description": draw(TEXTS),
+        "body": {"length_m": sum(length), "mass_kg": sum(mass) * draw(st.floats(1, 2))},
+        "links": {
+            "name": draw(st.lists(TEXTS, min_size=links, max_size=links, unique=True)),
+            "length_m": length,
+            "com_m": [x * l for x, l in zip(column(st.floats(0, 1)), length, strict=True)],  # noqa: E741
+            "mass_kg": mass,
+            "lateral_area_m2": column(POSITIVE),
+            "wetted_area_m2": column(POSITIVE),
+        },
+        "joints": [{"name": f"{g}", "links": group, "bandwidth_hz": draw(POSITIVE)} for g, group in enumerate(groups)],
+        "model": {"water": law, "joints": draw(st.sampled_from(("ideal", "bandwidth")))},
+        "water": {"density_kg_m3": draw(POSITIVE), law: laws[law]},
+        "gaits": {draw(TEXTS): gait | {"phase_deg": degrees(-360, 360, len(groups))}},
+        "battery": {"cells": draw(st.integers(1, 9)), "capacity_ah": round(draw(POSITIVE), 3), "voltage_v": 3.6},
+        "sources": {"links.mass_kg": draw(TEXTS)},
+    }
+
+
+def as_toml(value: Any) -> str:
+    """Write a value in TOML, tables inline."""
+    if isinstance(value, dict):
+        pairs = (f"{as_toml(key)} = {as_toml(part)}" for key, part in value.items())
+        return f"{{{', '.join(pairs)}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(as_toml, value))}]"
+    return json.dumps(value, ensure_ascii=False)
+
+
+@given(document=documents())
+def test_any_robot_makes_the_round_trip(document: dict[str, Any]) -> None:
+    text = "\n".join(f"{key} = {as_toml(value)}" for key, value in document.items())
+    robot = parse(tomllib.loads(text))
+    assert robot.document() == document
+    assert parse(robot.document()) == robot
+    assert parse(robot.document()).hash == robot.hash
+
+
+@pytest.mark.parametrize("name", robots())
+def test_every_number_of_a_shipped_robot_has_a_source(name: str) -> None:
+    robot = load(name)
+    assert robot.unsourced() == ()
+    assert robot.name == name
+    assert robot.file == f"robots/{name}.toml"
+
+
+def test_hypertuna_swims_the_published_gaits() -> None:
+    published = tomllib.loads((ROOT / "data" / "published" / "published.toml").read_text())
+    document = load("hypertuna").document()
+    for gait in published["gait"]:
+        assert document["gaits"][gait["id"]] == {
+            "frequency_hz": gait["frequency_hz"],
+            "amplitude_deg": [gait["A1_deg"], gait["A2_deg"]],
+            "phase_deg": [0.0, gait["phase_deg"]],
+        }
+
+
+def ittc(speed: float, length: float) -> float:
+    """ITTC 1957 friction line in water of 20 C."""
+    return 0.075 / (math.log10(speed * length / 1.004e-6) - 2) ** 2
+
+
+def test_estimates_follow_from_their_arithmetic() -> None:
+    fish, eel = load("hypertuna"), load("rexeel")
+    assert fish.water.strip is not None
+    assert eel.water.strip is not None
+
+    # Sections as ellipses: height from the lateral area, width from the perimeter (the head's ten times as printed).
+    length, lateral, wetted = (np.array(getattr(fish.links, key)) for key in ("length", "lateral_area", "wetted_area"))
+    wetted[0] *= 10
+    half_heights, perimeters = lateral / length / 2, wetted / length
+    ratios = [
+        brentq(lambda ratio, a=a, p=p: 4 * a * ellipe(1 - ratio**2) - p, 0, 1)
+        for a, p in zip(half_heights[:-1], perimeters[:-1], strict=True)
+    ]
+    density = np.array(fish.links.mass[:-1]) / (np.pi * half_heights[:-1] ** 2 * ratios * length[:-1])
+    assert density == pytest.approx(np.full(7, 960), abs=55)
+    assert fish.water.strip.drag_normal[:-1] == pytest.approx(1.98 - 0.78 * np.array(ratios), abs=0.006)
+
+    slenderness = 2 * half_heights[0] * math.sqrt(ratios[0]) / fish.body.length
+    friction = ittc(0.56, fish.body.length) * (1 + 1.5 * slenderness**1.5 + 7 * slenderness**3)
+    assert fish.water.strip.drag_tangential == pytest.approx([10 * friction] + [friction] * 7, rel=0.01)
+    assert eel.water.strip.drag_tangential == pytest.approx(
+        [ittc(math.sqrt(0.05 * 0.16), eel.body.length)] * 6, rel=0.02
+    )
+
+    # Lamb's k1 of a prolate spheroid, on the head alone.
+    e = math.sqrt(1 - slenderness**2)
+    alpha = 2 * (1 - e**2) / e**3 * (math.atanh(e) - e)
+    reference_mass = fish.water.density * math.pi / 4 * lateral[0] ** 2 / length[0]
+    expected = alpha / (2 - alpha) * fish.links.mass[0] / reference_mass
+    assert fish.water.strip.added_mass_tangential[0] == pytest.approx(expected, rel=0.02)
+
+
+def test_the_docs_page_is_the_schema() -> None:
+    assert (ROOT / "docs" / "description.md").read_text() == reference()
+
+
+def test_the_json_schema_has_the_keys_of_the_file() -> None:
+    schema = json_schema()
+    assert set(load("hypertuna").document()) <= set(schema["properties"])
+    links = schema["$defs"]["Links"]
+    assert links["additionalProperties"] is False
+    assert links["properties"]["mass_kg"]["unit"] == "kg"
+    assert links["properties"]["mass_kg"]["items"] == {"exclusiveMinimum": 0, "type": "number"}
+    assert "inertia_kg_m2" not in links["required"]
+    undescribed = [
+        (table, key)
+        for table, rules in (schema["$defs"] | {"": schema}).items()
+        for key, rule in rules["properties"].items()
+        if not rule.get("description")
+    ]
+    assert undescribed == []
+
+
+def test_a_robot_is_frozen() -> None:
+    robot: Robot = load("rexeel")
+    with pytest.raises(ValueError, match="frozen"):
+        robot.body.length = 1.0  # type: ignore[misc]

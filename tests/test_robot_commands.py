@@ -1,0 +1,97 @@
+"""The commands `hypertuna robot ...` and the drawing."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from hypertuna.cli_robot import robot_app
+from hypertuna.description import json_schema, load, parse, robots
+from hypertuna.drawing import draw, midline, save
+from hypertuna.errors import InputError
+
+
+def run(*arguments: str) -> Result:
+    """Run `hypertuna robot` with arguments, on a terminal wide enough for every line."""
+    return CliRunner(env={"COLUMNS": "400"}).invoke(robot_app, arguments)
+
+
+def test_schema_prints_the_schema() -> None:
+    assert json.loads(run("schema").stdout) == json_schema()
+
+
+@pytest.mark.parametrize("name", robots())
+def test_check_tells_what_is_estimated(name: str) -> None:
+    robot = load(name)
+    told = json.loads(run("check", name, "--json").stdout)
+    assert told["valid"]
+    assert told["hash"] == robot.hash
+    assert told["estimates"] == [entry.key for entry in robot.entries() if entry.estimate]
+    text = run("check", name).stdout
+    assert text.startswith(f"robots/{name}.toml: valid; {len(robot.links.name)} links, ")
+    assert all(key in text for key in told["estimates"])
+
+
+def test_check_of_a_bad_file(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.toml"
+    bad.write_text("format = 3")
+    for arguments in (["check", str(bad)], ["check", str(bad), "--json"]):
+        result = run(*arguments)
+        assert isinstance(result.exception, InputError)
+    told = json.loads(result.stdout)
+    assert (told["valid"], told["file"], told["error"]) == (False, str(bad), str(result.exception))
+
+
+@pytest.mark.parametrize("name", robots())
+def test_show_gives_every_value_with_unit_and_source(name: str) -> None:
+    robot = load(name)
+    told = json.loads(run("show", name, "--json").stdout)
+    assert [value["key"] for value in told["values"]] == [entry.key for entry in robot.entries()]
+    lines = {line.split()[0]: line for line in run("show", name).stdout.splitlines() if line.strip()}
+    for entry in robot.entries():
+        assert entry.unit in lines[entry.key]
+        assert ("~" in lines[entry.key]) == entry.estimate
+
+
+def test_midline_bends_by_the_whole_angle() -> None:
+    fish = load("hypertuna")
+    angles = np.array([0.2, -0.5])
+    steps = np.diff(midline(fish, angles), axis=0)
+    theta = np.arctan2(steps[:, 1], steps[:, 0])
+    assert np.hypot(*steps.T) == pytest.approx(fish.links.length)
+    assert theta == pytest.approx([0, 0, 0.2 / 3, 0.4 / 3, 0.2, 0.2 - 0.5 / 3, 0.2 - 1 / 3, -0.3])
+
+
+@pytest.mark.parametrize("name", robots())
+def test_the_drawing_is_to_scale(name: str, tmp_path: Path) -> None:
+    robot = load(name)
+    figure = draw(robot)
+    side, top = figure.axes
+    gap = 0.002 * robot.body.length
+    areas = [(box.get_width() + gap) * box.get_height() for box in side.patches]
+    assert areas == pytest.approx(robot.links.lateral_area)
+    figure.canvas.draw()
+    scales = [axes.transData.transform([(0, 0), (1, 1)]) for axes in (side, top)]
+    (dx, dy), (tx, ty) = (scale[1] - scale[0] for scale in scales)
+    assert (dy, tx, ty) == pytest.approx((dx, dx, dx))
+    for kind, start in (("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")):
+        save(figure, tmp_path / f"fish.{kind}")
+        assert (tmp_path / f"fish.{kind}").read_bytes().startswith(start)
+
+
+def test_a_robot_without_gaits_is_drawn_straight() -> None:
+    document = load("rexeel").document()
+    del document["gaits"], document["sources"]["gaits"]
+    top = draw(parse(document)).axes[1]
+    assert all(math.isclose(y, 0) for line in top.lines for y in line.get_ydata())
+
+
+@pytest.mark.parametrize("path", ["fish.jpg", "fish", "missing/fish.svg"])
+def test_a_drawing_that_cannot_be_written_leaves_nothing(path: str, tmp_path: Path) -> None:
+    result = run("show", "hypertuna", "--plot", str(tmp_path / path))
+    assert isinstance(result.exception, InputError)
+    assert str(result.exception).startswith("plot ")
+    assert list(tmp_path.iterdir()) == []
