@@ -2,6 +2,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "hypertuna/settle.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
@@ -74,13 +75,13 @@ static void in_parallel(int count, int block, int threads, const Work& work) {
     for (std::thread& helper : helpers) helper.join();
 }
 
-static Output settle(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
-                     const PerGroup& bias, int steps, int wait, int most_beats, double tolerance, int threads) {
+static Output settle_batch(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
+                     const PerGroup& bias, int steps, int wait, int most_beats, int threads) {
     const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
     if (steps < 8 || steps % 4) throw nb::value_error("steps: must be a multiple of 4, 8 at least");
     const int count = static_cast<int>(frequency.shape(0));
     Output rows = zeros({frequency.shape(0), column::count});
-    const SettleOptions options{steps, wait, most_beats, tolerance};
+    const SettleOptions options{steps, wait, most_beats};
     const Kernel& use = kernel();
     const nb::gil_scoped_release unlocked;
     in_parallel(count, 16 * use.lanes, threads,
@@ -112,9 +113,8 @@ void bind_settle(nb::module_& m) {
         return names;
     }, "Names of the instruction sets that this build and this processor have.");
     m.def("lanes", [] { return kernel().lanes; }, "Gaits that one instruction serves.");
-    m.def("settle", &settle, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
-          nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("most_beats"), nb::arg("tolerance"),
-          nb::arg("threads"),
+    m.def("settle", &settle_batch, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
+          nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("most_beats"), nb::arg("threads"),
           "Settled beats of many gaits, one row each, columns as named by SETTLE_COLUMNS: by Newton's method, or "
           "(wait >= 0) by so many beats from rest.");
     m.def("gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
@@ -124,6 +124,7 @@ void bind_settle(nb::module_& m) {
     const std::vector<std::string> columns = {
         "displacement_x", "displacement_y", "turn", "power", "power_positive", "loss", "excursion", "radius", "advance",
         "residual", "beats", "u", "v", "r", "p_x", "p_y", "l", "m_00", "m_01", "m_02", "m_10", "m_11", "m_12", "m_20", "m_21", "m_22"};
+    m.attr("SETTLED_CHANGE") = settle_tolerances.change;
     m.attr("SETTLE_COLUMNS") = nb::tuple(nb::cast(columns));
     const std::vector<std::string> outputs = {"displacement_x", "displacement_y", "turn", "power", "power_positive", "loss",
                                               "end_p_x", "end_p_y", "end_l"};

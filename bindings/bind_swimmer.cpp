@@ -26,14 +26,15 @@ static Output joint_motion_at(const Model& model, double frequency, const std::v
     check_extent("amplitude", amplitude.size(), groups);
     check_extent("phase", phase.size(), groups);
     check_extent("bias", bias.size(), groups);
-    std::vector<Harmonic<double>> harmonics;
-    for (std::size_t g = 0; g < groups; ++g) harmonics.push_back({amplitude[g], phase[g], bias[g], model.bandwidth[g]});
+    std::vector<Swing<double>> swings;
+    for (std::size_t g = 0; g < groups; ++g)
+        swings.push_back(response(Harmonic<double>{amplitude[g], phase[g], bias[g], model.bandwidth[g]}, frequency));
     std::vector<JointShare<double>> joints;
     for (int i = 0; i < model.links; ++i) joints.push_back({model.joint_group[i], model.joint_share[i]});
     Output out = zeros({clock.shape(0), joints.size(), 3});
     auto* motion = reinterpret_cast<JointMotion<double>*>(out.data());
     for (std::size_t k = 0; k < clock.shape(0); ++k)
-        joint_motion(model.links, joints.data(), harmonics.data(), frequency, sincos(clock.data()[k]),
+        joint_motion(model.links, joints.data(), swings.data(), frequency, sincos(clock.data()[k]),
                      motion + k * joints.size());
     return out;
 }

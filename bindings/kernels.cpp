@@ -71,12 +71,11 @@ void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOption
         const Real period = Real(1.0) / tank.frequency;
         const Momentum<Real> rest = tank.table.momentum[0];
         const Momentum<Real> brisk =
-            brisk_start(tank.table, model.groups, tank.groups.data(), tank.frequency, length);
-        const NewtonOptions newton{options.tolerance, 1.0, options.most_beats};
+            brisk_start(tank.table, model.groups, tank.swings.data(), tank.frequency, length);
         const Settled<Real> s =
             options.wait >= 0
                 ? wait(tank.fish, tank.joints.data(), tank.table, length, period, rest, options.wait, tank.scratch)
-                : settle(tank.fish, tank.joints.data(), tank.table, length, period, brisk, newton, tank.scratch);
+                : settle(tank.fish, tank.joints.data(), tank.table, length, period, brisk, options.most_beats, tank.scratch);
         const Twist<Real> xi = twist(tank.table[0], s.start);
         for (int k = 0; k < lanes && first + k < end; ++k) store(s, xi, k, rows + (first + k) * column::count);
     }

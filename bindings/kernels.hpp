@@ -25,10 +25,9 @@ struct GaitBatch {
 };
 
 struct SettleOptions {
-    int steps;         // per beat, a multiple of 4
-    int wait;          // integrate so many beats from rest instead of Newton's method; negative for Newton
-    int most_beats;    // of Newton's method
-    double tolerance;  // change per beat, body lengths or rad, that counts as settled
+    int steps;       // per beat, a multiple of 4
+    int wait;        // integrate so many beats from rest instead of Newton's method; negative for Newton
+    int most_beats;  // of each of the stages of Newton's method
 };
 
 /// One row of results for each gait.

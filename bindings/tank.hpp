@@ -14,6 +14,7 @@ struct Tank {
     std::vector<S> parameters;
     std::vector<JointShare<S>> joints;
     std::vector<Harmonic<S>> groups;
+    std::vector<Swing<S>> swings;
     std::vector<Link<S>> link;
     std::vector<typename Law::Coefficients> coefficients;
     S frequency;
@@ -25,6 +26,7 @@ struct Tank {
     Tank(const Model& model, int steps)
         : parameters(gait_parameters(model.groups) + model.body.size(), S(0.0)),
           groups(model.groups),
+          swings(model.groups),
           link(model.links),
           coefficients(model.links),
           cross_flow_(model.cross_flow),
@@ -52,6 +54,7 @@ struct Tank {
     void read() {
         Columns<S> in{parameters.data()};
         frequency = read_gait(static_cast<int>(groups.size()), in, groups.data());
+        for (std::size_t g = 0; g < groups.size(); ++g) swings[g] = response(groups[g], frequency);
         const int links = static_cast<int>(link.size());
         const S density = read_body(links, in, link.data());
         const Law water = read_water(links, in, link.data(), density, cross_flow_, coefficients.data());
@@ -60,7 +63,7 @@ struct Tank {
     /// The same, and tabulate the beat.
     void fill() {
         read();
-        tabulate_beat(fish, joints.data(), groups.data(), frequency, motion_.data(), table);
+        tabulate_beat(fish, joints.data(), swings.data(), frequency, motion_.data(), table);
     }
 
   private:

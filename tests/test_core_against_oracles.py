@@ -1,6 +1,6 @@
 """The core against the oracles: random chains and states, both water laws; then whole beats.
 
-All access to the core is in the three functions of the first part.
+All access to the core is in the functions of the first part.
 """
 
 from __future__ import annotations
@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hypertuna import _core
 from oracles import beats, lagrangian, mujoco_chain, planar
 from oracles.cases import Case, random_case
-from oracles.planar import Real, Water
+from oracles.planar import Joints, Real, Water
 
 # See test_oracles.py, where the oracles meet the same limits.
 ROUNDING = 1e-10
@@ -25,23 +26,47 @@ PER_LENGTH = 91
 # The core, as these tests see it.
 
 
-def core_acceleration(case: Case, law: str, areas: str, twist: Real) -> Real:
-    """Rates of the head's twist (3,) in its own axes, by the core, for the case's chain, joints and the given ``twist``
-    (3,).
+def core_model(case: Case, law: str, areas: str) -> _core.Model:
+    """The case as the core's model with the water ``law`` "lumped" (reading ``areas``) or "strip"."""
+    chain, links = case.chain, len(case.chain.mass)
+    columns = {"length": chain.length, "com": chain.com, "mass": chain.mass, "inertia": chain.inertia}
+    columns["density"] = np.array([case.density])
+    if law == "lumped":
+        water = case.lumped_water(areas)
+        columns |= case.lumped | {"friction_area": water.friction_area, "drag_area": water.drag_area}
+    else:
+        columns |= {"lateral_area": case.lateral_area, "wetted_area": case.wetted_area}
+        columns |= {name: np.atleast_1d(value) for name, value in case.strip.items() if name != "cross_flow"}
+    return _core.Model(
+        law=law,
+        cross_flow=law == "strip" and bool(case.strip["cross_flow"]),
+        length=chain.length.sum(),
+        joint_group=[-1] + [0] * (links - 1),
+        joint_share=[0.0] + [1.0] * (links - 1),
+        bandwidth=[np.inf],
+        columns=columns,
+    )
 
-    ``law``: "lumped" or "strip"; ``areas``: "consistent" or "as-printed" (lumped alone).
-    """
-    pytest.skip("not hooked up yet")
+
+def core_joints(joints: Joints) -> Real:
+    """Joint motion as the core takes it: (n, 3)."""
+    return np.stack([joints.angle, joints.rate, joints.acceleration], axis=-1)
 
 
-def core_torques(case: Case, law: str, areas: str, twist: Real) -> Real:
-    """Torques (n,) of the drives at the joints in front of each link, entry 0 zero, by the core."""
-    pytest.skip("not hooked up yet")
+def core_dynamics(case: Case, law: str, areas: str = "consistent") -> tuple[Real, Real]:
+    """Rates of the head's twist (3,) in its own axes and torques (n,) at the joints in front of each link."""
+    out = _core.dynamics(core_model(case, law, areas), core_joints(case.joints)[None], case.twist[None])
+    return out["acceleration"][0], out["torque"][0]
 
 
-def core_beat(case: Case, law: str, gait: beats.Gait, twist: Real, steps: int) -> Real:
-    """State (6,): x, y, heading and their world rates, after one beat of ``gait`` from the origin with ``twist``."""
-    pytest.skip("not hooked up yet")
+def core_beat(case: Case, law: str, gait: beats.Gait, steps: int) -> Real:
+    """State (6,): x, y, heading and their world rates, after one beat of ``gait`` from the origin with the twist."""
+    joints = np.stack([core_joints(gait.joints(k / (2 * steps))) for k in range(2 * steps + 1)])
+    step = 1 / float(gait.frequency) / steps
+    out = _core.advance(core_model(case, law, "consistent"), joints, step=step, twist=case.twist, pose=np.zeros(3))
+    pose, (u, v, r) = out["pose"][-1], out["twist"][-1]
+    velocity = (u + 1j * v) * np.exp(1j * pose[2])
+    return np.concatenate([pose, [velocity.real, velocity.imag, r]])
 
 
 # Comparisons.
@@ -63,42 +88,39 @@ def in_head_axes(world: Real, twist: Real) -> Real:
     return world + np.array([r * v, -r * u, 0.0])
 
 
-def water_of(case: Case, law: str, areas: str) -> Water:
-    return case.lumped_water(areas) if law == "lumped" else case.strip_water()
+def water_of(case: Case, law: str) -> Water:
+    return case.lumped_water("consistent") if law == "lumped" else case.strip_water()
 
 
 @pytest.mark.parametrize("links", LENGTHS)
 def test_lumped_law_against_mujoco(links: int) -> None:
     for k, case in enumerate(cases(links)):
         areas = ("consistent", "as-printed")[k % 2]
-        base, torques = mujoco_chain.solve(case.chain, case.lumped_water(areas), case.joints, case.state)
-        assert (
-            difference(core_acceleration(case, "lumped", areas, case.twist), in_head_axes(base, case.twist)) < ROUNDING
-        )
-        assert difference(core_torques(case, "lumped", areas, case.twist)[1:], torques) < CANCELLED
+        base, expected = mujoco_chain.solve(case.chain, case.lumped_water(areas), case.joints, case.state)
+        acceleration, torques = core_dynamics(case, "lumped", areas)
+        assert difference(acceleration, in_head_axes(base, case.twist)) < ROUNDING
+        assert difference(torques[1:], expected) < CANCELLED
 
 
 @pytest.mark.parametrize("links", [2, 3])
 def test_anisotropic_added_mass_against_the_lagrangian(links: int) -> None:
     for case in cases(links):
         pure = case.without_drag()
-        base, torques = lagrangian.solve(pure.chain, pure.strip_water(), pure.joints, pure.state)
-        assert (
-            difference(core_acceleration(pure, "strip", "consistent", pure.twist), in_head_axes(base, pure.twist))
-            < ROUNDING
-        )
-        assert difference(core_torques(pure, "strip", "consistent", pure.twist)[1:], torques) < CANCELLED
+        base, expected = lagrangian.solve(pure.chain, pure.strip_water(), pure.joints, pure.state)
+        acceleration, torques = core_dynamics(pure, "strip")
+        assert difference(acceleration, in_head_axes(base, pure.twist)) < ROUNDING
+        assert difference(torques[1:], expected) < CANCELLED
 
 
 @pytest.mark.parametrize("law", ["lumped", "strip"])
 @pytest.mark.parametrize("links", LENGTHS)
 def test_both_laws_against_newton_and_euler(links: int, law: str) -> None:
     for case in cases(links, count=20):
-        water = water_of(case, law, "consistent")
-        expected = planar.head_acceleration(case.chain, water, case.joints, case.twist)
-        assert difference(core_acceleration(case, law, "consistent", case.twist), expected) < ROUNDING
+        water = water_of(case, law)
+        acceleration, torques = core_dynamics(case, law)
+        assert difference(acceleration, planar.head_acceleration(case.chain, water, case.joints, case.twist)) < ROUNDING
         expected = planar.torques(case.chain, water, case.joints, case.state)
-        assert difference(core_torques(case, law, "consistent", case.twist), expected) < CANCELLED
+        assert difference(torques[1:], expected[1:]) < CANCELLED
 
 
 def random_gait(rng: np.random.Generator, links: int) -> beats.Gait:
@@ -117,8 +139,8 @@ def test_a_beat_against_newton_and_euler(links: int, law: str) -> None:
     rng = np.random.default_rng([21, links])
     case = random_case(rng, links)
     case = replace(case, twist=case.twist / 5)  # a speed that the gait can have: much more makes 64 steps unstable
-    water = water_of(case, law, "consistent")
+    water = water_of(case, law)
     gait = random_gait(rng, links)
     coarse, fine = (beats.beat(case.chain, water, gait, case.state, steps)[-1] for steps in (64, 128))
     # fourth order: both errors at 128 steps are about a sixteenth of the one at 64
-    assert abs(core_beat(case, law, gait, case.twist, 128) - fine).max() < abs(coarse - fine).max() / 2
+    assert abs(core_beat(case, law, gait, 128) - fine).max() < abs(coarse - fine).max() / 2

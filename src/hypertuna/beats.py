@@ -18,8 +18,7 @@ __all__ = ["DEFAULT_STEPS", "QUANTITIES", "STATUSES", "Quantity", "check_steps",
 Array = NDArray[np.float64]
 
 DEFAULT_STEPS = 128  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
-TOLERANCE = 1e-8  # change per beat, in body lengths or radians, of a settled gait
-MOST_BEATS = 60  # of Newton's method
+MOST_BEATS = 60  # of each stage of Newton's method
 STRAIGHT = 1e6  # a turning radius of so many body lengths is no turn
 
 STATUSES = ("settled", "unsettled", "unstable", "diverged")
@@ -106,7 +105,7 @@ def settle(
     check_steps(steps)
     model = core_model(robot)
     rows = _core.settle(
-        model, frequency, amplitude, phase, bias, steps=steps, wait=wait, most_beats=MOST_BEATS, tolerance=TOLERANCE, threads=threads
+        model, frequency, amplitude, phase, bias, steps=steps, wait=wait, most_beats=MOST_BEATS, threads=threads
     )
     return quantities(robot, frequency, rows)
 
@@ -199,7 +198,7 @@ def _status(rows: Array, residual: Array, spectral_radius: Array) -> NDArray[np.
     """Give each gait its verdict; what is not a finite number has diverged."""
     radius_column = _COLUMN["radius"]  # infinite for straight gaits
     finite = np.isfinite(np.delete(rows, radius_column, axis=1)).all(axis=1)
-    settled = residual < TOLERANCE
+    settled = residual < _core.SETTLED_CHANGE
     unstable = spectral_radius >= 1
     return np.select([~finite, ~settled, unstable], [3, 1, 2], default=0).astype(np.int8)
 

@@ -43,9 +43,9 @@ class Case:
 
     def without_drag(self) -> Case:
         """Only the added mass of the strip law left."""
-        zero = np.zeros_like(self.chain.mass)
-        keep = {k: v for k, v in self.strip.items() if k.startswith("added")}
-        return replace(self, strip=keep | {"drag_normal": zero, "drag_tangential": zero})
+        drag = {name: value for name, value in self.strip.items() if not name.startswith("added")}
+        nothing = {name: 0 * value for name, value in drag.items()}  # False and 0.0 for the options
+        return replace(self, strip=self.strip | nothing)
 
 
 def random_case(rng: np.random.Generator, links: int) -> Case:

@@ -236,33 +236,34 @@ def drag(chain: Chain, water: Water, m: Motion) -> Wrench:
 
 
 def shed(chain: Chain, water: Strip, m: Motion) -> Wrench:
-    """Reactive force of the vorticity shed at the trailing edge (Lighthill 1971), with the strength k =
-    ``tail_shedding``.
+    """Reactive force of the water left behind the trailing edge (Lighthill 1971), of strength k = ``tail_shedding``.
 
-    With t along the last link from nose to tail, n its left normal, v_t and v_n the trailing edge's velocity, mu the
+    With t along the last link from nose to tail, n its left normal, v_t and v_n the trailing edge's velocity and mu the
     added mass per length there:
 
         f_t = -1/2 k mu v_n^2 H,    f_n = k mu v_t v_n H,    H = max(0, -v_t) / |v|.
 
-    Derivation. Enclose the body's water by a plane through the trailing edge, across the last link. Lighthill's balance
-    of momentum in it is
+    Derivation. Enclose the body's water by a plane through the trailing edge, across the last link. Its momentum is
+    ``p = integral(mu v_n n ds)``, and
 
-        d/dt integral(mu v_n n ds) = (force of the body on the water) - (momentum carried out) + (pressure on the
-        plane).
+        dp/dt = (force of the body on it) - (momentum carried out) + (pressure on the plane).
 
-    The plane leaves its water behind at the speed U = -v_t, which carries out U mu v_n n. By Bernoulli the cross-flow
-    energy 1/2 mu v_n^2 per length appears as a pull on the plane toward the nose, -1/2 mu v_n^2 t. Hence the force on
-    the body is
+    The plane leaves water behind at the speed U = -v_t, which carries out U mu v_n n. The pressure of the cross-flow
+    (Bernoulli in axes moving with the section) sums up to v_n (mu v_n) - 1/2 mu v_n^2 = 1/2 mu v_n^2 and pushes the
+    enclosed water toward the nose: -1/2 mu v_n^2 t. Hence the force on the body is
 
-        -d/dt integral(mu v_n n ds) - U mu v_n n - 1/2 mu v_n^2 t.
+        -dp/dt - U mu v_n n - 1/2 mu v_n^2 t.
 
-    The integral is the impulse in the mass matrix; the other two are f_n (because -U = v_t) and f_t. Lighthill writes
-    their sum as mu w (z_t, -x_t) - 1/2 mu w^2 (tangent): the same vectors. Energy. The power on the body is f_t v_t +
-    f_n v_n = (-1/2 + 1) mu v_n^2 v_t = -1/2 mu v_n^2 U: just the kinetic energy 1/2 mu v_n^2 per length of wake that is
-    left behind at the rate U. With the factor H it stays so: power = 1/2 k mu v_n^2 v_t H <= 0. Small amplitude. With y
-    = h(x, t), swimming speed U: v_n = h_t + U h_x, and the mean thrust -f_n h_x - f_t = 1/2 mu (h_t^2 - U^2 h_x^2), the
-    classic result. H is ours: Lighthill has 1 and takes v_n << U; H goes to 1 there, and to 0 continuously when the
-    edge stops moving forward.
+    The first term is in the mass matrix, the others are f_n (for -U = v_t) and f_t with k = H = 1. Lighthill writes
+    them as w m (z_t, -x_t) - 1/2 m w^2 (x_a, z_a), with (x_a, z_a) toward the nose: the same vectors.
+
+    Energy. The power on the body is f_t v_t + f_n v_n = (-1/2 + 1) mu v_n^2 v_t = -1/2 mu v_n^2 U: just the kinetic
+    energy 1/2 mu v_n^2 per length of wake, left behind at the rate U. With k and H it is 1/2 k mu v_n^2 v_t H <= 0.
+
+    Small amplitude. With y = h(x, t): v_n = h_t + U h_x, and the thrust -f_t + f_n h_x comes to
+    1/2 mu (h_t^2 - U^2 h_x^2), the classic result.
+
+    H is ours: Lighthill has 1 and assumes v_n << U, where H is 1 too; it fades to 0 as the edge stops moving forward.
     """
     place, v, _ = m.at(chain.length)
     v_t, v_n = dot(m.axis, v), dot(1j * m.axis, v)

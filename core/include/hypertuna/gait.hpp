@@ -29,37 +29,40 @@ struct JointShare {
     S share;
 };
 
-/// A group's motion at the phase whose sine and cosine are `clock`.
+/// The angle that a group makes of its share: alpha = bias + sine sin(p) + cosine cos(p), p = 2 pi f t.
+template <class S>
+struct Swing {
+    S bias, sine, cosine;  // rad
+};
+
+/// Send a command through the group's first-order lag.
 ///
-/// A first-order lag turns A sin(p) into A (sin p - x cos p) / (1 + x^2) with x = f / bandwidth: the
-/// amplitude falls to A / sqrt(1 + x^2) and comes atan(x) later. The bias passes unchanged.
+/// It turns A sin(p) into A (sin p - x cos p) / (1 + x^2) with x = f / bandwidth: the amplitude falls to
+/// A / sqrt(1 + x^2) and comes atan(x) later. The bias passes unchanged.
 template <class S>
-HYPERTUNA_INLINE JointMotion<S> motion(const Harmonic<S>& group, const S& frequency, const SinCos<S>& clock) {
-    const SinCos<S> lag = sincos(group.lag);
-    const S sine = clock.sin * lag.cos - clock.cos * lag.sin;
-    const S cosine = clock.cos * lag.cos + clock.sin * lag.sin;
+Swing<S> response(const Harmonic<S>& group, const S& frequency) {
+    const auto [s, c] = sincos(group.lag);
     const S x = frequency / group.bandwidth;
-    const S in_phase = group.amplitude / (S(1) + x * x);
-    const S quadrature = -x * in_phase;
-    const S omega = S(base_t<S>(2 * pi)) * frequency;
-    const S swing = in_phase * sine + quadrature * cosine;
-    return {group.bias + swing, omega * (in_phase * cosine - quadrature * sine), -omega * omega * swing};
+    const S in_phase = group.amplitude / (S(1) + x * x), quadrature = -x * in_phase;
+    return {group.bias, in_phase * c + quadrature * s, quadrature * c - in_phase * s};
 }
 
+/// The motion of all joints where the sine and cosine of 2 pi f t are `clock`. Joint i sits at the front of link i;
+/// joint 0 does not exist and stays at rest.
 template <class S>
-HYPERTUNA_INLINE JointMotion<S> operator*(const S& share, const JointMotion<S>& group) {
-    return {share * group.angle, share * group.rate, share * group.acceleration};
-}
-
-/// The motion of all joints at one phase. Joint i sits at the front of link i; joint 0 does not exist
-/// and stays at rest.
-template <class S>
-void joint_motion(int links, const JointShare<S>* joints, const Harmonic<S>* groups, const S& frequency,
+void joint_motion(int links, const JointShare<S>* joints, const Swing<S>* swings, const S& frequency,
                   const SinCos<S>& clock, JointMotion<S>* out) {
+    const S omega = S(base_t<S>(2 * pi)) * frequency, zero(0);
     for (int i = 0; i < links; ++i) {
-        const S zero(0);
-        out[i] = joints[i].group < 0 ? JointMotion<S>{zero, zero, zero}
-                                     : joints[i].share * motion(groups[joints[i].group], frequency, clock);
+        if (joints[i].group < 0) {
+            out[i] = {zero, zero, zero};
+            continue;
+        }
+        const Swing<S>& w = swings[joints[i].group];
+        const S swing = w.sine * clock.sin + w.cosine * clock.cos;
+        const S rate = omega * (w.sine * clock.cos - w.cosine * clock.sin);
+        const S share = joints[i].share;
+        out[i] = {share * (w.bias + swing), share * rate, -share * omega * omega * swing};
     }
 }
 

@@ -54,25 +54,39 @@ BeatMap<S> beat_map(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, int
     return map;
 }
 
-/// How much a change of momentum changes the motion: velocity of the nose in body lengths a beat, turning in rad
-/// a beat, whichever is more.
+/// Size of a change of the motion: velocity of the nose in body lengths a beat, turning in rad a beat, whichever is more.
 template <class S>
-S change_per_beat(const Symmetric<S>& mobility, const S& length, const S& period, const Momentum<S>& dP) {
-    const Twist<S> d = mobility * dP;
+S size_per_beat(const Twist<S>& d, const S& length, const S& period) {
     return period * max(max(abs(d.x), abs(d.y)) / length, abs(d.z));
 }
 
-/// Newton's step from a beat map, (I - monodromy) step = Phi(P) - P, kept within a largest change per beat.
+/// A change of the momentum at the start of a beat, and its size.
 template <class S>
-Momentum<S> newton_step(const BeatMap<S>& map, const Momentum<S>& P, const Symmetric<S>& mobility, const S& length,
-                        const S& period, base_t<S> largest) {
+struct NewtonStep {
+    Momentum<S> change;
+    S size;  // body lengths or rad a beat
+};
+
+/// Newton's step from a beat map, (I - monodromy) step = Phi(P) - P, no larger than `largest`.
+///
+/// Thrust hardly depends on the speed and drag grows with its square, so the step is taken in u |u|, in which the
+/// balance of the two is a straight line: u -> sqrt(u^2 + 2 u du), unless that would turn the body around.
+template <class S>
+NewtonStep<S> newton_step(const BeatMap<S>& map, const Momentum<S>& P, const Instant<S>& start, const S& length,
+                          const S& period, base_t<S> largest) {
     Matrix3<S> a = map.monodromy;
     for (auto& row : a.a)
         for (S& x : row) x = -x;
     for (int k = 0; k < 3; ++k) a.a[k][k] += S(1);
-    const Momentum<S> step = solve(a, map.end - P);
-    const S size = change_per_beat(mobility, length, period, step);
-    return min(S(1), S(largest) / size) * step;
+    Twist<S> d = start.mobility * solve(a, map.end - P);
+
+    const S u = twist(start, P).x;
+    const S square = u * u + (u + u) * d.x;
+    const S root = sqrt(max(square, S(0)));
+    d.x = select(S(0) < square, select(u < S(0), -root, root) - u, d.x);
+
+    const S size = size_per_beat(d, length, period);
+    return {min(S(1), S(largest) / size) * (inverse(start.mobility) * d), size};
 }
 
 template <class S, class M>
@@ -83,46 +97,41 @@ HYPERTUNA_INLINE Planar<S> select(const M& mask, const Planar<S>& yes, const Pla
 /// The search for the settled beat, lane by lane.
 template <class S>
 struct Search {
-    Momentum<S> P;         // start of the best beat so far
-    Momentum<S> end;       // where that beat ends
-    S residual;            // its change per beat; infinite before the first
+    Momentum<S> P;         // where the next beat starts
+    Momentum<S> end;       // where the best beat so far ended
+    S size;                // Newton's step from that beat: how far it is from settled; infinite before the first
     Matrix3<S> monodromy;  // its derivative
     S beats;               // beats integrated so far
 };
 
-struct NewtonOptions {
-    double tolerance;     // change per beat that counts as settled
-    double largest_step;  // change per beat that one Newton step may make
-    int most_beats;       // give up after so many
-};
+template <class S>
+Search<S> search_from(const Momentum<S>& P, const S& beats) {
+    return {P, P, S(std::numeric_limits<base_t<S>>::infinity()), {}, beats};
+}
 
-/// Newton's method from search.P. A step that does not lower the residual (or leaves the numbers) is taken back, and a
-/// plain beat from the best start is made instead, so that the search never does worse than waiting would.
+/// Newton's method until its step is smaller than `tolerance`; search.P has made that last step.
+///
+/// A step after which the next one is not smaller (or not a number) is taken back, and a plain beat from the best start
+/// is made instead, so that the search never does worse than waiting would.
 template <class S, class Law>
 void newton(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, int stride, const S& length, const S& period,
-            const NewtonOptions& options, Search<S>& search) {
-    using T = base_t<S>;
-    const S tolerance(T(options.tolerance)), infinite(std::numeric_limits<T>::infinity());
-    const Symmetric<S> mobility = table.mobility[0];
-    Momentum<S> trial = search.P;
-    for (int beat = 0; beat < options.most_beats; ++beat) {
-        const auto open = !(search.residual < tolerance);
+            base_t<S> tolerance, base_t<S> largest, int most_beats, Search<S>& search) {
+    const S infinite(std::numeric_limits<base_t<S>>::infinity());
+    for (int beat = 0; beat < most_beats; ++beat) {
+        const auto open = !(search.size < S(tolerance));
         if (!any(open)) return;
-        const BeatMap<S> map = beat_map(fish, table, stride, period, trial);
-        const S residual = change_per_beat(mobility, length, period, map.end - trial);
-        const auto better = open & (residual < search.residual);
+        const BeatMap<S> map = beat_map(fish, table, stride, period, search.P);
+        const NewtonStep<S> step = newton_step(map, search.P, table[0], length, period, largest);
+        const auto better = open & (step.size < search.size);
         const auto worse = open & !better;
 
-        search.P = select(better, trial, search.P);
+        search.P = select(better, search.P + step.change, select(worse, search.end, search.P));
         search.end = select(better, map.end, search.end);
-        search.residual = select(better, residual, select(worse, infinite, search.residual));
+        search.size = select(better, step.size, select(worse, infinite, search.size));
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 search.monodromy.a[i][j] = select(better, map.monodromy.a[i][j], search.monodromy.a[i][j]);
         search.beats = select(open, search.beats + S(1), search.beats);
-
-        const Momentum<S> step = newton_step(map, trial, mobility, length, period, T(options.largest_step));
-        trial = select(better, trial + step, select(worse, search.end, search.P));
     }
 }
 

@@ -18,59 +18,54 @@ struct Settled {
 /// A brisk start for the search: above most gaits' speed, because Newton comes down on it from above in a few steps and
 /// overshoots from below. Straight ahead at 0.29 (0.1 + sum of amplitudes) body lengths a beat.
 template <class S>
-Momentum<S> brisk_start(const ShapeTable<S>& table, int groups, const Harmonic<S>* group, const S& frequency,
+Momentum<S> brisk_start(const ShapeTable<S>& table, int groups, const Swing<S>* swings, const S& frequency,
                         const S& length) {
     using T = base_t<S>;
     S swing(T(0.1));
-    for (int g = 0; g < groups; ++g) {
-        const S x = frequency / group[g].bandwidth;
-        swing += group[g].amplitude / sqrt(S(1) + x * x);
-    }
+    for (int g = 0; g < groups; ++g)
+        swing += sqrt(swings[g].sine * swings[g].sine + swings[g].cosine * swings[g].cosine);
     const S speed = S(T(0.29)) * swing * frequency * length;
     const Symmetric<S> inertia = inverse(table.mobility[0]);
     return {-(inertia.xx * speed), S(0), S(0)};
 }
 
-/// Apply Newton's step once more to the best beat of a search.
-template <class S>
-Momentum<S> last_step(const Search<S>& search, const Symmetric<S>& mobility, const S& length, const S& period,
-                      double largest_step) {
-    return search.P +
-           newton_step(BeatMap<S>{search.end, search.monodromy}, search.P, mobility, length, period, base_t<S>(largest_step));
-}
+struct SettleTolerances {
+    double coarse, fine, last;  // size of Newton's last step at half the steps, at all of them, and when those fail
+    double largest;             // size that one step may have
+    double change;              // change per beat that counts as settled: body lengths or rad
+};
+inline constexpr SettleTolerances settle_tolerances = {1e-2, 2e-4, 1e-9, 1.0, 1e-8};
 
-/// The settled beat by Newton's method: at half the steps first, then at all of them.
+/// The settled beat by Newton's method: at half the steps first, then at all of them, then proven by the beat itself.
 template <class S, class Law>
 Settled<S> settle(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table,
-                  const S& length, const S& period, const Momentum<S>& guess, const NewtonOptions& options,
+                  const S& length, const S& period, const Momentum<S>& guess, int most_beats,
                   const BeatScratch<S>& scratch) {
     using T = base_t<S>;
-    const S infinite(std::numeric_limits<T>::infinity()), zero(0);
-    const Symmetric<S> mobility = table.mobility[0];
-    const NewtonOptions coarse{1e-3, options.largest_step, options.most_beats / 2};
-    const NewtonOptions near{1e-3, options.largest_step, options.most_beats};
+    constexpr SettleTolerances tolerance = settle_tolerances;
+    const auto prove = [&](Settled<S>& out, const Momentum<S>& start) {
+        out.start = start;
+        out.beat = measure_beat(fish, joints, table, period, start, scratch);
+        out.residual = size_per_beat(table.mobility[0] * (out.beat.end - start), length, period);
+    };
+    const Momentum<S> warm = swim_beat(fish, table, 2, period, swim_beat(fish, table, 2, period, guess));
+    Search<S> search = search_from(warm, S(2));
+    newton(fish, table, 2, length, period, T(tolerance.coarse), T(tolerance.largest), most_beats / 4, search);
+    // A lane that half the steps could not settle (too stiff for them) begins anew with all of them.
+    search = search_from(select(search.size < S(T(tolerance.coarse)), search.P, guess), search.beats);
+    newton(fish, table, 1, length, period, T(tolerance.fine), T(tolerance.largest), most_beats, search);
 
-    Momentum<S> start = swim_beat(fish, table, 2, period, swim_beat(fish, table, 2, period, guess));
-    Search<S> search{start, start, infinite, {}, S(T(2))};
-    newton(fish, table, 2, length, period, coarse, search);
-    // A lane that the coarse steps could not settle (too stiff for them) begins anew with the fine ones.
-    start = select(search.residual < S(T(coarse.tolerance)), last_step(search, mobility, length, period, 1.0), guess);
-    search = {start, start, infinite, {}, search.beats};
-    newton(fish, table, 1, length, period, near, search);
-
-    // One step beyond, and the beat from there is measured: its own change is the proof.
-    start = select(search.residual < S(T(near.tolerance)), last_step(search, mobility, length, period, 1.0), search.P);
-    Settled<S> out{measure_beat(fish, joints, table, period, start, scratch), start, search.monodromy, zero, search.beats};
-    out.residual = change_per_beat(mobility, length, period, out.beat.end - start);
-    const auto open = !(out.residual < S(T(options.tolerance)));
+    Settled<S> out;
+    prove(out, search.P);
+    const auto open = !(out.residual < S(T(tolerance.change)));
     if (any(open)) {
-        newton(fish, table, 1, length, period, options, search);
-        out.start = select(open, search.P, start);
-        out.beat = measure_beat(fish, joints, table, period, out.start, scratch);
-        out.residual = change_per_beat(mobility, length, period, out.beat.end - out.start);
-        out.monodromy = search.monodromy;
-        out.beats = search.beats;
+        search.size = select(open, S(std::numeric_limits<T>::infinity()), S(0));
+        search.end = select(open, out.beat.end, search.end);
+        newton(fish, table, 1, length, period, T(tolerance.last), T(tolerance.largest), most_beats, search);
+        prove(out, search.P);
     }
+    out.monodromy = search.monodromy;
+    out.beats = search.beats;
     return out;
 }
 
@@ -81,7 +76,7 @@ Settled<S> wait(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const 
     Momentum<S> start = from;
     for (int k = 0; k < beats; ++k) start = swim_beat(fish, table, 1, period, start);
     Settled<S> out{measure_beat(fish, joints, table, period, start, scratch), start, {}, S(0), S(base_t<S>(beats))};
-    out.residual = change_per_beat(table.mobility[0], length, period, out.beat.end - start);
+    out.residual = size_per_beat(table.mobility[0] * (out.beat.end - start), length, period);
     for (auto& row : out.monodromy.a)
         for (S& x : row) x = S(std::numeric_limits<base_t<S>>::quiet_NaN());
     return out;

@@ -37,11 +37,11 @@ void tabulate(const Swimmer<S, Law>& fish, const JointMotion<S>* joint, int k, c
 /// Enter a whole beat of a harmonic gait. `joint` is scratch for one instant.
 template <class S, class Law>
 HYPERTUNA_NOINLINE void tabulate_beat(const Swimmer<S, Law>& fish, const JointShare<S>* joints,
-                                      const Harmonic<S>* groups, const S& frequency, JointMotion<S>* joint,
+                                      const Swing<S>* swings, const S& frequency, JointMotion<S>* joint,
                                       const ShapeTable<S>& table) {
     for (int k = 0; k < table.instants; ++k) {
         const SinCos<S> clock = sincos(S(base_t<S>(2 * pi * k / table.instants)));
-        joint_motion(fish.links, joints, groups, frequency, clock, joint);
+        joint_motion(fish.links, joints, swings, frequency, clock, joint);
         tabulate(fish, joint, k, table);
     }
 }

@@ -1,0 +1,316 @@
+"""The commands `hypertuna swim` and `hypertuna sweep`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+import xarray as xr
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES
+from hypertuna.console import (
+    check_suffix,
+    command_line,
+    number,
+    number_list,
+    print_json,
+    progress_bar,
+    ranges,
+    whole_number,
+)
+from hypertuna.description import Robot, load
+from hypertuna.drawing import save
+from hypertuna.errors import InputError
+from hypertuna.gait import Gait, check_gait, named_gait
+from hypertuna.plots import animate_swim, plot_swim, plot_sweep
+from hypertuna.results import provenance, write_atomically, write_netcdf
+from hypertuna.swim import Swim, swim
+from hypertuna.sweep import Gaits, sweep
+
+__all__ = ["swim_command", "sweep_command"]
+
+GROUP = "one value per joint group, separated by commas"
+RANGE = "A value or a range start:stop:count"
+ROWS = 40  # gaits of a sweep that the terminal shows one by one
+
+Name = Annotated[str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")]
+Named = Annotated[str | None, typer.Option("--gait", help="A gait of the robot's file; the options below change it.")]
+Joints = Annotated[str | None, typer.Option("--joints", help="ideal or bandwidth  [default: the robot's choice]")]
+Areas = Annotated[str | None, typer.Option("--areas", help="consistent or as-printed  [default: the robot's choice]")]
+Water = Annotated[str | None, typer.Option("--water", help="lumped or strip  [default: the robot's choice]")]
+Steps = Annotated[str, typer.Option("--steps", help="Runge-Kutta steps per beat.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+# What a swim prints: name in JSON with its unit, attribute, label and unit on the terminal.
+SHOWN = (
+    ("speed_m_s", "speed", "speed", "m/s"),
+    ("speed_bl_s", "speed_bl", "", "BL/s"),
+    ("mechanical_power_w", "power", "mechanical power", "W"),
+    ("cost_of_transport_j_per_kg_m", "cost_of_transport", "cost of transport", "J/(kg m)"),
+    ("strouhal", "strouhal", "Strouhal number", ""),
+    ("stride_length", "stride_length", "stride length", "BL per beat"),
+    ("efficiency", "efficiency", "efficiency", ""),
+    ("tail_excursion_m", "excursion", "tail excursion, peak to peak", "m"),
+    ("turn_rate_rad_s", "turn_rate", "rate of turn, counter-clockwise", "rad/s"),
+    ("turn_radius_m", "turn_radius", "turning radius", "m"),
+)
+MORE = (
+    ("mechanical_power_positive_w", "power_positive"),
+    ("cost_of_transport_positive_j_per_kg_m", "cost_of_transport_positive"),
+    ("power_to_water_w", "loss"),
+)
+
+
+def swim_command(
+    robot: Name,
+    gait: Named = None,
+    frequency: Annotated[str | None, typer.Option("--frequency", help="Beat frequency in Hz.")] = None,
+    amplitude: Annotated[str | None, typer.Option("--amplitude", help=f"Amplitude in degrees, {GROUP}.")] = None,
+    phase: Annotated[str | None, typer.Option("--phase", help=f"Lag behind the first group's clock, {GROUP}.")] = None,
+    bias: Annotated[str | None, typer.Option("--bias", help=f"Mean angle in degrees, {GROUP}.")] = None,
+    joints: Joints = None,
+    areas: Areas = None,
+    water: Water = None,
+    from_rest: Annotated[
+        str | None, typer.Option("--from-rest", help="Swim from rest for so many seconds, not the settled beat.")
+    ] = None,
+    steps: Steps = str(DEFAULT_STEPS),
+    current: Annotated[str | None, typer.Option("--current", help="Velocity of the water, X,Y in m/s.")] = None,
+    plot: Annotated[str | None, typer.Option("--plot", help="Draw to this .svg, .png, .pdf or .gif file.")] = None,
+    output: Annotated[str | None, typer.Option("-o", "--output", help="Write the motion to this .nc file.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Swim one gait: its settled beat, or from rest.
+
+    The exit code is 0 for a settled gait, 1 for one that is not (its results are still printed), 2 for bad input.
+    """
+    kind = check_suffix(plot, (".svg", ".png", ".pdf", ".gif"), "--plot")
+    check_suffix(output, (".nc",), "--output")
+    fish = load(robot).using(joints=joints, areas=areas, water=water)
+    done = swim(
+        fish,
+        _gait(fish, _axes(fish, gait, {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias})),
+        from_rest=None if from_rest is None else number(from_rest, "from_rest", "seconds"),
+        steps=whole_number(steps, "steps"),
+        current=(0.0, 0.0) if current is None else _pair(current),
+    )
+    if plot is not None:
+        animate_swim(done, plot) if kind == ".gif" else save(plot_swim(done), plot)
+    if output is not None:
+        write_netcdf(done.trajectory.assign_attrs(_attributes(done)), output)
+    if as_json:
+        print_json(_record(done))
+    else:
+        _print_swim(done)
+    if not done.settled:
+        raise typer.Exit(1)
+
+
+def sweep_command(
+    robot: Name,
+    gait: Named = None,
+    frequency: Annotated[str | None, typer.Option("--frequency", help=f"{RANGE} in Hz.")] = None,
+    amplitude: Annotated[
+        list[str] | None,
+        typer.Option("--amplitude", help=f"{RANGE} per joint group in degrees; once for every level."),
+    ] = None,
+    phase: Annotated[
+        str | None, typer.Option("--phase", help=f"{RANGE} per joint group: lag behind the first group's clock.")
+    ] = None,
+    bias: Annotated[str | None, typer.Option("--bias", help=f"{RANGE} per joint group: mean angle in degrees.")] = None,
+    joints: Joints = None,
+    areas: Areas = None,
+    water: Water = None,
+    steps: Steps = str(DEFAULT_STEPS),
+    threads: Annotated[str | None, typer.Option("--threads", help="Threads to use  [default: all]")] = None,
+    plot: Annotated[
+        str | None, typer.Option("--plot", help="Draw speed and cost of transport to this .svg, .png or .pdf file.")
+    ] = None,
+    output: Annotated[str | None, typer.Option("-o", "--output", help="Write to this .nc or .csv file.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Swim every combination of frequencies, amplitudes, phases and biases.
+
+    Every gait comes with its status; gaits that do not settle are counted on the error output.
+    """
+    check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
+    kind = check_suffix(output, (".nc", ".csv"), "--output")
+    fish = load(robot).using(joints=joints, areas=areas, water=water)
+    axes = _axes(fish, gait, {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}, ranges)
+    workers = None if threads is None else whole_number(threads, "threads")
+    with progress_bar("swimming") as progress:
+        found = sweep(fish, _grid(fish, axes), threads=workers, steps=whole_number(steps, "steps"), progress=progress)
+    if plot is not None:
+        save(plot_sweep(found), plot)
+    if output is not None and kind == ".nc":
+        write_netcdf(found.assign_attrs(command=command_line()), output)
+    if output is not None and kind == ".csv":
+        write_atomically(output, _csv(found).encode())
+    if as_json:
+        columns = _columns(found)
+        gaits = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+        print_json(provenance(fish) | {"gaits": gaits})
+    else:
+        _print_sweep(found)
+    if missing := int((~found.settled).sum()):
+        Console(stderr=True).print(f"{missing} of {found.settled.size} gaits are not settled: see their status.")
+
+
+def _one(text: str, key: str, unit: str) -> list[tuple[float, ...]]:
+    """Read one value per joint group, as `ranges` reads many."""
+    return [number_list(text, key, unit)]
+
+
+def _axes(
+    robot: Robot,
+    name: str | None,
+    given: dict[str, str | list[str] | None],
+    read: Callable[[str, str, str], list[tuple[float, ...]]] = _one,
+) -> dict[str, list[tuple[float, ...]]]:
+    """Read the values of frequency [Hz], amplitude, phase and bias [deg]; what is not given comes from a named gait."""
+    axes = {"bias": [(0.0,) * len(robot.joints)]}
+    if name is not None:
+        known = named_gait(robot, name)
+        axes["frequency"] = [(known.frequency,)]
+        axes |= {key: [tuple(np.degrees(getattr(known, key)).tolist())] for key in ("amplitude", "phase", "bias")}
+    for key, texts in given.items():
+        if texts:
+            unit = "Hz" if key == "frequency" else "degrees"
+            several = [texts] if isinstance(texts, str) else texts
+            axes[key] = [value for text in several for value in read(text, key, unit)]
+        elif key not in axes:
+            raise InputError("is missing", key=f"--{key}", fix="give it, or a gait of the robot's file with --gait")
+    if any(len(value) != 1 for value in axes["frequency"]):
+        raise InputError("must be one number", key="frequency", value=str(given["frequency"]), fix="give it in Hz")
+    return axes
+
+
+def _gait(robot: Robot, axes: dict[str, list[tuple[float, ...]]]) -> Gait:
+    """Make the one gait that the options describe."""
+    amplitude, phase, bias = (axes[key][0] for key in ("amplitude", "phase", "bias"))
+    gait = Gait.from_degrees(frequency=axes["frequency"][0][0], amplitude=amplitude, phase=phase, bias=bias)
+    check_gait(gait, robot)
+    return gait
+
+
+def _grid(robot: Robot, axes: dict[str, list[tuple[float, ...]]]) -> Gaits:
+    """Make every combination of the options; each value is checked in degrees first."""
+    for key, values in axes.items():
+        for value in values:
+            _gait(robot, axes | {key: [value]})
+    angles = {key: np.radians(axes[key]).tolist() for key in ("amplitude", "phase", "bias")}
+    return Gaits.grid(frequency=[value[0] for value in axes["frequency"]], **angles)
+
+
+def _pair(text: str) -> tuple[float, float]:
+    """Read a velocity."""
+    values = number_list(text, "current", "m/s")
+    if len(values) != 2:
+        raise InputError("must be two numbers", key="current", value=text, fix="give m/s along x and y, as 0.1,0")
+    return values[0], values[1]
+
+
+def _record(done: Swim) -> dict[str, Any]:
+    """Say how a gait was swum, for programs."""
+    gait = done.gait
+    return (
+        {name: getattr(done, attribute) for name, attribute, *_ in (*SHOWN, *MORE)}
+        | {"status": done.status, "status_text": done.status_text, "settled": done.settled, "beats": done.beats}
+        | {"spectral_radius": done.spectral_radius, "change_per_beat": done.change, "steps": done.steps}
+        | {"frequency_hz": gait.frequency}
+        | {f"{key}_deg": np.degrees(getattr(gait, key)).round(10).tolist() for key in ("amplitude", "phase", "bias")}
+        | {"from_rest_s": done.duration, "current_m_s": done.current}
+        | provenance(done.robot)
+    )
+
+
+def _attributes(done: Swim) -> dict[str, Any]:
+    """Return what NetCDF can hold of the record beside the motion."""
+    record = {key: value for key, value in _record(done).items() if value is not None}
+    return record | {"settled": int(done.settled), "command": command_line()}
+
+
+def _print_swim(done: Swim) -> None:
+    """Print a swim as a small table and a sentence."""
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(style="dim")
+    table.add_column(justify="right", style="bold")
+    table.add_column()
+    turning = np.isfinite(done.turn_radius)
+    for _, attribute, label, unit in SHOWN:
+        if turning or not attribute.startswith("turn"):
+            table.add_row(label, f"{getattr(done, attribute):.4g}", Text(unit))
+    model = done.robot.model
+    areas = f", {model.areas} areas" if model.water == "lumped" else ""
+    console = Console()
+    console.print(Text(f"{done.robot.name}, {_spelled(done.gait)}", style="bold"))
+    console.print(Text(f"{model.water} water, {model.joints} joints{areas}", style="dim"))
+    console.print(table)
+    console.print(Text(done.status_text, style="green" if done.settled else "bold red"))
+
+
+def _spelled(gait: Gait) -> str:
+    """Write a gait in the words of the options."""
+    angles = {key: np.degrees(getattr(gait, key)) for key in ("amplitude", "phase", "bias")}
+    parts = [f"{key} {', '.join(f'{a:.4g}' for a in values)} deg" for key, values in angles.items() if key != "bias"]
+    if any(gait.bias):
+        parts.append(f"bias {', '.join(f'{a:.4g}' for a in angles['bias'])} deg")
+    return f"{gait.frequency:g} Hz, {', '.join(parts)}"
+
+
+def _columns(found: xr.Dataset) -> dict[str, Any]:
+    """Return gaits and results of a sweep, one value per gait, names with units."""
+    like = found["status"]
+
+    def column(name: str) -> Any:
+        return found[name].broadcast_like(like).transpose(*like.dims).values.ravel()
+
+    angles = [str(name) for name in found.coords if name != "frequency"]
+    return (
+        {"frequency_hz": column("frequency")}
+        | {f"{name}_deg": np.degrees(column(name)).round(10) for name in angles}
+        | {name: column(attribute) for name, attribute, *_ in (*SHOWN, *MORE)}
+        | {"status": np.array(STATUSES)[column("status")], "spectral_radius": column("spectral_radius")}
+    )
+
+
+def _csv(found: xr.Dataset) -> str:
+    """Write a sweep as comma-separated values, below comments that say what made it."""
+    made_by = {str(key): value for key, value in found.attrs.items()} | {"command": command_line()}
+    columns = _columns(found)
+    lines = [f"# {key}: {value}" for key, value in made_by.items()]
+    lines.append(",".join(columns))
+    lines += [",".join(str(value) for value in row) for row in zip(*columns.values(), strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def _print_sweep(found: xr.Dataset) -> None:
+    """Print the gaits of a sweep, or the best of many."""
+    columns = _columns(found)
+    settled = columns["status"] == "settled"
+    ahead = settled & (columns["speed_m_s"] > 0)
+    rows = dict.fromkeys(range(len(settled)), "")
+    if len(settled) > ROWS and ahead.any():
+        fastest = np.where(ahead, columns["speed_m_s"], -np.inf).argmax()
+        frugal = np.where(ahead, columns["cost_of_transport_j_per_kg_m"], np.inf).argmin()
+        rows = {int(fastest): "fastest", int(frugal): "least cost of transport"}
+    varying = [name for name in columns if name.endswith(("_hz", "_deg")) and np.ptp(columns[name]) > 0]
+    labels = {name: name.removesuffix("_deg").replace("_", " ") + "\n[deg]" for name in varying}
+    labels |= {"frequency_hz": "frequency\n[Hz]"}
+    labels |= {name: f"{label}\n[{unit}]" if unit else f"{label}\n" for name, _, label, unit in SHOWN[:5]}
+    names = [*varying, *(name for name, *_ in SHOWN[:5])]
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for name in names:
+        table.add_column(Text(labels[name], justify="right"), justify="right")
+    table.add_column("\nstatus")
+    table.add_column()
+    for k, remark in rows.items():
+        table.add_row(*(f"{columns[name][k]:.4g}" for name in names), columns["status"][k], remark)
+    console = Console()
+    console.print(Text(f"{len(settled)} gaits of {found.attrs['robot']}, {settled.sum()} settled", style="bold"))
+    console.print(table)

@@ -1,0 +1,263 @@
+"""What was measured: joint angles of a robot and its tracked poses, read from CSV files. SI units and radians inside."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.errors import InputError, did_you_mean, shown
+
+__all__ = ["JointSeries", "Track", "read_joints", "read_tracks"]
+
+Array = NDArray[np.float64]
+
+ANGLES = {"rad": 1.0, "deg": math.pi / 180}  # in rad
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # in m
+SHORTEST = 12  # samples of a series: what the estimate of its noise needs
+LONGEST_GAP = 5  # median intervals between two samples of a series
+
+
+@dataclass(frozen=True)
+class JointSeries:
+    """Measured angles of the joint groups through time.
+
+    Parameters
+    ----------
+    time : ndarray, shape (samples,)
+        Increasing [s].
+    angle : ndarray, shape (samples, groups)
+        Bend of each joint group [rad], counter-clockwise.
+    file : str, optional
+        Where the series came from, for errors.
+    lines : sequence of int, optional
+        The line of the file that holds each sample.
+    columns : sequence of str, optional
+        Names of time and angles in the file.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than 12 samples, a value is not finite, time goes back or stands still, or a gap is longer
+        than 5 median intervals.
+    """
+
+    time: Array
+    angle: Array
+    file: str | None = None
+    lines: Sequence[int] | None = None
+    columns: Sequence[str] | None = None
+
+    def __post_init__(self) -> None:
+        time, angle = np.asarray(self.time, dtype=float), np.asarray(self.angle, dtype=float)
+        if time.ndim != 1 or angle.ndim != 2 or len(angle) != len(time) or not angle.size:
+            shapes = f"of shapes {time.shape} and {angle.shape}"
+            fix = "give one row of angles per time, one column per joint group"
+            raise InputError("must have shapes (K,) and (K, groups)", key="time and angle", value=shapes, fix=fix)
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "angle", angle)
+        self._check()
+
+    def _check(self) -> None:
+        """Check the values; the first sample at fault is named."""
+        samples = len(self.time)
+        if samples < SHORTEST:
+            rule, fix = f"must have {SHORTEST} samples at least", "record a longer series"
+            raise InputError(rule, file=self.file, key="the series", value=f"{samples} long", fix=fix)
+        values = np.column_stack([self.time, self.angle])
+        for k, column in np.argwhere(~np.isfinite(values))[:1]:
+            fix = "give a number, or leave out the sample"
+            raise self._error(k, column, "must be a finite number", f"{values[k, column]}", fix)
+        interval = np.diff(self.time)
+        for k in np.flatnonzero(interval <= 0)[:1] + 1:
+            rule = f"must be later than the sample before, at {self.time[k - 1]:g} s"
+            raise self._error(k, 0, rule, f"{self.time[k]:g} s", "sort the samples by time, each time once")
+        longest = LONGEST_GAP * float(np.median(interval))
+        for k in np.flatnonzero(interval > longest)[:1] + 1:
+            rule = f"must follow the sample before within {LONGEST_GAP} median intervals ({longest:.3g} s)"
+            gap = f"{interval[k - 1]:.3g} s later"
+            raise self._error(k, 0, rule, gap, "cut the series at the gap and replay the parts on their own")
+
+    def _error(self, sample: int, column: int, rule: str, value: str, fix: str) -> InputError:
+        """Blame a value: by line and column of the file if there is one."""
+        names = self.columns or ("time", *(f"angle[{g}]" for g in range(self.angle.shape[1])))
+        where = f"sample {sample}" if self.lines is None else f"line {self.lines[sample]}"
+        return InputError(rule, file=self.file, key=f"{where}, {names[column]}", value=value, fix=fix)
+
+
+@dataclass(frozen=True)
+class Track:
+    """A tracked run: poses of the center of the head link.
+
+    Parameters
+    ----------
+    run : str
+        Name of the run.
+    time : ndarray, shape (frames,)
+        [s].
+    pose : ndarray, shape (frames, 3)
+        x, y of the center of the head link [m] and the direction it faces [rad], counter-clockwise from x.
+    """
+
+    run: str
+    time: Array
+    pose: Array
+
+
+def read_joints(path: str | Path, *, time: str, columns: Sequence[str], unit: str) -> JointSeries:
+    """Read measured joint angles from a CSV file. Empty lines and those that start with # are skipped.
+
+    Parameters
+    ----------
+    path : str or Path
+    time : str
+        Name of the column of time [s].
+    columns : sequence of str, shape (groups,)
+        Names of the columns of angles, one per joint group from head to tail.
+    unit : {"deg", "rad"}
+        Unit of the angles in the file.
+
+    Returns
+    -------
+    JointSeries
+
+    Raises
+    ------
+    InputError
+        If the file or a column is missing, a value is not a number, or the series is not one (`JointSeries`).
+    """
+    if not columns:
+        raise InputError("must name at least one column", key="columns", fix="name one column per joint group")
+    table = _read_table(path, [time, *columns])
+    values = np.column_stack([table.numbers(name) for name in (time, *columns)])
+    scale = _factor(ANGLES, unit, "unit")
+    return JointSeries(values[:, 0], values[:, 1:] * scale, str(path), table.lines, (time, *columns))
+
+
+def read_tracks(
+    path: str | Path,
+    *,
+    time: str,
+    pose: Sequence[str],
+    run: str | None = None,
+    length_unit: str,
+    angle_unit: str,
+    yaw_zero: float = 0.0,
+    clockwise: bool = False,
+) -> tuple[Track, ...]:
+    """Read tracked poses of the head link's center from a CSV file that holds one run or several.
+
+    Parameters
+    ----------
+    path : str or Path
+    time : str
+        Name of the column of time [s].
+    pose : sequence of str, shape (3,)
+        Names of the columns of x, y and yaw, the direction that the head faces.
+    run : str, optional
+        Name of the column that names the run of each line; left out, the file holds one run.
+    length_unit : {"m", "cm", "mm"}
+        Unit of x and y in the file.
+    angle_unit : {"deg", "rad"}
+        Unit of yaw in the file.
+    yaw_zero : float
+        Direction of yaw 0 [rad], counter-clockwise from x.
+    clockwise : bool
+        Whether yaw is counted clockwise: from y to x.
+
+    Returns
+    -------
+    tuple of Track
+        In the order of the file; yaw without jumps by whole turns.
+
+    Raises
+    ------
+    InputError
+        If the file or a column is missing, a value is not a finite number, or time goes back within a run.
+    """
+    if len(pose) != 3:
+        fix = "name the columns of x, y and yaw"
+        raise InputError("must be 3 names", key="pose", value=f"{len(pose)}", fix=fix)
+    table = _read_table(path, [time, *pose, *([run] if run else [])])
+    values = np.column_stack([table.numbers(name) for name in (time, *pose)])
+    values[:, 1:3] *= _factor(LENGTHS, length_unit, "length_unit")
+    yaw = _factor(ANGLES, angle_unit, "angle_unit") * values[:, 3]
+    values[:, 3] = yaw_zero + (-yaw if clockwise else yaw)
+    rows: dict[str, list[int]] = {}
+    for k, name in enumerate(table.cells[run] if run else [Path(path).stem] * len(values)):
+        rows.setdefault(name, []).append(k)
+    return tuple(_track(table, time, name, members, values[members]) for name, members in rows.items())
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Columns of a CSV file as text, and the line of each row."""
+
+    file: str
+    lines: list[int]
+    cells: Mapping[str, list[str]]
+
+    def numbers(self, column: str) -> Array:
+        """Return a column as finite numbers."""
+        values = np.empty(len(self.lines))
+        for k, cell in enumerate(self.cells[column]):
+            try:
+                values[k] = float(cell)
+            except ValueError:
+                values[k] = np.nan
+            if not math.isfinite(values[k]):
+                key, fix = f"line {self.lines[k]}, {column}", "give a number, or leave out the line"
+                raise InputError("must be a finite number", file=self.file, key=key, value=shown(cell), fix=fix)
+        return values
+
+
+def _read_table(path: str | Path, columns: Sequence[str]) -> _Table:
+    """Read the named columns of a CSV file."""
+    file = str(path)
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise InputError("must be a file", file=file, value="missing", fix="check the path") from None
+    except (OSError, UnicodeDecodeError) as error:
+        fix = "give a CSV file in UTF-8"
+        raise InputError("must be readable", file=file, value=f"not ({type(error).__name__})", fix=fix) from None
+    content = [(n, line) for n, line in enumerate(io.StringIO(text), 1) if line.strip() and line.lstrip()[0] != "#"]
+    rows = [[cell.strip() for cell in row] for row in csv.reader(line for _, line in content)]
+    if len(rows) < 2 or len(rows) != len(content):
+        value = "empty" if len(rows) < 2 else "broken by a quoted line end"
+        fix = "give a line of column names, then one line per sample"
+        raise InputError("must be a table", file=file, value=value, fix=fix)
+    head = rows[0]
+    for name in columns:
+        if name not in head:
+            rule, fix = "must be a column of the file", did_you_mean(name, head)
+            raise InputError(rule, file=file, key=f"column {name}", value="missing", fix=fix)
+    for (line, _), row in zip(content, rows, strict=True):
+        if len(row) != len(head):
+            rule, value = f"must have {len(head)} cells, as the line of names has", f"{len(row)} long"
+            raise InputError(rule, file=file, key=f"line {line}", value=value, fix="complete the line or remove it")
+    cells = {name: [row[head.index(name)] for row in rows[1:]] for name in columns}
+    return _Table(file, [line for line, _ in content[1:]], cells)
+
+
+def _track(table: _Table, time: str, run: str, members: Sequence[int], values: Array) -> Track:
+    """Make a run of its rows."""
+    for k in np.flatnonzero(np.diff(values[:, 0]) <= 0)[:1] + 1:
+        rule = f"must be later than the frame before, at {values[k - 1, 0]:g} s"
+        key, value = f"line {table.lines[members[k]]}, {time}", f"{values[k, 0]:g} s"
+        fix = "sort the frames of each run by time, or name the column of the run"
+        raise InputError(rule, file=table.file, key=key, value=value, fix=fix)
+    return Track(run, values[:, 0], np.column_stack([values[:, 1:3], np.unwrap(values[:, 3])]))
+
+
+def _factor(units: Mapping[str, float], unit: str, key: str) -> float:
+    """Return a unit in SI."""
+    if unit not in units:
+        raise InputError("must be a known unit", key=key, value=shown(unit), fix=did_you_mean(unit, units))
+    return units[unit]

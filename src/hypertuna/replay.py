@@ -1,0 +1,372 @@
+"""Replay: a robot swims the joint angles that were measured, and its track is compared with the tracked one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Self
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline, splrep
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, shown
+from hypertuna.measured import JointSeries, Track
+from hypertuna.model import core_model
+from hypertuna.results import trajectory
+
+__all__ = ["Pose", "SmoothSeries", "head_center", "replay", "residuals", "rmse", "smooth"]
+
+Array = NDArray[np.float64]
+
+DEGREE = 5  # of the smoothing splines: accelerations are three times differentiable
+NEIGHBORS = np.array([-3, -2, -1, 1, 2, 3])  # of a sample whose noise is estimated
+STEPS_PER_SAMPLE = 2  # Runge-Kutta steps per median interval of the series
+FASTEST = 1e3  # body lengths or radians per second: what moves faster has diverged
+AXES = {"x": "m", "y": "m", "yaw": "rad"}
+
+
+class Pose(NamedTuple):
+    """Pose of the nose: x, y [m] and heading [rad], the angle of the axis from nose to tail from x."""
+
+    x: float = 0.0
+    y: float = 0.0
+    heading: float = 0.0
+
+    @classmethod
+    def from_head_center(cls, robot: Robot, x: float, y: float, yaw: float) -> Self:
+        """Convert the pose of the head link's center.
+
+        Parameters
+        ----------
+        robot : Robot
+        x, y : float
+            Center of the head link [m].
+        yaw : float
+            Direction that the head faces [rad], counter-clockwise from x.
+
+        Returns
+        -------
+        Pose
+            Half the head's length further ahead; heading = yaw - pi.
+        """
+        half = robot.links.length[0] / 2
+        return cls(x + half * math.cos(yaw), y + half * math.sin(yaw), yaw - math.pi)
+
+
+@dataclass(frozen=True)
+class SmoothSeries:
+    """A joint series as functions of time that have rates and accelerations.
+
+    Attributes
+    ----------
+    series : JointSeries
+        What was smoothed.
+    noise : ndarray, shape (groups,)
+        Standard deviation that was taken for noise [rad].
+    splines : tuple of scipy.interpolate.BSpline
+        Angle of each joint group [rad] by time [s].
+    """
+
+    series: JointSeries
+    noise: Array
+    splines: tuple[BSpline, ...]
+
+    def __call__(self, time: Array) -> Array:
+        """Evaluate the joint groups.
+
+        Parameters
+        ----------
+        time : ndarray, shape (times,)
+            Within the series [s].
+
+        Returns
+        -------
+        ndarray, shape (times, groups, 3)
+            Angle [rad], rate [rad/s] and acceleration [rad/s^2].
+        """
+        derivatives = [[spline.derivative(order)(time) for order in range(3)] for spline in self.splines]
+        return np.moveaxis(np.array(derivatives), -1, 0)
+
+
+def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
+    """Smooth a joint series by quintic splines (FITPACK), as smooth as its noise allows.
+
+    Each spline has the fewest knots with which the sum of squared residuals is K sigma^2 + sqrt(2 K) sigma^2 or less:
+    the upper end of the range where K residuals of noise sigma lie. A replayed motion depends on angles and rates;
+    accelerations, which suffer most from noise, enter only the joint torques.
+
+    Parameters
+    ----------
+    series : JointSeries
+    noise : float, optional
+        Standard deviation sigma of the measured angles [rad]; 0 interpolates. Left out, it is estimated for each
+        joint group from what polynomials through three samples on either side miss of the sample between them.
+
+    Returns
+    -------
+    SmoothSeries
+
+    Raises
+    ------
+    InputError
+        If the noise is negative or not finite.
+    """
+    if noise is not None and not 0 <= noise < math.inf:
+        fix = "give the standard deviation of the measured angles in radians"
+        raise InputError("must not be negative", key="noise", value=shown(noise), fix=fix)
+    groups = series.angle.shape[1]
+    sigma = _noise(series) if noise is None else np.full(groups, float(noise))
+    splines = tuple(_spline(series.time, series.angle[:, g], sigma[g]) for g in range(groups))
+    return SmoothSeries(series, sigma, splines)
+
+
+def replay(
+    robot: Robot,
+    series: JointSeries | SmoothSeries,
+    *,
+    start: Pose = Pose(),
+    twist: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    step: float | None = None,
+    current: tuple[float, float] = (0.0, 0.0),
+    time_offset: float = 0.0,
+) -> xr.Dataset:
+    """Swim measured joint angles.
+
+    Parameters
+    ----------
+    robot : Robot
+        Its joint bandwidth does not apply: measured angles are the ones made.
+    series : JointSeries or SmoothSeries
+        One angle per joint group of the robot; spread over the group's joints by their shares, as a gait is.
+    start : Pose
+        Of the nose at the first sample; `Pose.from_head_center` converts.
+    twist : tuple of float
+        u, v [m/s] and r [rad/s] of the head through the water at the first sample.
+    step : float, optional
+        Longest Runge-Kutta step [s]; left out, half the median interval of the series.
+    current : tuple of float
+        Uniform velocity of the water in the frame of the result, x and y [m/s].
+    time_offset : float
+        Added to the times of the series [s], where its clock and that of the tracked poses differ.
+
+    Returns
+    -------
+    xarray.Dataset
+        As `Swim.trajectory`. Attribute ``status`` is "completed" or "diverged", ``status_text`` says it in a sentence;
+        a replay that diverged ends with its last sound step.
+
+    Raises
+    ------
+    InputError
+        If the series does not fit the robot, or an option is out of range.
+    """
+    curve = series if isinstance(series, SmoothSeries) else smooth(series)
+    _check(robot, curve.series, step, start=start, twist=twist, current=current, time_offset=(time_offset,))
+    time = curve.series.time
+    longest = float(np.median(np.diff(time))) / STEPS_PER_SAMPLE if step is None else step
+    steps = math.ceil((time[-1] - time[0]) / longest * (1 - 1e-12))
+    joints = _spread(robot, curve(np.linspace(time[0], time[-1], 2 * steps + 1)))
+    width = (time[-1] - time[0]) / steps
+    motion = _core.advance(core_model(robot), joints, step=width, twist=np.array(twist), pose=np.array(start))
+    sound = _sound(robot, motion["twist"], motion["torque"])
+    instants = np.linspace(time[0], time[-1], steps + 1)[:sound] + time_offset
+    motion = {name: values[:sound] for name, values in motion.items()}
+    result = trajectory(robot, instants, joints[::2][:sound], motion, current=current)
+    if sound > steps:
+        status, text = "completed", f"The replay is complete: {steps} steps of {width:.3g} s."
+    else:
+        status = "diverged"
+        text = (
+            f"The replay diverged {sound * width:.3g} s after its start: its speeds left all bounds; "
+            f"take steps shorter than {width:.3g} s, or look at the coefficients."
+        )
+    return result.assign_attrs(joints="measured", joint_file=curve.series.file or "", status=status, status_text=text)
+
+
+def head_center(robot: Robot, result: xr.Dataset) -> Array:
+    """Return the track of the head link's center: the inverse of `Pose.from_head_center`.
+
+    Parameters
+    ----------
+    robot : Robot
+    result : xarray.Dataset
+        As `replay` and `Swim.trajectory` return it.
+
+    Returns
+    -------
+    ndarray, shape (times, 3)
+        x, y [m] and the direction that the head faces [rad], counter-clockwise from x.
+    """
+    half, heading = robot.links.length[0] / 2, result["heading"].to_numpy()
+    x, y = result["x"].to_numpy() + half * np.cos(heading), result["y"].to_numpy() + half * np.sin(heading)
+    return np.column_stack([x, y, heading + math.pi])
+
+
+def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
+    """Subtract a tracked run from a computed one, both seen from their own first pose.
+
+    The computed run is turned to start in the direction of the tracked one, so neither the start pose of the replay
+    nor the origin of the tracking matters.
+
+    Parameters
+    ----------
+    robot : Robot
+    result : xarray.Dataset
+        As `replay` returns it.
+    track : Track
+
+    Returns
+    -------
+    ndarray, shape (frames, 3)
+        x, y [m] and yaw [rad] in the axes of the track, at those of its frames that the replay spans.
+
+    Raises
+    ------
+    InputError
+        If the replay spans no frame of the track.
+    """
+    time = result["time"].to_numpy()
+    inside = _inside(track, time)
+    if not inside.any():
+        value = f"{track.time[0]:g} to {track.time[-1]:g} s"
+        span = f"must overlap the replay, {time[0]:g} to {time[-1]:g} s" if len(time) else "has no replay to compare with"
+        raise InputError(span, key=f"run {track.run}", value=value, fix="give both on one clock")
+    direction = track.pose[0, 2]
+    made = _from_start(head_center(robot, result), direction)
+    at_frames = [np.interp(track.time[inside], time, made[:, axis]) for axis in range(3)]
+    return np.column_stack(at_frames) - _from_start(track.pose, direction)[inside]
+
+
+def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Dataset:
+    """Compare a replay with tracked runs of the same joint motion.
+
+    Parameters
+    ----------
+    robot : Robot
+    result : xarray.Dataset
+        As `replay` returns it.
+    tracks : sequence of Track
+        One at least.
+
+    Returns
+    -------
+    xarray.Dataset
+        By axis (x, y [m], yaw [rad]; coordinate ``unit``): ``rmse`` over all frames of all runs, ``run_rmse`` of each
+        run, ``mean_rmse`` against the mean of the runs, and ``repeatability``, the root mean square of the runs about
+        their mean: the least `rmse` that one trajectory can have, rmse^2 = mean_rmse^2 + repeatability^2. The mean is
+        taken at the frames of the first run that every run and the replay span. With a single run, ``repeatability``
+        is not defined (not a number).
+
+    Raises
+    ------
+    InputError
+        If there is no run, or one does not overlap the replay.
+    """
+    if not tracks:
+        raise InputError("must hold one run at least", key="tracks", fix="give the tracked poses")
+    differences = [residuals(robot, result, track) for track in tracks]
+    direction, clock = tracks[0].pose[0, 2], tracks[0].time
+    common = _inside(tracks[0], result["time"].to_numpy())
+    for track in tracks:
+        common &= (clock >= track.time[0]) & (clock <= track.time[-1])
+    time = clock[common]
+    placed = np.array([_interpolate(time, track.time, _from_start(track.pose, direction)) for track in tracks])
+    made = _from_start(head_center(robot, result), direction)
+    mean = placed.mean(axis=0)
+    off_mean = _interpolate(time, result["time"].to_numpy(), made) - mean
+    repeatability = _rms((placed - mean).reshape(-1, 3)) if len(tracks) > 1 else np.full(3, np.nan)
+    return xr.Dataset(
+        {
+            "rmse": ("axis", _rms(np.concatenate(differences))),
+            "mean_rmse": ("axis", _rms(off_mean)),
+            "repeatability": ("axis", repeatability),
+            "run_rmse": (("run", "axis"), np.array([_rms(difference) for difference in differences])),
+            "frames": ("run", [len(difference) for difference in differences]),
+        },
+        coords={"axis": list(AXES), "unit": ("axis", list(AXES.values())), "run": [track.run for track in tracks]},
+        attrs=result.attrs,
+    )
+
+
+def _noise(series: JointSeries) -> Array:
+    """Estimate the noise of each joint group from its samples and the quintics through their neighbors."""
+    reach = NEIGHBORS.max()
+    middle = np.arange(reach, len(series.time) - reach)
+    near = middle[:, np.newaxis] + NEIGHBORS
+    arm = series.time[near] - series.time[middle, np.newaxis]
+    # Lagrange's weights at the sample: prod_m arm_m / (arm_m - arm_j)
+    weights = np.empty_like(arm)
+    for j in range(len(NEIGHBORS)):
+        others = np.delete(arm, j, axis=1)
+        weights[:, j] = np.prod(others / (others - arm[:, j : j + 1]), axis=1)
+    missed = series.angle[middle] - np.einsum("kj,kjg->kg", weights, series.angle[near])
+    return _rms(missed / np.sqrt(1 + (weights**2).sum(axis=1, keepdims=True)))
+
+
+def _spline(time: Array, angle: Array, sigma: float) -> BSpline:
+    """Fit a smoothing spline."""
+    bound = (len(time) + math.sqrt(2 * len(time))) * sigma**2
+    spline, _, trouble, _ = splrep(time, angle, k=DEGREE, s=bound, full_output=1)
+    if trouble > 0:  # so little noise that FITPACK cannot reach it: there is nothing to smooth
+        spline = splrep(time, angle, k=DEGREE, s=0)
+    return BSpline(*spline)
+
+
+def _spread(robot: Robot, motion: Array) -> Array:
+    """Spread motions of joint groups (instants, groups, 3) over the joints (instants, links, 3)."""
+    joints = np.zeros((len(motion), len(robot.links.name), 3))
+    for g, group in enumerate(robot.joints):
+        joints[:, list(group.links)] = motion[:, g, np.newaxis] * np.array(group.share)[:, np.newaxis]
+    return joints
+
+
+def _sound(robot: Robot, twist: Array, torque: Array) -> int:
+    """Count the steps before a motion diverges."""
+    bounds = FASTEST * np.array([robot.body.length, robot.body.length, 1.0])
+    unsound = ~((np.abs(twist) < bounds).all(axis=1) & np.isfinite(torque).all(axis=1))
+    return int(np.argmax(unsound)) if unsound.any() else len(twist)
+
+
+def _check(robot: Robot, series: JointSeries, step: float | None, **options: Sequence[float]) -> None:
+    """Check that a series fits a robot, and the options of a replay."""
+    groups, given = [group.name for group in robot.joints], series.angle.shape[1]
+    if given != len(groups):
+        rule = f"must be {len(groups)}, one per joint group of {robot.name} ({', '.join(groups)})"
+        fix = "name one column of angles per joint group, from head to tail"
+        raise InputError(rule, file=series.file, key="the number of angles", value=str(given), fix=fix)
+    if step is not None and not 0 < step < math.inf:
+        raise InputError("must be greater than 0", key="step", value=shown(step), fix="give it in seconds")
+    for key, values in options.items():
+        if not np.isfinite(values).all():
+            raise InputError("must be finite", key=key, value=shown(values), fix="give finite numbers")
+
+
+def _inside(track: Track, time: Array) -> NDArray[np.bool_]:
+    """Tell which frames of a track lie within some time."""
+    if not len(time):
+        return np.zeros(len(track.time), dtype=bool)
+    return (track.time >= time[0]) & (track.time <= time[-1])
+
+
+def _from_start(pose: Array, direction: float) -> Array:
+    """Move poses (frames, 3) so that the first one is at the origin and faces a direction."""
+    turn = direction - pose[0, 2]
+    x, y = (pose[:, :2] - pose[0, :2]).T
+    c, s = math.cos(turn), math.sin(turn)
+    return np.column_stack([c * x - s * y, s * x + c * y, pose[:, 2] - pose[0, 2]])
+
+
+def _interpolate(time: Array, clock: Array, pose: Array) -> Array:
+    """Interpolate poses (frames, 3) at other times."""
+    return np.column_stack([np.interp(time, clock, pose[:, axis]) for axis in range(3)])
+
+
+def _rms(values: Array) -> Array:
+    """Root mean square over the first axis."""
+    result: Array = np.sqrt(np.mean(values**2, axis=0))
+    return result
