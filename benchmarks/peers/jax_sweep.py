@@ -127,7 +127,9 @@ def tabled(fish: Fish, gaits: Gaits, beats: int) -> tuple[Callable[..., Any], tu
     """Program and arguments: momentum and a table of the shape."""
     twist, rate = _momentum_rate(fish, lambda *sums: tuple(x.sum() for x in sums), lambda x: x)
     one = lambda link, body, dt: _swim_table(twist, rate, link, body, dt, beats)  # noqa: E731
-    return jax.vmap(one, in_axes=(1, 1, 0), out_axes=2), _columns(fish, gaits)
+    link, body, dt = _columns(fish, gaits)
+    link, body = jax.tree.map(lambda a: a.swapaxes(0, 1).copy(), (link, body))  # gaits first: half the time
+    return jax.vmap(one, out_axes=2), (link, body, dt)
 
 
 def fused(fish: Fish, gaits: Gaits, beats: int) -> tuple[Callable[..., Any], tuple[Any, ...]]:

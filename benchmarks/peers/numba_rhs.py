@@ -123,11 +123,11 @@ def prepare(fish: Fish, gaits: Gaits) -> tuple[Array, Array, Array]:
     return np.ascontiguousarray(body[0, :, 3:].T), table, 1 / (STEPS * gaits.frequency)
 
 
-def speed(fish: Fish, gaits: Gaits, beats: int) -> Array:
-    """Speed [K] over one more beat after so many from rest, m/s."""
+def swim(fish: Fish, gaits: Gaits, beats: int) -> Array:
+    """Speed [K] over the last of so many beats from rest, m/s."""
     advance = compile_beats(fish, len(gaits))
     state, table, dt = prepare(fish, gaits)
-    advance(state, table, dt, beats * STEPS)
+    advance(state, table, dt, (beats - 1) * STEPS)
     body = table[:, 6 * fish.links :].transpose(0, 2, 1)
     twists = [twist(fish, state.T, body[0])]
     for step in range(STEPS):  # one step at a time: the table is rolled so that this step comes first

@@ -46,7 +46,9 @@ QUANTITIES = {
     "excursion": Quantity("m", "excursion of the tail tip across the mean path, peak to peak"),
     "turn_rate": Quantity("rad/s", "mean rate of turn, counter-clockwise"),
     "turn_radius": Quantity("m", "mean distance of the nose from the center of the turn; infinite when straight"),
-    "spectral_radius": Quantity("1", "largest modulus of the monodromy's multipliers: what a beat leaves of a disturbance"),
+    "spectral_radius": Quantity(
+        "1", "largest modulus of the monodromy's multipliers: what a beat leaves of a disturbance"
+    ),
     "change": Quantity("1", "change of the motion from beat to beat, body lengths or rad"),
     "beats": Quantity("1", "beats integrated"),
 }
@@ -99,7 +101,7 @@ def settle(
     -------
     dict
         `QUANTITIES` by name, each of shape (gaits,); ``status``, index into `STATUSES`; ``twist`` (gaits, 3) and
-        ``momentum`` (gaits, 3) at the start of the beat; ``monodromy`` (gaits, 3, 3) of the momentum;
+        ``momentum`` (gaits, 3) at the start of the beat; ``multipliers`` (gaits, 3), eigenvalues of the monodromy;
         ``displacement`` (gaits, 3) of the nose over the beat, x, y [m] and heading [rad].
     """
     check_steps(steps)
@@ -134,7 +136,8 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
     speed = np.copysign(metrics.mean_speed(chord, row["turn"], 1 / frequency), row["advance"])
     start, matrix = _COLUMN["u"], _COLUMN["m_00"]
     monodromy = rows[:, matrix : matrix + 9].reshape(-1, 3, 3)
-    radius = _spectral_radius(monodromy)
+    multipliers = _multipliers(monodromy)
+    radius = np.abs(multipliers).max(axis=1)
     return {
         "speed": speed,
         "speed_bl": metrics.body_lengths_per_second(speed, length),
@@ -152,10 +155,10 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
         "spectral_radius": radius,
         "change": row["residual"],
         "beats": row["beats"],
-        "status": _status(rows[:, :matrix], row["residual"], radius),
+        "status": _status(row, speed, radius),
         "twist": rows[:, start : start + 3],
         "momentum": rows[:, start + 3 : start + 6],
-        "monodromy": monodromy,
+        "multipliers": multipliers,
         "displacement": rows[:, :3],
     }
 
@@ -179,7 +182,9 @@ def status_text(status: str, *, beats: float, change: float, spectral_radius: fl
     str
     """
     if status == "settled":
-        kept = "" if np.isnan(spectral_radius) else f"; a disturbance shrinks to {spectral_radius:.3g} of itself each beat"
+        kept = (
+            "" if np.isnan(spectral_radius) else f"; a disturbance shrinks to {spectral_radius:.3g} of itself each beat"
+        )
         return f"The gait is settled: every beat repeats the last to {change:.1e} body lengths{kept}."
     if status == "unstable":
         return (
@@ -194,21 +199,22 @@ def status_text(status: str, *, beats: float, change: float, spectral_radius: fl
     )
 
 
-def _status(rows: Array, residual: Array, spectral_radius: Array) -> NDArray[np.int8]:
+def _status(row: dict[str, Array], speed: Array, spectral_radius: Array) -> NDArray[np.int8]:
     """Give each gait its verdict; what is not a finite number has diverged."""
-    radius_column = _COLUMN["radius"]  # infinite for straight gaits
-    finite = np.isfinite(np.delete(rows, radius_column, axis=1)).all(axis=1)
-    settled = residual < _core.SETTLED_CHANGE
-    unstable = spectral_radius >= 1
-    return np.select([~finite, ~settled, unstable], [3, 1, 2], default=0).astype(np.int8)
+    finite = np.isfinite(speed + row["power"] + row["loss"] + row["excursion"] + row["residual"])
+    settled = row["residual"] < _core.SETTLED_CHANGE
+    verdict = np.where(settled, np.where(spectral_radius >= 1, 2, 0), 1)
+    return np.where(finite, verdict, 3).astype(np.int8)
 
 
-def _spectral_radius(monodromy: Array) -> Array:
-    """Largest modulus of the eigenvalues; not a number for a matrix that has none."""
+def _multipliers(monodromy: Array) -> NDArray[np.complex128]:
+    """Eigenvalues of each matrix; not numbers for a matrix that has none."""
     finite = np.isfinite(monodromy).all(axis=(1, 2))
-    radius = np.full(len(monodromy), np.nan)
-    radius[finite] = np.abs(np.linalg.eigvals(monodromy[finite])).max(axis=-1)
-    return radius
+    if finite.all():
+        return np.linalg.eigvals(monodromy).astype(np.complex128)
+    multipliers = np.full((len(monodromy), 3), np.nan, dtype=np.complex128)
+    multipliers[finite] = np.linalg.eigvals(monodromy[finite])
+    return multipliers
 
 
 def _towed_power(robot: Robot, speed: Array) -> Array:

@@ -27,7 +27,8 @@ from hypertuna.description import Robot, load
 from hypertuna.drawing import save
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, check_gait, named_gait
-from hypertuna.plots import animate_swim, plot_swim, plot_sweep
+from hypertuna.animation import animate_swim
+from hypertuna.plots import plot_sweep, plot_swim
 from hypertuna.results import provenance, write_atomically, write_netcdf
 from hypertuna.swim import Swim, swim
 from hypertuna.sweep import Gaits, sweep

@@ -48,8 +48,8 @@ def parameter_names(robot: Robot) -> tuple[str, ...]:
     """
     friction_area, drag_area = _areas(robot)
     law = f"water.{robot.model.water}"
-    tables = {name: "gait" for name in ("frequency", "amplitude", "phase", "bias")}
-    tables |= {name: "links" for name in ("length", "com", "mass", "inertia", "lateral_area", "wetted_area")}
+    tables = dict.fromkeys(("frequency", "amplitude", "phase", "bias"), "gait")
+    tables |= dict.fromkeys(("length", "com", "mass", "inertia", "lateral_area", "wetted_area"), "links")
     tables |= {"bandwidth": "joints", "density": "water"}
     areas = {"friction_area": f"links.{friction_area}", "drag_area": f"links.{drag_area}"}
 

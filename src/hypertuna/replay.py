@@ -19,7 +19,7 @@ from hypertuna.measured import JointSeries, Track
 from hypertuna.model import core_model
 from hypertuna.results import trajectory
 
-__all__ = ["Pose", "SmoothSeries", "head_center", "replay", "residuals", "rmse", "smooth"]
+__all__ = ["Pose", "SmoothSeries", "head_center", "replay", "residuals", "rmse", "seen_from_start", "smooth"]
 
 Array = NDArray[np.float64]
 
@@ -130,7 +130,7 @@ def replay(
     series: JointSeries | SmoothSeries,
     *,
     start: Pose = Pose(),
-    twist: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    twist: tuple[float, float, float] | None = None,
     step: float | None = None,
     current: tuple[float, float] = (0.0, 0.0),
     time_offset: float = 0.0,
@@ -145,8 +145,10 @@ def replay(
         One angle per joint group of the robot; spread over the group's joints by their shares, as a gait is.
     start : Pose
         Of the nose at the first sample; `Pose.from_head_center` converts.
-    twist : tuple of float
-        u, v [m/s] and r [rad/s] of the head through the water at the first sample.
+    twist : tuple of float, optional
+        u, v [m/s] and r [rad/s] of the head through the water at the first sample. Left out, robot and water start
+        without momentum, as after rest, whatever the joints do at the first sample: the momentum that a small error
+        of the first joint rates would bring in decays slowly.
     step : float, optional
         Longest Runge-Kutta step [s]; left out, half the median interval of the series.
     current : tuple of float
@@ -166,13 +168,14 @@ def replay(
         If the series does not fit the robot, or an option is out of range.
     """
     curve = series if isinstance(series, SmoothSeries) else smooth(series)
-    _check(robot, curve.series, step, start=start, twist=twist, current=current, time_offset=(time_offset,))
+    _check(robot, curve.series, step, start=start, twist=twist or (), current=current, time_offset=(time_offset,))
     time = curve.series.time
     longest = float(np.median(np.diff(time))) / STEPS_PER_SAMPLE if step is None else step
     steps = math.ceil((time[-1] - time[0]) / longest * (1 - 1e-12))
     joints = _spread(robot, curve(np.linspace(time[0], time[-1], 2 * steps + 1)))
     width = (time[-1] - time[0]) / steps
-    motion = _core.advance(core_model(robot), joints, step=width, twist=np.array(twist), pose=np.array(start))
+    head = _without_momentum(robot, joints[0]) if twist is None else np.array(twist, dtype=float)
+    motion = _core.advance(core_model(robot), joints, step=width, twist=head, pose=np.array(start, dtype=float))
     sound = _sound(robot, motion["twist"], motion["torque"])
     instants = np.linspace(time[0], time[-1], steps + 1)[:sound] + time_offset
     motion = {name: values[:sound] for name, values in motion.items()}
@@ -207,6 +210,27 @@ def head_center(robot: Robot, result: xr.Dataset) -> Array:
     return np.column_stack([x, y, heading + math.pi])
 
 
+def seen_from_start(pose: Array, direction: float) -> Array:
+    """Move a track so that it starts at the origin and faces a direction there.
+
+    Parameters
+    ----------
+    pose : ndarray, shape (frames, 3)
+        x, y [m] and the direction faced [rad], counter-clockwise from x.
+    direction : float
+        To face at the start [rad].
+
+    Returns
+    -------
+    ndarray, shape (frames, 3)
+        x, y [m], turned to that direction, and what was turned since the start [rad].
+    """
+    turn = direction - pose[0, 2]
+    x, y = (pose[:, :2] - pose[0, :2]).T
+    c, s = math.cos(turn), math.sin(turn)
+    return np.column_stack([c * x - s * y, s * x + c * y, pose[:, 2] - pose[0, 2]])
+
+
 def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
     """Subtract a tracked run from a computed one, both seen from their own first pose.
 
@@ -237,9 +261,9 @@ def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
         span = f"must overlap the replay, {time[0]:g} to {time[-1]:g} s" if len(time) else "has no replay to compare with"
         raise InputError(span, key=f"run {track.run}", value=value, fix="give both on one clock")
     direction = track.pose[0, 2]
-    made = _from_start(head_center(robot, result), direction)
+    made = seen_from_start(head_center(robot, result), direction)
     at_frames = [np.interp(track.time[inside], time, made[:, axis]) for axis in range(3)]
-    return np.column_stack(at_frames) - _from_start(track.pose, direction)[inside]
+    return np.column_stack(at_frames) - seen_from_start(track.pose, direction)[inside]
 
 
 def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Dataset:
@@ -275,8 +299,8 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
     for track in tracks:
         common &= (clock >= track.time[0]) & (clock <= track.time[-1])
     time = clock[common]
-    placed = np.array([_interpolate(time, track.time, _from_start(track.pose, direction)) for track in tracks])
-    made = _from_start(head_center(robot, result), direction)
+    placed = np.array([_interpolate(time, track.time, seen_from_start(track.pose, direction)) for track in tracks])
+    made = seen_from_start(head_center(robot, result), direction)
     mean = placed.mean(axis=0)
     off_mean = _interpolate(time, result["time"].to_numpy(), made) - mean
     repeatability = _rms((placed - mean).reshape(-1, 3)) if len(tracks) > 1 else np.full(3, np.nan)
@@ -325,6 +349,12 @@ def _spread(robot: Robot, motion: Array) -> Array:
     return joints
 
 
+def _without_momentum(robot: Robot, joints: Array) -> Array:
+    """Return the twist xi at which the momentum P = M xi + b of a robot with moving joints (links, 3) is zero."""
+    still = _core.dynamics(core_model(robot), joints[np.newaxis], np.zeros((1, 3)))
+    return -np.linalg.solve(still["inertia"][0], still["momentum"][0])
+
+
 def _sound(robot: Robot, twist: Array, torque: Array) -> int:
     """Count the steps before a motion diverges."""
     bounds = FASTEST * np.array([robot.body.length, robot.body.length, 1.0])
@@ -351,14 +381,6 @@ def _inside(track: Track, time: Array) -> NDArray[np.bool_]:
     if not len(time):
         return np.zeros(len(track.time), dtype=bool)
     return (track.time >= time[0]) & (track.time <= time[-1])
-
-
-def _from_start(pose: Array, direction: float) -> Array:
-    """Move poses (frames, 3) so that the first one is at the origin and faces a direction."""
-    turn = direction - pose[0, 2]
-    x, y = (pose[:, :2] - pose[0, :2]).T
-    c, s = math.cos(turn), math.sin(turn)
-    return np.column_stack([c * x - s * y, s * x + c * y, pose[:, 2] - pose[0, 2]])
 
 
 def _interpolate(time: Array, clock: Array, pose: Array) -> Array:

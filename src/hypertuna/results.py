@@ -117,7 +117,10 @@ def trajectory(
         "energy": ("time", motion["energy"], "J", "kinetic energy of body and entrained water"),
     }
     return xr.Dataset(
-        {name: (dims, values, {"units": unit, "long_name": text}) for name, (dims, values, unit, text) in variables.items()},
+        {
+            name: (dims, values, {"units": unit, "long_name": text})
+            for name, (dims, values, unit, text) in variables.items()
+        },
         coords={
             "time": ("time", time, {"units": "s", "long_name": "time"}),
             "link": ("link", list(robot.links.name)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, cast
 
 import numpy as np
 import xarray as xr
@@ -70,8 +70,10 @@ class Gaits:
         if len({len(gait.amplitude) for gait in gaits}) > 1:
             fix = "give every gait one value per joint group"
             raise InputError("must have equally many joint groups", key="gaits", fix=fix)
-        columns = (np.array([getattr(gait, name) for gait in gaits]) for name in ("amplitude", "phase", "bias"))
-        return cls(np.array([gait.frequency for gait in gaits]), *columns, shape=(len(gaits),))
+        amplitude, phase, bias = (
+            np.array([getattr(gait, name) for gait in gaits]) for name in ("amplitude", "phase", "bias")
+        )
+        return cls(np.array([gait.frequency for gait in gaits]), amplitude, phase, bias, (len(gaits),))
 
     @classmethod
     def grid(
@@ -106,18 +108,13 @@ class Gaits:
             if not len(axis):
                 raise InputError("must have one value at least", key=name, value="empty", fix="give a range or a list")
         # Each value is checked once, not once for every combination.
-        for f in frequency:
-            Gait(f, tuple(amplitude[0]), tuple(phase[0]), tuple(bias[0]))
-        for a in amplitude:
-            Gait(frequency[0], tuple(a), tuple(phase[0]), tuple(bias[0]))
-        for p in phase:
-            Gait(frequency[0], tuple(amplitude[0]), tuple(p), tuple(bias[0]))
-        for b in bias:
-            Gait(frequency[0], tuple(amplitude[0]), tuple(phase[0]), tuple(b))
+        for k in range(max(len(axis) for axis in axes)):
+            f, a, p, b = (axis[min(k, len(axis) - 1)] for axis in (frequency, amplitude, phase, bias))
+            Gait(cast(float, f), *(tuple(cast(Sequence[float], angles)) for angles in (a, p, b)))
         shape = tuple(len(axis) for axis in axes)
         index = np.indices(shape).reshape(4, -1)
-        columns = (np.asarray(axis, dtype=np.float64)[k] for axis, k in zip(axes, index, strict=True))
-        return cls(*columns, shape=shape)
+        columns = [np.asarray(axis, dtype=np.float64)[k] for axis, k in zip(axes, index, strict=True)]
+        return cls(columns[0], columns[1], columns[2], columns[3], shape)
 
     def __len__(self) -> int:
         return len(self.frequency)
@@ -255,7 +252,9 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
     found = settle(robot, *arrays, steps=steps)
     status = STATUSES[found["status"][0]]
     if status not in ("settled", "unstable"):
-        raise InputError("must settle to have derivatives", key="gait", value=status, fix="look at hypertuna.swim of it")
+        raise InputError(
+            "must settle to have derivatives", key="gait", value=status, fix="look at hypertuna.swim of it"
+        )
     rows = _core.gradient(core_model(robot), *arrays, found["momentum"].copy(), steps=steps, threads=1)[0]
     outputs = {name: rows[k] for k, name in enumerate(_core.GRADIENT_OUTPUTS)}
     end = np.stack([outputs.pop(name) for name in ("end_p_x", "end_p_y", "end_l")])
@@ -277,7 +276,7 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
 
 
 def _speed_slope(displacement: Array, total: dict[str, Array], speed: float, frequency: float) -> Array:
-    """Derivative of f chord (turn/2) / sin(turn/2), signed like the speed."""
+    """Differentiate f chord (turn/2) / sin(turn/2), signed like the speed."""
     x, y, half = displacement[0], displacement[1], displacement[2] / 2
     chord = np.hypot(x, y)
     chord_slope = (x * total["displacement_x"] + y * total["displacement_y"]) / chord

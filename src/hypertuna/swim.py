@@ -158,7 +158,7 @@ def swim(
     arrays = (np.array([gait.frequency]), *(np.array([a]) for a in (gait.amplitude, gait.phase, gait.bias)))
     found = settle(robot, *arrays, steps=steps, wait=wait)
     status = STATUSES[found.pop("status")[0]]
-    twist, monodromy = found.pop("twist")[0].copy(), found.pop("monodromy")[0]
+    twist, multipliers = found.pop("twist")[0].copy(), found.pop("multipliers")[0]
     del found["momentum"], found["displacement"]
     values: dict[str, Any] = {name: float(value[0]) for name, value in found.items()}
     text = status_text(
@@ -170,7 +170,7 @@ def swim(
         robot=robot,
         gait=gait,
         **values | {"beats": int(values["beats"])},
-        multipliers=_multipliers(monodromy),
+        multipliers=multipliers[np.argsort(-np.abs(multipliers))],
         status=status,
         status_text=text,
         steps=steps,
@@ -204,19 +204,11 @@ def _verdict_from_rest(
     )
 
 
-def _multipliers(monodromy: Array) -> NDArray[np.complex128]:
-    """Eigenvalues, largest first."""
-    if not np.isfinite(monodromy).all():
-        return np.full(3, np.nan, dtype=np.complex128)
-    values = np.linalg.eigvals(monodromy).astype(np.complex128)
-    return values[np.argsort(-np.abs(values))]
-
-
 def _trajectory(
     robot: Robot, gait: Gait, start: Array, beats: float, steps: int, current: tuple[float, float]
 ) -> xr.Dataset:
     """Integrate the gait over so many beats from a twist."""
-    count = int(round(beats * steps))
+    count = round(beats * steps)
     step = 1 / (gait.frequency * steps)
     clock = np.pi / steps * (np.arange(2 * count + 1) % (2 * steps))
     model = core_model(robot)

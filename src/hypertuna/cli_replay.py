@@ -1,0 +1,192 @@
+"""The command `hypertuna replay`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+import xarray as xr
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.table import Table
+
+from hypertuna.console import check_suffix, command_line, number, number_list, print_json
+from hypertuna.description import Robot, load
+from hypertuna.drawing import save
+from hypertuna.errors import InputError
+from hypertuna.measured import Track, read_joints, read_tracks
+from hypertuna.replay import AXES, Pose, SmoothSeries, head_center, replay, rmse, seen_from_start, smooth
+from hypertuna.results import write_netcdf
+
+__all__ = ["replay_command"]
+
+# How lengths and angles are shown and stored outside: unit, and what it holds of the SI unit.
+BORDER = {"m": ("cm", 100.0), "rad": ("deg", 180 / np.pi)}
+
+
+def replay_command(
+    angles: Annotated[str, typer.Argument(help="CSV file of measured joint angles.")],
+    robot: Annotated[str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")],
+    columns: Annotated[str, typer.Option("--columns", help="Columns of angles, one per joint group, with commas.")],
+    time_column: Annotated[str, typer.Option("--time-column", help="Column of time in seconds.")] = "time_s",
+    unit: Annotated[str, typer.Option("--unit", help="Unit of the angles: deg or rad.")] = "deg",
+    noise: Annotated[
+        str | None, typer.Option("--noise", help="Standard deviation of the angles in degrees  [default: estimated]")
+    ] = None,
+    start: Annotated[
+        str, typer.Option("--start", help="x and y of the nose in m, and the angle from nose to tail in degrees.")
+    ] = "0,0,0",
+    step: Annotated[
+        str | None, typer.Option("--step", help="Longest step in seconds  [default: half a median interval]")
+    ] = None,
+    current: Annotated[str, typer.Option("--current", help="Velocity of the water along x and y in m/s.")] = "0,0",
+    time_offset: Annotated[
+        str, typer.Option("--time-offset", help="Seconds to add to the angles' clock to make it that of the poses.")
+    ] = "0",
+    water: Annotated[str | None, typer.Option("--water", help="lumped or strip  [default: the robot's choice]")] = None,
+    poses: Annotated[
+        list[str] | None,
+        typer.Option("--poses", help="CSV file of tracked poses of the head link's center; again for more files."),
+    ] = None,
+    pose_columns: Annotated[
+        str, typer.Option("--pose-columns", help="Columns of time, x, y, yaw and, if a file holds several runs, the run.")
+    ] = "time_s,x_m,y_m,yaw_deg",
+    pose_units: Annotated[str, typer.Option("--pose-units", help="Units of x and y, and of yaw.")] = "m,deg",
+    yaw_zero: Annotated[
+        str, typer.Option("--yaw-zero", help="Direction of yaw 0 in degrees, counter-clockwise from x.")
+    ] = "0",
+    clockwise: Annotated[bool, typer.Option("--yaw-clockwise", help="Yaw is counted clockwise, from y to x.")] = False,
+    plot: Annotated[str | None, typer.Option("--plot", help="Draw the track to this .svg, .png or .pdf file.")] = None,
+    output: Annotated[str | None, typer.Option("-o", "--output", help="Write the trajectory to this .nc file.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Swim measured joint angles, and compare the track of the head with tracked poses.
+
+    Exit code 1 means that the replay diverged.
+    """
+    check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
+    check_suffix(output, (".nc",), "--output")
+    fish = load(robot).using(water=water)
+    series = read_joints(angles, time=time_column, columns=_names(columns), unit=unit)
+    sigma = None if noise is None else np.radians(number(noise, "noise", "degrees"))
+    curve = smooth(series, noise=sigma)
+    tracks = _tracks(poses or [], pose_columns, pose_units, np.radians(number(yaw_zero, "yaw_zero", "degrees")), clockwise)
+    x, y, heading = _numbers(start, "start", "m, m and degrees", 3)
+    result = replay(
+        fish,
+        curve,
+        start=Pose(x, y, np.radians(heading)),
+        step=None if step is None else number(step, "step", "seconds"),
+        current=_numbers(current, "current", "m/s", 2),
+        time_offset=number(time_offset, "time_offset", "seconds"),
+    )
+    sound = result.attrs["status"] == "completed"
+    compared = rmse(fish, result, tracks) if tracks and sound else None
+    if plot is not None and result.sizes["time"]:
+        save(_draw(fish, result, tracks), plot)
+    if output is not None:
+        write_netcdf(result.assign_attrs(command=command_line()), output)
+    if as_json:
+        print_json(_record(fish, result, curve, compared))
+    else:
+        _print(fish, result, compared)
+    if not sound:
+        raise typer.Exit(1)
+
+
+def _names(text: str) -> list[str]:
+    """Read names separated by commas."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def _numbers(text: str, key: str, unit: str, count: int) -> tuple[Any, ...]:
+    """Read so many numbers."""
+    values = number_list(text, key, unit)
+    if len(values) != count:
+        raise InputError(f"must be {count} numbers", key=key, value=text, fix=f"give {unit}, separated by commas")
+    return values
+
+
+def _tracks(files: list[str], columns: str, units: str, yaw_zero: float, clockwise: bool) -> list[Track]:
+    """Read the runs of every file."""
+    names, unit = _names(columns), _names(units)
+    if len(names) not in (4, 5):
+        fix = "name the columns of time, x, y, yaw and, if there is one, the run"
+        raise InputError("must be 4 or 5 names", key="--pose-columns", value=columns, fix=fix)
+    if len(unit) != 2:
+        raise InputError("must be two units", key="--pose-units", value=units, fix="write, for example, cm,deg")
+    return [
+        track
+        for file in files
+        for track in read_tracks(
+            file,
+            time=names[0],
+            pose=names[1:4],
+            run=names[4] if len(names) == 5 else None,
+            length_unit=unit[0],
+            angle_unit=unit[1],
+            yaw_zero=yaw_zero,
+            clockwise=clockwise,
+        )
+    ]
+
+
+def _record(robot: Robot, result: xr.Dataset, curve: SmoothSeries, compared: xr.Dataset | None) -> dict[str, Any]:
+    """Say how a series was replayed, for programs."""
+    record = dict(result.attrs) | {"joint_noise_deg": np.degrees(curve.noise)}
+    if result.sizes["time"]:
+        x, y, yaw = head_center(robot, result)[-1]
+        record |= {"time_s": float(result.time[-1]), "steps": result.sizes["time"] - 1}
+        record |= {"head_x_m": x, "head_y_m": y, "head_yaw_deg": np.degrees(yaw)}
+    if compared is not None:
+        record["axes"] = {
+            axis: {
+                f"{name}_{BORDER[unit][0]}": compared[name].sel(axis=axis).to_numpy() * BORDER[unit][1]
+                for name in ("rmse", "mean_rmse", "repeatability", "run_rmse")
+            }
+            for axis, unit in AXES.items()
+        }
+        record |= {"runs": compared["run"].to_numpy(), "frames": compared["frames"].to_numpy()}
+    return record
+
+
+def _print(robot: Robot, result: xr.Dataset, compared: xr.Dataset | None) -> None:
+    """Say it on the terminal."""
+    console = Console()
+    console.print(result.attrs["status_text"], highlight=False)
+    if result.sizes["time"]:
+        x, y, yaw = head_center(robot, result)[-1]
+        place = f"x {x:.4f} m, y {y:.4f} m, facing {np.degrees(yaw):.2f} deg"
+        console.print(f"Center of the head at {float(result.time[-1]):.3f} s: {place}", highlight=False)
+    if compared is None:
+        return
+    runs = compared.sizes["run"]
+    table = Table("head", f"rmse, {runs} runs" if runs > 1 else "rmse, 1 run", "of their mean", "repeatability", "unit")
+    for axis, unit in AXES.items():
+        shown, factor = BORDER[unit]
+        values = [f"{float(compared[name].sel(axis=axis)) * factor:.2f}" for name in ("rmse", "mean_rmse", "repeatability")]
+        table.add_row(axis, *values, shown)
+    console.print(table)
+
+
+def _draw(robot: Robot, result: xr.Dataset, tracks: list[Track]) -> Figure:
+    """Draw the pose of the head link's center against time, seen from its start, over the tracked runs."""
+    figure = Figure(figsize=(7, 7), layout="constrained")
+    panels = figure.subplots(3, 1, sharex=True)
+    made = head_center(robot, result)
+    direction = tracks[0].pose[0, 2] if tracks else made[0, 2]
+    curves = [("tracked", "0.7", 0.6, track.time, track.pose) for track in tracks]
+    curves.append((f"replayed, {robot.name}", "C0", 1.8, result["time"].to_numpy(), made))
+    for name, color, width, time, pose in curves:
+        placed = seen_from_start(pose, direction)
+        for k, (panel, unit) in enumerate(zip(panels, AXES.values(), strict=True)):
+            panel.plot(time, BORDER[unit][1] * placed[:, k], color=color, linewidth=width, label=name)
+    for panel, (axis, unit) in zip(panels, AXES.items(), strict=True):
+        panel.set_ylabel(f"head {axis} [{BORDER[unit][0]}]")
+        panel.grid(alpha=0.3)
+    panels[-1].set_xlabel("time [s]")
+    lines, names = panels[0].get_legend_handles_labels()
+    panels[0].legend(dict(zip(names, lines, strict=True)).values(), dict.fromkeys(names), frameon=False)
+    figure.suptitle("Center of the head link, from its start")
+    return figure

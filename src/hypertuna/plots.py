@@ -1,0 +1,398 @@
+"""Figures: one swim, a sweep as the paper's Fig. 10, turning radius against phase, published beside computed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from typing import Any, ParamSpec
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from hypertuna.drawing import COLORS, INK, SHAPES
+from hypertuna.errors import InputError
+from hypertuna.results import body_points
+from hypertuna.swim import Swim
+
+__all__ = ["FAINT", "GRID", "WIDTH", "last_beat", "plot_ledger", "plot_sweep", "plot_swim", "plot_turning", "unroll"]
+
+Array = NDArray[np.float64]
+P = ParamSpec("P")
+
+WIDTH = 7.2  # of a figure, inches: two columns of a journal
+FAINT, GRID = "#6B7780", "#D5DCE1"
+MIDLINES = 12  # in one beat
+BEATS = 4  # of a straight path
+MOST_BEATS = 80  # of a turn
+
+# A sequence of colors whose lightness rises, so that it also reads in gray and for every kind of color vision.
+SEQUENCE = LinearSegmentedColormap.from_list("depth", ["#16387C", "#0072B2", "#1F9E9A", "#7FB24A", "#E0A33A"])
+
+STYLE: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.size": 9,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "axes.labelsize": 9,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.edgecolor": FAINT,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "xtick.color": FAINT,
+    "ytick.color": FAINT,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "text.color": INK,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "lines.linewidth": 1.6,
+    "lines.solid_capstyle": "round",
+    "figure.facecolor": "white",
+    "axes.facecolor": "none",
+}
+
+
+def _styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Give the figures of this module one look, whatever the user's settings are."""
+
+    @wraps(plot)
+    def styled(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with matplotlib.rc_context():
+            matplotlib.rcdefaults()
+            matplotlib.rcParams.update(STYLE)
+            return plot(*args, **kwargs)
+
+    return styled
+
+
+@_styled
+def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
+    """Plot how a gait swims.
+
+    Parameters
+    ----------
+    swim : Swim
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Paths of nose and tail tip; midlines of one beat, colored by phase; speed and mechanical power through the
+        beat, or through time for a swim from rest.
+    """
+    motion = swim.trajectory
+    nose, tail = _paths(swim)
+    spread = np.ptp(np.concatenate([nose, tail]), axis=0)
+    tall = min(1.0, spread[1] / spread[0]) if spread[0] > 0 else 1.0
+    lines = _midlines(swim)
+    bend = np.ptp(lines[..., 1]) / np.ptp(lines[..., 0])
+    inner = 0.86 * width
+    heights = [max(0.9, inner * tall + 0.55), inner * 0.9 * bend + 0.75, 2.0]
+    figure = Figure(figsize=(width, sum(heights) + 0.5), layout="constrained")
+    grid = figure.add_gridspec(3, 2, height_ratios=heights)
+    figure.suptitle(_caption(swim), fontsize=9, color=FAINT, x=0.01, ha="left")
+    _draw_path(figure.add_subplot(grid[0, :]), swim, nose, tail)
+    _draw_midlines(figure.add_subplot(grid[1, :]), lines)
+    speed, power = figure.add_subplot(grid[2, 0]), figure.add_subplot(grid[2, 1])
+    beat = swim.duration is None
+    time = motion.time.values * (swim.gait.frequency if beat else 1.0)
+    label = "part of the beat" if beat else "time [s]"
+    speed.plot(time, motion.forward_speed, color=COLORS[1])
+    _mean_line(speed, swim.speed, f"mean {swim.speed:.3g} m/s")
+    speed.set(title="Forward speed of the nose", xlabel=label, ylabel="speed [m/s]")
+    for g, group in enumerate(motion.group.values):
+        power.plot(time, motion.group_power[:, g], color=COLORS[2 - 2 * g] if g < 2 else COLORS[g], label=f"joint {group}")
+    power.plot(time, motion.power, color=INK, label="all")
+    _mean_line(power, swim.power, f"mean {swim.power:.3g} W")
+    power.legend(ncols=3, loc="lower left", borderpad=0, handlelength=1.2, columnspacing=1.0)
+    power.set(title="Mechanical power of the joints", xlabel=label, ylabel="power [W]")
+    low, high = power.get_ylim()
+    power.set_ylim(low - 0.2 * (high - low), high)
+    for axes in (speed, power):
+        axes.set_xlim(time[0], time[-1])
+    return figure
+
+
+@_styled
+def plot_sweep(found: xr.Dataset, *, width: float = WIDTH) -> Figure:
+    """Plot speed and cost of transport of a sweep, as the paper's Fig. 10.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        A grid of `hypertuna.sweep` with one bias.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Against frequency with one line for each phase, or against phase where there is only one frequency; one row
+        for each amplitude. Gaits that are not settled are left out.
+
+    Raises
+    ------
+    InputError
+        If the sweep is not a grid, has several biases, or one frequency and one phase only.
+    """
+    if "bias" not in found.dims or found.sizes["bias"] > 1:
+        raise InputError("must show a grid with one bias", key="plot", fix="sweep one bias at a time")
+    if found.sizes["frequency"] == 1 and found.sizes["phase"] == 1:
+        raise InputError("must show several frequencies or phases", key="plot", fix="give a range, such as 1:6:6")
+    found = found.isel(bias=0).where(found.settled.isel(bias=0))
+    phases, phase_texts = _levels(found, "phase")
+    along_phase = found.sizes["frequency"] == 1
+    along = "phase" if along_phase else "frequency"
+    across = "frequency" if along_phase else "phase"
+    x = phases if along_phase else found.frequency.values
+    xlabel = "phase difference [deg]" if along_phase else "frequency [Hz]"
+    names = [f"{found.frequency.item():g} Hz"] if along_phase else phase_texts
+    amplitudes = _levels(found, "amplitude")[1]
+    rows = len(amplitudes)
+    figure = Figure(figsize=(width, 0.75 + (0.36 if width < WIDTH else 0.29) * width * rows), layout="constrained")
+    panels = figure.subplots(rows, 2, sharex=True, sharey="col", squeeze=False)
+    colors = _colors(len(names))
+    quantities = (("speed", "speed [m/s]"), ("cost_of_transport", "cost of transport\n[J/(kg m)]"))
+    for row, amplitude in enumerate(amplitudes):
+        for axes, (quantity, label) in zip(panels[row], quantities, strict=True):
+            values = found[quantity].isel(amplitude=row).transpose(along, across).values
+            for k, name in enumerate(names):
+                axes.plot(x, values[:, k], color=colors[k], marker=SHAPES[k % len(SHAPES)], **_POINTS, label=name)
+            axes.set_ylabel(label)
+            axes.set_title(f"amplitude {amplitude}" if axes is panels[row, 0] else "")
+            axes.set_xlabel(xlabel if row == rows - 1 else "")
+    if not along_phase:
+        panels[0, 0].set_xticks(x if len(x) <= 12 else panels[0, 0].get_xticks())
+    handles, texts = panels[0, 0].get_legend_handles_labels()
+    title = "" if along_phase else "phase difference"
+    if len(texts) <= 12:
+        figure.legend(handles, texts, title=title, loc="outside upper center", ncols=min(len(texts), 6), **_TIGHT)
+    else:
+        bar = ScalarMappable(Normalize(phases.min(), phases.max()), SEQUENCE)
+        figure.colorbar(bar, ax=panels, location="top", aspect=60, fraction=0.03, label=f"{title} [deg]")
+    return figure
+
+
+@_styled
+def plot_turning(
+    found: Mapping[str, xr.Dataset],
+    length: float,
+    *,
+    published: tuple[float, float] | None = None,
+    width: float = WIDTH,
+) -> Figure:
+    """Plot the turning radius against the phase difference.
+
+    Parameters
+    ----------
+    found : mapping of str to xarray.Dataset
+        Sweeps over phases, by what to call them.
+    length : float
+        Of the body [m].
+    published : tuple of float, optional
+        Phase [deg] and radius [body lengths] to show beside them.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One line for each sweep; filled marks swim forward, open ones backward.
+    """
+    figure = Figure(figsize=(width, 0.5 * width + 0.5), layout="constrained")
+    axes = figure.subplots()
+    for k, (name, sweep) in enumerate(found.items()):
+        turn = sweep.isel(frequency=0, amplitude=0, bias=0)
+        phase, radius = _levels(turn, "phase")[0], turn.turn_radius.where(turn.settled).values / length
+        color, marker = COLORS[k % len(COLORS)], SHAPES[k % len(SHAPES)]
+        ahead = turn.speed.values > 0
+        axes.plot(phase, radius, color=color, lw=1.2, alpha=0.7)
+        axes.plot(phase[ahead], radius[ahead], marker, color=color, ms=5.5, label=f"{name}, forward")
+        axes.plot(phase[~ahead], radius[~ahead], marker, color=color, ms=5.5, mfc="white", label=f"{name}, tail first")
+    if published is not None:
+        axes.plot(*published, "*", color=INK, ms=12, mec="white", label="published, measured")
+    axes.set(xlabel="phase difference [deg]", ylabel="turning radius [body lengths]", ylim=(0, None))
+    axes.set_xticks(np.arange(0, 361, 40))
+    figure.legend(loc="outside upper left", ncols=2, **_TIGHT)
+    return figure
+
+
+@_styled
+def plot_ledger(
+    names: Sequence[str],
+    published: ArrayLike,
+    computed: Mapping[str, ArrayLike],
+    *,
+    label: str = "speed [m/s]",
+    width: float = WIDTH,
+) -> Figure:
+    """Plot numbers published and computed, one row each.
+
+    Parameters
+    ----------
+    names : sequence of str
+        What each row is, top to bottom.
+    published : array_like, shape (rows,)
+        [any unit].
+    computed : mapping of str to array_like, shape (rows,)
+        Of each model, by its name [the same unit].
+    label : str
+        Quantity and unit.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(width, 0.36 * len(names) + 1.1), layout="constrained")
+    axes = figure.subplots()
+    rows = np.arange(len(names))
+    truth = np.asarray(published, dtype=np.float64)
+    for k, (name, values) in reversed(list(enumerate(computed.items()))):
+        lift = 0.13 * (1 - 2 * k) if len(computed) == 2 else 0.0
+        axes.hlines(rows - lift, truth, values, color=COLORS[k], lw=1.4, alpha=0.55)
+        axes.plot(values, rows - lift, SHAPES[k], color=COLORS[k], ms=6.5, label=name)
+    axes.plot(truth, rows, "|", color=INK, ms=17, mew=2.6, label="published")
+    axes.set_yticks(rows, names)
+    axes.set(xlabel=label, xlim=(0, None), ylim=(len(names) - 0.5, -0.5))
+    axes.grid(axis="y", visible=False)
+    axes.spines["left"].set_visible(False)
+    axes.tick_params(axis="y", length=0)
+    handles, texts = axes.get_legend_handles_labels()
+    figure.legend(handles[::-1], texts[::-1], loc="outside upper left", ncols=3, **_TIGHT)
+    return figure
+
+
+def last_beat(swim: Swim) -> xr.Dataset:
+    """Return the last beat of a swim.
+
+    Parameters
+    ----------
+    swim : Swim
+
+    Returns
+    -------
+    xarray.Dataset
+        Its trajectory, the one beat of a settled gait; both ends are included.
+    """
+    return swim.trajectory.isel(time=slice(-swim.steps - 1, None))
+
+
+def unroll(z: NDArray[np.complex128], motion: xr.Dataset, beats: int) -> NDArray[np.complex128]:
+    """Repeat the path of a point of the body beat after beat: each beat moves and turns the body alike.
+
+    Parameters
+    ----------
+    z : ndarray of complex, shape (times,)
+        Positions x + i y in one beat [m].
+    motion : xarray.Dataset
+        The motion of the head in that beat.
+    beats : int
+
+    Returns
+    -------
+    ndarray of complex, shape (beats (times - 1) + 1,)
+        Positions [m].
+    """
+    nose, heading = motion.x.values + 1j * motion.y.values, motion.heading.values
+    spin = np.exp(1j * (heading[-1] - heading[0]))
+    parts = [z]
+    for _ in range(beats - 1):
+        z = nose[-1] + spin * (z - nose[0])
+        parts.append(z[1:])
+    return np.concatenate(parts)
+
+
+_POINTS: dict[str, Any] = {"ms": 4.2, "mec": "white", "mew": 0.5}
+_TIGHT: dict[str, Any] = {"borderaxespad": 0.2, "handletextpad": 0.5, "columnspacing": 1.2, "handlelength": 1.6}
+
+
+def _paths(swim: Swim) -> tuple[Array, Array]:
+    """Paths of nose and tail tip, shape (times, 2) [m]: all of it from rest, else some beats or the whole turn."""
+    motion = swim.trajectory
+    paths = [motion.x.values + 1j * motion.y.values, motion.tail_x.values + 1j * motion.tail_y.values]
+    if swim.duration is None:
+        turn = abs(float(motion.heading[-1] - motion.heading[0]))
+        beats = min(MOST_BEATS, int(np.ceil(2 * np.pi / turn))) if np.isfinite(swim.turn_radius) else BEATS
+        paths = [unroll(path, motion, beats) for path in paths]
+    return tuple(np.stack([path.real, path.imag], axis=1) for path in paths)  # type: ignore[return-value]
+
+
+def _midlines(swim: Swim) -> Array:
+    """Midlines over the last beat, shape (phases, links + 1, 2) [m], in a frame that moves and turns at the mean rate."""
+    motion = last_beat(swim)
+    pose = np.stack([motion.x.values, motion.y.values, motion.heading.values], axis=1)
+    part = np.linspace(0, 1, len(pose))[:, np.newaxis]
+    drift = pose[0] + part * (pose[-1] - pose[0])
+    points = body_points(swim.robot, pose, motion.joint_angle.values)
+    z = (points[..., 0] - drift[:, :1]) + 1j * (points[..., 1] - drift[:, 1:2])
+    z = z * np.exp(-1j * (drift[:, 2:] - drift[0, 2] + np.mean(pose[:, 2] - drift[:, 2])))
+    lines = np.stack([z.real, z.imag], axis=-1)
+    result: Array = lines[np.linspace(0, len(lines) - 1, MIDLINES, endpoint=False).astype(int)]
+    return result
+
+
+def _draw_path(axes: Axes, swim: Swim, nose: Array, tail: Array) -> None:
+    """Draw the paths of nose and tail tip with the body at the end."""
+    motion = last_beat(swim)
+    axes.plot(*tail.T, color=COLORS[0], lw=1.2, label="tail tip")
+    axes.plot(*nose.T, color=COLORS[1], lw=1.2, label="nose")
+    pose = np.array([[motion.x[0], motion.y[0], motion.heading[0]]])
+    body = body_points(swim.robot, pose, motion.joint_angle.values[:1])[0]
+    axes.plot(*body.T, color=INK, lw=2.5, alpha=0.8, label="body", zorder=1)
+    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    axes.set_title("Paths of nose and tail tip, from rest" if swim.duration else "Paths of nose and tail tip")
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, borderaxespad=0.1, handlelength=1.4)
+
+
+def _draw_midlines(axes: Axes, lines: Array) -> None:
+    """Draw midlines of one beat with a bar of their colors."""
+    for line, color in zip(lines, _colors(len(lines)), strict=True):
+        axes.plot(*line.T, color=color, lw=1.5, solid_joinstyle="round")
+    axes.set(aspect="equal", xlabel="along the mean path [m]", ylabel="across [m]")
+    axes.set_title("Midlines of one beat, moving with the mean path")
+    bar = ScalarMappable(Normalize(0, 1), SEQUENCE)
+    axes.figure.colorbar(bar, ax=axes, label="part of the beat", aspect=12, pad=0.01)
+
+
+def _caption(swim: Swim) -> str:
+    """Say what was swum."""
+    robot, gait = swim.robot, swim.gait
+    angles = (f"{', '.join(f'{a:.3g}' for a in np.degrees(values))}°" for values in (gait.amplitude, gait.phase))
+    amplitude, phase = angles
+    text = f"{robot.name}: {gait.frequency:g} Hz, amplitude {amplitude}, phase {phase}"
+    return f"{text}; {robot.model.water} water, {robot.model.joints} joints; {swim.status}"
+
+
+def _mean_line(axes: Axes, value: float, text: str) -> None:
+    """Mark a mean."""
+    axes.axhline(value, color=FAINT, lw=1, ls=(0, (4, 3)))
+    axes.annotate(text, (0.99, value), (0, 3), axes.get_yaxis_transform(), "offset points", ha="right", color=FAINT)
+
+
+def _levels(found: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
+    """Angles of the last joint group along a dimension [deg], and a text for each: of all groups for amplitudes."""
+    columns = [np.degrees(found[name].values) for name in found.coords if str(name).startswith(f"{dim}_")]
+    if dim == "phase":
+        return columns[-1], [f"{angle:.4g}°" for angle in columns[-1]]
+    return columns[-1], [", ".join(f"{angle:.4g}°" for angle in angles) for angles in zip(*columns, strict=True)]
+
+
+def _colors(count: int) -> list[Any]:
+    """Return colors from first to last."""
+    return [SEQUENCE(part) for part in np.linspace(0, 1, count)] if count > 1 else [COLORS[1]]
