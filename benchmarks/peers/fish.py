@@ -106,9 +106,7 @@ def gaits_from_degrees(frequency: object, amplitude: object, phase: object) -> G
 def grid(frequencies: int = 6, phases: int = 10) -> Gaits:
     """The benchmark's sweep: 6 frequencies x 10 phases x the paper's 3 amplitude levels = 180 gaits."""
     levels = np.array([(8.0, 15.0), (12.0, 20.0), (16.0, 25.0)])  # small, medium, large
-    f, p, a = np.meshgrid(
-        np.linspace(1, 6, frequencies), np.linspace(0, 180, phases), np.arange(3), indexing="ij"
-    )
+    f, p, a = np.meshgrid(np.linspace(1, 6, frequencies), np.linspace(0, 180, phases), np.arange(3), indexing="ij")
     phase = np.stack([np.zeros(p.size), p.ravel()], axis=1)
     return gaits_from_degrees(f.ravel(), levels[a.ravel()], phase)
 

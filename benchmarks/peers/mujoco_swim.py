@@ -24,16 +24,15 @@ ROTOR = 1e6  # kg m^2
 def mjcf(fish: Fish, dt: float) -> str:
     """The chain in MuJoCo's language: nose at the origin, tail along +x."""
     head = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/><joint axis="0 0 1"/>'
-    driven = fish.share.any(axis=1)
+    driven = fish.share.max(axis=1) > 0
     xml = ""
     for i in reversed(range(fish.links)):
         joint = head if i == 0 else f'<joint axis="0 0 1" armature="{ROTOR}"/>' if driven[i] else ""
-        inertia = " ".join([repr(float(fish.inertia[i]))] * 3)
-        xml = (
-            f'<body pos="{float(fish.length[i - 1]) if i else 0.0!r} 0 0">{joint}<inertial '
-            f'pos="{float(fish.com[i])!r} 0 0" mass="{float(fish.moving_mass[i])!r}" diaginertia="{inertia}"/>{xml}</body>'
-        )
-    options = f'<option timestep="{dt!r}" gravity="0 0 0"><flag contact="disable" constraint="disable"/></option>'
+        inertia = " ".join([f"{fish.inertia[i]:.17g}"] * 3)
+        at, com, mass = fish.length[i - 1] if i else 0, fish.com[i], fish.moving_mass[i]
+        body = f'<inertial pos="{com:.17g} 0 0" mass="{mass:.17g}" diaginertia="{inertia}"/>'
+        xml = f'<body pos="{at:.17g} 0 0">{joint}{body}{xml}</body>'
+    options = f'<option timestep="{dt:.17g}" gravity="0 0 0"><flag contact="disable" constraint="disable"/></option>'
     return f'<mujoco><compiler boundmass="0"/>{options}<worldbody>{xml}</worldbody></mujoco>'
 
 

@@ -45,7 +45,7 @@ def compile_rate(fish: Fish) -> Rate:
             torque -= ht * ft + hn * fn
         out[0, 0], out[1, 0], out[2, 0] = fx, fy, torque
 
-    return rate  # type: ignore[no-any-return]
+    return rate
 
 
 def compile_rate_of_lanes(fish: Fish, lanes: int) -> Rate:
@@ -78,7 +78,7 @@ def compile_rate_of_lanes(fish: Fish, lanes: int) -> Rate:
                 out[1, k] -= s * ft + c * fn
                 out[2, k] -= ht * ft + hn * fn
 
-    return rate  # type: ignore[no-any-return]
+    return rate
 
 
 def compile_beats(fish: Fish, lanes: int) -> Beats:
@@ -112,7 +112,7 @@ def compile_beats(fish: Fish, lanes: int) -> Beats:
                 for k in range(lanes):
                     state[j, k] += dt[k] / 6 * (k1[j, k] + 2 * (k2[j, k] + k3[j, k]) + k4[j, k])
 
-    return beats  # type: ignore[no-any-return]
+    return beats
 
 
 def prepare(fish: Fish, gaits: Gaits) -> tuple[Array, Array, Array]:

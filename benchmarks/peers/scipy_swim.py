@@ -54,7 +54,7 @@ def momentum_at_rest(twist: Callable[[float, Array], Array]) -> Array:
     """Momentum [3] of a nose at rest at time 0: the twist is affine in the momentum."""
     offset = twist(0.0, np.zeros(3))
     slope = np.stack([twist(0.0, row) - offset for row in np.eye(3)], axis=1)
-    return np.linalg.solve(slope, -offset)
+    return np.asarray(np.linalg.solve(slope, -offset), dtype=np.float64)
 
 
 def swim(fish: Fish, gait: Gaits, beats: int, *, method: str, rtol: float) -> float:

@@ -12,18 +12,21 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from hypertuna.drawing import COLORS, INK
-from hypertuna.plots import FAINT, GRID, last_beat
+from hypertuna.plots import last_beat
 from hypertuna.results import body_points, write_atomically
+from hypertuna.style import FAINT, GRID
 from hypertuna.swim import Swim
 
-__all__ = ["animate_swim", "outlines"]
+__all__ = ["animate_swim", "outlines", "slowed", "swimming_svg"]
 
 Array = NDArray[np.float64]
 
 FRAMES = 32  # of one beat
 FRAME = 40  # ms: a beat takes 1.3 s on the screen, whatever it takes in the water
-GIRTH = 0.16  # largest thickness of the drawn body, body lengths; thickness is schematic, only the midline is computed
-DOTS = 0.12  # spacing of the specks in the water, body lengths
+GIRTH = 0.135  # largest thickness of the drawn body, body lengths; thickness is schematic, only the midline is computed
+FIN = 0.006  # half thickness of the fin, body lengths
+PEDUNCLE = 0.93  # where the fin begins, body lengths
+DOTS = 0.08  # spacing of the specks in the water, body lengths
 
 
 def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
@@ -73,13 +76,10 @@ def animate_swim(swim: Swim, path: str | Path) -> None:
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(-0.15, 1.15), ylim=(-reach, reach), aspect="equal")
     axes.set_axis_off()
-    count = max(1, round(abs(step[0]) / DOTS))
-    spacing = abs(step[0]) / count if count * DOTS / 3 < abs(step[0]) else DOTS
-    dots = _specks(spacing, reach)
-    (water,) = axes.plot(*dots.T, ".", color=GRID, ms=5)
-    (body,) = axes.fill(*shapes[0].T, color=COLORS[1], lw=0)
-    slower = FRAMES * FRAME / 1000 * swim.gait.frequency
-    text = f"{swim.robot.name}, {swim.gait.frequency:g} Hz: {swim.speed:.2f} m/s. {_slowed(slower)}"
+    dots = _specks(step, reach)
+    (water,) = axes.plot(*dots.T, ".", color=GRID, ms=5, zorder=1)
+    (body,) = axes.fill(*shapes[0].T, color=COLORS[1], lw=0, zorder=2)
+    text = f"{swim.robot.name}, {swim.gait.frequency:g} Hz: {swim.speed:.2f} m/s, {slowed(swim)}"
     axes.text(0.015, 0.03, text, transform=axes.transAxes, color=FAINT if swim.settled else INK, fontsize=9)
     frames = []
     for k, shape in enumerate(shapes):
@@ -92,11 +92,56 @@ def animate_swim(swim: Swim, path: str | Path) -> None:
     write_atomically(path, content.getvalue())
 
 
+def swimming_svg(swim: Swim) -> str:
+    """Draw the swimming body of one beat as an SVG that moves by itself, for pages.
+
+    Parameters
+    ----------
+    swim : Swim
+
+    Returns
+    -------
+    str
+        An ``<svg>`` element; classes ``body`` and ``water`` leave the colors to the page.
+    """
+    shapes, step = outlines(swim)
+    scale = 1000
+    reach = 1.7 * float(np.abs(shapes[..., 1]).max()) * scale
+    paths = ["M" + "L".join(f"{x * scale:.0f} {-y * scale:.0f}" for x, y in shape) + "z" for shape in shapes]
+    seconds = f"{FRAMES * FRAME / 1000:g}s"
+    specks = "".join(
+        f'<circle cx="{x * scale:.0f}" cy="{-y * scale:.0f}" r="3.5"/>' for x, y in _specks(step, reach / scale)
+    )
+    return (
+        f'<svg viewBox="-170 {-reach:.0f} 1340 {2 * reach:.0f}" role="img" aria-label="{swim.robot.name} swimming">'
+        f'<g class="water">{specks}<animateTransform attributeName="transform" type="translate" from="0 0" '
+        f'to="{step[0] * scale:.1f} {-step[1] * scale:.1f}" dur="{seconds}" repeatCount="indefinite"/></g>'
+        f'<path class="body" d="{paths[0]}"><animate attributeName="d" dur="{seconds}" repeatCount="indefinite" '
+        f'values="{";".join([*paths, paths[0]])}"/></path></svg>'
+    )
+
+
+def slowed(swim: Swim) -> str:
+    """Say how the time on the screen differs from the time in the water.
+
+    Parameters
+    ----------
+    swim : Swim
+
+    Returns
+    -------
+    str
+    """
+    factor = FRAMES * FRAME / 1000 * swim.gait.frequency
+    if factor > 1.05:
+        return f"slowed down {factor:.2g} times"
+    return f"sped up {1 / factor:.2g} times" if factor < 0.95 else "in real time"
+
+
 def _outline(swim: Swim, line: NDArray[np.complex128]) -> Array:
     """Thicken a midline, given at the joints, to a fish-like polygon."""
     joints = np.concatenate([[0.0], np.cumsum(swim.robot.links.length)]) / swim.robot.body.length
     s = (1 - np.cos(np.linspace(0, np.pi, 61))) / 2
-    s[-1] = 1.0
     # Bend smoothly: interpolate the directions at the middles of the links, then add up.
     middle = (joints[1:] + joints[:-1]) / 2
     angle = np.interp(s, middle, np.unwrap(np.angle(np.diff(line))))
@@ -109,19 +154,15 @@ def _outline(swim: Swim, line: NDArray[np.complex128]) -> Array:
 
 def _half_thickness(s: Array) -> Array:
     """Half thickness along the body: the NACA four-digit section down to a thin fin."""
+    s = s / PEDUNCLE
     section = 0.2969 * np.sqrt(s) - 0.1260 * s - 0.3516 * s**2 + 0.2843 * s**3 - 0.1036 * s**4
-    return np.maximum(5 * GIRTH * section, 0.008) * np.minimum(1, 40 * s)
+    return np.where(s < 0.5, 5 * GIRTH * section, np.maximum(5 * GIRTH * section, FIN))
 
 
-def _specks(spacing: float, reach: float) -> Array:
-    """Specks in the water: rows that repeat along the path, each row shifted in its own way."""
-    along = np.arange(-0.15 - 40 * spacing, 1.15 + 40 * spacing, spacing)
+def _specks(step: Array, reach: float) -> Array:
+    """Place specks in the water so that they look the same after a beat; every row is shifted in its own way."""
+    count = round(abs(float(step[0])) / DOTS)
+    spacing = abs(float(step[0])) / count if count else DOTS
+    along = np.arange(-0.3 - abs(step[0]), 1.3 + abs(step[0]), spacing)
     rows = np.arange(-reach, reach, DOTS) + DOTS / 2
     return np.array([(x + spacing * (0.618 * k % 1), y) for k, y in enumerate(rows) for x in along])
-
-
-def _slowed(factor: float) -> str:
-    """Say how the time on the screen differs from the time in the water."""
-    if factor > 1.05:
-        return f"Slowed down {factor:.2g} times."
-    return f"Sped up {1 / factor:.2g} times." if factor < 0.95 else "In real time."

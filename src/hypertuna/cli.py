@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import platform
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from hypertuna import _core
+from hypertuna.cli_replay import replay_command
 from hypertuna.cli_reproduce import reproduce_command
 from hypertuna.cli_robot import robot_app
-from hypertuna.cli_swim import swim_command, sweep_command
+from hypertuna.cli_swim import sweep_command, swim_command
 from hypertuna.console import print_json
 from hypertuna.errors import InputError
 from hypertuna.results import version
@@ -26,10 +27,11 @@ app = typer.Typer(
 )
 app.command("swim")(swim_command)
 app.command("sweep")(sweep_command)
+app.command("replay")(replay_command)
 app.command("reproduce")(reproduce_command)
 app.add_typer(robot_app, name="robot")
 
-UsageError = typer.BadParameter.__mro__[1]  # of the parser that typer brings along: unknown options and the like
+UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser that typer brings along: unknown options and the like
 
 
 @app.command("version")
@@ -52,7 +54,7 @@ def main() -> None:
         print(f"error: {error}", file=sys.stderr)
         code = 2
     except UsageError as error:
-        sentence = error.format_message()  # type: ignore[attr-defined]
+        sentence = error.format_message()
         print(f"error: {sentence} See `hypertuna --help`.", file=sys.stderr)
         code = 2
     except BrokenPipeError:  # whoever read the output has stopped

@@ -21,36 +21,40 @@ from hypertuna.results import write_netcdf
 
 __all__ = ["replay_command"]
 
-# How lengths and angles are shown and stored outside: unit, and what it holds of the SI unit.
+COMPARED = ("rmse", "mean_rmse", "repeatability")
+# How lengths and angles are shown: unit, and how many of it are one SI unit.
 BORDER = {"m": ("cm", 100.0), "rad": ("deg", 180 / np.pi)}
 
 
 def replay_command(
     angles: Annotated[str, typer.Argument(help="CSV file of measured joint angles.")],
-    robot: Annotated[str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")],
+    robot: Annotated[
+        str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
+    ],
     columns: Annotated[str, typer.Option("--columns", help="Columns of angles, one per joint group, with commas.")],
     time_column: Annotated[str, typer.Option("--time-column", help="Column of time in seconds.")] = "time_s",
     unit: Annotated[str, typer.Option("--unit", help="Unit of the angles: deg or rad.")] = "deg",
     noise: Annotated[
-        str | None, typer.Option("--noise", help="Standard deviation of the angles in degrees  [default: estimated]")
+        str | None, typer.Option("--noise", help="Standard deviation of the angles in degrees (default: estimated)")
     ] = None,
     start: Annotated[
         str, typer.Option("--start", help="x and y of the nose in m, and the angle from nose to tail in degrees.")
     ] = "0,0,0",
     step: Annotated[
-        str | None, typer.Option("--step", help="Longest step in seconds  [default: half a median interval]")
+        str | None, typer.Option("--step", help="Longest step in seconds (default: half a median interval)")
     ] = None,
     current: Annotated[str, typer.Option("--current", help="Velocity of the water along x and y in m/s.")] = "0,0",
     time_offset: Annotated[
         str, typer.Option("--time-offset", help="Seconds to add to the angles' clock to make it that of the poses.")
     ] = "0",
-    water: Annotated[str | None, typer.Option("--water", help="lumped or strip  [default: the robot's choice]")] = None,
+    water: Annotated[str | None, typer.Option("--water", help="lumped or strip (default: the robot's choice)")] = None,
     poses: Annotated[
         list[str] | None,
         typer.Option("--poses", help="CSV file of tracked poses of the head link's center; again for more files."),
     ] = None,
     pose_columns: Annotated[
-        str, typer.Option("--pose-columns", help="Columns of time, x, y, yaw and, if a file holds several runs, the run.")
+        str,
+        typer.Option("--pose-columns", help="Columns of time, x, y, yaw and, where there are several, the run."),
     ] = "time_s,x_m,y_m,yaw_deg",
     pose_units: Annotated[str, typer.Option("--pose-units", help="Units of x and y, and of yaw.")] = "m,deg",
     yaw_zero: Annotated[
@@ -71,7 +75,8 @@ def replay_command(
     series = read_joints(angles, time=time_column, columns=_names(columns), unit=unit)
     sigma = None if noise is None else np.radians(number(noise, "noise", "degrees"))
     curve = smooth(series, noise=sigma)
-    tracks = _tracks(poses or [], pose_columns, pose_units, np.radians(number(yaw_zero, "yaw_zero", "degrees")), clockwise)
+    zero = np.radians(number(yaw_zero, "yaw_zero", "degrees"))
+    tracks = _tracks(poses or [], pose_columns, pose_units, zero, clockwise)
     x, y, heading = _numbers(start, "start", "m, m and degrees", 3)
     result = replay(
         fish,
@@ -83,7 +88,7 @@ def replay_command(
     )
     sound = result.attrs["status"] == "completed"
     compared = rmse(fish, result, tracks) if tracks and sound else None
-    if plot is not None and result.sizes["time"]:
+    if plot is not None:
         save(_draw(fish, result, tracks), plot)
     if output is not None:
         write_netcdf(result.assign_attrs(command=command_line()), output)
@@ -134,39 +139,37 @@ def _tracks(files: list[str], columns: str, units: str, yaw_zero: float, clockwi
 
 def _record(robot: Robot, result: xr.Dataset, curve: SmoothSeries, compared: xr.Dataset | None) -> dict[str, Any]:
     """Say how a series was replayed, for programs."""
+    x, y, yaw = head_center(robot, result)[-1]
     record = dict(result.attrs) | {"joint_noise_deg": np.degrees(curve.noise)}
-    if result.sizes["time"]:
-        x, y, yaw = head_center(robot, result)[-1]
-        record |= {"time_s": float(result.time[-1]), "steps": result.sizes["time"] - 1}
-        record |= {"head_x_m": x, "head_y_m": y, "head_yaw_deg": np.degrees(yaw)}
-    if compared is not None:
-        record["axes"] = {
-            axis: {
-                f"{name}_{BORDER[unit][0]}": compared[name].sel(axis=axis).to_numpy() * BORDER[unit][1]
-                for name in ("rmse", "mean_rmse", "repeatability", "run_rmse")
-            }
-            for axis, unit in AXES.items()
+    record |= {"time_s": float(result["time"][-1]), "steps": result.sizes["time"] - 1}
+    record |= {"head_x_m": x, "head_y_m": y, "head_yaw_deg": np.degrees(yaw)}
+    if compared is None:
+        return record
+    axes = {
+        axis: {
+            f"{name}_{BORDER[unit][0]}": compared[name].sel(axis=axis).to_numpy() * BORDER[unit][1]
+            for name in (*COMPARED, "run_rmse")
         }
-        record |= {"runs": compared["run"].to_numpy(), "frames": compared["frames"].to_numpy()}
-    return record
+        for axis, unit in AXES.items()
+    }
+    return record | {"axes": axes, "runs": compared["run"].to_numpy(), "frames": compared["frames"].to_numpy()}
 
 
 def _print(robot: Robot, result: xr.Dataset, compared: xr.Dataset | None) -> None:
     """Say it on the terminal."""
     console = Console()
     console.print(result.attrs["status_text"], highlight=False)
-    if result.sizes["time"]:
-        x, y, yaw = head_center(robot, result)[-1]
-        place = f"x {x:.4f} m, y {y:.4f} m, facing {np.degrees(yaw):.2f} deg"
-        console.print(f"Center of the head at {float(result.time[-1]):.3f} s: {place}", highlight=False)
+    x, y, yaw = head_center(robot, result)[-1]
+    place = f"x {x:.4f} m, y {y:.4f} m, facing {np.degrees(yaw):.2f} deg"
+    console.print(f"Center of the head at {float(result['time'][-1]):.3f} s: {place}", highlight=False)
     if compared is None:
         return
-    runs = compared.sizes["run"]
-    table = Table("head", f"rmse, {runs} runs" if runs > 1 else "rmse, 1 run", "of their mean", "repeatability", "unit")
+    runs = f"rmse of {compared.sizes['run']} run{'s' * (compared.sizes['run'] > 1)}"
+    table = Table("head", runs, "of their mean", "repeatability", "unit", box=None, pad_edge=False)
     for axis, unit in AXES.items():
         shown, factor = BORDER[unit]
-        values = [f"{float(compared[name].sel(axis=axis)) * factor:.2f}" for name in ("rmse", "mean_rmse", "repeatability")]
-        table.add_row(axis, *values, shown)
+        values = [float(compared[name].sel(axis=axis)) * factor for name in COMPARED]
+        table.add_row(axis, *(f"{value:.2f}" if np.isfinite(value) else "one run" for value in values), shown)
     console.print(table)
 
 

@@ -1,0 +1,83 @@
+"""The command `hypertuna reproduce`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from hypertuna.console import print_json, progress_bar
+from hypertuna.ledger import Entry
+from hypertuna.report import MARKS, write_ledger
+from hypertuna.reproduce import Ledger, ledger_record, reproduce
+
+__all__ = ["reproduce_command"]
+
+STYLES = {"reproduced": "green", "deviates": "yellow", "contradicted": "bold red", "not-computed": "dim"}
+
+
+def reproduce_command(
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Write index.html, ledger.json and the plots to this folder.")
+    ] = None,
+    full: Annotated[
+        bool, typer.Option("--full", help="Also under the areas as the paper's Table II prints them.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Compute the paper's numbers beside the published ones."""
+    with progress_bar("computing") as progress:
+        ledger = reproduce(full=full, progress=progress)
+    page = None if output is None else write_ledger(ledger, output)
+    if as_json:
+        print_json(ledger_record(ledger))
+        return
+    _print(ledger)
+    if page is not None:
+        Console().print(Text(f"The page: {page}", style="bold"))
+
+
+def _print(ledger: Ledger) -> None:
+    """Print the ledger: a row for each number, a column for each model; then what no model computes, and the sums."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("number", no_wrap=True)
+    table.add_column("published", justify="right", no_wrap=True)
+    for model in ledger.trials:
+        table.add_column(model, no_wrap=len(ledger.trials) < 3)
+    rows: dict[str, dict[str, Entry]] = {}
+    for entry in ledger.entries:
+        rows.setdefault(entry.id, {})[entry.model] = entry
+    for key, row in rows.items():
+        any_entry = next(iter(row.values()))
+        cells = [_answer(row[model]) if model in row else Text() for model in ledger.trials]
+        if any(cells):
+            table.add_row(key, f"{any_entry.published:g} {any_entry.unit}", *cells)
+    console = Console()
+    console.print(table)
+    console.print()
+    for entry in ledger.entries:
+        if entry.model not in ledger.trials:
+            told = f" {entry.id}, {entry.published:g} {entry.unit}; {entry.model}: "
+            console.print(Text.assemble(_answer(entry), told, (f"{entry.note}.", "dim")))
+    console.print()
+    for model, errors in ledger.summary["speeds"].items():
+        console.print(
+            f"Eight speeds, {model}: rms error {errors['rms_relative_error']:.1%}, "
+            f"largest {errors['largest_relative_error']:.1%}.",
+            highlight=False,
+        )
+    console.print(
+        Text(", ").join(
+            Text(f"{MARKS[verdict]} {count} {verdict}", style=STYLES[verdict])
+            for verdict, count in ledger.summary["verdicts"].items()
+        )
+    )
+
+
+def _answer(entry: Entry) -> Text:
+    """Write what was computed, with its error and the mark of its verdict."""
+    error = f" ({entry.error})" if entry.error else ""
+    return Text(f"{MARKS[entry.verdict]} {entry.answer}{error}".rstrip(), style=STYLES[entry.verdict])

@@ -12,7 +12,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES
+from hypertuna.animation import animate_swim
+from hypertuna.beats import DEFAULT_STEPS, STATUSES
 from hypertuna.console import (
     check_suffix,
     command_line,
@@ -27,13 +28,12 @@ from hypertuna.description import Robot, load
 from hypertuna.drawing import save
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, check_gait, named_gait
-from hypertuna.animation import animate_swim
 from hypertuna.plots import plot_sweep, plot_swim
 from hypertuna.results import provenance, write_atomically, write_netcdf
-from hypertuna.swim import Swim, swim
 from hypertuna.sweep import Gaits, sweep
+from hypertuna.swim import Swim, swim
 
-__all__ = ["swim_command", "sweep_command"]
+__all__ = ["sweep_command", "swim_command"]
 
 GROUP = "one value per joint group, separated by commas"
 RANGE = "A value or a range start:stop:count"

@@ -20,7 +20,17 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from hypertuna.errors import InputError, shown
 
-__all__ = ["check_suffix", "command_line", "number", "number_list", "plain", "print_json", "progress_bar", "ranges", "whole_number"]
+__all__ = [
+    "check_suffix",
+    "command_line",
+    "number",
+    "number_list",
+    "plain",
+    "print_json",
+    "progress_bar",
+    "ranges",
+    "whole_number",
+]
 
 PATIENCE = 1.0  # seconds after which work shows its progress
 MOST_VALUES = 1_000_000  # of one range

@@ -1,4 +1,4 @@
-"""What was measured: joint angles of a robot and its tracked poses, read from CSV files. SI units and radians inside."""
+"""What was measured: joint angles of a robot and its tracked poses, read from CSV files."""
 
 from __future__ import annotations
 
@@ -236,8 +236,8 @@ def _read_table(path: str | Path, columns: Sequence[str]) -> _Table:
     head = rows[0]
     for name in columns:
         if name not in head:
-            rule, fix = "must be a column of the file", did_you_mean(name, head)
-            raise InputError(rule, file=file, key=f"column {name}", value="missing", fix=fix)
+            fix = did_you_mean(name, [other for other in head if other not in columns])
+            raise InputError("must be a column of the file", file=file, key=f"column {name}", value="missing", fix=fix)
     for (line, _), row in zip(content, rows, strict=True):
         if len(row) != len(head):
             rule, value = f"must have {len(head)} cells, as the line of names has", f"{len(row)} long"

@@ -2,83 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import wraps
-from typing import Any, ParamSpec
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.drawing import COLORS, INK, SHAPES
 from hypertuna.errors import InputError
 from hypertuna.results import body_points
+from hypertuna.style import FAINT, POINTS, SEQUENCE, TIGHT, WIDTH, sequence, styled
 from hypertuna.swim import Swim
 
-__all__ = ["FAINT", "GRID", "WIDTH", "last_beat", "plot_ledger", "plot_sweep", "plot_swim", "plot_turning", "unroll"]
+__all__ = ["last_beat", "plot_ledger", "plot_sweep", "plot_swim", "plot_turning", "unroll"]
 
 Array = NDArray[np.float64]
-P = ParamSpec("P")
 
-WIDTH = 7.2  # of a figure, inches: two columns of a journal
-FAINT, GRID = "#6B7780", "#D5DCE1"
 MIDLINES = 12  # in one beat
 BEATS = 4  # of a straight path
 MOST_BEATS = 80  # of a turn
 
-# A sequence of colors whose lightness rises, so that it also reads in gray and for every kind of color vision.
-SEQUENCE = LinearSegmentedColormap.from_list("depth", ["#16387C", "#0072B2", "#1F9E9A", "#7FB24A", "#E0A33A"])
 
-STYLE: dict[str, Any] = {
-    "font.family": "sans-serif",
-    "font.size": 9,
-    "axes.titlesize": 9.5,
-    "axes.titlelocation": "left",
-    "axes.titleweight": "bold",
-    "axes.labelsize": 9,
-    "axes.labelcolor": INK,
-    "axes.titlecolor": INK,
-    "axes.edgecolor": FAINT,
-    "axes.linewidth": 0.8,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": GRID,
-    "grid.linewidth": 0.6,
-    "xtick.color": FAINT,
-    "ytick.color": FAINT,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "text.color": INK,
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-    "lines.linewidth": 1.6,
-    "lines.solid_capstyle": "round",
-    "figure.facecolor": "white",
-    "axes.facecolor": "none",
-}
-
-
-def _styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Give the figures of this module one look, whatever the user's settings are."""
-
-    @wraps(plot)
-    def styled(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        with matplotlib.rc_context():
-            matplotlib.rcdefaults()
-            matplotlib.rcParams.update(STYLE)
-            return plot(*args, **kwargs)
-
-    return styled
-
-
-@_styled
+@styled
 def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     """Plot how a gait swims.
 
@@ -92,42 +42,26 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     -------
     matplotlib.figure.Figure
         Paths of nose and tail tip; midlines of one beat, colored by phase; speed and mechanical power through the
-        beat, or through time for a swim from rest.
+        beat. A swim from rest shows its whole path and speed, and its last beat.
     """
-    motion = swim.trajectory
-    nose, tail = _paths(swim)
-    spread = np.ptp(np.concatenate([nose, tail]), axis=0)
-    tall = min(1.0, spread[1] / spread[0]) if spread[0] > 0 else 1.0
-    lines = _midlines(swim)
+    paths, lines = _paths(swim), _midlines(swim)
+    x, y = np.ptp(np.concatenate([np.stack([path.real, path.imag]) for path in paths.values()], axis=1), axis=1)
+    inner = 0.8 * width
     bend = np.ptp(lines[..., 1]) / np.ptp(lines[..., 0])
-    inner = 0.86 * width
-    heights = [max(0.9, inner * tall + 0.55), inner * 0.9 * bend + 0.75, 2.0]
-    figure = Figure(figsize=(width, sum(heights) + 0.5), layout="constrained")
-    grid = figure.add_gridspec(3, 2, height_ratios=heights)
-    figure.suptitle(_caption(swim), fontsize=9, color=FAINT, x=0.01, ha="left")
-    _draw_path(figure.add_subplot(grid[0, :]), swim, nose, tail)
+    heights = [min(max(0.55, inner * y / x), 0.55 * width) + 0.6, inner * bend + 0.7]
+    beside = width > 6  # else below each other
+    heights += [2.1] if beside else [1.7, 1.7]
+    figure = Figure(figsize=(width, sum(heights) + 0.4), layout="constrained")
+    grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
+    figure.suptitle(_caption(swim), fontsize=8.5, color=FAINT, x=0.01, ha="left")
+    _draw_paths(figure.add_subplot(grid[0, :]), paths, "" if swim.duration is None else ", from rest")
     _draw_midlines(figure.add_subplot(grid[1, :]), lines)
-    speed, power = figure.add_subplot(grid[2, 0]), figure.add_subplot(grid[2, 1])
-    beat = swim.duration is None
-    time = motion.time.values * (swim.gait.frequency if beat else 1.0)
-    label = "part of the beat" if beat else "time [s]"
-    speed.plot(time, motion.forward_speed, color=COLORS[1])
-    _mean_line(speed, swim.speed, f"mean {swim.speed:.3g} m/s")
-    speed.set(title="Forward speed of the nose", xlabel=label, ylabel="speed [m/s]")
-    for g, group in enumerate(motion.group.values):
-        power.plot(time, motion.group_power[:, g], color=COLORS[2 - 2 * g] if g < 2 else COLORS[g], label=f"joint {group}")
-    power.plot(time, motion.power, color=INK, label="all")
-    _mean_line(power, swim.power, f"mean {swim.power:.3g} W")
-    power.legend(ncols=3, loc="lower left", borderpad=0, handlelength=1.2, columnspacing=1.0)
-    power.set(title="Mechanical power of the joints", xlabel=label, ylabel="power [W]")
-    low, high = power.get_ylim()
-    power.set_ylim(low - 0.2 * (high - low), high)
-    for axes in (speed, power):
-        axes.set_xlim(time[0], time[-1])
+    _draw_speed(figure.add_subplot(grid[2, 0] if beside else grid[2, :]), swim)
+    _draw_power(figure.add_subplot(grid[2, 1] if beside else grid[3, :]), swim)
     return figure
 
 
-@_styled
+@styled
 def plot_sweep(found: xr.Dataset, *, width: float = WIDTH) -> Figure:
     """Plot speed and cost of transport of a sweep, as the paper's Fig. 10.
 
@@ -165,13 +99,13 @@ def plot_sweep(found: xr.Dataset, *, width: float = WIDTH) -> Figure:
     rows = len(amplitudes)
     figure = Figure(figsize=(width, 0.75 + (0.36 if width < WIDTH else 0.29) * width * rows), layout="constrained")
     panels = figure.subplots(rows, 2, sharex=True, sharey="col", squeeze=False)
-    colors = _colors(len(names))
+    colors = sequence(len(names))
     quantities = (("speed", "speed [m/s]"), ("cost_of_transport", "cost of transport\n[J/(kg m)]"))
     for row, amplitude in enumerate(amplitudes):
         for axes, (quantity, label) in zip(panels[row], quantities, strict=True):
             values = found[quantity].isel(amplitude=row).transpose(along, across).values
             for k, name in enumerate(names):
-                axes.plot(x, values[:, k], color=colors[k], marker=SHAPES[k % len(SHAPES)], **_POINTS, label=name)
+                axes.plot(x, values[:, k], color=colors[k], marker=SHAPES[k % len(SHAPES)], **POINTS, label=name)
             axes.set_ylabel(label)
             axes.set_title(f"amplitude {amplitude}" if axes is panels[row, 0] else "")
             axes.set_xlabel(xlabel if row == rows - 1 else "")
@@ -180,14 +114,14 @@ def plot_sweep(found: xr.Dataset, *, width: float = WIDTH) -> Figure:
     handles, texts = panels[0, 0].get_legend_handles_labels()
     title = "" if along_phase else "phase difference"
     if len(texts) <= 12:
-        figure.legend(handles, texts, title=title, loc="outside upper center", ncols=min(len(texts), 6), **_TIGHT)
+        figure.legend(handles, texts, title=title, loc="outside upper center", ncols=min(len(texts), 6), **TIGHT)
     else:
         bar = ScalarMappable(Normalize(phases.min(), phases.max()), SEQUENCE)
         figure.colorbar(bar, ax=panels, location="top", aspect=60, fraction=0.03, label=f"{title} [deg]")
     return figure
 
 
-@_styled
+@styled
 def plot_turning(
     found: Mapping[str, xr.Dataset],
     length: float,
@@ -213,7 +147,7 @@ def plot_turning(
     matplotlib.figure.Figure
         One line for each sweep; filled marks swim forward, open ones backward.
     """
-    figure = Figure(figsize=(width, 0.5 * width + 0.5), layout="constrained")
+    figure = Figure(figsize=(width, 0.42 * width + 0.6), layout="constrained")
     axes = figure.subplots()
     for k, (name, sweep) in enumerate(found.items()):
         turn = sweep.isel(frequency=0, amplitude=0, bias=0)
@@ -221,17 +155,20 @@ def plot_turning(
         color, marker = COLORS[k % len(COLORS)], SHAPES[k % len(SHAPES)]
         ahead = turn.speed.values > 0
         axes.plot(phase, radius, color=color, lw=1.2, alpha=0.7)
-        axes.plot(phase[ahead], radius[ahead], marker, color=color, ms=5.5, label=f"{name}, forward")
-        axes.plot(phase[~ahead], radius[~ahead], marker, color=color, ms=5.5, mfc="white", label=f"{name}, tail first")
+        axes.plot(phase[ahead], radius[ahead], marker, color=color, ms=5.5, label=name)
+        axes.plot(phase[~ahead], radius[~ahead], marker, color=color, ms=5.5, mfc="white", mew=1.4)
     if published is not None:
-        axes.plot(*published, "*", color=INK, ms=12, mec="white", label="published, measured")
-    axes.set(xlabel="phase difference [deg]", ylabel="turning radius [body lengths]", ylim=(0, None))
+        axes.plot(*published, "*", color=INK, ms=13, mec="white", label="published")
+    axes.plot([], [], "o", color=FAINT, mfc="white", mew=1.4, label="swims tail first")
+    axes.set(
+        xlabel="phase difference [deg]", ylabel="turning radius\n[body lengths]", ylim=(0, 1.12 * axes.get_ylim()[1])
+    )
     axes.set_xticks(np.arange(0, 361, 40))
-    figure.legend(loc="outside upper left", ncols=2, **_TIGHT)
+    figure.legend(loc="outside upper left", ncols=2 if width < WIDTH else 4, **TIGHT)
     return figure
 
 
-@_styled
+@styled
 def plot_ledger(
     names: Sequence[str],
     published: ArrayLike,
@@ -274,7 +211,7 @@ def plot_ledger(
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0)
     handles, texts = axes.get_legend_handles_labels()
-    figure.legend(handles[::-1], texts[::-1], loc="outside upper left", ncols=3, **_TIGHT)
+    figure.legend(handles[::-1], texts[::-1], loc="outside upper left", ncols=3, **TIGHT)
     return figure
 
 
@@ -318,23 +255,26 @@ def unroll(z: NDArray[np.complex128], motion: xr.Dataset, beats: int) -> NDArray
     return np.concatenate(parts)
 
 
-_POINTS: dict[str, Any] = {"ms": 4.2, "mec": "white", "mew": 0.5}
-_TIGHT: dict[str, Any] = {"borderaxespad": 0.2, "handletextpad": 0.5, "columnspacing": 1.2, "handlelength": 1.6}
-
-
-def _paths(swim: Swim) -> tuple[Array, Array]:
-    """Paths of nose and tail tip, shape (times, 2) [m]: all of it from rest, else some beats or the whole turn."""
+def _paths(swim: Swim) -> dict[str, NDArray[np.complex128]]:
+    """Paths x + i y of tail tip and nose [m]: all of it from rest, else some beats to the left, or the whole turn."""
     motion = swim.trajectory
-    paths = [motion.x.values + 1j * motion.y.values, motion.tail_x.values + 1j * motion.tail_y.values]
+    nose, tail = motion.x.values + 1j * motion.y.values, motion.tail_x.values + 1j * motion.tail_y.values
+    k = 0 if swim.duration is None else -1
+    pose = np.array([[motion.x[k], motion.y[k], motion.heading[k]]])
+    points = body_points(swim.robot, pose, motion.joint_angle.values[k : k + 1 or None])[0]
+    paths = {"tail tip": tail, "nose": nose, "body": points[:, 0] + 1j * points[:, 1]}
     if swim.duration is None:
         turn = abs(float(motion.heading[-1] - motion.heading[0]))
-        beats = min(MOST_BEATS, int(np.ceil(2 * np.pi / turn))) if np.isfinite(swim.turn_radius) else BEATS
-        paths = [unroll(path, motion, beats) for path in paths]
-    return tuple(np.stack([path.real, path.imag], axis=1) for path in paths)  # type: ignore[return-value]
+        turns = np.isfinite(swim.turn_radius)
+        beats = min(MOST_BEATS, int(np.ceil(2 * np.pi / turn))) if turns else BEATS
+        direction = 1.0 if turns else np.exp(-1j * np.angle(nose[0] - nose[-1]))
+        paths |= {name: unroll(paths[name], motion, beats) for name in ("tail tip", "nose")}
+        paths = {name: direction * path for name, path in paths.items()}
+    return paths
 
 
 def _midlines(swim: Swim) -> Array:
-    """Midlines over the last beat, shape (phases, links + 1, 2) [m], in a frame that moves and turns at the mean rate."""
+    """Midlines over the last beat, shape (phases, links + 1, 2) [m], in a frame that follows the mean motion."""
     motion = last_beat(swim)
     pose = np.stack([motion.x.values, motion.y.values, motion.heading.values], axis=1)
     part = np.linspace(0, 1, len(pose))[:, np.newaxis]
@@ -347,42 +287,69 @@ def _midlines(swim: Swim) -> Array:
     return result
 
 
-def _draw_path(axes: Axes, swim: Swim, nose: Array, tail: Array) -> None:
-    """Draw the paths of nose and tail tip with the body at the end."""
-    motion = last_beat(swim)
-    axes.plot(*tail.T, color=COLORS[0], lw=1.2, label="tail tip")
-    axes.plot(*nose.T, color=COLORS[1], lw=1.2, label="nose")
-    pose = np.array([[motion.x[0], motion.y[0], motion.heading[0]]])
-    body = body_points(swim.robot, pose, motion.joint_angle.values[:1])[0]
-    axes.plot(*body.T, color=INK, lw=2.5, alpha=0.8, label="body", zorder=1)
-    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    axes.set_title("Paths of nose and tail tip, from rest" if swim.duration else "Paths of nose and tail tip")
+def _draw_paths(axes: Axes, paths: Mapping[str, NDArray[np.complex128]], how: str) -> None:
+    """Draw the paths of tail tip and nose, and the body."""
+    styles: tuple[dict[str, Any], ...] = (
+        {"color": COLORS[0], "lw": 1.2},
+        {"color": COLORS[1], "lw": 1.2},
+        {"color": INK, "lw": 2.5, "alpha": 0.8, "zorder": 1},
+    )
+    for (name, path), style in zip(paths.items(), styles, strict=True):
+        axes.plot(path.real, path.imag, label=name, **style)
+    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"Paths{how}")
+    axes.locator_params(axis="y", nbins=2)
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, borderaxespad=0.1, handlelength=1.4)
+
+
+def _draw_speed(axes: Axes, swim: Swim) -> None:
+    """Draw the forward speed through the beat, or through time from rest."""
+    motion = swim.trajectory
+    beat = swim.duration is None
+    time = motion.time.values * (swim.gait.frequency if beat else 1.0)
+    axes.plot(time, motion.forward_speed, color=COLORS[1])
+    axes.set(title="Forward speed", xlabel="part of the beat" if beat else "time [s]", ylabel="speed [m/s]")
+    axes.set_xlim(0, time[-1])
+    _mean_line(axes, swim.speed, f"mean {swim.speed:.3g} m/s")
+
+
+def _draw_power(axes: Axes, swim: Swim) -> None:
+    """Draw the mechanical power of each joint group and of all through the last beat."""
+    motion = last_beat(swim)
+    part = np.linspace(0, 1, motion.sizes["time"])
+    for g, group in enumerate(motion.group.values):
+        axes.plot(part, motion.group_power[:, g], color=(*COLORS[2:], *COLORS[:2])[g % len(COLORS)], label=str(group))
+    axes.plot(part, motion.power, color=INK, label="all")
+    axes.set(title="Power of the joints", xlabel="part of the last beat" if swim.duration else "part of the beat")
+    axes.set(ylabel="mechanical power [W]", xlim=(0, 1))
+    low, high = axes.get_ylim()
+    axes.set_ylim(low - 0.22 * (high - low), high)
+    axes.legend(ncols=6, loc="lower center", borderpad=0, borderaxespad=0.3, handlelength=1.0, columnspacing=0.9)
+    _mean_line(axes, swim.power, f"mean {swim.power:.3g} W")
 
 
 def _draw_midlines(axes: Axes, lines: Array) -> None:
     """Draw midlines of one beat with a bar of their colors."""
-    for line, color in zip(lines, _colors(len(lines)), strict=True):
+    for line, color in zip(lines, sequence(len(lines)), strict=True):
         axes.plot(*line.T, color=color, lw=1.5, solid_joinstyle="round")
     axes.set(aspect="equal", xlabel="along the mean path [m]", ylabel="across [m]")
-    axes.set_title("Midlines of one beat, moving with the mean path")
+    axes.set_title("Midlines of one beat")
+    axes.locator_params(axis="y", nbins=3)
     bar = ScalarMappable(Normalize(0, 1), SEQUENCE)
-    axes.figure.colorbar(bar, ax=axes, label="part of the beat", aspect=12, pad=0.01)
+    axes.figure.colorbar(bar, cax=axes.inset_axes((1.02, 0, 0.018, 1)), label="part of\nthe beat", ticks=[0, 1])
 
 
 def _caption(swim: Swim) -> str:
     """Say what was swum."""
     robot, gait = swim.robot, swim.gait
-    angles = (f"{', '.join(f'{a:.3g}' for a in np.degrees(values))}°" for values in (gait.amplitude, gait.phase))
-    amplitude, phase = angles
-    text = f"{robot.name}: {gait.frequency:g} Hz, amplitude {amplitude}, phase {phase}"
-    return f"{text}; {robot.model.water} water, {robot.model.joints} joints; {swim.status}"
+    shown = ("amplitude", "phase", "bias") if any(gait.bias) else ("amplitude", "phase")
+    angles = [f"{name} {', '.join(f'{a:.3g}' for a in np.degrees(getattr(gait, name)))}°" for name in shown]
+    return f"{robot.name}: {gait.frequency:g} Hz, {', '.join(angles)}; {robot.model.joints} joints; {swim.status}"
 
 
 def _mean_line(axes: Axes, value: float, text: str) -> None:
-    """Mark a mean."""
+    """Mark a mean, and write it above the axes."""
     axes.axhline(value, color=FAINT, lw=1, ls=(0, (4, 3)))
-    axes.annotate(text, (0.99, value), (0, 3), axes.get_yaxis_transform(), "offset points", ha="right", color=FAINT)
+    axes.set_title(text, loc="right", color=FAINT, fontweight="normal", fontsize=8.5)
 
 
 def _levels(found: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
@@ -391,8 +358,3 @@ def _levels(found: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
     if dim == "phase":
         return columns[-1], [f"{angle:.4g}°" for angle in columns[-1]]
     return columns[-1], [", ".join(f"{angle:.4g}°" for angle in angles) for angles in zip(*columns, strict=True)]
-
-
-def _colors(count: int) -> list[Any]:
-    """Return colors from first to last."""
-    return [SEQUENCE(part) for part in np.linspace(0, 1, count)] if count > 1 else [COLORS[1]]

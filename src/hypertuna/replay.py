@@ -58,6 +58,9 @@ class Pose(NamedTuple):
         return cls(x + half * math.cos(yaw), y + half * math.sin(yaw), yaw - math.pi)
 
 
+ORIGIN = Pose()
+
+
 @dataclass(frozen=True)
 class SmoothSeries:
     """A joint series as functions of time that have rates and accelerations.
@@ -129,7 +132,7 @@ def replay(
     robot: Robot,
     series: JointSeries | SmoothSeries,
     *,
-    start: Pose = Pose(),
+    start: Pose = ORIGIN,
     twist: tuple[float, float, float] | None = None,
     step: float | None = None,
     current: tuple[float, float] = (0.0, 0.0),
@@ -177,9 +180,10 @@ def replay(
     head = _without_momentum(robot, joints[0]) if twist is None else np.array(twist, dtype=float)
     motion = _core.advance(core_model(robot), joints, step=width, twist=head, pose=np.array(start, dtype=float))
     sound = _sound(robot, motion["twist"], motion["torque"])
-    instants = np.linspace(time[0], time[-1], steps + 1)[:sound] + time_offset
+    passed = width * np.arange(sound)  # since the start: the current carries the robot from there
     motion = {name: values[:sound] for name, values in motion.items()}
-    result = trajectory(robot, instants, joints[::2][:sound], motion, current=current)
+    result = trajectory(robot, passed, joints[::2][:sound], motion, current=current)
+    result = result.assign_coords(time=("time", time[0] + time_offset + passed, result["time"].attrs))
     if sound > steps:
         status, text = "completed", f"The replay is complete: {steps} steps of {width:.3g} s."
     else:
@@ -258,8 +262,8 @@ def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
     inside = _inside(track, time)
     if not inside.any():
         value = f"{track.time[0]:g} to {track.time[-1]:g} s"
-        span = f"must overlap the replay, {time[0]:g} to {time[-1]:g} s" if len(time) else "has no replay to compare with"
-        raise InputError(span, key=f"run {track.run}", value=value, fix="give both on one clock")
+        rule = f"must overlap the replay, {time[0]:g} to {time[-1]:g} s"
+        raise InputError(rule, key=f"run {track.run}", value=value, fix="give both on one clock")
     direction = track.pose[0, 2]
     made = seen_from_start(head_center(robot, result), direction)
     at_frames = [np.interp(track.time[inside], time, made[:, axis]) for axis in range(3)]
@@ -356,10 +360,10 @@ def _without_momentum(robot: Robot, joints: Array) -> Array:
 
 
 def _sound(robot: Robot, twist: Array, torque: Array) -> int:
-    """Count the steps before a motion diverges."""
+    """Count the instants before a motion diverges; the start, as given, is one in any case."""
     bounds = FASTEST * np.array([robot.body.length, robot.body.length, 1.0])
     unsound = ~((np.abs(twist) < bounds).all(axis=1) & np.isfinite(torque).all(axis=1))
-    return int(np.argmax(unsound)) if unsound.any() else len(twist)
+    return max(1, int(np.argmax(unsound))) if unsound.any() else len(twist)
 
 
 def _check(robot: Robot, series: JointSeries, step: float | None, **options: Sequence[float]) -> None:
@@ -378,9 +382,8 @@ def _check(robot: Robot, series: JointSeries, step: float | None, **options: Seq
 
 def _inside(track: Track, time: Array) -> NDArray[np.bool_]:
     """Tell which frames of a track lie within some time."""
-    if not len(time):
-        return np.zeros(len(track.time), dtype=bool)
-    return (track.time >= time[0]) & (track.time <= time[-1])
+    inside: NDArray[np.bool_] = (track.time >= time[0]) & (track.time <= time[-1])
+    return inside
 
 
 def _interpolate(time: Array, clock: Array, pose: Array) -> Array:

@@ -1,0 +1,278 @@
+"""What is measured: one function per item, each giving rows for the tables and the JSON."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+import hypertuna
+from hypertuna import _core
+from peers import fish as fishes
+from peers import jax_sweep, mujoco_swim, numba_rhs, scipy_swim
+from peers.fish import STEPS, Array
+from timing import Race
+
+EVALUATIONS = 4 * STEPS  # of the right-hand side in a beat
+BEATS = 40  # of a brute-force sweep
+NUMBA_LANES = (1, 4, 8, 16, 32, 64)  # gaits in step, of which the fastest number counts
+AGREE = 1e-3  # m/s: peers that differ more do not compute the same
+OUR_ERROR = 8e-7  # of the speed with 128 steps per beat (relative): what SciPy's tolerance is matched to
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number."""
+
+    key: str
+    what: str
+    value: float
+    unit: str
+    goal: str = ""
+
+
+@dataclass(frozen=True)
+class Item:
+    """One table: what it measures and how."""
+
+    title: str
+    method: str
+    rows: list[Row]
+
+
+@cache
+def setting() -> tuple[hypertuna.Robot, fishes.Fish, fishes.Gaits, hypertuna.Gaits]:
+    """HyperTuna with ideal joints, and the benchmark's grid, for us and for the peers."""
+    gaits = fishes.grid()
+    ours = hypertuna.Gaits(
+        gaits.frequency, gaits.amplitude, gaits.phase, bias=np.zeros_like(gaits.phase), shape=(len(gaits),)
+    )
+    return hypertuna.load("hypertuna").using(joints="ideal"), fishes.load(), gaits, ours
+
+
+def brute() -> Array:
+    """Speeds of the grid after so many beats from rest."""
+    robot, _, _, gaits = setting()
+    return np.asarray(hypertuna.sweep(robot, gaits, method="beats", beats=BEATS, threads=1)["speed"])
+
+
+def rhs_input(fish: fishes.Fish, gait: fishes.Gaits) -> str:
+    """What benchmarks/rhs.cpp reads: links, frequency, and eight numbers for each link."""
+    groups = fish.share.argmax(axis=1)
+    swing = fish.share.max(axis=1) * gait.amplitude[0, groups]
+    links = (fish.length, fish.com, fish.inertia, fish.moving_mass, fish.k_t, fish.k_n, swing, gait.phase[0, groups])
+    numbers = [fish.links, gait.frequency[0], *np.stack(links, axis=1).ravel()]
+    return " ".join(f"{number:.17g}" for number in numbers)
+
+
+def right_hand_side(executable: Path, turns: int) -> Item:
+    """(a) The right-hand side, against numba and the processor's peak."""
+    fish, gaits = setting()[1:3]
+    robot_and_gait = rhs_input(fish, gaits[-1:])
+
+    def numba_beat(width: int) -> Callable[[], None]:
+        beats = numba_rhs.compile_beats(fish, width)
+        state, table, dt = numba_rhs.prepare(fish, gaits[-width:])
+        return lambda: beats(state, table, dt, STEPS)
+
+    contestants = {f"{width}": numba_beat(width) for width in NUMBA_LANES}
+    runs: list[dict[str, float]] = []
+    races = []
+    for _ in range(turns):
+        run = subprocess.run([executable], input=robot_and_gait, check=True, capture_output=True, text=True)
+        runs.append(json.loads(run.stdout))
+        races.append(Race(contestants, 5, repeats=10))
+    numba = {
+        width: median(race.seconds(f"{width}") for race in races) / (EVALUATIONS * width) * 1e9 for width in NUMBA_LANES
+    }
+    best = min(NUMBA_LANES, key=numba.__getitem__)
+    ours = {key: median(run[key] for run in runs) for key in runs[0]}
+    widths = {"scalar": "one gait", "w4": "4 lanes", "w8": "8 lanes"}
+    fastest = min(ours[f"{width}_ns"] for width in widths)
+    rows = [
+        *(Row(f"rhs_{width}_ns", f"hypertuna, {text}", ours[f"{width}_ns"], "ns") for width, text in widths.items()),
+        Row("rhs_numba_ns", "numba, one gait", numba[1], "ns"),
+        Row("rhs_numba_lanes_ns", f"numba, vectorized over {best} gaits", numba[best], "ns"),
+        Row("ratio_numba_scalar", "numba over hypertuna, one gait", numba[1] / ours["scalar_ns"], "x"),
+        Row("ratio_numba_lanes", "numba over hypertuna, each at its best", numba[best] / fastest, "x"),
+        Row("rhs_flops", "+ - * / of a right-hand side", ours["flops_per_rhs"], ""),
+        Row(
+            "fma_peak_gflops", f"peak of this core ({ours['vector_bits']:.0f} bit)", ours["fma_peak_gflops"], "GFLOP/s"
+        ),
+        Row("rhs_fraction_of_fma_peak", "hypertuna's share of that peak", ours["fraction"], "", "0.30 or more"),
+        *(
+            Row(f"rhs_dual_{width}_ns", f"dual numbers, {text}", ours[f"dual_{width}_ns"], "ns")
+            for width, text in widths.items()
+        ),
+        Row("rhs_dual_fraction_of_fma_peak", "their share of that peak", ours["dual_fraction"], ""),
+    ]
+    method = (
+        "One evaluation for one gait, with its part of the Runge-Kutta step, the shape tabulated beforehand by all; "
+        "dual numbers carry the derivatives by the three momenta. The peak is that of multiply-adds in independent "
+        "chains, measured by the same C++ program, which takes turns with numba (`njit`, fastmath)."
+    )
+    return Item("Right-hand side", method, rows)
+
+
+def periodic_sweep(turns: int) -> Item:
+    """(b) The settled beats of a grid of gaits."""
+    robot, _, _, gaits = setting()
+    race = Race({"sweep": lambda: hypertuna.sweep(robot, gaits, threads=1)}, turns)
+    beats = float(hypertuna.sweep(robot, gaits, threads=1)["beats"].mean())
+    goal = "15 or less" if _core.lanes() == 8 else "25 or less"
+    rows = [
+        Row("sweep_180_periodic_ms", "180 settled gaits", 1e3 * race.seconds("sweep"), "ms", goal),
+        Row("sweep_180_beats", "beats integrated for a gait, mean", beats, ""),
+    ]
+    method = (
+        "`hypertuna.sweep` of 6 frequencies (1 to 6 Hz), 10 phases (0 to 180 deg) and 3 amplitude levels on one "
+        f"thread, {STEPS} steps per beat, the Dataset included. Median of {turns}."
+    )
+    return Item("Periodic sweep", method, rows)
+
+
+def against_jax(turns: int) -> Item:
+    """(c) The same sweep by brute force, against JAX."""
+    _, fish, gaits, _ = setting()
+    sweeps, compile_seconds = {}, {}
+    for program in jax_sweep.PROGRAMS:
+        clock = time.perf_counter()
+        sweeps[program] = jax_sweep.compile_sweep(program, fish, gaits, BEATS)
+        compile_seconds[program] = time.perf_counter() - clock
+    reference = np.abs(brute())
+    for program, sweep in sweeps.items():
+        _check(f"JAX ({program})", float(np.abs(sweep() - reference).max()))
+    race = Race({"hypertuna": brute, **sweeps}, turns)
+    fastest = min(sweeps, key=race.seconds)
+    rows = [Row("brute_ms", f"hypertuna, {BEATS} beats", 1e3 * race.seconds("hypertuna"), "ms")]
+    for program in sweeps:
+        label = f"JAX `{program}`"
+        rows += [
+            Row(f"jax_{program}_ms", f"{label}, {BEATS} beats", 1e3 * race.seconds(program), "ms"),
+            Row(f"jax_{program}_compile_s", f"{label}, compilation (not counted)", compile_seconds[program], "s"),
+            Row(f"ratio_jax_{program}", f"{label} over hypertuna", race.ratio(program, "hypertuna"), "x"),
+        ]
+    ratio = race.ratio(fastest, "hypertuna")
+    rows.append(Row("ratio_jax_brute", f"fastest JAX (`{fastest}`) over hypertuna", ratio, "x", "40 or more"))
+    method = (
+        f"The grid above, every gait {BEATS} beats from rest with {STEPS} Runge-Kutta steps each, the last beat "
+        "measured (JAX: speed; hypertuna: speed, power, cost of transport, excursion, radius). JAX: jit, x64, CPU, one "
+        "core; `direct` is the paper's equations under vmap, solved for the acceleration; `tabled` is our form "
+        "(momentum, shape tabulated) under vmap; `fused` is that form rearranged by hand, after reading what XLA makes "
+        f"of it. Median of {turns} turns."
+    )
+    return Item("Brute force against JAX", method, rows)
+
+
+def against_scipy_and_mujoco(turns: int) -> Item:
+    """(d) One gait in SciPy and in MuJoCo."""
+    robot, fish, gaits, _ = setting()
+    k = int(np.argmax(gaits.frequency * gaits.amplitude.sum(axis=1) - gaits.phase[:, 1]))  # 6 Hz, large, phase 0
+    gait, beats = gaits[k : k + 1], 5
+    ours = hypertuna.Gait(float(gait.frequency[0]), tuple(map(float, gait.amplitude[0])), (0.0, 0.0))
+    settled = hypertuna.sweep(robot, [ours], method="beats", beats=BEATS, threads=1)["speed"].item()
+    swimmer = mujoco_swim.Swimmer(fish, gait)
+    _check("MuJoCo", abs(mujoco_swim.swim(swimmer, BEATS) - settled), 0.01 * settled)
+    contestants: dict[str, Callable[[], object]] = {
+        "one": lambda: hypertuna.sweep(robot, [ours], method="beats", beats=10 * BEATS, threads=1),
+        "grid": brute,
+        "MuJoCo": lambda: mujoco_swim.swim(swimmer, beats),
+    }
+    gait_beats = {"one": 10 * BEATS, "grid": BEATS * len(gaits), "MuJoCo": beats}
+    labels = {"MuJoCo": "MuJoCo"}
+    for method in scipy_swim.METHODS:
+        rtol = scipy_swim.matched_rtol(fish, gait, beats, method=method, error=OUR_ERROR)
+
+        def swim(method: str = method, rtol: float = rtol, beats: int = beats) -> float:
+            return scipy_swim.swim(fish, gait, beats, method=method, rtol=rtol)
+
+        _check(method, abs(swim(beats=BEATS) - settled), 1e-5 * settled)
+        contestants[method], gait_beats[method] = swim, beats
+        labels[method] = f"SciPy {method}, rtol {rtol:.0e}"
+    race = Race(contestants, turns)
+    milli = {name: 1e3 * race.seconds(name) / gait_beats[name] for name in contestants}
+    rows = [
+        Row("beat_grid_ms", "hypertuna, in the grid", milli["grid"], "ms"),
+        Row("beat_one_ms", "hypertuna, alone", milli["one"], "ms"),
+    ]
+    for name, label in labels.items():
+        key, share = name.lower(), gait_beats["grid"] / gait_beats[name]
+        rows += [
+            Row(f"beat_{key}_ms", label, milli[name], "ms"),
+            Row(f"ratio_{key}", f"{name} over hypertuna in the grid", race.ratio(name, "grid") * share, "x"),
+        ]
+    method = (
+        "One gait (6 Hz, 16 and 25 deg, phase 0), time of a gait-beat. SciPy: `solve_ivp`, NumPy right-hand side in "
+        f"complex numbers, the loosest tolerance whose speed is right to {OUR_ERROR:g}. MuJoCo: the same chain with "
+        f"driven joints, {STEPS} steps per beat of its own integrator (first order, 1 % off in speed), drag by numba. "
+        f"hypertuna: {STEPS} Runge-Kutta steps per beat, through the Python API. Median of {turns} turns."
+    )
+    return Item("SciPy and MuJoCo", method, rows)
+
+
+def many_gaits(counts: tuple[int, ...]) -> Item:
+    """(e) Time and memory of large sweeps."""
+    runs = []
+    for count in counts:
+        command = [sys.executable, str(Path(__file__).with_name("many.py")), str(count)]
+        runs.append(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
+    rows: list[Row] = []
+    for run in runs:
+        name, goal = f"{run['gaits']:.0e}".replace("e+0", "e"), "2 or less" if run["gaits"] == 10**6 else ""
+        rows += [
+            Row(f"sweep_{name}_s", f"{run['gaits']:,} gaits", run["seconds"], "s"),
+            Row(f"sweep_{name}_us_per_gait", "time of a gait", 1e6 * run["seconds"] / run["gaits"], "us"),
+            Row(f"sweep_{name}_peak_gb", "peak memory of the process", run["peak_bytes"] / 1e9, "GB", goal),
+            Row(f"sweep_{name}_settled", "settled", 100 * run["settled"], "%"),
+        ]
+    per_gait = [run["seconds"] / run["gaits"] for run in runs]
+    growth = per_gait[-1] / per_gait[0]
+    rows.append(Row("sweep_linearity", "time of a gait, largest sweep over smallest", growth, "x", "1"))
+    method = "Random gaits in the paper's box, `hypertuna.sweep` on one thread, each sweep in a process of its own."
+    return Item("Large sweeps", method, rows)
+
+
+def call_overhead(turns: int) -> Item:
+    """(f) What a call of `swim` costs beyond the core."""
+    robot = setting()[0]
+    gait = hypertuna.Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 40))
+    core, inside = _core.settle, []
+
+    def timed(*arguments: object, **options: object) -> object:
+        start = time.process_time()
+        result = core(*arguments, **options)
+        inside.append(time.process_time() - start)
+        return result
+
+    def overheads() -> Iterator[tuple[float, float]]:
+        for _ in range(turns):
+            inside.clear()
+            start = time.process_time()
+            hypertuna.swim(robot, gait)
+            yield time.process_time() - start - sum(inside), sum(inside)
+
+    hypertuna.swim(robot, gait)
+    _core.settle = timed
+    try:
+        beyond, within = (median(column) for column in zip(*overheads(), strict=True))
+    finally:
+        _core.settle = core
+    rows = [
+        Row("swim_overhead_ms", "`hypertuna.swim` beyond the core", 1e3 * beyond, "ms", "0.2 or less"),
+        Row("swim_core_ms", "the core's part of it", 1e3 * within, "ms"),
+    ]
+    return Item("One call", f"The whole call less the call of the core inside it. Median of {turns}.", rows)
+
+
+def _check(who: str, difference: float, most: float = AGREE) -> None:
+    """A peer that computes something else is not compared with."""
+    if not difference <= most:
+        raise SystemExit(f"{who} computes another speed: it differs by {difference:.2e} m/s, more than {most:.0e}")

@@ -1,0 +1,54 @@
+"""Sweep so many random gaits in the paper's box in this process alone and print what it took, as JSON."""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+
+from timing import processor_seconds, stay_on_one_core
+
+stay_on_one_core()
+
+import numpy as np  # noqa: E402
+
+import hypertuna  # noqa: E402
+
+PEAK_UNIT = 1 if sys.platform == "darwin" else 1024  # of ru_maxrss, bytes
+
+
+def random_gaits(count: int) -> hypertuna.Gaits:
+    """Gaits in the paper's box (Eq. 41): up to 6 Hz, 16 and 25 deg, 80 deg of phase; none that stands still."""
+    box = np.random.default_rng(1).uniform(size=(4, count))
+    zero = np.zeros(count)
+    return hypertuna.Gaits(
+        frequency=1 + 5 * box[0],
+        amplitude=np.radians(np.stack([4 + 12 * box[1], 5 + 20 * box[2]], axis=1)),
+        phase=np.radians(np.stack([zero, 80 * box[3]], axis=1)),
+        bias=np.zeros((count, 2)),
+        shape=(count,),
+    )
+
+
+def main() -> None:
+    """Print gaits, processor and wall seconds, peak resident memory and the share that settled."""
+    count = int(sys.argv[1])
+    robot, gaits, found = hypertuna.load("hypertuna"), random_gaits(count), []
+    clock = time.perf_counter()
+    seconds = processor_seconds(lambda: found.append(hypertuna.sweep(robot, gaits, threads=1)))
+    print(
+        json.dumps(
+            {
+                "gaits": count,
+                "seconds": seconds,
+                "wall_seconds": time.perf_counter() - clock,
+                "peak_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * PEAK_UNIT,
+                "settled": float(found[0]["settled"].mean()),
+            }
+        )
+    )
+
+
+if __name__ == "__main__":
+    main()

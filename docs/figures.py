@@ -1,0 +1,351 @@
+"""Keep the documentation true: every table, console output and picture in it is made here, by the program itself.
+
+`python docs/figures.py` brings README.md and docs/*.md up to date. Made anew are what stands between
+``<!-- table: NAME -->`` and ``<!-- end -->``, the output below every ``$ hypertuna ...`` of a console block, and the
+pictures. tests/test_docs.py fails where they differ from what is committed.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.optimize import brentq
+from scipy.special import ellipe
+
+from hypertuna.description import load
+from hypertuna.drawing import BODY, COLORS, EDGE, INK, save
+from hypertuna.plots import plot_swim
+from hypertuna.reproduce import SPEEDS, Trial, published, reproduce
+from hypertuna.swim import Swim
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+
+PAPER = published()
+MODELS = ("ideal joints", "joint bandwidth", "ideal joints, areas as printed", "joint bandwidth, areas as printed")
+FISH = load("hypertuna")
+
+
+@cache
+def trials() -> dict[str, Trial]:
+    """Swim everything that the paper reports, under every reading of its model."""
+    return reproduce(full=True).trials
+
+
+def swum(gait: str, model: str) -> Swim:
+    """Return how a gait of HyperTuna's file swims."""
+    return trials()[model].gaits[gait]
+
+
+def told(name: str) -> float:
+    """Return a number of the paper."""
+    value: float = PAPER["values"][name]["value"]
+    return value
+
+
+def change(before: float, after: float) -> float:
+    """Return a relative change in percent."""
+    return 100 * (after / before - 1)
+
+
+def rows(head: Sequence[str], body: Sequence[Sequence[str]], left: int = 1) -> str:
+    """Write a Markdown table; all columns but the first `left` ones are aligned to the right."""
+    rule = ["---"] * left + ["---:"] * (len(head) - left)
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *body))
+
+
+# --- tables
+
+
+def ledger_table() -> str:
+    """Tabulate the ledger: every number of the paper with the verdict."""
+    ledger = reproduce()
+    body = []
+    for e in ledger.entries:
+        computed = "" if e.computed is None else f"{e.computed:.3g}"
+        body.append([f"`{e.id}`", e.model, e.verdict, f"{e.published:.4g}", computed, e.unit])
+    return rows(["number", "model", "verdict", "published", "computed", "unit"], body, left=3)
+
+
+def speed_table() -> str:
+    """Tabulate the eight speeds, computed beside published."""
+    models = MODELS[:2]
+    body = []
+    for name in SPEEDS:
+        gait, truth = FISH.gaits[name], told(f"speed/{name}")
+        angles = [", ".join(f"{math.degrees(a):.4g}" for a in values) for values in (gait.amplitude, gait.phase[1:])]
+        cells = [f"`{name}`", f"{gait.frequency:.3g}", *angles, f"{truth:.3g}"]
+        for model in models:
+            speed = swum(name, model).speed
+            cells += [f"{speed:.3f}", f"{change(truth, speed):+.0f} %"]
+        body.append(cells)
+    heads = [part for model in models for part in (model, "error")]
+    return rows(["gait", "f [Hz]", "A [deg]", "lag [deg]", "published [m/s]", *heads], body)
+
+
+def error_table() -> str:
+    """Tabulate the errors of the speeds under every reading of the model."""
+    body = []
+    for model in MODELS:
+        errors = np.array([change(told(f"speed/{name}"), swum(name, model).speed) for name in SPEEDS])
+        first, rest = np.sqrt(np.mean(errors[:4] ** 2)), np.sqrt(np.mean(errors[4:] ** 2))
+        cells = (np.sqrt(np.mean(errors**2)), np.abs(errors).max(), first, rest)
+        body.append([model, *(f"{error:.1f} %" for error in cells)])
+    return rows(["model", "rms of eight", "largest", "rms, four unoptimised", "rms, four optimised"], body)
+
+
+def section_table() -> str:
+    """Tabulate the ellipses that Table II's areas imply: one area as height, the other as perimeter, times length."""
+    links = FISH.links
+    wetted = [10 * links.wetted_area[0], *links.wetted_area[1:]]
+    names = [f"{links.name[0]}, $S_y$ = 903 cm²", *links.name[1:-1]]
+    body = []
+    for name, l, m, side, skin in zip(names, links.length, links.mass, links.lateral_area, wetted, strict=False):
+        a, perimeter = side / l / 2, skin / l
+
+        def excess(b: float, a: float = a, perimeter: float = perimeter) -> float:
+            return 4 * a * float(ellipe(1 - (b / a) ** 2)) - perimeter
+
+        b = brentq(excess, 1e-4 * a, 1.5 * a)
+        cells = (200 * a, 100 * perimeter, 200 * b, m / (math.pi * a * b * l) / 1000)
+        body.append([name, *(f"{cell:.1f}" for cell in cells[:3]), f"{cells[3]:.2f}"])
+    return rows(["link", "height $S_x/l$ [cm]", "perimeter $S_y/l$ [cm]", "width [cm]", "density [g/cm³]"], body)
+
+
+def cost_table() -> str:
+    """Tabulate how cost of transport changes from the unoptimised to the optimised gaits."""
+    body = []
+    for what in ("0.3", "0.4", "0.5"):
+        cells = [f"{what} m/s", f"{told(f'cost-of-transport/change-{what}'):+.1f} %"]
+        for model in MODELS:
+            costs = [swum(f"{before}-{what}", model).cost_of_transport for before in ("unoptimised", "optimised")]
+            cells.append(f"{change(*costs):+.1f} %")
+        body.append(cells)
+    return rows(["speed", "published", *MODELS], body)
+
+
+def frequency_table() -> str:
+    """Tabulate speed over frequency: constant without linear terms and lags, not so as published."""
+    body = []
+    for name in ("optimised-0.3", "optimised-max"):
+        f, values = FISH.gaits[name].frequency, [told(f"speed/{name}")]
+        values += [swum(name, model).speed for model in MODELS[:2]]
+        body.append([f"`{name}`", f"{f:.3g}", *(f"{value / f:.3f}" for value in values)])
+    return rows(["gait", "f [Hz]", "published $U/f$ [m]", *MODELS[:2]], body)
+
+
+def phase_table() -> str:
+    """Tabulate the fastest phase of every frequency and amplitude, and how far it is ahead of the next best."""
+    phases = np.array(PAPER["tank"]["phase_deg"])
+    body = []
+    for model in MODELS:
+        for k, amplitude in enumerate(PAPER["tank"]["amplitude_deg"]):
+            cells = []
+            for speeds in trials()[model].tank.speed.isel(amplitude=k, bias=0).values:
+                second, first = np.sort(speeds)[-2:]
+                cells.append(f"{phases[speeds.argmax()]:.0f} ({first / second - 1:.1%})")
+            body.append([model if k == 0 else "", amplitude, *cells])
+    heads = [f"{f:.0f} Hz" for f in PAPER["tank"]["frequency_hz"]]
+    return rows(["model", "amplitude", *heads], body, left=2)
+
+
+def phase_cost_table() -> str:
+    """Tabulate cost of transport against phase at large amplitude."""
+    costs = trials()["joint bandwidth"].tank.cost_of_transport.isel(amplitude=-1, bias=0)
+    body = [
+        [f"{f:.0f} Hz", *(f"{cost:.2f}" for cost in row)]
+        for f, row in zip(PAPER["tank"]["frequency_hz"], costs.values, strict=True)
+    ]
+    return rows(["frequency", *(f"{p:.0f} deg" for p in PAPER["tank"]["phase_deg"])], body)
+
+
+def turning_table() -> str:
+    """Tabulate the one-sided beat against phase."""
+    found, frequency = trials()["joint bandwidth"].turning.squeeze(), FISH.gaits["turning"].frequency
+    body = []
+    for k, p in enumerate(PAPER["turning"]["phase_deg"]):
+        at = found.isel(phase=k)
+        turn = math.degrees(float(at.turn_rate)) / frequency
+        cells = (f"{float(at.turn_radius) / FISH.body.length:.2f}", f"{float(at.speed):+.3f}", f"{turn:+.1f}")
+        body.append([f"{p:.0f}", *cells])
+    return rows(["phase [deg]", "radius [BL]", "speed [m/s]", "turn [deg/beat]"], body, left=0)
+
+
+def range_table() -> str:
+    """Tabulate how far the battery carries the robot: the paper's way and with the cells of Table I."""
+    battery = FISH.battery
+    assert battery is not None
+    cost = told("cost-of-transport/minimum")
+    charge, cells, volt = battery.capacity / 3600, battery.cells, PAPER["range"]["charged_cell_v"]
+    cases = (
+        (f"14 Ah × {cells} × {volt} V", PAPER["range"]["battery_ah"] * cells * volt),
+        (f"{cells} × {charge:.1f} Ah × {battery.voltage} V", cells * charge * battery.voltage),
+    )
+    body = [[text, f"{energy:.1f}", f"{energy * 3.6 / (cost * FISH.body.mass):.2f}"] for text, energy in cases]
+    body.append(["published", "", f"{told('range/claimed'):.2f}"])
+    return rows(["battery", "energy [Wh]", "range [km]"], body)
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "ledger": ledger_table,
+    "speeds": speed_table,
+    "errors": error_table,
+    "sections": section_table,
+    "cost of transport": cost_table,
+    "speed over frequency": frequency_table,
+    "best phase": phase_table,
+    "cost against phase": phase_cost_table,
+    "turning": turning_table,
+    "range": range_table,
+}
+
+# --- the drawing of frames and signs
+
+
+def _arrow(axes: Axes, start: complex, end: complex, color: str, text: str = "", shift: complex = 0j) -> None:
+    """Draw an arrow with a label at its end."""
+    style = {"arrowstyle": "-|>", "color": color, "lw": 1.5, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
+    axes.annotate("", (end.real, end.imag), (start.real, start.imag), arrowprops=style, zorder=5)
+    at = end + shift
+    axes.text(at.real, at.imag, text, color=color, ha="center", va="center", fontsize=9.5)
+
+
+def _arc(axes: Axes, center: complex, radius: float, start: float, stop: float, color: str, text: str, out: float) -> None:
+    """Draw an angle from start to stop [rad] with an arrow head at its end, and its name beside its middle."""
+    points = center + radius * np.exp(1j * np.linspace(start, stop, 40))
+    axes.plot(points.real, points.imag, color=color, lw=1.1)
+    _arrow(axes, points[-3], points[-1], color)
+    at = center + out * radius * np.exp(0.5j * (start + stop))
+    axes.text(at.real, at.imag, text, color=color, ha="center", va="center", fontsize=9.5)
+
+
+def _draw_body(axes: Axes) -> None:
+    """Draw world and body axes, and the angles and axes of a link."""
+    red, blue, green = COLORS[:3]
+    theta, psi = math.radians(14), np.radians([0, 20, 48])
+    lengths, nose = (2.6, 1.5, 1.9), 1.95 + 0.75j
+    joints = nose + np.concatenate([[0], np.cumsum(lengths * np.exp(1j * (theta + psi)))])
+    origin, ahead = 0.45 + 0.15j, np.exp(1j * theta)
+    _arrow(axes, origin, origin + 0.9, INK, "$x$ (east)", 0.45)
+    _arrow(axes, origin, origin + 0.9j, INK, "$y$ (north)", 0.14j)
+    for a, b, width in zip(joints, joints[1:], (11, 8, 6), strict=False):
+        axes.plot([a.real, b.real], [a.imag, b.imag], color=BODY, lw=width, solid_capstyle="round", zorder=1)
+        axes.plot([a.real, b.real], [a.imag, b.imag], color=EDGE, lw=1.0, zorder=2)
+    axes.plot(joints[1:-1].real, joints[1:-1].imag, "o", color="white", mec=INK, ms=6, zorder=6)
+    # from the nose: heading, body axes, twist
+    _dashes(axes, nose, nose + 1.9)
+    _arc(axes, nose, 1.6, 0, theta, INK, r"$\theta$", 1.1)
+    _arrow(axes, nose, nose + 1.0 * ahead, blue, "$x_0,\\,u$", 0.2j - 0.1)
+    _arrow(axes, nose, nose + 1.0j * ahead, blue, "$y_0,\\,v$", 0.15j)
+    _arc(axes, nose, 0.32, theta + 0.2, theta + 1.3, blue, "$r$", 1.5)
+    _arrow(axes, nose - 0.12 * ahead, nose - 1.0 * ahead, EDGE, "swims\nthis way", 0.36j - 0.02)
+    # a link: its angles and its axes
+    middle, axis = 0.5 * (joints[2] + joints[3]), np.exp(1j * (theta + psi[2]))
+    _dashes(axes, joints[2], joints[2] + 1.0 * np.exp(1j * (theta + psi[1])))
+    _arc(axes, joints[2], 0.7, theta + psi[1], theta + psi[2], green, r"$\varphi_i$", 1.25)
+    _dashes(axes, joints[2], joints[2] + 1.5 * ahead)
+    _arc(axes, joints[2], 1.3, theta, theta + psi[2], green, r"$\psi_i$", 1.12)
+    axes.plot(middle.real, middle.imag, "+", color=INK, ms=8, mew=1.4, zorder=6)
+    _arrow(axes, middle, middle + 0.75 * axis, red, "$t,\\,v_t$", 0.3 - 0.02j)
+    _arrow(axes, middle, middle + 0.75j * axis, red, "$n,\\,v_n$", -0.3 + 0.02j)
+    axes.set(xlim=(-0.15, 8.2), ylim=(-0.1, 4.1), aspect="equal")
+
+
+def _dashes(axes: Axes, start: complex, end: complex) -> None:
+    """Draw a line that only shows where an angle begins."""
+    axes.plot([start.real, end.real], [start.imag, end.imag], color=EDGE, lw=0.9, ls=(0, (4, 3)), zorder=0)
+
+
+def _draw_conventions(axes: Axes) -> None:
+    """Draw the axes that count as positive in three conventions, on a robot that faces left."""
+    cases = (
+        ("hypertuna: from the nose to the tail", 1, 1j, "$u$", "$v$", 1),
+        ("ENU world, forward-left-up body", -1, -1j, "forward", "left", 1),
+        ("NED world, forward-right-down body", -1, 1j, "surge", "sway", -1),
+    )
+    for k, (title, along, across, first, second, sense) in enumerate(cases):
+        nose = 2.78 * k + 1.15 + 0j
+        for a, b, width in ((0, 0.8, 9), (0.8, 1.25, 5)):
+            axes.plot([nose.real + a, nose.real + b], [0, 0], color=BODY, lw=width, solid_capstyle="round", zorder=1)
+        _arrow(axes, nose, nose + 0.7 * along, COLORS[1], first, 0.17j)
+        _arrow(axes, nose, nose + 0.6 * across, COLORS[1], second, 0.14 * across)
+        start = float(np.angle(along))
+        _arc(axes, nose, 0.33, start + 0.3 * sense, start + 1.3 * sense, COLORS[1], "$r$", 1.5)
+        axes.text(nose.real + 0.1, -1.12, title, ha="center", fontsize=8, color=INK)
+    axes.set(xlim=(-0.15, 8.2), ylim=(-1.25, 0.95), aspect="equal")
+
+
+def draw_frames() -> Figure:
+    """Draw the frames and signs of docs/conventions.md."""
+    figure = Figure(figsize=(7.2, 5.45), facecolor="white")
+    body, conventions = figure.subplots(2, 1, height_ratios=[4.05, 2.2])
+    figure.subplots_adjust(left=0, right=1, top=1, bottom=0, hspace=0)
+    _draw_body(body)
+    _draw_conventions(conventions)
+    for axes in (body, conventions):
+        axes.set_axis_off()
+    return figure
+
+
+# --- pictures
+
+PICTURES: dict[str, Callable[[], Figure]] = {
+    "docs/swim.svg": lambda: plot_swim(swum("unoptimised-max", "joint bandwidth")),
+    "docs/frames.svg": draw_frames,
+}
+
+# --- pages
+
+
+@cache
+def output(command: str) -> str:
+    """Run a command of the program in an empty folder that has the robots of the examples; return what it prints."""
+    with tempfile.TemporaryDirectory() as folder:
+        for robot in (ROOT / "examples").glob("*.toml"):
+            shutil.copy(robot, folder)
+        done = subprocess.run(
+            [sys.executable, "-c", "from hypertuna.cli import main; main()", *shlex.split(command)[1:]],
+            cwd=folder,
+            env=os.environ | {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+    return "\n".join(line.rstrip() for line in done.stdout.splitlines())
+
+
+def filled(page: str) -> str:
+    """Return a page with its tables and console outputs made anew."""
+    page = re.sub(
+        r"(<!-- table: (.+?) -->\n).*?(<!-- end -->)",
+        lambda m: f"{m[1]}\n{TABLES[m[2]]()}\n\n{m[3]}",
+        page,
+        flags=re.DOTALL,
+    )
+    return re.sub(r"```console\n(\$ hypertuna.*?)\n```", lambda m: f"```console\n{_console(m[1])}\n```", page, flags=re.DOTALL)
+
+
+def _console(block: str) -> str:
+    """Run the commands of a console block."""
+    commands = re.findall(r"^\$ (.*)$", block, flags=re.MULTILINE)
+    return "\n\n".join("\n".join(filter(None, (f"$ {command}", output(command)))) for command in commands)
+
+
+if __name__ == "__main__":
+    for path in PAGES:
+        path.write_text(filled(path.read_text()))
+    for name, draw in PICTURES.items():
+        save(draw(), ROOT / name)
