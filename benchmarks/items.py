@@ -24,7 +24,7 @@ from timing import Race
 EVALUATIONS = 4 * STEPS  # of the right-hand side in a beat
 BEATS = 40  # of a brute-force sweep
 NUMBA_LANES = (1, 4, 8, 16, 32, 64)  # gaits in step, of which the fastest number counts
-AGREE = 1e-3  # m/s: peers that differ more do not compute the same
+AGREE = 1e-5  # m/s: peers that differ more do not compute the same
 OUR_ERROR = 8e-7  # of the speed with 128 steps per beat (relative): what SciPy's tolerance is matched to
 
 
@@ -77,6 +77,7 @@ def right_hand_side(executable: Path, turns: int) -> Item:
     """(a) The right-hand side, against numba and the processor's peak."""
     fish, gaits = setting()[1:3]
     robot_and_gait = rhs_input(fish, gaits[-1:])
+    _check("numba", float(np.abs(numba_rhs.swim(fish, gaits, BEATS) - np.abs(brute())).max()))
 
     def numba_beat(width: int) -> Callable[[], None]:
         beats = numba_rhs.compile_beats(fish, width)

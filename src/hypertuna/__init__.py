@@ -1,11 +1,34 @@
 """Open digital twin and control stack for soft robotic fish."""
 
-from hypertuna.description import Robot as Robot
-from hypertuna.description import load as load
-from hypertuna.errors import InputError as InputError
-from hypertuna.gait import Gait as Gait
-from hypertuna.sweep import Gaits as Gaits
-from hypertuna.sweep import gradient as gradient
-from hypertuna.sweep import sweep as sweep
-from hypertuna.swim import Swim as Swim
-from hypertuna.swim import swim as swim
+from hypertuna.description import Robot, load, robots
+from hypertuna.errors import InputError
+from hypertuna.gait import Gait, named_gait
+from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
+from hypertuna.replay import Pose, SmoothSeries, replay, residuals, rmse, smooth
+from hypertuna.sweep import Gaits, Gradient, gradient, sweep
+from hypertuna.swim import Swim, swim
+
+__all__ = [
+    "Gait",
+    "Gaits",
+    "Gradient",
+    "InputError",
+    "JointSeries",
+    "Pose",
+    "Robot",
+    "SmoothSeries",
+    "Swim",
+    "Track",
+    "gradient",
+    "load",
+    "named_gait",
+    "read_joints",
+    "read_tracks",
+    "replay",
+    "residuals",
+    "rmse",
+    "robots",
+    "smooth",
+    "sweep",
+    "swim",
+]

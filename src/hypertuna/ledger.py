@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["RULES", "VERDICTS", "Entry", "Rule", "entry", "published"]
+__all__ = ["RULES", "VERDICTS", "Entry", "Rule", "judge", "published"]
 
 VERDICTS = ("reproduced", "deviates", "contradicted", "not-computed")
 
@@ -130,7 +130,7 @@ def published() -> dict[str, Any]:
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
-def entry(paper: Mapping[str, Any], key: str, model: str, computed: float | None, note: str) -> Entry:
+def judge(paper: Mapping[str, Any], key: str, model: str, computed: float | None, note: str) -> Entry:
     """Put what was computed beside the published number, and judge it.
 
     Parameters

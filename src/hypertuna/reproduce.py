@@ -11,7 +11,7 @@ import xarray as xr
 
 from hypertuna.description import Robot, load
 from hypertuna.gait import named_gait
-from hypertuna.ledger import RULES, VERDICTS, Entry, entry, published
+from hypertuna.ledger import RULES, VERDICTS, Entry, judge, published
 from hypertuna.metrics import cost_of_transport
 from hypertuna.results import provenance
 from hypertuna.sweep import Gaits, sweep
@@ -74,7 +74,7 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     findings = [finding for name, trial in trials.items() for finding in _model_findings(name, trial, paper)]
     findings += [*_paper_findings(trials, paper), *_to_come(trials)]
     order = list(paper["values"])
-    entries = tuple(entry(paper, *finding) for finding in sorted(findings, key=lambda finding: order.index(finding[0])))
+    entries = tuple(judge(paper, *finding) for finding in sorted(findings, key=lambda finding: order.index(finding[0])))
     made_by = provenance(robot)
     for key in ("joints", "areas"):  # each entry names its own
         del made_by[key]
@@ -249,7 +249,7 @@ def _range(robot: Robot, paper: Mapping[str, Any]) -> Finding:
     note = (
         f"{battery.cells} cells x {battery.capacity / 3600:g} Ah x {battery.voltage:g} V = {energy / 3600:.1f} Wh, "
         f"over {cost / robot.body.mass:g} J/(kg m) x {robot.body.mass:g} kg. The claim needs {claimed / 3600:.0f} Wh: "
-        f"{charge:g} Ah x {claimed / 3600 / charge:.1f} V: all {battery.cells} cells in parallel ({battery.cells} x "
+        f"{charge:g} Ah x {claimed / 3600 / charge:.1f} V, with all {battery.cells} cells in parallel ({battery.cells} x "
         f"{charge / battery.cells:g} Ah) and in series ({battery.cells} x {cell:g} V) at once. The lake run, "
         f"{paper['lake']['energy_wh']:g} Wh for {paper['lake']['distance_m']:g} m or {lake_cost:.1f} J/(kg m), gives "
         f"{energy / lake / 1e3:.2g} km"
