@@ -5,8 +5,8 @@
 ///     links frequency
 ///     length com inertia inertia_mass friction drag amplitude lag      for each link
 ///
-/// (inertia_mass with added mass; friction and drag as in Lumped::Coefficients; amplitude and lag of the joint's angle).
-/// To standard output, one JSON object without nesting:
+/// (inertia_mass with added mass; friction and drag as in Lumped::Coefficients; amplitude and lag of the joint's
+/// angle). To standard output, one JSON object without nesting:
 ///
 ///     vector_bits                    width of the widest vector in use
 ///     fma_peak_gflops                fused multiply-adds in independent chains of that width, each counted as two
@@ -177,7 +177,9 @@ struct Contestant {
 
 static double first(double x) { return x; }
 template <int W>
-static double first(const Lanes<double, W>& x) { return x[0]; }
+static double first(const Lanes<double, W>& x) {
+    return x[0];
+}
 
 template <class S>
 static void enter(const Tank<S>& tank, const std::string& width, std::vector<Contestant>& race) {

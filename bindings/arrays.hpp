@@ -14,6 +14,7 @@ namespace nb = nanobind;
 template <int Dimensions>
 using Input = nb::ndarray<const double, nb::ndim<Dimensions>, nb::c_contig, nb::device::cpu>;
 using Output = nb::ndarray<nb::numpy, double>;
+using NamedArrays = nb::typed<nb::dict, nb::str, Output>;
 
 /// A new array of zeros that Python owns.
 inline Output zeros(std::initializer_list<std::size_t> shape) {

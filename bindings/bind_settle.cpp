@@ -115,20 +115,17 @@ void bind_settle(nb::module_& m) {
     m.def("lanes", [] { return kernel().lanes; }, "Gaits that one instruction serves.");
     m.def("settle", &settle_batch, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
           nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("most_beats"), nb::arg("threads"),
-          "Settled beats of many gaits, one row each, columns as named by SETTLE_COLUMNS: by Newton's method, or "
+          "Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method, or "
           "(wait >= 0) by so many beats from rest.");
     m.def("gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
           nb::arg("bias"), nb::arg("momentum"), nb::kw_only(), nb::arg("steps"), nb::arg("threads"),
-          "Derivatives of one beat of each gait from its momentum at the start: (gaits, GRADIENT_OUTPUTS, "
+          "Derivatives of one beat of each gait from its momentum at the start: (gaits, `gradient_outputs`, "
           "3 + parameters), by that momentum and by the parameters.");
-    const std::vector<std::string> columns = {
-        "displacement_x", "displacement_y", "turn", "power", "power_positive", "loss", "excursion", "radius", "advance",
-        "residual", "beats", "u", "v", "r", "p_x", "p_y", "l", "m_00", "m_01", "m_02", "m_10", "m_11", "m_12", "m_20", "m_21", "m_22"};
+    m.def("settle_columns", [] { return std::vector<std::string>(std::begin(column::names), std::end(column::names)); },
+          "Names of the columns of `settle`.");
+    m.def("gradient_outputs", [] { return std::vector<std::string>(std::begin(output::names), std::end(output::names)); },
+          "Names of the outputs of `gradient`.");
     m.attr("SETTLED_CHANGE") = settle_tolerances.change;
-    m.attr("SETTLE_COLUMNS") = nb::tuple(nb::cast(columns));
-    const std::vector<std::string> outputs = {"displacement_x", "displacement_y", "turn", "power", "power_positive", "loss",
-                                              "end_p_x", "end_p_y", "end_l"};
-    m.attr("GRADIENT_OUTPUTS") = nb::tuple(nb::cast(outputs));
 }
 
 }  // namespace hypertuna

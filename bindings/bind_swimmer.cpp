@@ -41,7 +41,7 @@ static Output joint_motion_at(const Model& model, double frequency, const std::v
 
 static void put(double* out, const Planar<double>& a) { out[0] = a.x, out[1] = a.y, out[2] = a.z; }
 
-static nb::dict dynamics(const Model& model, const Input<3>& joints, const Input<2>& twists) {
+static NamedArrays dynamics(const Model& model, const Input<3>& joints, const Input<2>& twists) {
     const std::size_t count = joints.shape(0), links = model.links;
     check_extent("joints", joints.shape(1), links);
     check_extent("joints", joints.shape(2), 3);
@@ -65,7 +65,7 @@ static nb::dict dynamics(const Model& model, const Input<3>& joints, const Input
             energy.data()[k] = kinetic_energy(tank.fish, now.shape, xi);
         }
     });
-    nb::dict out;
+    NamedArrays out;
     out["inertia"] = inertia;
     out["momentum"] = momentum;
     out["acceleration"] = acceleration_out;
@@ -76,7 +76,7 @@ static nb::dict dynamics(const Model& model, const Input<3>& joints, const Input
     return out;
 }
 
-static nb::dict advance(const Model& model, const Input<3>& joints, double step, const Input<1>& twist0,
+static NamedArrays advance(const Model& model, const Input<3>& joints, double step, const Input<1>& twist0,
                         const Input<1>& pose0) {
     const std::size_t links = model.links, steps = joints.shape(0) / 2;
     if (joints.shape(0) % 2 != 1) throw nb::value_error("joints: needs two instants a step and one more");
@@ -116,7 +116,7 @@ static nb::dict advance(const Model& model, const Input<3>& joints, double step,
             }
         }
     });
-    nb::dict out;
+    NamedArrays out;
     out["twist"] = twists;
     out["pose"] = poses;
     out["torque"] = torque;

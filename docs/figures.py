@@ -94,7 +94,7 @@ def speed_table() -> str:
         cells = [f"`{name}`", f"{gait.frequency:.3g}", *angles, f"{truth:.3g}"]
         for model in models:
             speed = swum(name, model).speed
-            cells += [f"{speed:.3f}", f"{change(truth, speed):+.0f} %"]
+            cells += [f"{speed:.3f}", f"{change(truth, speed):+.0f}\u00a0%"]
         body.append(cells)
     heads = [part for model in models for part in (model, "error")]
     return rows(["gait", "f [Hz]", "A [deg]", "lag [deg]", "published [m/s]", *heads], body)
@@ -107,8 +107,8 @@ def error_table() -> str:
         errors = np.array([change(told(f"speed/{name}"), swum(name, model).speed) for name in SPEEDS])
         first, rest = np.sqrt(np.mean(errors[:4] ** 2)), np.sqrt(np.mean(errors[4:] ** 2))
         cells = (np.sqrt(np.mean(errors**2)), np.abs(errors).max(), first, rest)
-        body.append([model, *(f"{error:.1f} %" for error in cells)])
-    return rows(["model", "rms of eight", "largest", "rms, four unoptimised", "rms, four optimised"], body)
+        body.append([model, *(f"{error:.1f}\u00a0%" for error in cells)])
+    return rows(["model", "rms of eight", "largest", "rms, four unoptimized", "rms, four optimized"], body)
 
 
 def section_table() -> str:
@@ -135,10 +135,10 @@ def cost_table() -> str:
     """Tabulate how cost of transport changes from the unoptimised to the optimised gaits."""
     body = []
     for what in ("0.3", "0.4", "0.5"):
-        cells = [f"{what} m/s", f"{told(f'cost-of-transport/change-{what}'):+.1f} %"]
+        cells = [f"{what} m/s", f"{told(f'cost-of-transport/change-{what}'):+.1f}\u00a0%"]
         for model in MODELS:
             costs = [swum(f"{before}-{what}", model).cost_of_transport for before in ("unoptimised", "optimised")]
-            cells.append(f"{change(*costs):+.1f} %")
+            cells.append(f"{change(*costs):+.1f}\u00a0%")
         body.append(cells)
     return rows(["speed", "published", *MODELS], body)
 
@@ -162,7 +162,7 @@ def phase_table() -> str:
             cells = []
             for speeds in trials()[model].tank.speed.isel(amplitude=k, bias=0).values:
                 second, first = np.sort(speeds)[-2:]
-                cells.append(f"{phases[speeds.argmax()]:.0f} ({first / second - 1:.1%})")
+                cells.append(f"{phases[speeds.argmax()]:.0f} ({change(second, first):.1f})")
             body.append([model if k == 0 else "", amplitude, *cells])
     heads = [f"{f:.0f} Hz" for f in PAPER["tank"]["frequency_hz"]]
     return rows(["model", "amplitude", *heads], body, left=2)
@@ -327,7 +327,7 @@ def output(command: str) -> str:
         for robot in (ROOT / "examples").glob("*.toml"):
             shutil.copy(robot, folder)
         with (
-            mock.patch.dict(os.environ, {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}),
+            mock.patch.dict(os.environ, {"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"}),
             mock.patch.object(sys, "argv", shlex.split(command)),
             contextlib.redirect_stdout(said),
             contextlib.redirect_stderr(said),

@@ -8,79 +8,156 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import hypertuna as ht
 from hypertuna.description import parse
 from hypertuna.model import parameter_names
-from models import MODELS, fastest, turning
+from models import MODELS, changed, fastest, turning
 
-# Relative step: the difference is then wrong by about its square, 1e-8, times the curvature (a few), and for gaits whose
-# search stopped at 1e-8 of a body length a beat by what is left of that; a kink of v |v| adds as much.
+Array = NDArray[np.float64]
+
+# A step of 1e-4 of the parameter makes the difference wrong by its square, 1e-8, times the third derivative (some tens
+# at most), and by 1e-12 / 1e-4 of rounding. Kinks of v |v| and what the search leaves (1e-8 of a body length a beat,
+# nearly the same on both sides) cost more: 3e-6 was seen, in units of the result per relative change of the parameter.
 STEP = 1e-4
-EXACT = 5e-6
+DIFFERENCES = 1e-5
+# Positive power has a kink wherever a group's power changes sign. One of the 128 samples of the beat may do so within the
+# step: the difference then has half of that sample's weight and not all or nothing of it.
+KINKED = 1 / 128
 
-OUTPUTS = ("speed", "cost_of_transport", "power")
 
-
-def split(name: str) -> tuple[list[str], str, int | None]:
-    """``links.mass[3]`` as tables, attribute and index."""
-    column, _, index = name.partition("[")
-    *tables, attribute = column.split(".")
-    return tables, attribute, int(index.rstrip("]")) if index else None
+RESULTS = ("speed", "cost_of_transport", "power", "power_positive")
 
 
 def explicit(robot: ht.Robot) -> ht.Robot:
     """The robot with every column written out, so that no value follows from another, and room for heavier links."""
     document = robot.document()
-    tables = {"links": robot.links, "lumped": robot.water.lumped, "strip": robot.water.strip}
-    for table, part in tables.items():
+    parts = {"links": robot.links, "lumped": robot.water.lumped, "strip": robot.water.strip}
+    for name, part in parts.items():
         if part is not None:
-            columns = document[table] if table == "links" else document["water"][table]
-            for attribute, info in type(part).model_fields.items():
-                columns[info.alias] = part.model_dump(mode="json")[attribute]
+            owner = document if name == "links" else document["water"]
+            owner[name] = part.model_dump(mode="json", by_alias=True)
     document["body"]["mass_kg"] *= 2
     return parse(document)
 
 
-def value(robot: ht.Robot, gait: ht.Gait, name: str) -> float:
-    """The parameter's value."""
-    tables, attribute, index = split(name)
-    if tables == ["joints"]:
-        assert index is not None
-        return robot.joints[index].bandwidth or 0.0
-    owner: Any = gait if tables == ["gait"] else robot
-    for table in tables[tables == ["gait"] :]:
-        owner = getattr(owner, table)
-    found = getattr(owner, attribute)
-    return float(found if index is None else found[index])
+def place(robot: ht.Robot, name: str) -> tuple[list[str | int], float]:
+    """Keys to a parameter in the robot's document, and its value: ``links.mass[3]`` is at links, mass_kg, 3."""
+    column, _, index = name.partition("[")
+    part: Any = robot
+    keys: list[str | int] = []
+    for attribute in column.split("."):
+        if isinstance(part, tuple):  # joint groups: the index belongs to the list of them
+            keys.append(int(index.rstrip("]")))
+            part, index = part[int(index.rstrip("]"))], ""
+        keys.append(type(part).model_fields[attribute].alias)
+        part = getattr(part, attribute)
+    if index:
+        keys.append(int(index.rstrip("]")))
+        part = part[int(index.rstrip("]"))]
+    return keys, float(part)
 
 
-def perturbed(robot: ht.Robot, gait: ht.Gait, name: str, by: float) -> tuple[ht.Robot, ht.Gait]:
-    """The robot, or the gait, with one value changed in its description."""
-    tables, attribute, index = split(name)
-    if tables == ["gait"]:
-        known = getattr(gait, attribute)
-        new = known + by if index is None else tuple(x + by * (k == index) for k, x in enumerate(known))
-        return robot, replace(gait, **{attribute: new})
-    document, part = robot.document(), robot
-    if tables == ["joints"]:
-        group = document["joints"][index]
-        return parse(document | {"joints": document["joints"]} if group.update(bandwidth_hz=group["bandwidth_hz"] + by) else document), gait
-    table = document
-    for key in tables:
-        part, table = getattr(part, key), table[key]
-    alias = type(part).model_fields[attribute].alias
-    if index is None:
-        table[alias] += by
-    else:
-        table[alias][index] += by
+def with_value(robot: ht.Robot, keys: list[str | int], value: float) -> ht.Robot:
+    """The robot with one number of its description replaced; the body stays as long as its links."""
+    document = robot.document()
+    owner: Any = document
+    for key in keys[:-1]:
+        owner = owner[key]
+    owner[keys[-1]] = value
     document["body"]["length_m"] = sum(document["links"]["length_m"])
-    return parse(document), gait
+    return parse(document)
 
 
-def difference(of: Callable[[float], np.ndarray], x: float, unit: float, *, signed: bool) -> np.ndarray:
-    """Derivative times `unit` by second-order differences; forward ones at 0 for what must not be negative."""
+def result(robot: ht.Robot, gait: ht.Gait) -> Array:
+    """What has derivatives."""
+    swim = ht.swim(robot, gait)
+    return np.array([getattr(swim, name) for name in RESULTS])
+
+
+def slope(of: Callable[[float], Array], x: float, unit: float) -> Array:
+    """d of / dx times `unit`, by central differences; forward ones (of second order too) at 0, the least value."""
     h = STEP * unit
-    if x - h >= 0 or signed:
-        return (of(h) - of(-h)) / (2 * STEP)
-    return (4 * of(h) - 3 * of(0.0) - of(2 * h)) / (2 * STEP)
+    if x > 0:
+        return (of(x + h) - of(x - h)) / (2 * STEP)
+    return (4 * of(x + h) - 3 * of(x) - of(x + 2 * h)) / (2 * STEP)
+
+
+def differences(robot: ht.Robot, gait: ht.Gait) -> tuple[Array, Array]:
+    """Derivatives by every parameter (parameters, results) by differences, and the unit of each parameter: its own size."""
+    rows, units = [], []
+    for name in parameter_names(robot):
+        if name.startswith("gait."):
+            attribute, _, index = name.removeprefix("gait.").partition("[")
+            k = int(index.rstrip("]")) if index else None
+            known = getattr(gait, attribute)
+
+            def of(x: float, attribute: str = attribute, k: int | None = k, known: Any = known) -> Array:
+                return result(robot, replace(gait, **{attribute: x if k is None else (*known[:k], x, *known[k + 1 :])}))
+
+            x, unit = (known, known) if k is None else (known[k], 1.0)
+            # a phase or a bias may well be negative: never at the edge of what is allowed
+            rows.append((of(x + STEP * unit) - of(x - STEP * unit)) / (2 * STEP))
+        elif name.startswith("joints.") and robot.model.joints == "ideal":
+            unit = 1.0
+            rows.append(np.zeros(len(RESULTS)))
+        else:
+            keys, x = place(robot, name)
+            unit = x or 1.0
+            rows.append(slope(lambda value, keys=keys: result(with_value(robot, keys, value), gait), x, unit))
+        units.append(unit)
+    return np.array(rows), np.array(units)
+
+
+@pytest.mark.parametrize("gait_of", [fastest, turning])
+def test_every_derivative_of_every_model(every_model: ht.Robot, gait_of: Callable[[ht.Robot], ht.Gait]) -> None:
+    robot = explicit(every_model)
+    gait = gait_of(robot)
+    found = ht.gradient(robot, gait)
+    assert found.names == parameter_names(robot)
+    expected, units = differences(robot, gait)
+    size = abs(result(robot, gait))
+    exact = np.stack([getattr(found, name) for name in RESULTS], axis=1)
+    error = abs(exact * units[:, None] - expected) / size
+    for k, (name, allowed) in enumerate(zip(RESULTS, (DIFFERENCES, DIFFERENCES, DIFFERENCES, KINKED), strict=True)):
+        worst = error[:, k].argmax()
+        assert error[worst, k] < allowed, f"{name} by {found.names[worst]}"
+
+
+def test_every_parameter_matters(every_model: ht.Robot) -> None:
+    """Zeros would agree with differences that change nothing: hardly any parameter may have no effect."""
+    found = ht.gradient(every_model, fastest(every_model))
+    idle = {name for name, value in zip(found.names, found.power, strict=True) if value == 0}
+    expected = {name for name in found.names if name.startswith("joints.")} if every_model.model.joints == "ideal" else set()
+    if every_model.model.water == "lumped":
+        expected.add(f"links.length[{len(every_model.links.name) - 1}]")  # forces act at centers of mass
+    assert idle == expected
+
+
+def test_one_time_for_all_groups_has_no_effect(every_model: ht.Robot) -> None:
+    """All phases together only shift the clock: their derivatives add up to nothing."""
+    gait = fastest(every_model)
+    found = ht.gradient(every_model, gait)
+    by_phase = [k for k, name in enumerate(found.names) if name.startswith("gait.phase")]
+    for name in ("speed", "cost_of_transport", "power"):
+        slopes = getattr(found, name)[by_phase]
+        # the settled beat is only as independent of its clock as its steps are small
+        assert abs(slopes.sum()) < 1e-3 * abs(slopes).sum()
+
+
+def test_a_straight_gait_swims_slower_or_faster_whichever_way_it_is_bent(every_model: ht.Robot) -> None:
+    """A bias and its mirror image do the same to the speed: at no bias the derivative along it vanishes."""
+    gait = fastest(every_model)
+    found = ht.gradient(every_model, gait)
+    swim = ht.swim(every_model, gait)
+    for name, slope_by_bias in zip(found.names, found.speed, strict=True):
+        if name.startswith("gait.bias"):
+            assert abs(slope_by_bias) < 1e-5 * swim.speed, name
+
+
+def test_a_gait_that_does_not_settle_has_no_derivatives() -> None:
+    robot = MODELS["hypertuna-lumped"]
+    stiff = changed(robot, {"water.lumped.drag": [1e6] * len(robot.links.name)})
+    with pytest.raises(ht.InputError, match=r"gait must settle to have derivatives, but is \w+: "):
+        ht.gradient(stiff, fastest(stiff), steps=8)

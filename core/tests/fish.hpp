@@ -97,9 +97,9 @@ struct Fish {
         row.add(S(base_t<S>(density)));
     }
     static void write_lumped(ParameterRow<S>& row) {
-        row.add_each(links, [](int i) { return 0.1 + 0.1 * i; });     // added mass
-        row.add_each(links, [](int i) { return 0.02 + 0.01 * i; });   // friction
-        row.add_each(links, [](int i) { return 4.0 + i; });           // drag
+        row.add_each(links, [](int i) { return 0.1 + 0.1 * i; });    // added mass
+        row.add_each(links, [](int i) { return 0.02 + 0.01 * i; });  // friction
+        row.add_each(links, [](int i) { return 4.0 + i; });          // drag
         row.add_each(links, [](int i) { return 2 * lengths[i] * heights[i]; });
         row.add_each(links, [](int i) { return lengths[i] * heights[i]; });
     }

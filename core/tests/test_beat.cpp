@@ -1,9 +1,8 @@
 /// What is measured of a beat: peaks between samples, offsets from a circle, path and radius of made-up motions.
-#include "hypertuna/beat.hpp"
-
 #include <limits>
 
 #include "check.hpp"
+#include "hypertuna/beat.hpp"
 
 using namespace hypertuna;
 
@@ -25,15 +24,16 @@ static void peaks() {
 /// A circle of radius 2 through the origin, with its center to the left: at (0, 2).
 static void offsets() {
     const SinCos<double> along_x{0, 1};
-    CHECK_NEAR(offset(Planar<double>{0, 2, 0}, along_x, 0.5), 2, 1e-15);       // the center is a radius off
-    CHECK_NEAR(offset(Planar<double>{2, 2, 0}, along_x, 0.5), 0, 1e-15);       // a point on the circle
-    CHECK_NEAR(offset(Planar<double>{0, -1, 0}, along_x, 0.5), -1, 1e-15);     // a point outside, to the right
-    CHECK_NEAR(offset(Planar<double>{0, -1, 0}, along_x, -0.5), -1, 1e-15);    // the same for a circle to the right
-    CHECK_NEAR(offset(Planar<double>{7, 3, 0}, along_x, 0.0), 3, 1e-15);       // a straight line
+    CHECK_NEAR(offset(Planar<double>{0, 2, 0}, along_x, 0.5), 2, 1e-15);     // the center is a radius off
+    CHECK_NEAR(offset(Planar<double>{2, 2, 0}, along_x, 0.5), 0, 1e-15);     // a point on the circle
+    CHECK_NEAR(offset(Planar<double>{0, -1, 0}, along_x, 0.5), -1, 1e-15);   // a point outside, to the right
+    CHECK_NEAR(offset(Planar<double>{0, -1, 0}, along_x, -0.5), -1, 1e-15);  // the same for a circle to the right
+    CHECK_NEAR(offset(Planar<double>{7, 3, 0}, along_x, 0.0), 3, 1e-15);     // a straight line
     CHECK_NEAR(offset(Planar<double>{0, 3, 0}, SinCos<double>{1, 0}, 0.0), 0, 1e-15);
 }
 
-/// A nose that goes around a circle of radius R, swaying by `sway` to both sides, and a tail that sways four times as much.
+/// A nose that goes around a circle of radius R, off it by `sway` in the mean, and a tail that sways to both sides of
+/// it.
 static void path_on_circle(double R, double turn, double sway) {
     const int steps = 64;
     Planar<double> tail[steps], nose[steps];
@@ -42,14 +42,14 @@ static void path_on_circle(double R, double turn, double sway) {
     };
     for (int k = 0; k < steps; ++k) {
         const double swing = std::sin(2 * pi * k / steps);
-        nose[k] = on_circle(turn * k / steps, sway * swing);
+        nose[k] = on_circle(turn * k / steps, sway * (1 - std::cos(2 * pi * k / steps)));
         tail[k] = on_circle(turn * k / steps, 4 * sway * swing);
     }
     Beat<double> beat{};
     const Planar<double> end = on_circle(turn, 0);
     beat.displacement = {end.x, end.y, turn};
     measure_path(steps, BeatScratch<double>{nullptr, nullptr, tail, nose}, beat);
-    CHECK_NEAR(beat.radius / std::fabs(R), 1, 1e-9);
+    CHECK_NEAR(beat.radius, std::fabs(R + sway), 1e-9);
     CHECK_NEAR(beat.excursion, 8 * sway, 1e-4 * sway);
 }
 

@@ -1,11 +1,10 @@
 /// The chain of links: positions, velocities and accelerations by hand, then by finite differences of a kinematics of
 /// its own (complex numbers); J^T is the transpose of J.
-#include "hypertuna/chain.hpp"
-
 #include <complex>
 
 #include "check.hpp"
 #include "fish.hpp"
+#include "hypertuna/chain.hpp"
 
 using namespace hypertuna;
 using Complex = std::complex<double>;
@@ -13,16 +12,15 @@ using Complex = std::complex<double>;
 /// Links of 3, 2 and 4 m with centers of mass 1, 1 and 2 m behind their front joints.
 static constexpr Link<double> links[3] = {{3, 1, 0, 0}, {2, 1, 0, 0}, {4, 2, 0, 0}};
 
-/// Link 1 stands across (90 degrees, turning at 2 rad/s and 5 rad/s^2), link 2 runs along again (-90 degrees, 1 rad/s and
-/// 1 rad/s^2 more): its front joint is at (3, 2) and moves at (-4, 0) and (-10, -8).
+/// Link 1 stands across (90 degrees, turning at 2 rad/s and 5 rad/s^2), link 2 runs along again (-90 degrees, 1 rad/s
+/// and 1 rad/s^2 more): its front joint is at (3, 2) and moves at (-4, 0) and (-10, -8).
 static void by_hand() {
     const JointMotion<double> joint[3] = {{0, 0, 0}, {pi / 2, 2, 5}, {-pi / 2, 1, 1}};
     LinkShape<double> at[3];
     LinkAcceleration<double> g[3];
     shape(3, links, joint, at, g);
-    const double wanted[3][10] = {{1, 0, 0, 1, 0, 0, 0, 0, 0, 0},
-                                  {0, 1, 3, 1, 0, 2, 2, -4, 5, 5},
-                                  {1, 0, -2, 5, -4, 6, 3, -10 - 18, -8 + 12, 6}};
+    const double wanted[3][10] = {
+        {1, 0, 0, 1, 0, 0, 0, 0, 0, 0}, {0, 1, 3, 1, 0, 2, 2, -4, 5, 5}, {1, 0, -2, 5, -4, 6, 3, -10 - 18, -8 + 12, 6}};
     for (int i = 0; i < 3; ++i) {
         const double got[10] = {at[i].c,   at[i].s, at[i].h_t, at[i].h_n, at[i].a_t,
                                 at[i].a_n, at[i].w, g[i].t,    g[i].n,    g[i].w};

@@ -1,9 +1,8 @@
 /// Dual numbers: derivatives by hand, then every operation against central differences, then Dual of Lanes.
-#include "hypertuna/dual.hpp"
-
 #include <limits>
 
 #include "check.hpp"
+#include "hypertuna/dual.hpp"
 #include "hypertuna/trig.hpp"
 
 using namespace hypertuna;

@@ -1,10 +1,9 @@
 /// Gaits: the first-order lag by hand, and the motion of the joints as derivatives of their angle.
-#include "hypertuna/gait.hpp"
-
 #include <limits>
 #include <tuple>
 
 #include "check.hpp"
+#include "hypertuna/gait.hpp"
 
 using namespace hypertuna;
 

@@ -1,14 +1,20 @@
 /// Lanes: every operation does in each lane what the plain number does.
-#include "hypertuna/lanes.hpp"
-
 #include <limits>
 
 #include "check.hpp"
+#include "hypertuna/lanes.hpp"
 
 using namespace hypertuna;
 
 template <class T>
-constexpr T numbers[] = {T(0), T(-0.0), T(1), T(-2.5), T(3), T(1e-30), T(-7e20), std::numeric_limits<T>::infinity(),
+constexpr T numbers[] = {T(0),
+                         T(-0.0),
+                         T(1),
+                         T(-2.5),
+                         T(3),
+                         T(1e-30),
+                         T(-7e20),
+                         std::numeric_limits<T>::infinity(),
                          std::numeric_limits<T>::quiet_NaN()};
 
 /// Some operation of two numbers, in lanes and alone: same bits, except that any NaN is as good as another.

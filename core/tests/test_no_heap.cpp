@@ -1,4 +1,5 @@
-/// The core lives on the memory it is given: not one allocation from tabulating a beat to settling it and its derivatives.
+/// The core lives on the memory it is given: not one allocation from tabulating a beat to settling it and its
+/// derivatives.
 #include <cstdlib>
 #include <new>
 

@@ -1,11 +1,10 @@
-/// The settled beat: Newton against waiting, the monodromy against finite differences, Runge-Kutta's order, and that what
-/// is not a number neither settles nor spreads.
-#include "hypertuna/periodic.hpp"
-
+/// The settled beat: Newton against waiting, the monodromy against finite differences, Runge-Kutta's order, and that
+/// what is not a number neither settles nor spreads.
 #include <limits>
 
 #include "check.hpp"
 #include "fish.hpp"
+#include "hypertuna/periodic.hpp"
 
 using namespace hypertuna;
 using Four = Lanes<double, 4>;
@@ -39,6 +38,20 @@ static void newton_equals_waiting() {
     // What the joints give, the water takes: over a settled beat the energy returns to where it was.
     CHECK_NEAR(found.beat.power / found.beat.loss, 1, 1e-5);
     CHECK(found.beat.power_positive >= found.beat.power);
+}
+
+/// Near the settled beat a step of Newton squares the distance to it: half as far away, a quarter of it is left.
+template <class Law>
+static void quadratic_convergence() {
+    const Fish<double, Law> fish(2.0, 0.2);
+    const Momentum<double> settled = settle_by_newton(fish).start;
+    const auto left = [&](double away) {
+        const Momentum<double> P = (1 + away) * settled;
+        const BeatMap<double> map = beat_map(fish.swimmer, fish.table, 1, fish.period, P);
+        return distance(P + newton_step(map, P, fish.table[0], fish.length, fish.period, 1.0).change, settled);
+    };
+    CHECK(left(0.01) < 1e-3 * distance(settled, {0, 0, 0}));
+    CHECK_NEAR(left(0.02) / left(0.01), 4, 0.4);
 }
 
 template <class Law>
@@ -79,7 +92,7 @@ static void runge_kutta_order() {
 static void conservation() {
     Fish<double, Lumped<double>, 256> fish(2.0, 0.2);
     for (auto& k : fish.coefficients) k.friction = k.drag = 0;
-    const Momentum<double> P = fish.brisk();
+    const Momentum<double> P = fish.brisk() + Momentum<double>{0, 0.3 * fish.brisk().x, 0};
     const Beat<double> beat = measure_beat(fish.swimmer, fish.joints, fish.table, fish.period, P, fish.scratch);
     const auto [x, y, heading] = beat.displacement;
     const double px = std::cos(heading) * beat.end.x - std::sin(heading) * beat.end.y;
@@ -120,6 +133,8 @@ int main() {
     cramer();
     newton_equals_waiting<Lumped<double>>();
     newton_equals_waiting<Strip<double>>();
+    quadratic_convergence<Lumped<double>>();
+    quadratic_convergence<Strip<double>>();
     monodromy<Lumped<double>>();
     monodromy<Strip<double>>();
     runge_kutta_order();

@@ -1,39 +1,41 @@
-/// The swimming equations: one rigid link by Kirchhoff's closed forms; then a moving shape, whose momentum, acceleration,
-/// joint torques and energy must fit together.
-#include "hypertuna/swimmer.hpp"
-
+/// The swimming equations: one rigid link by Kirchhoff's closed forms; then a moving shape, whose momentum,
+/// acceleration, joint torques and energy must fit together.
 #include "check.hpp"
 #include "fish.hpp"
+#include "hypertuna/swimmer.hpp"
 
 using namespace hypertuna;
 
-/// A rigid body without drag, 2 kg along and 5 kg across with its added mass, 3 kg m^2, center of mass `com` behind the nose.
+/// A rigid body without drag, 2 kg along and 5 kg across with its added mass, 3 kg m^2, center of mass `com` behind the
+/// nose.
 struct Rigid {
     Link<double> link;
     Strip<double>::Coefficients k{{2, 5, 0, 3}, 0, 0, 0, 0, 0, 0.5};
     Swimmer<double, Strip<double>> fish;
     LinkShape<double> shape;
     LinkAcceleration<double> still;
-    Instant<double> now;
+    Composite<double> whole;
+    Symmetric<double> mobility;
 
     explicit Rigid(double com) : link{1, com, 0, 0}, fish{1, &link, {&k, 0, false}} {
         const JointMotion<double> straight{0, 0, 0};
         hypertuna::shape(1, &link, &straight, &shape, &still);
-        const Composite<double> body = composite(fish, &shape);
-        now = {&shape, &still, inverse(body.inertia), body.momentum};
+        whole = composite(fish, &shape);
+        mobility = inverse(whole.inertia);
     }
     Rigid(const Rigid&) = delete;
+    Instant<double> now() const { return {&shape, &still, mobility, whole.momentum}; }
 };
 
 /// Kirchhoff: 2 du/dt = 5 v r, 5 dv/dt = -2 u r, 3 dr/dt = (2 - 5) u v (Munk's moment turns it broadside).
 static void kirchhoff() {
     const Rigid body(0);
     const Twist<double> xi{7, 11, 13};
-    const Twist<double> a = acceleration(body.fish, body.now, xi);
+    const Twist<double> a = acceleration(body.fish, body.now(), xi);
     CHECK_NEAR(a.x, 5 * 11 * 13 / 2.0, 1e-12);
     CHECK_NEAR(a.y, -2 * 7 * 13 / 5.0, 1e-12);
     CHECK_NEAR(a.z, -7 * 11, 1e-12);
-    const Momentum<double> P{2 * 7, 5 * 11, 3 * 13}, rate = momentum_rate(body.fish, body.now, P, xi);
+    const Momentum<double> P{2 * 7, 5 * 11, 3 * 13}, rate = momentum_rate(body.fish, body.now(), P, xi);
     CHECK(rate.x == 13 * 55 && rate.y == -13 * 14 && rate.z == -(7 * 55 - 11 * 14));
     CHECK_NEAR(kinetic_energy(body.fish, &body.shape, xi), (2 * 49 + 5 * 121 + 3 * 169) / 2.0, 1e-12);
 }
@@ -41,15 +43,26 @@ static void kirchhoff() {
 /// Center of mass 0.5 m behind the nose: parallel axes, 3 + 5 0.25 about the nose, and 5 0.5 couples sway with turning.
 static void parallel_axes() {
     const Rigid body(0.5);
-    const Composite<double> whole = composite(body.fish, &body.shape);
+    const Composite<double>& whole = body.whole;
     const double got[9] = {whole.inertia.xx, whole.inertia.xy, whole.inertia.xz, whole.inertia.yy, whole.inertia.yz,
                            whole.inertia.zz, whole.momentum.x, whole.momentum.y, whole.momentum.z};
     const double wanted[9] = {2, 0, 0, 5, 2.5, 4.25, 0, 0, 0};
     for (int k = 0; k < 9; ++k) CHECK_NEAR(got[k], wanted[k], 1e-15);
-    const Twist<double> xi{0.3, -0.2, 0.9}, back = body.now.mobility * (whole.inertia * xi);
+    const Twist<double> xi{0.3, -0.2, 0.9}, back = body.mobility * (whole.inertia * xi);
     CHECK_NEAR(back.x, xi.x, 1e-15);
     CHECK_NEAR(back.y, xi.y, 1e-15);
     CHECK_NEAR(back.z, xi.z, 1e-15);
+}
+
+/// What the tail sheds acts at the trailing edge, 0.5 m behind the center of mass, at the velocity there: 0.3 + 0.5 2.
+static void tail() {
+    Rigid body(0.5);
+    body.fish.water.shedding = 4;
+    const Along<double> f = water_force(body.fish, 0, Along<double>{-3, 0.3, 2});
+    const Along<double> edge = body.fish.water.shed(Along<double>{-3, 1.3, 2});
+    CHECK_NEAR(f.t, edge.t, 1e-15);
+    CHECK_NEAR(f.n, edge.n, 1e-15);
+    CHECK_NEAR(f.w, 0.5 * edge.n, 1e-15);
 }
 
 /// Everything that is differentiated below, at one phase of the beat and one twist.
@@ -99,6 +112,7 @@ static void moving_shape(bool cross_flow) {
 int main() {
     kirchhoff();
     parallel_axes();
+    tail();
     moving_shape<Lumped<double>>(false);
     moving_shape<Strip<double>>(false);
     moving_shape<Strip<double>>(true);

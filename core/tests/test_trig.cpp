@@ -1,10 +1,9 @@
 /// Sine and cosine: known values, the standard library's, symmetries, and the same bits in every lane.
-#include "hypertuna/trig.hpp"
-
 #include <algorithm>
 #include <limits>
 
 #include "check.hpp"
+#include "hypertuna/trig.hpp"
 
 using namespace hypertuna;
 

@@ -1,9 +1,8 @@
 /// The water laws: coefficients and forces by hand, the strips' integral against fine quadrature, shedding against
 /// Lighthill's theory, and that water only ever takes energy.
-#include "hypertuna/water.hpp"
-
 #include "check.hpp"
 #include "fish.hpp"
+#include "hypertuna/water.hpp"
 
 using namespace hypertuna;
 
@@ -32,8 +31,21 @@ struct Plate {
 
     explicit Plate(bool cross_flow = false, double linear_normal = 0, double linear_tangential = 0) {
         const double density = 4 / pi;
-        const double row[] = {2, 0.5, 3, 7, density, 4, 8, 1, 0.25, 1, 2 * drag / (4 * density),
-                              2 * friction / (8 * density), linear_normal, linear_tangential, shedding};
+        const double row[] = {2,
+                              0.5,
+                              3,
+                              7,
+                              density,
+                              4,
+                              8,
+                              1,
+                              0.25,
+                              1,
+                              2 * drag / (4 * density),
+                              2 * friction / (8 * density),
+                              linear_normal,
+                              linear_tangential,
+                              shedding};
         Columns<double> in{row};
         const double rho = read_body(1, in, &link);
         water = read_water(1, in, &link, rho, cross_flow, &k);
@@ -117,7 +129,8 @@ static void only_dissipates() {
             CHECK(shed.t * v.t + shed.n * v.n <= 1e-14);
         }
     }
-    const Along<double> still = plate.water.drag(0, Along<double>{0, 0, 0}), calm = plate.water.shed(Along<double>{0, 0, 0});
+    const Along<double> still = plate.water.drag(0, Along<double>{0, 0, 0}),
+                        calm = plate.water.shed(Along<double>{0, 0, 0});
     CHECK(still.t == 0 && still.n == 0 && still.w == 0 && calm.t == 0 && calm.n == 0);
 }
 

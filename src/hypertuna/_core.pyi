@@ -8,11 +8,20 @@ from typing import Annotated
 import numpy
 from numpy.typing import NDArray
 
-
 class Model:
     """A robot in its water, ready for the core. Immutable."""
 
-    def __init__(self, *, law: str, cross_flow: bool, length: float, joint_group: Sequence[int], joint_share: Sequence[float], bandwidth: Sequence[float], columns: Mapping[str, Sequence[float]]) -> None:
+    def __init__(
+        self,
+        *,
+        law: str,
+        cross_flow: bool,
+        length: float,
+        joint_group: Sequence[int],
+        joint_share: Sequence[float],
+        bandwidth: Sequence[float],
+        columns: Mapping[str, Sequence[float]],
+    ) -> None:
         """
         Joint i sits at the front of link i; its group is -1 where it is rigid. `columns` holds the parameters after the gait's, by the names of `parameter_names`.
         """
@@ -39,31 +48,75 @@ def isas() -> list[str]:
 def lanes() -> int:
     """Gaits that one instruction serves."""
 
-def settle(model: Model, frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, steps: int, wait: int, most_beats: int, tolerance: float, threads: int) -> NDArray[numpy.float64]:
+def settle(
+    model: Model,
+    frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    steps: int,
+    wait: int,
+    most_beats: int,
+    threads: int,
+) -> NDArray[numpy.float64]:
     """
-    Settled beats of many gaits, one row each, columns as named by SETTLE_COLUMNS: by Newton's method, or (wait >= 0) by so many beats from rest.
+    Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method, or (wait >= 0) by so many beats from rest.
     """
 
-def gradient(model: Model, frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], momentum: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, steps: int, threads: int) -> NDArray[numpy.float64]:
+def gradient(
+    model: Model,
+    frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    momentum: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    steps: int,
+    threads: int,
+) -> NDArray[numpy.float64]:
     """
-    Derivatives of one beat of each gait from its momentum at the start: (gaits, GRADIENT_OUTPUTS, 3 + parameters), by that momentum and by the parameters.
+    Derivatives of one beat of each gait from its momentum at the start: (gaits, `gradient_outputs`, 3 + parameters), by that momentum and by the parameters.
     """
 
-SETTLE_COLUMNS: tuple = ...
+def settle_columns() -> list[str]:
+    """Names of the columns of `settle`."""
 
-GRADIENT_OUTPUTS: tuple = ...
+def gradient_outputs() -> list[str]:
+    """Names of the outputs of `gradient`."""
 
-def joint_motion(model: Model, *, frequency: float, amplitude: Sequence[float], phase: Sequence[float], bias: Sequence[float], clock: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+SETTLED_CHANGE: float = 1e-08
+
+def joint_motion(
+    model: Model,
+    *,
+    frequency: float,
+    amplitude: Sequence[float],
+    phase: Sequence[float],
+    bias: Sequence[float],
+    clock: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+) -> NDArray[numpy.float64]:
     """
     Angle, rate and acceleration of every joint (instants, links, 3) where 2 pi f t is `clock`.
     """
 
-def dynamics(model: Model, joints: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], twist: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> dict:
+def dynamics(
+    model: Model,
+    joints: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order="C", device="cpu", writable=False)],
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+) -> dict[str, NDArray[numpy.float64]]:
     """
     The equations of swimming at given states, joints (states, links, 3) and twist (states, 3): inertia (3, 3), momentum, acceleration, wrench of the water, joint torque, loss to the water and kinetic energy.
     """
 
-def advance(model: Model, joints: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], *, step: float, twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> dict:
+def advance(
+    model: Model,
+    joints: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order="C", device="cpu", writable=False)],
+    *,
+    step: float,
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+) -> dict[str, NDArray[numpy.float64]]:
     """
     Swim a joint motion, given at every half step (2 steps + 1, links, 3), from a twist and a pose: twist, pose, joint torque, loss to the water and kinetic energy at every step.
     """

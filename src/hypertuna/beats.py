@@ -112,7 +112,8 @@ def settle(
     return quantities(robot, frequency, rows)
 
 
-_COLUMN = {name: k for k, name in enumerate(_core.SETTLE_COLUMNS)}
+_COLUMNS = _core.settle_columns()
+_TWIST, _MOMENTUM, _MONODROMY = (_COLUMNS.index(name) for name in ("u", "p_x", "m_00"))
 
 
 def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
@@ -123,20 +124,18 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
     robot : Robot
     frequency : ndarray, shape (gaits,)
         Beat frequency [Hz].
-    rows : ndarray, shape (gaits, len(_core.SETTLE_COLUMNS))
+    rows : ndarray, shape (gaits, len(_core.settle_columns()))
 
     Returns
     -------
     dict
         As `settle`.
     """
-    row = {name: rows[:, k] for name, k in _COLUMN.items()}
+    row = dict(zip(_COLUMNS, rows.T[:_TWIST], strict=False))
     length, mass = robot.body.length, robot.body.mass
     chord = np.hypot(row["displacement_x"], row["displacement_y"])
     speed = np.copysign(metrics.mean_speed(chord, row["turn"], 1 / frequency), row["advance"])
-    start, matrix = _COLUMN["u"], _COLUMN["m_00"]
-    monodromy = rows[:, matrix : matrix + 9].reshape(-1, 3, 3)
-    multipliers = _multipliers(monodromy)
+    multipliers = _multipliers(rows[:, _MONODROMY : _MONODROMY + 9].reshape(-1, 3, 3))
     radius = np.abs(multipliers).max(axis=1)
     return {
         "speed": speed,
@@ -156,8 +155,8 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
         "change": row["residual"],
         "beats": row["beats"],
         "status": _status(row, speed, radius),
-        "twist": rows[:, start : start + 3],
-        "momentum": rows[:, start + 3 : start + 6],
+        "twist": rows[:, _TWIST : _TWIST + 3],
+        "momentum": rows[:, _MOMENTUM : _MOMENTUM + 3],
         "multipliers": multipliers,
         "displacement": rows[:, :3],
     }
@@ -209,12 +208,13 @@ def _status(row: dict[str, Array], speed: Array, spectral_radius: Array) -> NDAr
 
 def _multipliers(monodromy: Array) -> NDArray[np.complex128]:
     """Eigenvalues of each matrix; not numbers for a matrix that has none."""
-    finite = np.isfinite(monodromy).all(axis=(1, 2))
-    if finite.all():
+    try:
         return np.linalg.eigvals(monodromy).astype(np.complex128)
-    multipliers = np.full((len(monodromy), 3), np.nan, dtype=np.complex128)
-    multipliers[finite] = np.linalg.eigvals(monodromy[finite])
-    return multipliers
+    except np.linalg.LinAlgError:  # some are not finite
+        finite = np.isfinite(monodromy).all(axis=(1, 2))
+        multipliers = np.full((len(monodromy), 3), np.nan, dtype=np.complex128)
+        multipliers[finite] = np.linalg.eigvals(monodromy[finite])
+        return multipliers
 
 
 def _towed_power(robot: Robot, speed: Array) -> Array:

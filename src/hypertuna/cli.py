@@ -54,8 +54,8 @@ def main() -> None:
         print(f"error: {error}", file=sys.stderr)
         code = 2
     except UsageError as error:
-        sentence = error.format_message()
-        print(f"error: {sentence} See `hypertuna --help`.", file=sys.stderr)
+        if sentence := error.format_message():  # without one, the help was printed
+            print(f"error: {sentence} See `hypertuna --help`.", file=sys.stderr)
         code = 2
     except BrokenPipeError:  # whoever read the output has stopped
         sys.stderr.close()

@@ -27,7 +27,7 @@ from hypertuna.console import (
 from hypertuna.description import Robot, load
 from hypertuna.drawing import save
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait, check_gait, named_gait
+from hypertuna.gait import Gait, named_gait
 from hypertuna.plots import plot_sweep, plot_swim
 from hypertuna.results import provenance, write_atomically, write_netcdf
 from hypertuna.sweep import Gaits, sweep
@@ -37,6 +37,7 @@ __all__ = ["sweep_command", "swim_command"]
 
 GROUP = "one value per joint group, separated by commas"
 RANGE = "A value or a range start:stop:count"
+STRAIGHT = 1e3  # a turning radius of so many body lengths is not shown on the terminal
 ROWS = 40  # gaits of a sweep that the terminal shows one by one
 
 Name = Annotated[str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")]
@@ -60,6 +61,14 @@ SHOWN = (
     ("turn_rate_rad_s", "turn_rate", "rate of turn, counter-clockwise", "rad/s"),
     ("turn_radius_m", "turn_radius", "turning radius", "m"),
 )
+# What a sweep's table shows of them.
+COLUMNS = {
+    "speed_m_s": "speed\n[m/s]",
+    "speed_bl_s": "\n[BL/s]",
+    "mechanical_power_w": "power\n[W]",
+    "cost_of_transport_j_per_kg_m": "COT\n[J/(kg m)]",
+    "strouhal": "St\n",
+}
 MORE = (
     ("mechanical_power_positive_w", "power_positive"),
     ("cost_of_transport_positive_j_per_kg_m", "cost_of_transport_positive"),
@@ -95,7 +104,7 @@ def swim_command(
     fish = load(robot).using(joints=joints, areas=areas, water=water)
     done = swim(
         fish,
-        _gait(fish, _axes(fish, gait, {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias})),
+        _gait(_axes(fish, gait, {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias})),
         from_rest=None if from_rest is None else number(from_rest, "from_rest", "seconds"),
         steps=whole_number(steps, "steps"),
         current=(0.0, 0.0) if current is None else _pair(current),
@@ -145,7 +154,7 @@ def sweep_command(
     axes = _axes(fish, gait, {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}, ranges)
     workers = None if threads is None else whole_number(threads, "threads")
     with progress_bar("swimming") as progress:
-        found = sweep(fish, _grid(fish, axes), threads=workers, steps=whole_number(steps, "steps"), progress=progress)
+        found = sweep(fish, _grid(axes), threads=workers, steps=whole_number(steps, "steps"), progress=progress)
     if plot is not None:
         save(plot_sweep(found), plot)
     if output is not None and kind == ".nc":
@@ -174,7 +183,8 @@ def _axes(
     read: Callable[[str, str, str], list[tuple[float, ...]]] = _one,
 ) -> dict[str, list[tuple[float, ...]]]:
     """Read the values of frequency [Hz], amplitude, phase and bias [deg]; what is not given comes from a named gait."""
-    axes = {"bias": [(0.0,) * len(robot.joints)]}
+    groups = len(robot.joints)
+    axes = {"bias": [(0.0,) * groups]}
     if name is not None:
         known = named_gait(robot, name)
         axes["frequency"] = [(known.frequency,)]
@@ -184,26 +194,33 @@ def _axes(
             unit = "Hz" if key == "frequency" else "degrees"
             several = [texts] if isinstance(texts, str) else texts
             axes[key] = [value for text in several for value in read(text, key, unit)]
+            _check_count(robot, key, axes[key], 1 if key == "frequency" else groups)
         elif key not in axes:
             raise InputError("is missing", key=f"--{key}", fix="give it, or a gait of the robot's file with --gait")
-    if any(len(value) != 1 for value in axes["frequency"]):
-        raise InputError("must be one number", key="frequency", value=str(given["frequency"]), fix="give it in Hz")
     return axes
 
 
-def _gait(robot: Robot, axes: dict[str, list[tuple[float, ...]]]) -> Gait:
+def _check_count(robot: Robot, key: str, values: list[tuple[float, ...]], count: int) -> None:
+    """Check that there is one frequency, and one angle per joint group."""
+    for value in values:
+        if len(value) != count:
+            groups = ", ".join(group.name for group in robot.joints)
+            rule = "must be one value" if key == "frequency" else f"must be {count} values, for joint groups {groups}"
+            given = f"{len(value)}: {', '.join(f'{x:g}' for x in value)}"
+            raise InputError(rule, key=f"--{key}", value=given, fix=f"give {count}, separated by commas")
+
+
+def _gait(axes: dict[str, list[tuple[float, ...]]]) -> Gait:
     """Make the one gait that the options describe."""
     amplitude, phase, bias = (axes[key][0] for key in ("amplitude", "phase", "bias"))
-    gait = Gait.from_degrees(frequency=axes["frequency"][0][0], amplitude=amplitude, phase=phase, bias=bias)
-    check_gait(gait, robot)
-    return gait
+    return Gait.from_degrees(frequency=axes["frequency"][0][0], amplitude=amplitude, phase=phase, bias=bias)
 
 
-def _grid(robot: Robot, axes: dict[str, list[tuple[float, ...]]]) -> Gaits:
+def _grid(axes: dict[str, list[tuple[float, ...]]]) -> Gaits:
     """Make every combination of the options; each value is checked in degrees first."""
     for key, values in axes.items():
         for value in values:
-            _gait(robot, axes | {key: [value]})
+            _gait(axes | {key: [value]})
     angles = {key: np.radians(axes[key]).tolist() for key in ("amplitude", "phase", "bias")}
     return Gaits.grid(frequency=[value[0] for value in axes["frequency"]], **angles)
 
@@ -242,7 +259,7 @@ def _print_swim(done: Swim) -> None:
     table.add_column(style="dim")
     table.add_column(justify="right", style="bold")
     table.add_column()
-    turning = np.isfinite(done.turn_radius)
+    turning = done.turn_radius < STRAIGHT * done.robot.body.length
     for _, attribute, label, unit in SHOWN:
         if turning or not attribute.startswith("turn"):
             table.add_row(label, f"{getattr(done, attribute):.4g}", Text(unit))
@@ -302,16 +319,16 @@ def _print_sweep(found: xr.Dataset) -> None:
         rows = {int(fastest): "fastest", int(frugal): "least cost of transport"}
     varying = [name for name in columns if name.endswith(("_hz", "_deg")) and np.ptp(columns[name]) > 0]
     labels = {name: name.removesuffix("_deg").replace("_", " ") + "\n[deg]" for name in varying}
-    labels |= {"frequency_hz": "frequency\n[Hz]"}
-    labels |= {name: f"{label}\n[{unit}]" if unit else f"{label}\n" for name, _, label, unit in SHOWN[:5]}
-    names = [*varying, *(name for name, *_ in SHOWN[:5])]
+    turns = {"turn_radius_m": "radius\n[m]"} if np.isfinite(columns["turn_radius_m"]).any() else {}
+    labels |= {"frequency_hz": "f\n[Hz]"} | COLUMNS | turns
+    names = [*varying, *COLUMNS, *turns]
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in names:
         table.add_column(Text(labels[name], justify="right"), justify="right")
-    table.add_column("\nstatus")
+    table.add_column("\nstatus", no_wrap=True)
     table.add_column()
     for k, remark in rows.items():
-        table.add_row(*(f"{columns[name][k]:.4g}" for name in names), columns["status"][k], remark)
+        table.add_row(*(f"{columns[name][k]:.3g}" for name in names), columns["status"][k], remark)
     console = Console()
     console.print(Text(f"{len(settled)} gaits of {found.attrs['robot']}, {settled.sum()} settled", style="bold"))
     console.print(table)

@@ -20,6 +20,11 @@ __all__ = [
 Array = NDArray[np.float64]
 
 
+def _numbers(values: ArrayLike) -> Array:
+    """Take anything that NumPy takes."""
+    return np.asarray(values, dtype=np.float64)
+
+
 def mean_speed(chord: ArrayLike, turn: ArrayLike, period: ArrayLike) -> Array:
     """Return the speed along the mean path of a beat.
 
@@ -40,7 +45,9 @@ def mean_speed(chord: ArrayLike, turn: ArrayLike, period: ArrayLike) -> Array:
     ndarray
         chord / T (turn / 2) / sin(turn / 2) [m/s].
     """
-    return np.asarray(chord) / np.sinc(np.asarray(turn) / (2 * np.pi)) / np.asarray(period)
+    half = _numbers(turn) / 2
+    bend = np.divide(half, np.sin(half), out=np.ones_like(half), where=half != 0)
+    return _numbers(_numbers(chord) * bend / _numbers(period))
 
 
 def body_lengths_per_second(speed: ArrayLike, length: ArrayLike) -> Array:
@@ -58,7 +65,7 @@ def body_lengths_per_second(speed: ArrayLike, length: ArrayLike) -> Array:
     ndarray
         Speed [1/s].
     """
-    return np.asarray(speed) / np.asarray(length)
+    return _numbers(speed) / _numbers(length)
 
 
 def cost_of_transport(power: ArrayLike, mass: ArrayLike, speed: ArrayLike) -> Array:
@@ -79,7 +86,7 @@ def cost_of_transport(power: ArrayLike, mass: ArrayLike, speed: ArrayLike) -> Ar
         Cost of transport [J/(kg m)]; infinite at rest.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(power) / (np.asarray(mass) * np.abs(speed))
+        return _numbers(power) / (_numbers(mass) * np.abs(_numbers(speed)))
 
 
 def strouhal(frequency: ArrayLike, excursion: ArrayLike, speed: ArrayLike) -> Array:
@@ -100,7 +107,7 @@ def strouhal(frequency: ArrayLike, excursion: ArrayLike, speed: ArrayLike) -> Ar
         Strouhal number; infinite at rest.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(frequency) * np.asarray(excursion) / np.abs(speed)
+        return _numbers(frequency) * _numbers(excursion) / np.abs(_numbers(speed))
 
 
 def stride_length(speed: ArrayLike, frequency: ArrayLike, length: ArrayLike) -> Array:
@@ -120,7 +127,7 @@ def stride_length(speed: ArrayLike, frequency: ArrayLike, length: ArrayLike) -> 
     ndarray
         Stride length.
     """
-    return np.asarray(speed) / (np.asarray(frequency) * np.asarray(length))
+    return _numbers(speed) / (_numbers(frequency) * _numbers(length))
 
 
 def efficiency(towed_power: ArrayLike, power: ArrayLike) -> Array:
@@ -141,6 +148,6 @@ def efficiency(towed_power: ArrayLike, power: ArrayLike) -> Array:
     ndarray
         Efficiency; not a number where no power is spent.
     """
-    power = np.asarray(power, dtype=np.float64)
+    power = _numbers(power)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(power > 0, np.asarray(towed_power) / power, np.nan)
+        return np.where(power > 0, _numbers(towed_power) / power, np.nan)

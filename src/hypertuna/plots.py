@@ -76,7 +76,7 @@ def plot_sweep(found: xr.Dataset, *, width: float = WIDTH) -> Figure:
     -------
     matplotlib.figure.Figure
         Against frequency with one line for each phase, or against phase where there is only one frequency; one row
-        for each amplitude. Gaits that are not settled are left out.
+        for each amplitude; the turning radius beside them where gaits turn. Gaits that are not settled are left out.
 
     Raises
     ------
@@ -98,11 +98,13 @@ def plot_sweep(found: xr.Dataset, *, width: float = WIDTH) -> Figure:
     amplitudes = _levels(found, "amplitude")[1]
     rows = len(amplitudes)
     figure = Figure(figsize=(width, 0.75 + (0.36 if width < WIDTH else 0.29) * width * rows), layout="constrained")
-    panels = figure.subplots(rows, 2, sharex=True, sharey="col", squeeze=False)
+    quantities = {"speed": "speed [m/s]", "cost_of_transport": "cost of transport\n[J/(kg m)]"}
+    if np.isfinite(found.turn_radius).any():
+        quantities["turn_radius"] = "turning radius [m]"
+    panels = figure.subplots(rows, len(quantities), sharex=True, sharey="col", squeeze=False)
     colors = sequence(len(names))
-    quantities = (("speed", "speed [m/s]"), ("cost_of_transport", "cost of transport\n[J/(kg m)]"))
     for row, amplitude in enumerate(amplitudes):
-        for axes, (quantity, label) in zip(panels[row], quantities, strict=True):
+        for axes, (quantity, label) in zip(panels[row], quantities.items(), strict=True):
             values = found[quantity].isel(amplitude=row).transpose(along, across).values
             for k, name in enumerate(names):
                 axes.plot(x, values[:, k], color=colors[k], marker=SHAPES[k % len(SHAPES)], **POINTS, label=name)

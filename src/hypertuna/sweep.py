@@ -256,7 +256,7 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
             "must settle to have derivatives", key="gait", value=status, fix="look at hypertuna.swim of it"
         )
     rows = _core.gradient(core_model(robot), *arrays, found["momentum"].copy(), steps=steps, threads=1)[0]
-    outputs = {name: rows[k] for k, name in enumerate(_core.GRADIENT_OUTPUTS)}
+    outputs = {name: rows[k] for k, name in enumerate(_core.gradient_outputs())}
     end = np.stack([outputs.pop(name) for name in ("end_p_x", "end_p_y", "end_l")])
     start = np.linalg.solve(np.eye(3) - end[:, :3], end[:, 3:])
     total = {name: row[3:] + row[:3] @ start for name, row in outputs.items()}

@@ -210,7 +210,7 @@ def _trajectory(
     """Integrate the gait over so many beats from a twist."""
     count = round(beats * steps)
     step = 1 / (gait.frequency * steps)
-    clock = np.pi / steps * (np.arange(2 * count + 1) % (2 * steps))
+    clock: Array = np.pi / steps * (np.arange(2 * count + 1, dtype=np.float64) % (2 * steps))
     model = core_model(robot)
     joints = _core.joint_motion(
         model,
@@ -221,4 +221,4 @@ def _trajectory(
         clock=clock,
     )
     motion = _core.advance(model, joints, step=step, twist=start, pose=np.zeros(3))
-    return trajectory(robot, step * np.arange(count + 1), joints[::2], motion, current=current)
+    return trajectory(robot, step * np.arange(count + 1, dtype=np.float64), joints[::2], motion, current=current)

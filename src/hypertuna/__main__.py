@@ -1,0 +1,5 @@
+"""`python -m hypertuna` is the program `hypertuna`."""
+
+from hypertuna.cli import main
+
+main()

@@ -1,0 +1,234 @@
+"""The program: what it prints and writes, and what it says of bad input."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hypertuna as ht
+from hypertuna import _core
+from hypertuna.cli import main
+from hypertuna.console import number_list, plain, progress_bar, ranges
+from hypertuna.results import version
+
+Run = Callable[..., tuple[int, str, str]]
+FAST = ("--frequency", "6", "--amplitude", "16,25", "--phase", "0,40")
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run `hypertuna` with arguments: exit code, output, errors."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
+        with pytest.raises(SystemExit) as exit_:
+            main()
+        code = exit_.value.code
+        assert isinstance(code, int) or code is None
+        return code or 0, *capsys.readouterr()
+
+    return call
+
+
+def strict(text: str) -> dict[str, object]:
+    """Read JSON that has no NaN or infinity."""
+
+    def refuse(name: str) -> None:
+        raise AssertionError(f"{name} is not JSON")
+
+    value = json.loads(text, parse_constant=refuse)
+    assert isinstance(value, dict)
+    return value
+
+
+def test_swim_says_what_the_function_computes(run: Run) -> None:
+    code, output, _ = run("swim", "--robot", "hypertuna", *FAST, "--json")
+    told = strict(output)
+    swim = ht.swim(ht.load("hypertuna"), ht.Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 40)))
+    assert code == 0
+    assert told["speed_m_s"] == swim.speed
+    assert told["speed_bl_s"] == swim.speed_bl
+    assert told["mechanical_power_w"] == swim.power
+    assert told["cost_of_transport_j_per_kg_m"] == swim.cost_of_transport
+    assert told["strouhal"] == swim.strouhal
+    assert told["stride_length"] == swim.stride_length
+    assert told["spectral_radius"] == swim.spectral_radius
+    assert (told["status"], told["settled"], told["beats"]) == ("settled", True, swim.beats)
+    assert told["status_text"] == swim.status_text
+    assert told["turn_radius_m"] is None  # infinite
+    code, output, _ = run("swim", "--robot", "hypertuna", *FAST)
+    assert code == 0
+    assert f"{swim.speed:.4g}  m/s" in output
+    assert swim.status_text in output
+
+
+def test_swim_chooses_the_model(run: Run) -> None:
+    def speed(*options: str) -> object:
+        return strict(run("swim", "--robot", "hypertuna", "--gait", "unoptimised-max", "--json", *options)[1])[
+            "speed_m_s"
+        ]
+
+    fish = ht.load("hypertuna")
+    gait = fish.gaits["unoptimised-max"]
+    for choice in ({"joints": "ideal"}, {"areas": "as-printed"}, {"water": "strip"}):
+        options = [part for key, value in choice.items() for part in (f"--{key}", value)]
+        assert (
+            speed(*options) == ht.swim(fish.using(**choice), ht.Gait(gait.frequency, gait.amplitude, gait.phase)).speed
+        )
+    changed = ht.swim(fish, ht.Gait(3.0, gait.amplitude, gait.phase))
+    assert speed("--frequency", "3") == pytest.approx(changed.speed, rel=1e-9)
+    assert speed("--bias", "5,5") != speed()
+
+
+def test_swim_from_rest_is_unsettled_when_short(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "rest.nc"
+    arguments = ("--from-rest", "2", "--current", "0.1,0", "-o", str(file))
+    code, output, _ = run("swim", "--robot", "hypertuna", *FAST, *arguments, "--json")
+    told = strict(output)
+    assert (code, told["status"], told["settled"]) == (1, "unsettled", False)
+    with xr.open_dataset(file) as motion:
+        assert motion.time[-1] == pytest.approx(2)
+        assert motion.x.attrs["units"] == "m"
+        assert motion.attrs["speed_m_s"] == told["speed_m_s"]
+        assert motion.attrs["command"].startswith("hypertuna swim --robot hypertuna --frequency 6")
+        assert motion.attrs["robot_hash"] == ht.load("hypertuna").hash
+
+
+@pytest.mark.parametrize("robot", ["hypertuna", "rexeel"])
+def test_sweep_gives_every_gait(run: Run, robot: str, tmp_path: Path) -> None:
+    fish = ht.load(robot)
+    lags = ",".join(f"{math.degrees(p):g}" for p in next(iter(fish.gaits.values())).phase[:-1])
+    amplitudes = (",".join(["10"] * len(fish.joints)), ",".join(["5"] * len(fish.joints)))
+    grid = (
+        "--frequency",
+        "0.5:1:3",
+        "--phase",
+        f"{lags},0:90:4",
+        "--amplitude",
+        amplitudes[0],
+        "--amplitude",
+        amplitudes[1],
+    )
+    table = tmp_path / "sweep.csv"
+    code, output, _ = run("sweep", "--robot", robot, *grid, "-o", str(table), "--json")
+    gaits = strict(output)["gaits"]
+    assert isinstance(gaits, list)
+    assert (code, len(gaits)) == (0, 3 * 4 * 2)
+    last = fish.joints[-1].name
+    for told in gaits[::5]:
+        angles = {
+            key: [told[f"{key}_{group.name}_deg"] for group in fish.joints] for key in ("amplitude", "phase", "bias")
+        }
+        swim = ht.swim(fish, ht.Gait.from_degrees(frequency=told["frequency_hz"], **angles))
+        assert told["speed_m_s"] == pytest.approx(swim.speed, rel=1e-9)
+        assert told["status"] == swim.status
+    lines = [line for line in table.read_text().splitlines() if not line.startswith("#")]
+    assert len(lines) == 1 + len(gaits)
+    assert dict(zip(lines[0].split(","), lines[-1].split(","), strict=True))[f"phase_{last}_deg"] == "90.0"
+    file = tmp_path / "sweep.nc"
+    assert run("sweep", "--robot", robot, *grid, "-o", str(file))[0] == 0
+    with xr.open_dataset(file) as found:
+        assert found.speed.values.ravel() == pytest.approx([told["speed_m_s"] for told in gaits], rel=1e-12)
+
+
+def test_sweep_of_many_shows_the_best(run: Run) -> None:
+    arguments = ("--frequency", "1:6:6", "--amplitude", "16,25", "--phase", "0,0:100:11")
+    _, output, _ = run("sweep", "--robot", "hypertuna", *arguments)
+    told = strict(run("sweep", "--robot", "hypertuna", *arguments, "--json")[1])["gaits"]
+    assert isinstance(told, list)
+    best = max(gait["speed_m_s"] for gait in told)
+    (line,) = [line for line in output.splitlines() if "fastest" in line]
+    assert f" {best:.3g} " in line
+    assert len(output.splitlines()) < 10
+
+
+def test_version(run: Run) -> None:
+    _, output, _ = run("version")
+    assert version() in output
+    assert _core.isa() in output
+    assert strict(run("version", "--json")[1])["isas"] == _core.isas()
+
+
+SWIM = ("swim", "--robot", "hypertuna")
+BAD = {
+    "no number": ((*SWIM, "--frequency", "six", *FAST[2:]), "frequency must be a number, but is 'six'"),
+    "no finite number": ((*SWIM, "--frequency", "nan", *FAST[2:]), "frequency must be a finite number, but is nan"),
+    "frequency 0": ((*SWIM, "--frequency", "0", *FAST[2:]), "frequency must be greater than 0, but is 0"),
+    "negative amplitude": ((*SWIM, *FAST[:2], "--amplitude", "16,-1", *FAST[4:]), "amplitude[1] must not be negative"),
+    "too few": ((*SWIM, *FAST[:2], "--amplitude", "16", *FAST[4:]), "--amplitude must be 2 values"),
+    "too many": ((*SWIM, *FAST, "--bias", "1,2,3"), "--bias must be 2 values"),
+    "missing": ((*SWIM, *FAST[:4]), "--phase is missing"),
+    "robot": (("swim", "--robot", "hypertun", *FAST), "robots/hypertun.toml does not exist: did you mean hypertuna?"),
+    "gait": ((*SWIM, "--gait", "turnin"), "did you mean turning?"),
+    "joints": ((*SWIM, *FAST, "--joints", "idle"), "model.joints must be 'ideal' or 'bandwidth', but is 'idle'"),
+    "steps": ((*SWIM, *FAST, "--steps", "2.5"), "steps must be a whole number, but is '2.5'"),
+    "current": ((*SWIM, *FAST, "--current", "1"), "current must be two numbers, but is 1"),
+    "plot": ((*SWIM, *FAST, "--plot", "fish.jpg"), "--plot must end in .svg, .png, .pdf or .gif"),
+    "folder": ((*SWIM, *FAST, "-o", "missing/fish.nc"), "--output must be in a folder that exists"),
+    "option": ((*SWIM, *FAST, "--speed", "1"), "No such option: --speed"),
+    "command": (("swin",), "No such command 'swin'"),
+    "range": (("sweep", *SWIM[1:], "--frequency", "1:6", *FAST[2:]), "frequency must be a number or start:stop:count"),
+    "count": (("sweep", *SWIM[1:], "--frequency", "1:6:0", *FAST[2:]), "frequency's count must be from 1 to "),
+    "one point": (("sweep", *SWIM[1:], *FAST, "--plot", "sweep.svg"), "plot must show several frequencies or phases"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "sentence"), BAD.values(), ids=BAD.keys())
+def test_bad_input_is_one_sentence(
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, arguments: tuple[str, ...], sentence: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, output, errors = run(*arguments)
+    assert code == 2
+    assert output == ""
+    assert errors.startswith("error: ")
+    assert sentence in errors
+    assert errors.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("option", ["--plot", "-o"])
+def test_an_output_that_cannot_be_written_leaves_nothing(run: Run, tmp_path: Path, option: str) -> None:
+    target = tmp_path / ("fish.svg" if option == "--plot" else "fish.nc")
+    target.mkdir()  # a folder stands where the file should
+    code, _, errors = run("swim", "--robot", "hypertuna", *FAST, option, str(target))
+    assert code == 2
+    assert errors.startswith("error: ")
+    assert [path.name for path in tmp_path.iterdir()] == [target.name]
+
+
+def test_help_names_every_command() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "hypertuna", "--help"],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"COLUMNS": "200"},
+        check=True,
+    )
+    assert all(name in done.stdout for name in ("swim", "sweep", "replay", "reproduce", "robot", "version"))
+
+
+def test_ranges_and_lists() -> None:
+    assert ranges("0,0:180:3", "phase", "deg") == [(0, 0), (0, 90), (0, 180)]
+    assert ranges("1:2:2,3:4:2", "phase", "deg") == [(1, 3), (1, 4), (2, 3), (2, 4)]
+    assert number_list("1,-2.5", "bias", "deg") == (1, -2.5)
+
+
+def test_plain_values_are_strict_json() -> None:
+    value = {"a": np.float64("nan"), "b": np.array([1.0, np.inf]), "c": (np.int64(3), True, None, "x")}
+    assert plain(value) == {"a": None, "b": [1.0, None], "c": [3, True, None, "x"]}
+
+
+def test_progress_is_not_written_into_files(capsys: pytest.CaptureFixture[str]) -> None:
+    with progress_bar("working") as report:
+        report(1, 2)
+        report(2, 2)
+    assert capsys.readouterr() == ("", "")

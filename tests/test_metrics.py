@@ -1,0 +1,52 @@
+"""Metrics against numbers worked out by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from hypertuna import metrics
+
+
+def test_speed_of_a_straight_path_is_its_length_over_time() -> None:
+    assert metrics.mean_speed(0.3, 0.0, 0.5) == pytest.approx(0.6)
+
+
+def test_speed_of_a_turning_path_is_the_arc_over_time() -> None:
+    """A quarter of a circle of radius 2 m in 4 s: chord 2 sqrt 2, arc pi."""
+    assert metrics.mean_speed(2 * math.sqrt(2), math.pi / 2, 4.0) == pytest.approx(math.pi / 4)
+    assert metrics.mean_speed(2 * math.sqrt(2), -math.pi / 2, 4.0) == pytest.approx(math.pi / 4)
+
+
+def test_body_lengths() -> None:
+    assert metrics.body_lengths_per_second(0.56, 0.52) == pytest.approx(1.08, abs=0.005)  # section III.D of the paper
+
+
+def test_cost_of_transport() -> None:
+    # 12.15 J/(kg m), 3.3 kg and 0.56 m/s of the paper are 22.45 W
+    assert metrics.cost_of_transport(22.45, 3.3, 0.56) == pytest.approx(12.15, abs=0.005)
+    assert metrics.cost_of_transport(22.45, 3.3, -0.56) == pytest.approx(12.15, abs=0.005)  # backward costs too
+    assert metrics.cost_of_transport(1.0, 3.3, 0.0) == math.inf
+
+
+def test_strouhal() -> None:
+    assert metrics.strouhal(2.0, 0.1, 0.5) == pytest.approx(0.4)
+    assert metrics.strouhal(2.0, 0.1, -0.5) == pytest.approx(0.4)
+    assert metrics.strouhal(2.0, 0.1, 0.0) == math.inf
+
+
+def test_stride_length() -> None:
+    assert metrics.stride_length(0.5, 2.0, 0.5) == pytest.approx(0.5)
+
+
+def test_efficiency() -> None:
+    assert metrics.efficiency(0.5, 2.0) == pytest.approx(0.25)
+    assert np.isnan(metrics.efficiency(0.5, 0.0))
+    assert np.isnan(metrics.efficiency(0.5, -1.0))
+
+
+def test_arguments_broadcast() -> None:
+    speed, mass = np.array([1.0, 2.0]), np.array([[1.0], [4.0]])
+    np.testing.assert_allclose(metrics.cost_of_transport(8.0, mass, speed), [[8.0, 4.0], [2.0, 1.0]])
