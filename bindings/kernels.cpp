@@ -54,7 +54,7 @@ void store(const Settled<Real>& s, const Twist<Real>& xi, int k, double* row) {
     const auto& m = s.monodromy.a;
     const Real values[column::count] = {
         s.beat.displacement.x, s.beat.displacement.y, s.beat.displacement.heading,
-        s.beat.power, s.beat.power_positive, s.beat.loss, s.beat.excursion, s.beat.radius, s.beat.advance,
+        s.beat.power, s.beat.power_positive, s.beat.loss, s.beat.excursion, s.beat.arc, s.beat.radius, s.beat.advance,
         s.residual, s.beats, xi.x, xi.y, xi.z, s.start.x, s.start.y, s.start.z,
         m[0][0], m[0][1], m[0][2], m[1][0], m[1][1], m[1][2], m[2][0], m[2][1], m[2][2]};
     for (int c = 0; c < column::count; ++c) row[c] = lane(values[c], k);
@@ -69,7 +69,7 @@ void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOption
         load_gaits(model, gaits, first, end, tank.parameters);
         tank.fill();
         const Real period = Real(1.0) / tank.frequency;
-        const Momentum<Real> rest = tank.table.momentum[0];
+        const Momentum<Real> rest{Real(0.0), Real(0.0), Real(0.0)};  // joints that set in cannot give momentum
         const Momentum<Real> brisk =
             brisk_start(tank.table, model.groups, tank.swings.data(), tank.frequency, length);
         const Settled<Real> s =
@@ -111,7 +111,7 @@ void gradient_of(const Model& model, const GaitBatch& gaits, int gait, const dou
         tank.fill();
         const Beat<Slope> b = measure_beat(tank.fish, tank.joints.data(), tank.table, Slope(Real(1.0)) / tank.frequency,
                                            start, tank.scratch);
-        const Slope* const outputs[output::count] = {&b.displacement.x, &b.displacement.y, &b.displacement.heading,
+        const Slope* const outputs[output::count] = {&b.arc,
                                                      &b.power, &b.power_positive, &b.loss,
                                                      &b.end.x, &b.end.y, &b.end.z};
         for (int o = 0; o < output::count; ++o)

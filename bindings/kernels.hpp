@@ -40,6 +40,7 @@ enum Column {
     power_positive,
     loss,
     excursion,
+    arc,
     radius,
     advance,
     residual,
@@ -50,16 +51,15 @@ enum Column {
     count = monodromy + 9
 };
 inline constexpr const char* names[count] = {
-    "displacement_x", "displacement_y", "turn", "power", "power_positive", "loss", "excursion", "radius", "advance",
+    "displacement_x", "displacement_y", "turn", "power", "power_positive", "loss", "excursion", "arc", "radius", "advance",
     "residual", "beats", "u", "v", "r", "p_x", "p_y", "l",
     "m_00", "m_01", "m_02", "m_10", "m_11", "m_12", "m_20", "m_21", "m_22"};
 }
 
 /// Outputs that have derivatives, in this order.
 namespace output {
-enum Output { displacement_x, displacement_y, turn, power, power_positive, loss, end_x, end_y, end_z, count };
-inline constexpr const char* names[count] = {"displacement_x", "displacement_y", "turn", "power", "power_positive",
-                                             "loss", "end_p_x", "end_p_y", "end_l"};
+enum Output { arc, power, power_positive, loss, end_x, end_y, end_z, count };
+inline constexpr const char* names[count] = {"arc", "power", "power_positive", "loss", "end_p_x", "end_p_y", "end_l"};
 }
 
 struct Kernel {

@@ -1,4 +1,4 @@
-"""Load a robot of your own, see what its speed hangs on, and follow the gradient to a faster gait."""
+"""Load a robot of your own, see what its speed depends on, and follow the gradient to a faster gait."""
 
 from dataclasses import replace
 from pathlib import Path

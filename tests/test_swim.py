@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.signal import resample
@@ -47,43 +48,41 @@ def oracle(robot: ht.Robot) -> tuple[Chain, Water]:
     return chain, Lumped(water.density, friction_area=friction, drag_area=drag, **columns)
 
 
-def oracle_gait(robot: ht.Robot, gait: ht.Gait) -> beats.Gait:
-    """The gait as the oracle takes it."""
+def oracle_gaits(robot: ht.Robot, gaits: list[ht.Gait]) -> beats.Gait:
+    """The gaits as the oracle takes them, all in one."""
     share = np.zeros((len(robot.joints), len(robot.links.name)))
     for g, group in enumerate(robot.joints):
         share[g, list(group.links)] = group.share
-    lag = robot.model.joints == "bandwidth"
-    bandwidth = {group.bandwidth for group in robot.joints} if lag else {np.inf}
-    (common,) = bandwidth  # the oracle has one for all groups
-    angles = (np.array(angle) for angle in (gait.amplitude, gait.phase, gait.bias))
-    return beats.Gait(np.array(gait.frequency), *angles, share, common or np.inf)
+    lags = robot.model.joints == "bandwidth"
+    (bandwidth,) = {group.bandwidth if lags else np.inf for group in robot.joints}  # the oracle has one for all groups
+    angles = (np.array([getattr(gait, name) for gait in gaits]) for name in ("amplitude", "phase", "bias"))
+    return beats.Gait(np.array([gait.frequency for gait in gaits]), *angles, share, bandwidth or np.inf)
 
 
-def check_against_oracle(robot: ht.Robot, gait: ht.Gait) -> None:
+def check_against_oracle(robot: ht.Robot, gaits: list[ht.Gait]) -> None:
     """From the settled beat's start the oracle swims the same beat: it closes there too, as far, at the same cost."""
-    swim = ht.swim(robot, gait)
-    assert swim.settled
-    chain, water = oracle(robot)
-    start = swim.trajectory.isel(time=0)
-    state = np.concatenate([np.zeros(3), [float(start[name]) for name in ("u", "v", "r")]])
-    states = beats.beat(chain, water, oracle_gait(robot, gait), state)
-    scale = robot.body.length * gait.frequency
+    swims = [ht.swim(robot, gait) for gait in gaits]
+    assert all(swim.settled for swim in swims)
+    starts = [[float(swim.trajectory[name][0]) for name in ("u", "v", "r")] for swim in swims]
+    ends = [[float(swim.trajectory[name][-1]) for name in ("x", "y", "heading")] for swim in swims]
+    (chain, water), same = oracle(robot), oracle_gaits(robot, gaits)
+    states = beats.beat(chain, water, same, np.pad(starts, ((0, 0), (3, 0))))
     # Both take 128 steps, in other variables: their errors differ, by 1e-5 at most (test_convergence.py).
-    np.testing.assert_allclose(beats.twist(states[-1]), beats.twist(states[0]), atol=1e-5 * scale, rtol=0)
-    end = swim.trajectory.isel(time=-1)
-    np.testing.assert_allclose(states[-1, :2], [float(end.x), float(end.y)], atol=1e-5 * robot.body.length, rtol=0)
-    power = beats.mean_power(chain, water, oracle_gait(robot, gait), states)
-    assert swim.power == pytest.approx(float(power), rel=1e-4)
-    if swim.turn_radius == math.inf:
-        assert swim.speed == pytest.approx(float(beats.speed(oracle_gait(robot, gait), states)), rel=1e-4)
+    scale = robot.body.length * np.array([[gait.frequency] for gait in gaits])
+    np.testing.assert_allclose(beats.twist(states[-1])[:, :2] / scale, beats.twist(states[0])[:, :2] / scale, atol=1e-5)
+    np.testing.assert_allclose(states[-1, :, :3], ends, atol=1e-5)
+    np.testing.assert_allclose([swim.power for swim in swims], beats.mean_power(chain, water, same, states), rtol=1e-4)
 
 
 @pytest.mark.parametrize("areas", ["consistent", "as-printed"])
 @pytest.mark.parametrize("joints", ["ideal", "bandwidth"])
 def test_the_published_gaits_against_the_oracle(tuna: ht.Robot, joints: str, areas: str) -> None:
     robot = tuna.using(joints=joints, areas=areas)
-    for name in PUBLISHED:
-        check_against_oracle(robot, named_gait(robot, name))
+    check_against_oracle(robot, [named_gait(robot, name) for name in (*PUBLISHED, "turning")])
+
+
+def test_every_model_against_the_oracle(every_model: ht.Robot) -> None:
+    check_against_oracle(every_model, [fastest(every_model), turning(every_model)])
 
 
 # Speeds [m/s] to five digits by the oracle's own search for the settled beat, which takes minutes.
@@ -100,11 +99,6 @@ def test_the_published_gaits_have_the_speeds_that_the_oracle_settles_at(
     robot = tuna.using(joints=joints)
     found = [ht.swim(robot, named_gait(robot, name)).speed for name in PUBLISHED]
     np.testing.assert_allclose(found, speeds, atol=0.5e-5, rtol=0)
-
-
-@pytest.mark.parametrize("gait_of", [fastest, turning])
-def test_every_model_against_the_oracle(every_model: ht.Robot, gait_of) -> None:
-    check_against_oracle(every_model, gait_of(every_model))
 
 
 # --- against waiting
@@ -132,7 +126,7 @@ def test_a_settled_gait_says_so(tuna: ht.Robot) -> None:
     assert swim.change < 1e-8
     assert abs(swim.multipliers[0]) == swim.spectral_radius < 1
     expected = rf"The gait is settled: every beat .* shrinks to {swim.spectral_radius:.3g} of itself each beat\."
-    assert pytest.importorskip("re").fullmatch(expected, swim.status_text)
+    assert re.fullmatch(expected, swim.status_text)
 
 
 def test_too_few_beats_are_unsettled(tuna: ht.Robot) -> None:
@@ -158,15 +152,15 @@ def test_a_gait_that_diverges_is_not_settled(from_rest: float | None) -> None:
 
 
 def test_a_straight_gait_may_be_unstable() -> None:
-    """With all of the reactive force at its tail HyperTuna's straight course is none that it would keep."""
-    robot = changed(MODELS["hypertuna-strip-shedding"], {"water.strip.tail_shedding": 1.0})
+    """With half of the reactive force at its tail HyperTuna's straight course is none that it would keep."""
+    robot = changed(MODELS["hypertuna-strip-shedding"], {"water.strip.tail_shedding": 0.5})
     gait = ht.Gait.from_degrees(frequency=6, amplitude=(2, 20), phase=(0, 70))
     straight = ht.swim(robot, gait)
     assert straight.status == "unstable"
     assert not straight.settled
     assert straight.spectral_radius > 1
     assert f"grows {straight.spectral_radius:.3g} times each beat" in straight.status_text
-    # A small bias is such a disturbance: the robot ends on a circle much tighter than the bias asks for.
+    # A tiny bias is such a disturbance: the robot ends on a circle, far from anything that the bias itself would do.
     gone = ht.sweep(robot, [replace(gait, bias=(0.0, 1e-6))], method="beats", beats=2000)
     assert abs(float(gone.turn_rate[0])) > 1e3 * 1e-6 * gait.frequency
 
@@ -191,8 +185,9 @@ def test_no_nan_is_settled() -> None:
 def test_a_bend_to_one_side_turns_to_that_side(every_model: ht.Robot) -> None:
     """Joints bent counter-clockwise hold the tail to the right of a robot that swims toward -x: it turns right."""
     to_right, to_left = (ht.swim(every_model, turning(every_model, bias)) for bias in (0.3, -0.3))
-    tail = float(to_right.trajectory.tail_y.mean() - to_right.trajectory.y.mean())
-    assert tail > 0
+    motion = to_right.trajectory
+    tail = ((motion.tail_x - motion.x) + 1j * (motion.tail_y - motion.y)) * np.exp(-1j * motion.heading)
+    assert float(tail.imag.mean()) > 0
     assert to_right.speed > 0
     assert to_right.turn_rate < 0 < to_left.turn_rate
     assert to_right.turn_rate == pytest.approx(-to_left.turn_rate, rel=1e-4)
@@ -237,8 +232,8 @@ def test_the_trajectory_moves_as_its_velocities_say(tuna: ht.Robot) -> None:
     swim = ht.swim(tuna, turning(tuna), steps=512, current=current)
     motion = swim.trajectory
     step = float(motion.time[1])
-    # Five-point differences err by h^4 / 30 of the fifth derivative, some (2 pi f)^4 of the velocities.
-    allowed = (2 * np.pi * swim.gait.frequency * step) ** 4
+    # Five-point differences err by h^4 / 30 of the fifth derivative where it exists, and by more at the drag's kinks.
+    allowed = 1e-6
     velocity = (motion.u + 1j * motion.v) * np.exp(1j * motion.heading) + current[0] + 1j * current[1]
     for path, rate in ((motion.x + 1j * motion.y, velocity), (motion.heading, motion.r)):
         p = path.values
@@ -348,6 +343,7 @@ def test_from_rest_reports_its_last_whole_beat(tuna: ht.Robot) -> None:
 
 
 @given(st.integers(1, 50), st.floats(0.1, 6.0))
+@example(1, 1.9)  # 1 / 1.9 * 1.9 is less than 1
 def test_so_many_periods_are_so_many_beats(count: int, frequency: float) -> None:
     """Rounding of n / f loses no beat."""
     robot = MODELS["hypertuna-lumped"]

@@ -107,7 +107,7 @@ def swimming_svg(swim: Swim) -> str:
     shapes, step = outlines(swim)
     scale = 1000
     reach = 1.7 * float(np.abs(shapes[..., 1]).max()) * scale
-    paths = ["M" + "L".join(f"{x * scale:.0f} {-y * scale:.0f}" for x, y in shape) + "z" for shape in shapes]
+    paths = ["M" + "L".join(f"{x * scale:.1f} {-y * scale:.1f}" for x, y in shape) + "z" for shape in shapes]
     seconds = f"{FRAMES * FRAME / 1000:g}s"
     specks = "".join(
         f'<circle cx="{x * scale:.0f}" cy="{-y * scale:.0f}" r="3.5"/>' for x, y in _specks(step, reach / scale)

@@ -101,8 +101,7 @@ def settle(
     -------
     dict
         `QUANTITIES` by name, each of shape (gaits,); ``status``, index into `STATUSES`; ``twist`` (gaits, 3) and
-        ``momentum`` (gaits, 3) at the start of the beat; ``multipliers`` (gaits, 3), eigenvalues of the monodromy;
-        ``displacement`` (gaits, 3) of the nose over the beat, x, y [m] and heading [rad].
+        ``momentum`` (gaits, 3) at the start of the beat; ``multipliers`` (gaits, 3), eigenvalues of the monodromy.
     """
     check_steps(steps)
     model = core_model(robot)
@@ -133,8 +132,7 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
     """
     row = dict(zip(_COLUMNS, rows.T[:_TWIST], strict=False))
     length, mass = robot.body.length, robot.body.mass
-    chord = np.hypot(row["displacement_x"], row["displacement_y"])
-    speed = np.copysign(metrics.mean_speed(chord, row["turn"], 1 / frequency), row["advance"])
+    speed = np.copysign(row["arc"] * frequency, row["advance"])
     multipliers = _multipliers(rows[:, _MONODROMY : _MONODROMY + 9].reshape(-1, 3, 3))
     radius = np.abs(multipliers).max(axis=1)
     return {
@@ -158,7 +156,6 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
         "twist": rows[:, _TWIST : _TWIST + 3],
         "momentum": rows[:, _MOMENTUM : _MOMENTUM + 3],
         "multipliers": multipliers,
-        "displacement": rows[:, :3],
     }
 
 

@@ -65,8 +65,8 @@ def _print(ledger: Ledger) -> None:
     console.print()
     for model, errors in ledger.summary["speeds"].items():
         console.print(
-            f"Eight speeds, {model}: rms error {errors['rms_relative_error']:.1%}, "
-            f"largest {errors['largest_relative_error']:.1%}.",
+            f"Eight speeds, {model}: rms error {100 * errors['rms_relative_error']:.1f} %, "
+            f"largest {100 * errors['largest_relative_error']:.1f} %.",
             highlight=False,
         )
     console.print(

@@ -25,29 +25,38 @@ def _numbers(values: ArrayLike) -> Array:
     return np.asarray(values, dtype=np.float64)
 
 
-def mean_speed(chord: ArrayLike, turn: ArrayLike, period: ArrayLike) -> Array:
+def mean_speed(x: ArrayLike, y: ArrayLike, turn: float, period: float) -> float:
     """Return the speed along the mean path of a beat.
 
-    The mean path of a settled beat is a circle (a straight line when the body does not turn): over a beat it runs
-    through an arc of which `chord` is the chord.
+    A settled beat turns the body about a point: the mean path is the circle around it at the nose's mean distance, or
+    a straight line when the body does not turn.
 
     Parameters
     ----------
-    chord : array_like
-        Distance between the nose's positions at the start and the end of a beat [m].
-    turn : array_like
-        Change of heading over the beat [rad].
-    period : array_like
+    x, y : array_like, shape (times,)
+        Positions of the nose at equal intervals over one beat, its start and its end included [m].
+    turn : float
+        Change of heading over the beat [rad], counter-clockwise, less than half a circle.
+    period : float
         Duration of the beat [s].
 
     Returns
     -------
-    ndarray
-        chord / T (turn / 2) / sin(turn / 2) [m/s].
+    float
+        Length of the mean path over the period [m/s].
     """
-    half = _numbers(turn) / 2
-    bend = np.divide(half, np.sin(half), out=np.ones_like(half), where=half != 0)
-    return _numbers(_numbers(chord) * bend / _numbers(period))
+    points = (_numbers(x) - _numbers(x)[0]) + 1j * (_numbers(y) - _numbers(y)[0])
+    chord, half = abs(points[-1]), turn / 2
+    if chord == 0:
+        return 0.0
+    # The chord subtends the turn at the center, which lies to the left for a counter-clockwise turn: the circle
+    # through the first point has curvature 2 sin(half) / chord and leaves it along the chord turned back by half.
+    curvature = 2 * np.sin(half) / chord
+    left = points / (points[-1] / chord * np.exp(-1j * half))
+    gap = 2 * left.imag - curvature * np.abs(points) ** 2
+    offset = gap / (1 + np.sqrt(1 - curvature * gap))
+    arc = chord * (half / np.sin(half) if half else 1.0) * (1 - curvature * offset[:-1].mean())
+    return float(arc / period)
 
 
 def body_lengths_per_second(speed: ArrayLike, length: ArrayLike) -> Array:

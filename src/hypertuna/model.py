@@ -6,10 +6,13 @@ import math
 import weakref
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hypertuna import _core
 from hypertuna.description import Robot
 
-__all__ = ["core_model", "parameter_names"]
+__all__ = ["core_model", "parameter_names", "twist_from_rest"]
 
 _models: dict[int, _core.Model] = {}
 
@@ -58,6 +61,24 @@ def parameter_names(robot: Robot) -> tuple[str, ...]:
         return areas.get(column, f"{tables.get(column, law)}.{column}") + bracket + index
 
     return tuple(full(name) for name in core_model(robot).parameter_names())
+
+
+def twist_from_rest(robot: Robot, joints: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the motion of a robot at rest whose joints set in: its momentum P = M xi + b is still zero.
+
+    Parameters
+    ----------
+    robot : Robot
+    joints : ndarray, shape (links, 3)
+        Angle [rad], rate [rad/s] and acceleration [rad/s^2] of the joint at the front of every link.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Twist xi = -M^-1 b of the head in its own axes [m/s, m/s, rad/s].
+    """
+    still = _core.dynamics(core_model(robot), np.ascontiguousarray(joints[np.newaxis]), np.zeros((1, 3)))
+    return -np.linalg.solve(still["inertia"][0], still["momentum"][0])
 
 
 def _areas(robot: Robot) -> tuple[str, str]:

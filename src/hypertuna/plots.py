@@ -311,7 +311,7 @@ def _draw_speed(axes: Axes, swim: Swim) -> None:
     axes.plot(time, motion.forward_speed, color=COLORS[1])
     axes.set(title="Forward speed", xlabel="part of the beat" if beat else "time [s]", ylabel="speed [m/s]")
     axes.set_xlim(0, time[-1])
-    _mean_line(axes, swim.speed, f"mean {swim.speed:.3g} m/s")
+    _mean_line(axes, swim.speed, f"along the path {swim.speed:.3g} m/s")
 
 
 def _draw_power(axes: Axes, swim: Swim) -> None:

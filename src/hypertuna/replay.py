@@ -16,7 +16,7 @@ from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.measured import JointSeries, Track
-from hypertuna.model import core_model
+from hypertuna.model import core_model, twist_from_rest
 from hypertuna.results import trajectory
 
 __all__ = ["Pose", "SmoothSeries", "head_center", "replay", "residuals", "rmse", "seen_from_start", "smooth"]
@@ -177,7 +177,7 @@ def replay(
     steps = math.ceil((time[-1] - time[0]) / longest * (1 - 1e-12))
     joints = _spread(robot, curve(np.linspace(time[0], time[-1], 2 * steps + 1)))
     width = (time[-1] - time[0]) / steps
-    head = _without_momentum(robot, joints[0]) if twist is None else np.array(twist, dtype=float)
+    head = twist_from_rest(robot, joints[0]) if twist is None else np.array(twist, dtype=float)
     motion = _core.advance(core_model(robot), joints, step=width, twist=head, pose=np.array(start, dtype=float))
     sound = _sound(robot, motion["twist"], motion["torque"])
     passed = width * np.arange(sound)  # since the start: the current carries the robot from there
@@ -351,12 +351,6 @@ def _spread(robot: Robot, motion: Array) -> Array:
     for g, group in enumerate(robot.joints):
         joints[:, list(group.links)] = motion[:, g, np.newaxis] * np.array(group.share)[:, np.newaxis]
     return joints
-
-
-def _without_momentum(robot: Robot, joints: Array) -> Array:
-    """Return the twist xi at which the momentum P = M xi + b of a robot with moving joints (links, 3) is zero."""
-    still = _core.dynamics(core_model(robot), joints[np.newaxis], np.zeros((1, 3)))
-    return -np.linalg.solve(still["inertia"][0], still["momentum"][0])
 
 
 def _sound(robot: Robot, twist: Array, torque: Array) -> int:

@@ -11,7 +11,6 @@ from typing import Any
 import jinja2
 import matplotlib
 import numpy as np
-from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from hypertuna.animation import slowed, swimming_svg
@@ -69,6 +68,7 @@ def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
     figures = _figures(ledger)
     for name, figure in figures.items():
         save(figure, folder / f"{name}.svg")
+        figure.set_layout_engine("none")  # it is laid out now
     write_atomically(folder / "ledger.json", (json.dumps(ledger_record(ledger), indent=2) + "\n").encode())
     return write_atomically(folder / "index.html", _page(ledger, figures).encode())
 
@@ -133,9 +133,9 @@ def _page(ledger: Ledger, figures: dict[str, Figure]) -> str:
         ours=OURS,
         best=best,
         slowed=slowed(best),
-        fish=Markup(swimming_svg(best)),
+        fish=swimming_svg(best),
         bandwidth=[group.bandwidth for group in best.robot.joints],
-        figures={name: Markup(_inline(figure, name)) for name, figure in figures.items()},
+        figures={name: _inline(figure, name) for name, figure in figures.items()},
     )
     return re.sub(r"(\d) (%|km\b|Hz\b|m/s|BL\b|deg\b)", "\\1\N{NO-BREAK SPACE}\\2", page)
 

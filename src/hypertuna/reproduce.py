@@ -154,7 +154,8 @@ def _to_come(trials: Mapping[str, Trial]) -> Iterator[Finding]:
     """Yield what later parts of hypertuna will compute."""
     best = trials[OURS].gaits["unoptimised-max"]
     share = best.cost_of_transport / published()["values"]["cost-of-transport/minimum"]["value"]
-    note = f"the joints' mechanical power is {best.cost_of_transport:.3g} J/(kg m) of it, {share:.0%}, under {OURS}"
+    cost = f"{best.cost_of_transport:.3g} J/(kg m)"
+    note = f"the joints' mechanical power is {cost} of it, {100 * share:.0f} %, under {OURS}"
     yield "cost-of-transport/minimum", "to come: pumps, servos and energy", None, note
     for joint in ("I", "II"):
         yield f"bending/joint-{joint}", "to come: actuator", None, "from muscle pressure to the tail's bend"
@@ -202,7 +203,7 @@ def _optimal_phase(level: str, row: int, trials: Mapping[str, Trial], paper: Map
         f"{phase:g} deg at {', '.join(f'{f:g}' for f, p in zip(frequencies, other, strict=True) if p == phase)} Hz"
         for phase in sorted(set(other), reverse=True)
     )
-    note = f"{everywhere}, {_lead(speed[0]):.1%} ahead of the next; under joint bandwidth {bandwidth}"
+    note = f"{everywhere}, {100 * _lead(speed[0]):.1f} % ahead of the next; under joint bandwidth {bandwidth}"
     return f"optimal-phase/{level}", PAPER, best, note
 
 
@@ -213,7 +214,7 @@ def _fastest_phase(model: str, trial: Trial, paper: Mapping[str, Any]) -> Findin
     level = list(paper["tank"]["amplitude_deg"])[amplitude]
     note = (
         f"fastest at {paper['tank']['frequency_hz'][frequency]:g} Hz and {level} amplitude, "
-        f"{_lead(speed[frequency, amplitude]):.1%} ahead of the next phase"
+        f"{100 * _lead(speed[frequency, amplitude]):.1f} % ahead of the next phase"
     )
     return "optimal-phase/fastest", model, float(paper["tank"]["phase_deg"][phase]), note
 
@@ -249,10 +250,10 @@ def _range(robot: Robot, paper: Mapping[str, Any]) -> Finding:
     note = (
         f"{battery.cells} cells x {battery.capacity / 3600:g} Ah x {battery.voltage:g} V = {energy / 3600:.1f} Wh, "
         f"over {cost / robot.body.mass:g} J/(kg m) x {robot.body.mass:g} kg. The claim needs {claimed / 3600:.0f} Wh: "
-        f"{charge:g} Ah x {claimed / 3600 / charge:.1f} V, with all {battery.cells} cells in parallel ({battery.cells} x "
-        f"{charge / battery.cells:g} Ah) and in series ({battery.cells} x {cell:g} V) at once. The lake run, "
-        f"{paper['lake']['energy_wh']:g} Wh for {paper['lake']['distance_m']:g} m or {lake_cost:.1f} J/(kg m), gives "
-        f"{energy / lake / 1e3:.2g} km"
+        f"{charge:g} Ah x {claimed / 3600 / charge:.1f} V, with all {battery.cells} cells in parallel "
+        f"({battery.cells} x {charge / battery.cells:g} Ah) and in series ({battery.cells} x {cell:g} V) at once. "
+        f"The lake run, {paper['lake']['energy_wh']:g} Wh for {paper['lake']['distance_m']:g} m or {lake_cost:.1f} J/(kg m), "
+        f"gives {energy / lake / 1e3:.2g} km"
     )
     return "range/claimed", ARITHMETIC, energy / cost / 1e3, note
 

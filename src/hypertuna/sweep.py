@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES, settle
 from hypertuna.description import Robot
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, shown
 from hypertuna.gait import Gait, check_gait
 from hypertuna.model import core_model, parameter_names
 from hypertuna.results import provenance
@@ -161,6 +161,8 @@ def sweep(
     """
     gaits = gaits if isinstance(gaits, Gaits) else Gaits.of(gaits)
     check_gait(Gait(gaits.frequency[0], tuple(gaits.amplitude[0]), tuple(gaits.phase[0])), robot)
+    if method not in ("newton", "beats"):
+        raise InputError("must be 'newton' or 'beats'", key="method", value=shown(method), fix="leave it out")
     if method == "beats" and beats < 1:
         raise InputError("must be 1 at least", key="beats", value=str(beats), fix="give the beats to swim from rest")
     threads = threads or os.cpu_count() or 1
@@ -261,27 +263,15 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
     start = np.linalg.solve(np.eye(3) - end[:, :3], end[:, 3:])
     total = {name: row[3:] + row[:3] @ start for name, row in outputs.items()}
 
-    # Speed is arc over period: the arc from displacement and turn, the period from the frequency alone.
     speed, power, mass = float(found["speed"][0]), float(found["power"][0]), robot.body.mass
-    d_speed = _speed_slope(found["displacement"][0], total, speed, gait.frequency)
-    sign = np.sign(speed)
+    # Speed is arc times frequency, signed by the direction; the frequency is the first parameter.
+    d_speed = np.sign(speed) * gait.frequency * total["arc"]
+    d_speed[0] += speed / gait.frequency
     cost = power / (mass * abs(speed))
     return Gradient(
         names=parameter_names(robot),
         speed=d_speed,
-        cost_of_transport=total["power"] / (mass * abs(speed)) - cost * sign * d_speed / abs(speed),
+        cost_of_transport=total["power"] / (mass * abs(speed)) - cost * d_speed / speed,
         power=total["power"],
         power_positive=total["power_positive"],
     )
-
-
-def _speed_slope(displacement: Array, total: dict[str, Array], speed: float, frequency: float) -> Array:
-    """Differentiate f chord (turn/2) / sin(turn/2), signed like the speed."""
-    x, y, half = displacement[0], displacement[1], displacement[2] / 2
-    chord = np.hypot(x, y)
-    chord_slope = (x * total["displacement_x"] + y * total["displacement_y"]) / chord
-    # d/dh log(h / sin h) = 1/h - cot h, which is h/3 near zero.
-    bend = half / 3 if abs(half) < 1e-4 else 1 / half - 1 / np.tan(half)
-    slope: Array = speed * (chord_slope / chord + bend * total["turn"] / 2)
-    slope[0] += speed / frequency
-    return slope

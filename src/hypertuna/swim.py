@@ -15,7 +15,7 @@ from hypertuna.beats import DEFAULT_STEPS, STATUSES, check_steps, settle, status
 from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, check_gait
-from hypertuna.model import core_model
+from hypertuna.model import core_model, twist_from_rest
 from hypertuna.results import trajectory
 
 __all__ = ["Swim", "swim"]
@@ -85,7 +85,7 @@ class Swim:
     steps: int
     current: tuple[float, float]
     duration: float | None
-    _start: Array
+    _start: Array | None  # twist at the start of the trajectory; None from rest
 
     @property
     def settled(self) -> bool:
@@ -118,7 +118,8 @@ def swim(
     robot : Robot
     gait : Gait
     from_rest : float, optional
-        Swim from rest in the water for so long [s], instead of going straight to the settled beat.
+        Swim from rest in the water for so long [s], instead of going straight to the settled beat. At rest there is
+        no momentum, and joints that set in cannot give any: they set the head in motion at once.
     steps : int
         Runge-Kutta steps per beat, a multiple of 4.
     current : tuple of float
@@ -145,27 +146,29 @@ def swim(
     """
     check_gait(gait, robot)
     check_steps(steps)
-    if from_rest is not None and not 1 <= from_rest * gait.frequency <= 1e6:
+    # n / f seconds are n beats, however the quotient was rounded
+    beats_swum = 0.0 if from_rest is None else from_rest * gait.frequency * (1 + 1e-12)
+    if from_rest is not None and not 1 <= beats_swum <= 1e6:
         raise InputError(
             "must last between one beat and a million beats",
             key="from_rest",
             value=f"{from_rest:g} s of {gait.frequency:g} Hz",
             fix="give the seconds to swim",
         )
-    if not np.isfinite(current).all():
+    if np.shape(current) != (2,) or not np.isfinite(current).all():
         raise InputError("must be two finite numbers", key="current", value=str(current), fix="give m/s along x and y")
-    wait = -1 if from_rest is None else int(from_rest * gait.frequency) - 1
+    wait = int(beats_swum) - 1
     arrays = (np.array([gait.frequency]), *(np.array([a]) for a in (gait.amplitude, gait.phase, gait.bias)))
     found = settle(robot, *arrays, steps=steps, wait=wait)
     status = STATUSES[found.pop("status")[0]]
     twist, multipliers = found.pop("twist")[0].copy(), found.pop("multipliers")[0]
-    del found["momentum"], found["displacement"]
+    del found["momentum"]
     values: dict[str, Any] = {name: float(value[0]) for name, value in found.items()}
     text = status_text(
         status, beats=values["beats"], change=values["change"], spectral_radius=values["spectral_radius"]
     )
     if from_rest is not None:
-        status, text, twist = _verdict_from_rest(robot, gait, values, status, text, steps)
+        status, text = _verdict_from_rest(robot, gait, values, status, text, steps)
     return Swim(
         robot=robot,
         gait=gait,
@@ -176,38 +179,36 @@ def swim(
         steps=steps,
         current=(float(current[0]), float(current[1])),
         duration=from_rest,
-        _start=twist,
+        _start=twist if from_rest is None else None,
     )
 
 
 def _verdict_from_rest(
     robot: Robot, gait: Gait, values: dict[str, Any], status: str, text: str, steps: int
-) -> tuple[str, str, Array]:
-    """Compare the last beat from rest with the settled one; the start of it all is rest."""
+) -> tuple[str, str]:
+    """Compare the last beat from rest with the settled one."""
     values["beats"] += 1
-    rest = np.zeros(3)
     if status == "diverged":
-        return status, text, rest
+        return status, text
     settled = swim(robot, gait, steps=steps)
     short = values["speed"] / settled.speed - 1 if settled.settled else np.nan
     beats = f"{values['beats']:.0f} beats"
     if not settled.settled:
-        return "unsettled", f"The gait is unsettled after {beats} from rest. {settled.status_text}", rest
+        return "unsettled", f"The gait is unsettled after {beats} from rest. {settled.status_text}"
     if abs(short) < AT_REST:
-        return "settled", f"The gait is settled after {beats} from rest, to {abs(short):.1e} of its speed.", rest
+        return "settled", f"The gait is settled after {beats} from rest, to {abs(short):.1e} of its speed."
     side = "above" if short > 0 else "below"
     return (
         "unsettled",
         f"The gait is unsettled after {beats} from rest: its speed is {abs(short):.2%} {side} "
         f"the settled {settled.speed:.4g} m/s.",
-        rest,
     )
 
 
 def _trajectory(
-    robot: Robot, gait: Gait, start: Array, beats: float, steps: int, current: tuple[float, float]
+    robot: Robot, gait: Gait, start: Array | None, beats: float, steps: int, current: tuple[float, float]
 ) -> xr.Dataset:
-    """Integrate the gait over so many beats from a twist."""
+    """Integrate the gait over so many beats from a twist, or from rest."""
     count = round(beats * steps)
     step = 1 / (gait.frequency * steps)
     clock: Array = np.pi / steps * (np.arange(2 * count + 1, dtype=np.float64) % (2 * steps))
@@ -220,5 +221,6 @@ def _trajectory(
         bias=gait.bias,
         clock=clock,
     )
-    motion = _core.advance(model, joints, step=step, twist=start, pose=np.zeros(3))
+    twist = twist_from_rest(robot, joints[0]) if start is None else start
+    motion = _core.advance(model, joints, step=step, twist=twist, pose=np.zeros(3))
     return trajectory(robot, step * np.arange(count + 1, dtype=np.float64), joints[::2], motion, current=current)

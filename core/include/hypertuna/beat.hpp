@@ -13,6 +13,7 @@ struct Beat {
     S power_positive;         // W, the same with every joint group's negative power counted as zero
     S loss;                   // W, mean power that the water takes
     S excursion;              // m, of the tail tip across the mean path, peak to peak
+    S arc;                    // m, length of the mean path: of the circle at the nose's mean distance from the center
     S radius;                 // m, mean distance of the nose from the center of the turn; infinite when straight
     S advance;                // m, mean motion of the nose along its axis, positive toward the head
 };
@@ -82,8 +83,13 @@ void measure_path(int steps, const BeatScratch<S>& scratch, Beat<S>& beat) {
     beat.excursion = peak<S>(steps, tail) + peak<S>(steps, [&](int k) { return -tail(k); });
     S wander(0);
     for (int k = 0; k < steps; ++k) wander += across(scratch.nose[k]);
-    const S sign = select(curvature < S(0), S(T(-1)), S(T(1)));
-    beat.radius = S(1) / abs(curvature) - sign * wander / S(T(steps));
+    wander = wander * S(T(1.0 / steps));
+    // The circle through the origin is chord h / sin h long over the beat, h half the turn; the mean path lies `wander`
+    // to the left of it.
+    const S h = S(T(0.5)) * d.heading, square = h * h;
+    const S near_straight = S(1) + square * (S(T(1.0 / 6)) + square * S(T(7.0 / 360)));
+    beat.arc = chord * select(square < S(T(1e-6)), near_straight, h / half_sin) * (S(1) - curvature * wander);
+    beat.radius = S(1) / abs(curvature) - select(curvature < S(0), -wander, wander);
 }
 
 /// Swim one beat from momentum P and measure it.
@@ -94,7 +100,7 @@ HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law>& fish, const Joint
     using T = base_t<S>;
     const int steps = table.instants / 2;
     const S step = period * S(T(1.0 / steps)), zero(0);
-    Beat<S> beat{P, {zero, zero, zero}, zero, zero, zero, zero, zero, zero};
+    Beat<S> beat{P, {zero, zero, zero}, zero, zero, zero, zero, zero, zero, zero};
     Motion<S> motion{P, {zero, zero, zero}};
     for (int k = 0; k < steps; ++k) {
         const Instant<S> now = table[2 * k];

@@ -1,0 +1,213 @@
+"""Many gaits at once: labels, and the whole box of gaits of the paper."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hypertuna as ht
+from hypertuna import _core
+from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES
+from hypertuna.model import core_model
+from hypertuna.results import write_netcdf
+from hypertuna.sweep import CHUNK, Gaits
+from models import MODELS, changed, fastest
+
+FREQUENCY = [1.0, 2.5, 6.0]
+AMPLITUDE = np.deg2rad([(8.0, 12.0), (16.0, 25.0)]).tolist()
+PHASE = np.deg2rad([(0.0, 0.0), (0.0, 20.0), (0.0, 40.0), (0.0, 60.0)]).tolist()
+BIAS = np.deg2rad([(0.0, 0.0), (3.0, 5.0)]).tolist()
+
+
+def grid() -> Gaits:
+    return Gaits.grid(frequency=FREQUENCY, amplitude=AMPLITUDE, phase=PHASE, bias=BIAS)
+
+
+# --- labels
+
+
+def test_a_grid_is_every_combination_in_order(tuna: ht.Robot) -> None:
+    found = ht.sweep(tuna, grid())
+    assert found.speed.dims == ("frequency", "amplitude", "phase", "bias")
+    assert found.speed.shape == (3, 2, 4, 2)
+    np.testing.assert_array_equal(found.frequency, FREQUENCY)
+    for name, axis in {"amplitude": AMPLITUDE, "phase": PHASE, "bias": BIAS}.items():
+        for g, group in enumerate(("I", "II")):
+            coordinate = found[f"{name}_{group}"]
+            assert coordinate.dims == (name,)
+            assert coordinate.attrs["units"] == "rad"
+            np.testing.assert_array_equal(coordinate, np.array(axis)[:, g])
+    for place in [(0, 0, 0, 0), (2, 1, 3, 1), (1, 0, 2, 1), (2, 0, 1, 0)]:
+        f, a, p, b = place
+        swim = ht.swim(tuna, ht.Gait(FREQUENCY[f], AMPLITUDE[a], PHASE[p], BIAS[b]))
+        for name in QUANTITIES:
+            assert float(found[name][place]) == float(getattr(swim, name)), name
+        assert STATUSES[int(found.status[place])] == swim.status
+
+
+def test_a_list_keeps_its_order(tuna: ht.Robot) -> None:
+    gaits = [ht.Gait(f, AMPLITUDE[1], PHASE[2], BIAS[k % 2]) for k, f in enumerate((3.0, 1.0, 2.0))]
+    found = ht.sweep(tuna, gaits)
+    assert found.speed.dims == ("gait",)
+    np.testing.assert_array_equal(found.frequency, [3.0, 1.0, 2.0])
+    np.testing.assert_array_equal(found.bias_II, [gait.bias[1] for gait in gaits])
+    for k, gait in enumerate(gaits):
+        assert float(found.speed[k]) == ht.swim(tuna, gait).speed
+
+
+def test_every_variable_has_a_unit_and_a_meaning(tuna: ht.Robot) -> None:
+    found = ht.sweep(tuna, grid())
+    assert set(found.data_vars) == {*QUANTITIES, "status", "settled"}
+    for name in QUANTITIES:
+        assert found[name].attrs == {"units": QUANTITIES[name].unit, "long_name": QUANTITIES[name].meaning}
+    assert found.status.attrs["flag_meanings"].split() == list(STATUSES)
+    assert found.settled.dtype == bool
+    assert (found.attrs["robot"], found.attrs["method"], found.attrs["steps"]) == (tuna.name, "newton", 128)
+
+
+def test_netcdf_round_trip(tuna: ht.Robot, tmp_path: Path) -> None:
+    swept = ht.sweep(tuna, grid())
+    with xr.open_dataset(write_netcdf(swept, tmp_path / "sweep.nc"), engine="h5netcdf") as found:
+        xr.testing.assert_equal(found.load(), swept)
+        assert found.speed.attrs == swept.speed.attrs
+        assert found.attrs["robot_hash"] == tuna.hash
+
+
+def test_progress_is_reported_to_the_end(tuna: ht.Robot) -> None:
+    seen: list[tuple[int, int]] = []
+    gaits = [fastest(tuna)] * (CHUNK + 1)
+    ht.sweep(tuna, gaits, method="beats", beats=1, steps=8, progress=lambda done, whole: seen.append((done, whole)))
+    assert seen == [(CHUNK, CHUNK + 1), (CHUNK + 1, CHUNK + 1)]
+
+
+def test_beats_are_those_of_a_swim_from_rest(tuna: ht.Robot) -> None:
+    gait = fastest(tuna)
+    found = ht.sweep(tuna, [gait], method="beats", beats=7)
+    swim = ht.swim(tuna, gait, from_rest=7 / gait.frequency)
+    for name in ("speed", "power", "excursion"):
+        assert float(found[name][0]) == getattr(swim, name)
+
+
+def test_a_gait_that_diverges_leaves_the_others_untouched() -> None:
+    """Lanes next to it, too."""
+    robot = MODELS["hypertuna-lumped"]
+    stiff = changed(robot, {"water.lumped.drag": [3e3] * len(robot.links.name)})
+    calm, wild = ht.Gait(1.0, (0.01, 0.01), (0.0, 0.5)), fastest(robot)
+    mixed = ht.sweep(stiff, [calm, wild, calm, wild, wild, calm], steps=8)
+    assert [STATUSES[k] for k in mixed.status.values] == ["settled", "diverged", "settled", "diverged", "diverged", "settled"]
+    alone = ht.swim(stiff, calm, steps=8)
+    np.testing.assert_array_equal(mixed.speed[[0, 2, 5]], alone.speed)
+
+
+# --- the paper's box
+
+
+def box(count: int, seed: int) -> Gaits:
+    """Gaits drawn evenly from the box that the paper searches: up to 16 and 25 deg, 0.1 to 6 Hz, lags of 0 to 80 deg."""
+    rng = np.random.default_rng(seed)
+    amplitude = np.deg2rad(rng.uniform(0, (16, 25), (count, 2)))
+    phase = np.deg2rad(rng.uniform(0, (0, 80), (count, 2)))
+    return Gaits(rng.uniform(0.1, 6.0, count), amplitude, phase, np.zeros((count, 2)), (count,))
+
+
+def some(gaits: Gaits, index: np.ndarray) -> Gaits:
+    columns = (getattr(gaits, name)[index] for name in ("frequency", "amplitude", "phase", "bias"))
+    return Gaits(*columns, (len(index),))
+
+
+@pytest.mark.parametrize("name", ["hypertuna-lumped", "hypertuna-lumped-ideal", "hypertuna-strip"])
+def test_every_gait_of_the_box_settles_and_none_is_silently_wrong(name: str) -> None:
+    robot, gaits = MODELS[name], box(10_000, seed=2)
+    found = ht.sweep(robot, gaits)
+    assert (found.change < 1e-8).where(found.settled, True).all()
+    worst = found.change.argmax()
+    assert found.settled.all(), f"{(~found.settled).sum().item()} gaits did not settle, {worst.item()} least of all"
+
+    # 2000 beats settle where a beat leaves no more than 0.99 of a disturbance: 0.99^2000 = 2e-9.
+    brisk = np.flatnonzero(found.spectral_radius < 0.99)
+    assert len(brisk) > len(gaits) / 2
+    sample = np.random.default_rng(2).choice(brisk, 40, replace=False)
+    waited = ht.sweep(robot, some(gaits, sample), method="beats", beats=2000)
+    assert waited.settled.all()
+    for quantity in ("speed", "power"):
+        np.testing.assert_allclose(found[quantity][sample], waited[quantity], rtol=1e-5)
+
+
+def beat_map(robot: ht.Robot, gait: ht.Gait, twist: np.ndarray) -> tuple[np.ndarray, float]:
+    """Twist after a beat, and the mean speed over it."""
+    model, steps = core_model(robot), DEFAULT_STEPS
+    angles = {name: getattr(gait, name) for name in ("frequency", "amplitude", "phase", "bias")}
+    joints = _core.joint_motion(model, **angles, clock=np.linspace(0, 2 * np.pi, 2 * steps + 1))
+    motion = _core.advance(model, joints, step=1 / gait.frequency / steps, twist=twist, pose=np.zeros(3))
+    return motion["twist"][-1], float(np.hypot(*motion["pose"][-1, :2]) * gait.frequency)
+
+
+@pytest.mark.parametrize("name", ["hypertuna-lumped", "hypertuna-strip"])
+def test_gaits_too_slow_to_wait_for_are_right_too(name: str) -> None:
+    """Gaits that hardly move take thousands of beats to settle: two more steps of Newton's method change nothing."""
+    robot, gaits = MODELS[name], box(10_000, seed=2)
+    radius = ht.sweep(robot, gaits).spectral_radius.values
+    errors = {}
+    for k in np.argsort(-radius)[:20].tolist():
+        gait = ht.Gait(gaits.frequency[k], gaits.amplitude[k], gaits.phase[k])
+        swim = ht.swim(robot, gait)
+        twist = np.array([float(swim.trajectory[v][0]) for v in ("u", "v", "r")])
+        for _ in range(2):
+            h = 1e-5 * abs(twist).max()
+            ends = [beat_map(robot, gait, twist + h * e)[0] - beat_map(robot, gait, twist - h * e)[0] for e in np.eye(3)]
+            monodromy = np.stack(ends, axis=1) / (2 * h)
+            twist = twist + np.linalg.solve(np.eye(3) - monodromy, beat_map(robot, gait, twist)[0] - twist)
+        if swim.settled:
+            errors[k] = abs(swim.speed) / beat_map(robot, gait, twist)[1] - 1
+    assert errors
+    worst = max(errors, key=lambda k: abs(errors[k]))
+    assert abs(errors[worst]) < 1e-3, f"gait {worst} is settled, but its speed is {errors[worst]:.1%} off"
+
+
+# --- bad input
+
+
+def test_bad_input_is_told_in_a_sentence(tuna: ht.Robot) -> None:
+    with pytest.raises(ht.InputError, match="^gaits must hold one gait at least, but is empty: give the gaits to swim.$"):
+        ht.sweep(tuna, [])
+    unlike = [ht.Gait(1.0, (0.1,), (0.0,)), ht.Gait(1.0, (0.1, 0.1), (0.0, 0.0))]
+    with pytest.raises(ht.InputError, match="^gaits must have equally many joint groups: give every gait one value per "):
+        Gaits.of(unlike)
+    with pytest.raises(ht.InputError, match="^amplitude must be 2 long, one value per joint group of hypertuna"):
+        ht.sweep(tuna, unlike[:1])
+    with pytest.raises(ht.InputError, match="^beats must be 1 at least, but is 0: give the beats to swim from rest.$"):
+        ht.sweep(tuna, [fastest(tuna)], method="beats", beats=0)
+    with pytest.raises(ht.InputError, match="^method must be 'newton' or 'beats', but is 'newtons'"):
+        ht.sweep(tuna, [fastest(tuna)], method="newtons")  # type: ignore[arg-type]
+    with pytest.raises(ht.InputError, match="^steps must be a multiple of 4"):
+        ht.sweep(tuna, [fastest(tuna)], steps=127)
+
+
+@pytest.mark.parametrize(
+    ("axes", "sentence"),
+    [
+        ({"frequency": []}, "frequency must have one value at least, but is empty: give a range or a list."),
+        ({"frequency": [1.0, 0.0]}, "frequency must be greater than 0, but is 0: give it in Hz."),
+        ({"amplitude": []}, "amplitude must have one value at least, but is empty: give a range or a list."),
+        (
+            {"amplitude": [(0.1, 0.1), (0.1, -0.1)]},
+            "amplitude[1] must not be negative, but is -0.1: add half a turn to its phase instead.",
+        ),
+        (
+            {"phase": [(0.0, 0.0), (0.0,)]},
+            "phase must be 2 long, as amplitude is, but is 1 long: give one value per joint group.",
+        ),
+        (
+            {"bias": [(0.0, float("nan"))]},
+            "bias[1] must be a finite number, but is nan: give one angle per joint group.",
+        ),
+    ],
+)
+def test_bad_grids_are_told_in_a_sentence(axes: dict[str, object], sentence: str) -> None:
+    good = {"frequency": FREQUENCY, "amplitude": AMPLITUDE, "phase": PHASE}
+    with pytest.raises(ht.InputError) as error:
+        Gaits.grid(**(good | axes))  # type: ignore[arg-type]
+    assert str(error.value) == sentence
