@@ -10,7 +10,12 @@ from models import MODELS
 
 # The same examples in every run: a test that fails on one machine fails on all.
 settings.register_profile(
-    "hypertuna", derandomize=True, phases=(Phase.explicit, Phase.generate), deadline=None, max_examples=20, suppress_health_check=[HealthCheck.too_slow]
+    "hypertuna",
+    derandomize=True,
+    phases=(Phase.explicit, Phase.generate),
+    deadline=None,
+    max_examples=20,
+    suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("hypertuna")
 

@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 # nearly the same on both sides) cost more: 3e-6 was seen, in units of the result per relative change of the parameter.
 STEP = 1e-4
 DIFFERENCES = 1e-5
-# Positive power has a kink wherever a group's power changes sign. One of the 128 samples of the beat may do so within the
-# step: the difference then has half of that sample's weight and not all or nothing of it.
+# Positive power has a kink wherever a group's power changes sign. One of the 128 samples of the beat may do so within
+# the step: the difference then has half of that sample's weight and not all or nothing of it.
 KINKED = 1 / 128
 
 
@@ -85,7 +85,7 @@ def slope(of: Callable[[float], Array], x: float, unit: float) -> Array:
 
 
 def differences(robot: ht.Robot, gait: ht.Gait) -> tuple[Array, Array]:
-    """Derivatives by every parameter (parameters, results) by differences, and the unit of each parameter: its own size."""
+    """Derivatives by every parameter (parameters, results) by differences, and the unit of each: its own size."""
     rows, units = [], []
     for name in parameter_names(robot):
         if name.startswith("gait."):
@@ -129,7 +129,9 @@ def test_every_parameter_matters(every_model: ht.Robot) -> None:
     """Zeros would agree with differences that change nothing: hardly any parameter may have no effect."""
     found = ht.gradient(every_model, fastest(every_model))
     idle = {name for name, value in zip(found.names, found.power, strict=True) if value == 0}
-    expected = {name for name in found.names if name.startswith("joints.")} if every_model.model.joints == "ideal" else set()
+    expected = (
+        {name for name in found.names if name.startswith("joints.")} if every_model.model.joints == "ideal" else set()
+    )
     if every_model.model.water == "lumped":
         expected.add(f"links.length[{len(every_model.links.name) - 1}]")  # forces act at centers of mass
     assert idle == expected

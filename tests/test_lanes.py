@@ -95,7 +95,10 @@ def test_every_instruction_set_gives_the_same(isa: str, tmp_path: Path) -> None:
 def test_an_instruction_set_that_is_not_there_is_refused() -> None:
     environment = os.environ | {"HYPERTUNA_ISA": "abacus"}
     run = subprocess.run(
-        [sys.executable, "-c", "from hypertuna import _core; _core.isa()"], env=environment, capture_output=True, text=True
+        [sys.executable, "-c", "from hypertuna import _core; _core.isa()"],
+        env=environment,
+        capture_output=True,
+        text=True,
     )
     assert run.returncode != 0
     assert "HYPERTUNA_ISA must name an instruction set" in run.stderr

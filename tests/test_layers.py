@@ -14,7 +14,8 @@ HEADERS = ROOT / "core" / "include" / "hypertuna"
 # The reading order of the package: each module may import only those before it. The commands use what users use.
 LAYERS = (
     *("_core", "errors", "frames", "schema", "reference", "description", "gait", "model", "metrics", "beats"),
-    *("results", "swim", "sweep", "measured", "replay", "drawing", "plots", "animation", "reproduce", "report"),
+    *("results", "swim", "sweep", "measured", "replay", "drawing", "style"),
+    *("plots", "animation", "ledger", "reproduce", "report"),
     *("__init__", "console", "cli_*", "cli", "__main__"),
 )
 

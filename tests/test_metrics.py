@@ -11,13 +11,20 @@ from hypertuna import metrics
 
 
 def test_speed_of_a_straight_path_is_its_length_over_time() -> None:
-    assert metrics.mean_speed(0.3, 0.0, 0.5) == pytest.approx(0.6)
+    """Swaying to and fro does not add to it."""
+    t = np.linspace(0, 1, 65)
+    assert metrics.mean_speed(0.3 * t, 0.05 * np.sin(2 * np.pi * t), 0.0, 0.5) == pytest.approx(0.6)
+    assert metrics.mean_speed([0.0, 0.0], [0.0, 0.0], 0.0, 0.5) == 0.0
 
 
-def test_speed_of_a_turning_path_is_the_arc_over_time() -> None:
-    """A quarter of a circle of radius 2 m in 4 s: chord 2 sqrt 2, arc pi."""
-    assert metrics.mean_speed(2 * math.sqrt(2), math.pi / 2, 4.0) == pytest.approx(math.pi / 4)
-    assert metrics.mean_speed(2 * math.sqrt(2), -math.pi / 2, 4.0) == pytest.approx(math.pi / 4)
+@pytest.mark.parametrize("turn", [math.pi / 2, -math.pi / 2, 0.01])
+@pytest.mark.parametrize("phase", [0.0, 1.0, 4.0])
+def test_speed_of_a_turning_path_is_the_arc_at_the_mean_distance_from_its_center(turn: float, phase: float) -> None:
+    """On a circle of 2 m on the mean, swaying by 0.1 m across it, in 4 s, wherever the beat begins."""
+    t = np.linspace(0, 1, 65)
+    path = (2 + 0.1 * np.sin(2 * np.pi * t + phase)) * np.exp(1j * turn * t)
+    path -= path[0]
+    assert metrics.mean_speed(path.real, path.imag, turn, 4.0) == pytest.approx(2 * abs(turn) / 4)
 
 
 def test_body_lengths() -> None:

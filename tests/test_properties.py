@@ -133,7 +133,7 @@ def test_the_beginning_of_a_turning_beat_is_arbitrary(every_model: ht.Robot) -> 
 
 
 def test_speed_is_proportional_to_frequency(every_model: ht.Robot) -> None:
-    """Inertia and quadratic drag have no time of their own: U/f, P/f^3 and the multipliers are constants of the gait."""
+    """Inertia and quadratic drag have no time of their own: U/f, P/f^3 and the multipliers are constants."""
     if has_linear_drag(every_model):
         pytest.skip("linear drag has a time of its own")
     robot, gait = every_model.using(joints="ideal"), fastest(every_model)
@@ -172,6 +172,10 @@ def test_a_settled_beat_closes(every_model: ht.Robot, data: st.DataObject) -> No
     swim = ht.swim(every_model, data.draw(gaits(every_model, bias=0.1)))
     assert swim.status in ("settled", "unstable")
     motion, frequency = swim.trajectory, swim.gait.frequency
-    for name, size in {"u": every_model.body.length * frequency, "v": every_model.body.length * frequency, "r": frequency}.items():
+    for name, size in {
+        "u": every_model.body.length * frequency,
+        "v": every_model.body.length * frequency,
+        "r": frequency,
+    }.items():
         # the status promises 1e-8 of the velocities of the nose; here they are those at the beginning of the beat
         assert abs(float(motion[name][-1] - motion[name][0])) < 2e-8 * size

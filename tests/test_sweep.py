@@ -94,10 +94,17 @@ def test_beats_are_those_of_a_swim_from_rest(tuna: ht.Robot) -> None:
 def test_a_gait_that_diverges_leaves_the_others_untouched() -> None:
     """Lanes next to it, too."""
     robot = MODELS["hypertuna-lumped"]
-    stiff = changed(robot, {"water.lumped.drag": [3e3] * len(robot.links.name)})
-    calm, wild = ht.Gait(1.0, (0.01, 0.01), (0.0, 0.5)), fastest(robot)
+    stiff = changed(robot, {"water.lumped.drag": [1e4] * len(robot.links.name)})
+    calm, wild = ht.Gait(1.0, (1e-4, 1e-4), (0.0, 0.5)), fastest(robot)
     mixed = ht.sweep(stiff, [calm, wild, calm, wild, wild, calm], steps=8)
-    assert [STATUSES[k] for k in mixed.status.values] == ["settled", "diverged", "settled", "diverged", "diverged", "settled"]
+    assert [STATUSES[k] for k in mixed.status.values] == [
+        "settled",
+        "diverged",
+        "settled",
+        "diverged",
+        "diverged",
+        "settled",
+    ]
     alone = ht.swim(stiff, calm, steps=8)
     np.testing.assert_array_equal(mixed.speed[[0, 2, 5]], alone.speed)
 
@@ -106,7 +113,7 @@ def test_a_gait_that_diverges_leaves_the_others_untouched() -> None:
 
 
 def box(count: int, seed: int) -> Gaits:
-    """Gaits drawn evenly from the box that the paper searches: up to 16 and 25 deg, 0.1 to 6 Hz, lags of 0 to 80 deg."""
+    """Gaits drawn evenly from the paper's box: up to 16 and 25 deg, 0.1 to 6 Hz, lags of 0 to 80 deg."""
     rng = np.random.default_rng(seed)
     amplitude = np.deg2rad(rng.uniform(0, (16, 25), (count, 2)))
     phase = np.deg2rad(rng.uniform(0, (0, 80), (count, 2)))
@@ -123,8 +130,8 @@ def test_every_gait_of_the_box_settles_and_none_is_silently_wrong(name: str) -> 
     robot, gaits = MODELS[name], box(10_000, seed=2)
     found = ht.sweep(robot, gaits)
     assert (found.change < 1e-8).where(found.settled, True).all()
-    worst = found.change.argmax()
-    assert found.settled.all(), f"{(~found.settled).sum().item()} gaits did not settle, {worst.item()} least of all"
+    unsettled = np.flatnonzero(~found.settled)
+    assert len(unsettled) == 0, f"gaits {unsettled} did not settle"
 
     # 2000 beats settle where a beat leaves no more than 0.99 of a disturbance: 0.99^2000 = 2e-9.
     brisk = np.flatnonzero(found.spectral_radius < 0.99)
@@ -157,7 +164,9 @@ def test_gaits_too_slow_to_wait_for_are_right_too(name: str) -> None:
         twist = np.array([float(swim.trajectory[v][0]) for v in ("u", "v", "r")])
         for _ in range(2):
             h = 1e-5 * abs(twist).max()
-            ends = [beat_map(robot, gait, twist + h * e)[0] - beat_map(robot, gait, twist - h * e)[0] for e in np.eye(3)]
+            ends = [
+                beat_map(robot, gait, twist + h * e)[0] - beat_map(robot, gait, twist - h * e)[0] for e in np.eye(3)
+            ]
             monodromy = np.stack(ends, axis=1) / (2 * h)
             twist = twist + np.linalg.solve(np.eye(3) - monodromy, beat_map(robot, gait, twist)[0] - twist)
         if swim.settled:
@@ -171,10 +180,14 @@ def test_gaits_too_slow_to_wait_for_are_right_too(name: str) -> None:
 
 
 def test_bad_input_is_told_in_a_sentence(tuna: ht.Robot) -> None:
-    with pytest.raises(ht.InputError, match="^gaits must hold one gait at least, but is empty: give the gaits to swim.$"):
+    with pytest.raises(
+        ht.InputError, match="^gaits must hold one gait at least, but is empty: give the gaits to swim.$"
+    ):
         ht.sweep(tuna, [])
     unlike = [ht.Gait(1.0, (0.1,), (0.0,)), ht.Gait(1.0, (0.1, 0.1), (0.0, 0.0))]
-    with pytest.raises(ht.InputError, match="^gaits must have equally many joint groups: give every gait one value per "):
+    with pytest.raises(
+        ht.InputError, match="^gaits must have equally many joint groups: give every gait one value per "
+    ):
         Gaits.of(unlike)
     with pytest.raises(ht.InputError, match="^amplitude must be 2 long, one value per joint group of hypertuna"):
         ht.sweep(tuna, unlike[:1])

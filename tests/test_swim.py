@@ -10,8 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import example, given
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.signal import resample
 
@@ -20,7 +18,7 @@ from hypertuna.beats import STATUSES
 from hypertuna.gait import named_gait
 from hypertuna.results import body_points, write_netcdf
 from models import MODELS, changed, fastest, later, turning
-from oracles import beats, planar
+from oracles import beats
 from oracles.planar import Chain, Lumped, Water, strip_of
 
 Array = NDArray[np.float64]
@@ -101,22 +99,6 @@ def test_the_published_gaits_have_the_speeds_that_the_oracle_settles_at(
     np.testing.assert_allclose(found, speeds, atol=0.5e-5, rtol=0)
 
 
-# --- against waiting
-
-
-@pytest.mark.parametrize("gait_of", [fastest, turning])
-def test_newton_finds_what_waiting_finds(every_model: ht.Robot, gait_of) -> None:
-    gait = gait_of(every_model)
-    settled = ht.swim(every_model, gait)
-    # 0.972, the slowest of these to settle, to the power of 1000 is 5e-13
-    waited = ht.swim(every_model, gait, from_rest=1000.5 / gait.frequency)
-    assert (settled.status, waited.status) == ("settled", "settled")
-    assert waited.beats == 1000
-    for name in ("speed", "power", "excursion", "turn_rate"):
-        known = {"rel": 1e-6, "abs": 1e-6 * gait.frequency if name == "turn_rate" else 0}
-        assert getattr(settled, name) == pytest.approx(getattr(waited, name), **known), name
-
-
 # --- statuses
 
 
@@ -127,17 +109,6 @@ def test_a_settled_gait_says_so(tuna: ht.Robot) -> None:
     assert abs(swim.multipliers[0]) == swim.spectral_radius < 1
     expected = rf"The gait is settled: every beat .* shrinks to {swim.spectral_radius:.3g} of itself each beat\."
     assert re.fullmatch(expected, swim.status_text)
-
-
-def test_too_few_beats_are_unsettled(tuna: ht.Robot) -> None:
-    gait = fastest(tuna)
-    swim = ht.swim(tuna, gait, from_rest=3 / gait.frequency)
-    final = ht.swim(tuna, gait)
-    assert swim.status == "unsettled"
-    assert not swim.settled
-    short = 1 - swim.speed / final.speed
-    assert short > 0.01
-    assert f"after 3 beats from rest: its speed is {short:.2%} below the settled {final.speed:.4g} m/s." in swim.status_text
 
 
 @pytest.mark.parametrize("from_rest", [None, 5.0])
@@ -320,37 +291,6 @@ def test_netcdf_round_trip(tuna: ht.Robot, tmp_path: Path) -> None:
         xr.testing.assert_identical(found.load(), motion)
 
 
-# --- from rest
-
-
-def test_from_rest_starts_at_rest_and_lasts_as_long_as_asked(tuna: ht.Robot) -> None:
-    swim = ht.swim(tuna, fastest(tuna), from_rest=1.25)
-    motion = swim.trajectory
-    assert [float(motion[name][0]) for name in ("x", "y", "heading", "u", "v", "r")] == [0] * 6
-    assert float(motion.time[-1]) == pytest.approx(1.25)
-    assert swim.beats == 7  # whole beats in 1.25 s of 6 Hz
-    assert np.isnan(swim.spectral_radius)
-    assert np.isnan(swim.multipliers).all()
-
-
-def test_from_rest_reports_its_last_whole_beat(tuna: ht.Robot) -> None:
-    gait, beats_swum = fastest(tuna), 4
-    swim = ht.swim(tuna, gait, from_rest=beats_swum / gait.frequency)
-    last = swim.trajectory.isel(time=slice((beats_swum - 1) * swim.steps, None))
-    assert swim.beats == beats_swum
-    assert swim.power == pytest.approx(float(last.power[:-1].mean()))
-    assert swim.turn_rate == pytest.approx(float(last.heading[-1] - last.heading[0]) * gait.frequency, abs=1e-12)
-
-
-@given(st.integers(1, 50), st.floats(0.1, 6.0))
-@example(1, 1.9)  # 1 / 1.9 * 1.9 is less than 1
-def test_so_many_periods_are_so_many_beats(count: int, frequency: float) -> None:
-    """Rounding of n / f loses no beat."""
-    robot = MODELS["hypertuna-lumped"]
-    gait = replace(fastest(robot), frequency=frequency)
-    assert ht.swim(robot, gait, from_rest=count / frequency).beats == count
-
-
 # --- options and bad input
 
 
@@ -366,7 +306,8 @@ def test_the_clock_of_all_groups_together_is_arbitrary(tuna: ht.Robot) -> None:
         ({"steps": 130}, "steps must be a multiple of 4, 8 at least, but is 130: take 128."),
         (
             {"from_rest": 0.01},
-            "from_rest must last between one beat and a million beats, but is 0.01 s of 6 Hz: give the seconds to swim.",
+            "from_rest must last between one beat and a million beats, but is 0.01 s of 6 Hz: "
+            "give the seconds to swim.",
         ),
         (
             {"from_rest": math.nan},
@@ -377,7 +318,10 @@ def test_the_clock_of_all_groups_together_is_arbitrary(tuna: ht.Robot) -> None:
             "current must be two finite numbers, but is (nan, 0.0): give m/s along x and y.",
         ),
         ({"current": (1.0,)}, "current must be two finite numbers, but is (1.0,): give m/s along x and y."),
-        ({"current": (1.0, 2.0, 3.0)}, "current must be two finite numbers, but is (1.0, 2.0, 3.0): give m/s along x and y."),
+        (
+            {"current": (1.0, 2.0, 3.0)},
+            "current must be two finite numbers, but is (1.0, 2.0, 3.0): give m/s along x and y.",
+        ),
     ],
 )
 def test_bad_options_are_told_in_a_sentence(tuna: ht.Robot, options: dict[str, object], sentence: str) -> None:

@@ -23,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from peers.fish import STEPS, Array, Fish, Gaits, beat_speed, clock, shape
+from peers.fish import STEPS, Array, Fish, Gaits, beat_speed, clock, shape, twist
 
 jax.config.update("jax_enable_x64", True)
 
@@ -78,16 +78,17 @@ def direct(fish: Fish, gaits: Gaits, beats: int) -> tuple[Callable[..., Any], tu
         dr = (torque + y * px - x * py) / (J - M * (x**2 + y**2))
         return jnp.stack([px / M + y * dr, py / M - x * dr, dr])
 
-    def one(*gait: Any) -> Any:
+    def one(start: Any, *gait: Any) -> Any:
         dt = 1 / (gait[0] * STEPS)
 
         def step(xi: Any, k: Any) -> Any:
             rate = lambda xi, t: acceleration(xi, t, gait)  # noqa: E731
             return rk4(rate, xi, k * dt, (k + 0.5) * dt, (k + 1) * dt, dt)
 
-        return beats_of(step, lambda xi, k: xi, jnp.zeros(3), beats)
+        return beats_of(step, lambda xi, k: xi, start, beats)
 
-    return jax.vmap(one, out_axes=2), (gaits.frequency, gaits.amplitude, gaits.phase)
+    no_momentum = twist(fish, np.zeros(3), shape(fish, gaits, clock()[:1])[1][0])
+    return jax.vmap(one, out_axes=2), (no_momentum, gaits.frequency, gaits.amplitude, gaits.phase)
 
 
 def _momentum_rate(fish: Fish, total: Callable[..., Any], spread: Callable[..., Any]) -> tuple[Any, Any]:
@@ -122,14 +123,14 @@ def _swim_table(twist: Any, rate: Any, link: Any, body: Any, dt: Any, beats: int
     def step(P: Any, k: Any) -> Any:
         return rk4(rate, P, row(2 * k), row(2 * k + 1), row(2 * k + 2), dt)
 
-    start = tuple(x[0] for x in body[3:])
+    start = tuple(jnp.zeros_like(x[0]) for x in body[3:])  # at rest: no momentum
     return beats_of(step, lambda P, k: jnp.stack(twist(P, row(2 * k)[1])), start, beats)
 
 
 def tabled(fish: Fish, gaits: Gaits, beats: int) -> tuple[Callable[..., Any], tuple[Any, ...]]:
     """Program and arguments: momentum and a table of the shape."""
-    twist, rate = _momentum_rate(fish, lambda *sums: tuple(x.sum() for x in sums), lambda x: x)
-    one = lambda link, body, dt: _swim_table(twist, rate, link, body, dt, beats)  # noqa: E731
+    twists, rate = _momentum_rate(fish, lambda *sums: tuple(x.sum() for x in sums), lambda x: x)
+    one = lambda link, body, dt: _swim_table(twists, rate, link, body, dt, beats)  # noqa: E731
     link, body, dt = _columns(fish, gaits)
     link, body = jax.tree.map(lambda a: a.swapaxes(0, 1).copy(), (link, body))  # gaits first: half the time
     return jax.vmap(one, out_axes=2), (link, body, dt)
@@ -141,8 +142,8 @@ def fused(fish: Fish, gaits: Gaits, beats: int) -> tuple[Callable[..., Any], tup
     def total(*sums: Any) -> Any:
         return lax.reduce(sums, (0.0,) * 3, lambda x, y: tuple(a + b for a, b in zip(x, y, strict=True)), (1,))
 
-    twist, rate = _momentum_rate(fish, total, lambda x: x[:, None])
-    return (lambda link, body, dt: _swim_table(twist, rate, link, body, dt, beats)), _columns(fish, gaits)
+    twists, rate = _momentum_rate(fish, total, lambda x: x[:, None])
+    return (lambda link, body, dt: _swim_table(twists, rate, link, body, dt, beats)), _columns(fish, gaits)
 
 
 def _columns(fish: Fish, gaits: Gaits) -> tuple[Any, ...]:

@@ -120,7 +120,7 @@ def prepare(fish: Fish, gaits: Gaits) -> tuple[Array, Array, Array]:
     link, body = shape(fish, gaits, clock())
     rows = np.concatenate([link.reshape(*link.shape[:2], -1), body], axis=-1)
     table = np.ascontiguousarray(rows.transpose(0, 2, 1))
-    return np.ascontiguousarray(body[0, :, 3:].T), table, 1 / (STEPS * gaits.frequency)
+    return np.zeros((3, len(gaits))), table, 1 / (STEPS * gaits.frequency)
 
 
 def swim(fish: Fish, gaits: Gaits, beats: int) -> Array:

@@ -50,20 +50,11 @@ def make_rate(fish: Fish, gait: Gaits) -> tuple[Callable[[float, Array], Array],
     return rate, twist
 
 
-def momentum_at_rest(twist: Callable[[float, Array], Array]) -> Array:
-    """Momentum [3] of a nose at rest at time 0: the twist is affine in the momentum."""
-    offset = twist(0.0, np.zeros(3))
-    slope = np.stack([twist(0.0, row) - offset for row in np.eye(3)], axis=1)
-    return np.asarray(np.linalg.solve(slope, -offset), dtype=np.float64)
-
-
 def swim(fish: Fish, gait: Gaits, beats: int, *, method: str, rtol: float) -> float:
     """Speed over the last of so many beats from rest, m/s."""
     rate, twist = make_rate(fish, gait)
     last = (beats - 1 + np.arange(STEPS + 1) / STEPS) / gait.frequency[0]
-    found = solve_ivp(
-        rate, (0, last[-1]), momentum_at_rest(twist), method=method, rtol=rtol, atol=1e-2 * rtol, t_eval=last
-    )
+    found = solve_ivp(rate, (0, last[-1]), np.zeros(3), method=method, rtol=rtol, atol=1e-2 * rtol, t_eval=last)
     twists = np.stack([twist(t, P) for t, P in zip(last, found.y.T, strict=True)])
     return float(beat_speed(twists[:, :, None], gait.frequency)[0])
 

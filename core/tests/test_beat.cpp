@@ -50,6 +50,7 @@ static void path_on_circle(double R, double turn, double sway) {
     beat.displacement = {end.x, end.y, turn};
     measure_path(steps, BeatScratch<double>{nullptr, nullptr, tail, nose}, beat);
     CHECK_NEAR(beat.radius, std::fabs(R + sway), 1e-9);
+    CHECK_NEAR(beat.arc, beat.radius * std::fabs(turn), 1e-9);
     CHECK_NEAR(beat.excursion, 8 * sway, 1e-4 * sway);
 }
 
@@ -64,6 +65,7 @@ static void straight_path() {
     beat.displacement = {-1, 0, 0};
     measure_path(steps, BeatScratch<double>{nullptr, nullptr, tail, nose}, beat);
     CHECK(beat.radius == std::numeric_limits<double>::infinity());
+    CHECK_NEAR(beat.arc, 1, 1e-12);
     CHECK_NEAR(beat.excursion, 0.6, 1e-12);
 }
 

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
-import xarray as xr
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
 
 from hypertuna.console import check_suffix, command_line, number, number_list, print_json
 from hypertuna.description import Robot, load
-from hypertuna.drawing import save
 from hypertuna.errors import InputError
 from hypertuna.measured import Track, read_joints, read_tracks
-from hypertuna.replay import AXES, Pose, SmoothSeries, head_center, replay, rmse, seen_from_start, smooth
+from hypertuna.replay import AXES, Pose, SmoothSeries, head_center, replay, rmse, smooth
 from hypertuna.results import write_netcdf
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["replay_command"]
 
@@ -89,7 +89,7 @@ def replay_command(
     sound = result.attrs["status"] == "completed"
     compared = rmse(fish, result, tracks) if tracks and sound else None
     if plot is not None:
-        save(_draw(fish, result, tracks), plot)
+        _plot(fish, result, tracks, plot)
     if output is not None:
         write_netcdf(result.assign_attrs(command=command_line()), output)
     if as_json:
@@ -173,23 +173,9 @@ def _print(robot: Robot, result: xr.Dataset, compared: xr.Dataset | None) -> Non
     console.print(table)
 
 
-def _draw(robot: Robot, result: xr.Dataset, tracks: list[Track]) -> Figure:
-    """Draw the pose of the head link's center against time, seen from its start, over the tracked runs."""
-    figure = Figure(figsize=(7, 7), layout="constrained")
-    panels = figure.subplots(3, 1, sharex=True)
-    made = head_center(robot, result)
-    direction = tracks[0].pose[0, 2] if tracks else made[0, 2]
-    curves = [("tracked", "0.7", 0.6, track.time, track.pose) for track in tracks]
-    curves.append((f"replayed, {robot.name}", "C0", 1.8, result["time"].to_numpy(), made))
-    for name, color, width, time, pose in curves:
-        placed = seen_from_start(pose, direction)
-        for k, (panel, unit) in enumerate(zip(panels, AXES.values(), strict=True)):
-            panel.plot(time, BORDER[unit][1] * placed[:, k], color=color, linewidth=width, label=name)
-    for panel, (axis, unit) in zip(panels, AXES.items(), strict=True):
-        panel.set_ylabel(f"head {axis} [{BORDER[unit][0]}]")
-        panel.grid(alpha=0.3)
-    panels[-1].set_xlabel("time [s]")
-    lines, names = panels[0].get_legend_handles_labels()
-    panels[0].legend(dict(zip(names, lines, strict=True)).values(), dict.fromkeys(names), frameon=False)
-    figure.suptitle("Center of the head link, from its start")
-    return figure
+def _plot(robot: Robot, result: xr.Dataset, tracks: list[Track], plot: str) -> None:
+    """Draw a replay; what draws is imported only now."""
+    from hypertuna.drawing import save
+    from hypertuna.plots import plot_replay
+
+    save(plot_replay(robot, result, tracks), plot)

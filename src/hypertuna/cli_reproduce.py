@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -10,8 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.console import print_json, progress_bar
-from hypertuna.ledger import Entry
-from hypertuna.report import MARKS, write_ledger
+from hypertuna.ledger import MARKS, Entry
 from hypertuna.reproduce import Ledger, ledger_record, reproduce
 
 __all__ = ["reproduce_command"]
@@ -31,13 +31,20 @@ def reproduce_command(
     """Compute the paper's numbers beside the published ones."""
     with progress_bar("computing") as progress:
         ledger = reproduce(full=full, progress=progress)
-    page = None if output is None else write_ledger(ledger, output)
+    page = None if output is None else _write(ledger, output)
     if as_json:
         print_json(ledger_record(ledger))
         return
     _print(ledger)
     if page is not None:
         Console().print(Text(f"The page: {page}", style="bold"))
+
+
+def _write(ledger: Ledger, output: str) -> Path:
+    """Write the page; what draws it is imported only now."""
+    from hypertuna.report import write_ledger
+
+    return write_ledger(ledger, output)
 
 
 def _print(ledger: Ledger) -> None:

@@ -11,7 +11,6 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.description import Entry, Robot, json_schema, load
-from hypertuna.drawing import draw, save
 from hypertuna.errors import InputError
 
 __all__ = ["robot_app"]
@@ -67,6 +66,8 @@ def show(
     """Show every value of a robot with its unit and source, estimates marked."""
     robot = load(name)
     if plot is not None:
+        from hypertuna.drawing import draw, save  # here, because it takes longer to import than the rest to run
+
         save(draw(robot), plot)
     if as_json:
         values = [entry._asdict() | {"estimate": entry.estimate} for entry in robot.entries()]

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
-import xarray as xr
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.animation import animate_swim
 from hypertuna.beats import DEFAULT_STEPS, STATUSES
 from hypertuna.console import (
     check_suffix,
@@ -25,13 +23,14 @@ from hypertuna.console import (
     whole_number,
 )
 from hypertuna.description import Robot, load
-from hypertuna.drawing import save
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, named_gait
-from hypertuna.plots import plot_sweep, plot_swim
 from hypertuna.results import provenance, write_atomically, write_netcdf
 from hypertuna.sweep import Gaits, sweep
 from hypertuna.swim import Swim, swim
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["sweep_command", "swim_command"]
 
@@ -110,7 +109,7 @@ def swim_command(
         current=(0.0, 0.0) if current is None else _pair(current),
     )
     if plot is not None:
-        animate_swim(done, plot) if kind == ".gif" else save(plot_swim(done), plot)
+        _plot_swim(done, plot, kind)
     if output is not None:
         write_netcdf(done.trajectory.assign_attrs(_attributes(done)), output)
     if as_json:
@@ -156,7 +155,7 @@ def sweep_command(
     with progress_bar("swimming") as progress:
         found = sweep(fish, _grid(axes), threads=workers, steps=whole_number(steps, "steps"), progress=progress)
     if plot is not None:
-        save(plot_sweep(found), plot)
+        _plot_sweep(found, plot)
     if output is not None and kind == ".nc":
         write_netcdf(found.assign_attrs(command=command_line()), output)
     if output is not None and kind == ".csv":
@@ -279,6 +278,23 @@ def _spelled(gait: Gait) -> str:
     if any(gait.bias):
         parts.append(f"bias {', '.join(f'{a:.4g}' for a in angles['bias'])} deg")
     return f"{gait.frequency:g} Hz, {', '.join(parts)}"
+
+
+def _plot_swim(done: Swim, plot: str, kind: str | None) -> None:
+    """Draw a swim; what draws is imported only now, because that takes longer than the swim."""
+    from hypertuna.animation import animate_swim
+    from hypertuna.drawing import save
+    from hypertuna.plots import plot_swim
+
+    animate_swim(done, plot) if kind == ".gif" else save(plot_swim(done), plot)
+
+
+def _plot_sweep(found: xr.Dataset, plot: str) -> None:
+    """Draw a sweep."""
+    from hypertuna.drawing import save
+    from hypertuna.plots import plot_sweep
+
+    save(plot_sweep(found), plot)
 
 
 def _columns(found: xr.Dataset) -> dict[str, Any]:

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["RULES", "VERDICTS", "Entry", "Rule", "judge", "published"]
+__all__ = ["MARKS", "RULES", "VERDICTS", "Entry", "Rule", "judge", "published"]
 
 VERDICTS = ("reproduced", "deviates", "contradicted", "not-computed")
+MARKS = {"reproduced": "✓", "deviates": "≠", "contradicted": "✗", "not-computed": "…"}
 
 
 @dataclass(frozen=True)

@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline, splrep
 
 from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.measured import JointSeries, Track
 from hypertuna.model import core_model, twist_from_rest
-from hypertuna.results import trajectory
+from hypertuna.results import dataset, trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from scipy.interpolate import BSpline
 
 __all__ = ["Pose", "SmoothSeries", "head_center", "replay", "residuals", "rmse", "seen_from_start", "smooth"]
 
@@ -308,7 +310,7 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
     mean = placed.mean(axis=0)
     off_mean = _interpolate(time, result["time"].to_numpy(), made) - mean
     repeatability = _rms((placed - mean).reshape(-1, 3)) if len(tracks) > 1 else np.full(3, np.nan)
-    return xr.Dataset(
+    return dataset(
         {
             "rmse": ("axis", _rms(np.concatenate(differences))),
             "mean_rmse": ("axis", _rms(off_mean)),
@@ -316,8 +318,8 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
             "run_rmse": (("run", "axis"), np.array([_rms(difference) for difference in differences])),
             "frames": ("run", [len(difference) for difference in differences]),
         },
-        coords={"axis": list(AXES), "unit": ("axis", list(AXES.values())), "run": [track.run for track in tracks]},
-        attrs=result.attrs,
+        {"axis": list(AXES), "unit": ("axis", list(AXES.values())), "run": [track.run for track in tracks]},
+        result.attrs,
     )
 
 
@@ -338,6 +340,8 @@ def _noise(series: JointSeries) -> Array:
 
 def _spline(time: Array, angle: Array, sigma: float) -> BSpline:
     """Fit a smoothing spline."""
+    from scipy.interpolate import BSpline, splrep  # here, because it takes longer to import than a swim takes
+
     bound = (len(time) + math.sqrt(2 * len(time))) * sigma**2
     spline, _, trouble, _ = splrep(time, angle, k=DEGREE, s=bound, full_output=1)
     if trouble > 0:  # so little noise that FITPACK cannot reach it: there is nothing to smooth

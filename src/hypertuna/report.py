@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from hypertuna.animation import slowed, swimming_svg
 from hypertuna.drawing import COLORS, INK, draw, save
 from hypertuna.errors import InputError
-from hypertuna.ledger import RULES, published
+from hypertuna.ledger import MARKS, RULES, published
 from hypertuna.plots import plot_ledger, plot_sweep, plot_swim, plot_turning
 from hypertuna.reproduce import OURS, PAPER, SPEEDS, Ledger, ledger_record
 from hypertuna.results import write_atomically
@@ -27,7 +27,6 @@ __all__ = ["ledger_page", "write_ledger"]
 
 WIDTH = 5.0  # of a plot on the page, inches: its text stays readable on a phone
 NAMES = {"reproduced": "reproduced", "deviates": "deviates", "contradicted": "contradicted", "not-computed": "to come"}
-MARKS = {"reproduced": "✓", "deviates": "≠", "contradicted": "✗", "not-computed": "…"}
 
 # Colors of the plots that the page replaces by its own, which follow the reader's choice of light or dark.
 THEMED = {

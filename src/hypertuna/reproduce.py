@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from hypertuna.description import Robot, load
 from hypertuna.gait import named_gait
@@ -16,6 +15,9 @@ from hypertuna.metrics import cost_of_transport
 from hypertuna.results import provenance
 from hypertuna.sweep import Gaits, sweep
 from hypertuna.swim import Swim, swim
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["OURS", "PAPER", "SPEEDS", "Ledger", "Trial", "ledger_record", "reproduce"]
 
@@ -252,8 +254,8 @@ def _range(robot: Robot, paper: Mapping[str, Any]) -> Finding:
         f"over {cost / robot.body.mass:g} J/(kg m) x {robot.body.mass:g} kg. The claim needs {claimed / 3600:.0f} Wh: "
         f"{charge:g} Ah x {claimed / 3600 / charge:.1f} V, with all {battery.cells} cells in parallel "
         f"({battery.cells} x {charge / battery.cells:g} Ah) and in series ({battery.cells} x {cell:g} V) at once. "
-        f"The lake run, {paper['lake']['energy_wh']:g} Wh for {paper['lake']['distance_m']:g} m or {lake_cost:.1f} J/(kg m), "
-        f"gives {energy / lake / 1e3:.2g} km"
+        f"The lake run, {paper['lake']['energy_wh']:g} Wh for {paper['lake']['distance_m']:g} m or "
+        f"{lake_cost:.1f} J/(kg m), gives {energy / lake / 1e3:.2g} km"
     )
     return "range/claimed", ARITHMETIC, energy / cost / 1e3, note
 

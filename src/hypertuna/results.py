@@ -7,17 +7,19 @@ import os
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.errors import InputError
 
-__all__ = ["body_points", "provenance", "trajectory", "version", "write_atomically", "write_netcdf"]
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["body_points", "dataset", "provenance", "trajectory", "version", "write_atomically", "write_netcdf"]
 
 Array = NDArray[np.float64]
 
@@ -54,6 +56,23 @@ def provenance(robot: Robot) -> dict[str, str]:
         "joints": robot.model.joints,
         "areas": robot.model.areas,
     }
+
+
+def dataset(variables: Mapping[str, Any], coordinates: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:
+    """Make a labeled dataset; what labels it is imported only now, because that takes longer than a swim.
+
+    Parameters
+    ----------
+    variables, coordinates, attributes : mapping
+        As `xarray.Dataset` takes them.
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    import xarray as xr
+
+    return xr.Dataset(variables, coordinates, attributes)
 
 
 def trajectory(
@@ -116,17 +135,17 @@ def trajectory(
         "loss": ("time", motion["loss"], "W", "power that the water takes"),
         "energy": ("time", motion["energy"], "J", "kinetic energy of body and entrained water"),
     }
-    return xr.Dataset(
+    return dataset(
         {
             name: (dims, values, {"units": unit, "long_name": text})
             for name, (dims, values, unit, text) in variables.items()
         },
-        coords={
+        {
             "time": ("time", time, {"units": "s", "long_name": "time"}),
             "link": ("link", list(robot.links.name)),
             "group": ("group", groups),
         },
-        attrs=provenance(robot) | {"current_x_m_s": current[0], "current_y_m_s": current[1]},
+        provenance(robot) | {"current_x_m_s": current[0], "current_y_m_s": current[1]},
     )
 
 

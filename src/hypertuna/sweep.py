@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Self, cast
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from hypertuna import _core
@@ -17,7 +16,10 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.gait import Gait, check_gait
 from hypertuna.model import core_model, parameter_names
-from hypertuna.results import provenance
+from hypertuna.results import dataset, provenance
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Gaits", "Gradient", "gradient", "sweep"]
 
@@ -203,7 +205,7 @@ def _dataset(robot: Robot, gaits: Gaits, found: dict[str, Any]) -> xr.Dataset:
         for g, group in enumerate(robot.joints):
             text = f"{name} of joint group {group.name}"
             coordinates[f"{name}_{group.name}"] = (dim, values[:, g], {"units": "rad", "long_name": text})
-    return xr.Dataset(variables, coordinates, provenance(robot))
+    return dataset(variables, coordinates, provenance(robot))
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from hypertuna import _core
@@ -17,6 +16,9 @@ from hypertuna.errors import InputError
 from hypertuna.gait import Gait, check_gait
 from hypertuna.model import core_model, twist_from_rest
 from hypertuna.results import trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Swim", "swim"]
 

@@ -46,6 +46,11 @@ struct LinkShape {
     HYPERTUNA_INLINE Wrench<V> wrench(const Along<V>& f) const {
         return {c * f.t - s * f.n, s * f.t + c * f.n, h_t * f.t + h_n * f.n + f.w};
     }
+    /// The same added to a sum, one multiply-add a term.
+    template <class V>
+    HYPERTUNA_INLINE void add_wrench(const Along<V>& f, Wrench<V>& sum) const {
+        sum = {sum.x + c * f.t - s * f.n, sum.y + s * f.t + c * f.n, sum.z + h_t * f.t + h_n * f.n + f.w};
+    }
 };
 
 /// Acceleration of one link by the change of shape alone, along and across it (m/s^2), and of psi (rad/s^2).

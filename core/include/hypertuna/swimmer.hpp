@@ -29,8 +29,8 @@ template <class S>
 struct Instant {
     const LinkShape<S>* shape;
     const LinkAcceleration<S>* acceleration;
-    Symmetric<S> mobility;  // inverse of the composite inertia
-    Momentum<S> momentum;   // b
+    const Symmetric<S>& mobility;  // inverse of the composite inertia
+    const Momentum<S>& momentum;   // b
 };
 
 /// M = sum J^T Lambda J and b = sum J^T Lambda a over the links.
@@ -79,7 +79,7 @@ template <class S, class Law, class V>
 HYPERTUNA_INLINE Wrench<V> water_wrench(const Swimmer<S, Law>& fish, const LinkShape<S>* shape, const Twist<V>& xi) {
     Wrench<V> sum{V(S(0)), V(S(0)), V(S(0))};
     for (int i = 0; i < fish.links; ++i)
-        sum = sum + shape[i].wrench(water_force(fish, i, shape[i].velocity(xi)));
+        shape[i].add_wrench(water_force(fish, i, shape[i].velocity(xi)), sum);
     return sum;
 }
 

@@ -1,4 +1,5 @@
-/// Sine and cosine from + - * alone, so that every machine and every lane gets the same bits.
+/// Sine and cosine from + - * alone: without contraction to fused multiply-adds (-ffp-contract=off), every machine and
+/// every lane gets the same bits.
 ///
 /// The argument is reduced to [-pi/4, pi/4] by multiples of pi/2 (three-part Cody-Waite, good for
 /// |x| < 1e5), then two polynomials are taken that are minimax there: relative error 3e-18 before rounding.
@@ -6,6 +7,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <initializer_list>
 
 #include "dual.hpp"
 #include "lanes.hpp"
