@@ -28,8 +28,9 @@ inline Output zeros(std::initializer_list<std::size_t> shape) {
 /// The one check of array shapes: what is called `name` must have this extent along an axis.
 inline void check_extent(const char* name, std::size_t got, std::size_t wanted) {
     if (got != wanted)
-        throw nb::value_error((std::string(name) + ": extent must be " + std::to_string(wanted) + ", but is " +
-                               std::to_string(got)).c_str());
+        throw nb::value_error(
+            (std::string(name) + ": extent must be " + std::to_string(wanted) + ", but is " + std::to_string(got))
+                .c_str());
 }
 
 }  // namespace hypertuna

@@ -4,16 +4,16 @@ namespace hypertuna {
 
 std::vector<ParameterColumn> parameter_columns(WaterLaw law) {
     using enum ParameterColumn::Extent;
-    std::vector<ParameterColumn> columns = {{"frequency", one},   {"amplitude", groups}, {"phase", groups},
-                                            {"bias", groups},     {"bandwidth", groups}, {"length", links},
-                                            {"com", links},       {"mass", links},       {"inertia", links},
-                                            {"density", one}};
-    const std::vector<ParameterColumn> lumped = {{"added_mass", links}, {"friction", links}, {"drag", links},
-                                                 {"friction_area", links}, {"drag_area", links}};
-    const std::vector<ParameterColumn> strip = {
-        {"lateral_area", links},   {"wetted_area", links}, {"added_mass_normal", links},
-        {"added_mass_tangential", links}, {"added_inertia", links}, {"drag_normal", links},
-        {"drag_tangential", links}, {"linear_normal", links}, {"linear_tangential", links}, {"tail_shedding", one}};
+    std::vector<ParameterColumn> columns = {
+        {"frequency", one}, {"amplitude", groups}, {"phase", groups}, {"bias", groups},   {"bandwidth", groups},
+        {"length", links},  {"com", links},        {"mass", links},   {"inertia", links}, {"density", one}};
+    const std::vector<ParameterColumn> lumped = {
+        {"added_mass", links}, {"friction", links}, {"drag", links}, {"friction_area", links}, {"drag_area", links}};
+    const std::vector<ParameterColumn> strip = {{"lateral_area", links},      {"wetted_area", links},
+                                                {"added_mass_normal", links}, {"added_mass_tangential", links},
+                                                {"added_inertia", links},     {"drag_normal", links},
+                                                {"drag_tangential", links},   {"linear_normal", links},
+                                                {"linear_tangential", links}, {"tail_shedding", one}};
     const auto& water = law == WaterLaw::lumped ? lumped : strip;
     columns.insert(columns.end(), water.begin(), water.end());
     return columns;
@@ -21,9 +21,12 @@ std::vector<ParameterColumn> parameter_columns(WaterLaw law) {
 
 static int extent(const Model& model, const ParameterColumn& column) {
     switch (column.extent) {
-        case ParameterColumn::Extent::groups: return model.groups;
-        case ParameterColumn::Extent::links: return model.links;
-        default: return 1;
+        case ParameterColumn::Extent::groups:
+            return model.groups;
+        case ParameterColumn::Extent::links:
+            return model.links;
+        default:
+            return 1;
     }
 }
 
@@ -77,16 +80,18 @@ static std::vector<std::string> parameter_names(const Model& model) {
 
 void bind_model(nb::module_& m) {
     nb::class_<Model>(m, "Model", "A robot in its water, ready for the core. Immutable.")
-        .def("__init__", [](Model* self, const std::string& law, bool cross_flow, double length,
-                            std::vector<int> joint_group, std::vector<double> joint_share,
-                            std::vector<double> bandwidth, const std::map<std::string, std::vector<double>>& columns) {
-                 new (self) Model(make_model(law, cross_flow, length, std::move(joint_group), std::move(joint_share),
-                                             std::move(bandwidth), columns));
-             },
-             nb::kw_only(), nb::arg("law"), nb::arg("cross_flow"), nb::arg("length"), nb::arg("joint_group"),
-             nb::arg("joint_share"), nb::arg("bandwidth"), nb::arg("columns"),
-             "Joint i sits at the front of link i; its group is -1 where it is rigid. `columns` holds the parameters "
-             "after the gait's, by the names of `parameter_names`.")
+        .def(
+            "__init__",
+            [](Model* self, const std::string& law, bool cross_flow, double length, std::vector<int> joint_group,
+               std::vector<double> joint_share, std::vector<double> bandwidth,
+               const std::map<std::string, std::vector<double>>& columns) {
+                new (self) Model(make_model(law, cross_flow, length, std::move(joint_group), std::move(joint_share),
+                                            std::move(bandwidth), columns));
+            },
+            nb::kw_only(), nb::arg("law"), nb::arg("cross_flow"), nb::arg("length"), nb::arg("joint_group"),
+            nb::arg("joint_share"), nb::arg("bandwidth"), nb::arg("columns"),
+            "Joint i sits at the front of link i; its group is -1 where it is rigid. `columns` holds the parameters "
+            "after the gait's, by the names of `parameter_names`.")
         .def_ro("links", &Model::links, "Number of links.")
         .def_ro("groups", &Model::groups, "Number of joint groups.")
         .def("parameter_names", &parameter_names,

@@ -41,8 +41,9 @@ static const Kernel& kernel() {
         return wish && *wish ? find_kernel(wish) : usable_kernels().back();
     }();
     if (chosen) return *chosen;
-    std::string message = std::string("HYPERTUNA_ISA must name an instruction set that this build and processor have, but is '") +
-                          std::getenv("HYPERTUNA_ISA") + "': use one of";
+    std::string message =
+        std::string("HYPERTUNA_ISA must name an instruction set that this build and processor have, but is '") +
+        std::getenv("HYPERTUNA_ISA") + "': use one of";
     for (const Kernel* k : usable_kernels()) message += std::string(" ") + k->name;
     throw nb::value_error(message.c_str());
 }
@@ -75,8 +76,9 @@ static void in_parallel(int count, int block, int threads, const Work& work) {
     for (std::thread& helper : helpers) helper.join();
 }
 
-static Output settle_batch(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
-                     const PerGroup& bias, int steps, int wait, int most_beats, int threads) {
+static Output settle_batch(const Model& model, const Frequency& frequency, const PerGroup& amplitude,
+                           const PerGroup& phase, const PerGroup& bias, int steps, int wait, int most_beats,
+                           int threads) {
     const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
     if (steps < 8 || steps % 4) throw nb::value_error("steps: must be a multiple of 4, 8 at least");
     const int count = static_cast<int>(frequency.shape(0));
@@ -107,11 +109,14 @@ static Output gradient(const Model& model, const Frequency& frequency, const Per
 
 void bind_settle(nb::module_& m) {
     m.def("isa", [] { return std::string(kernel().name); }, "Name of the instruction set in use.");
-    m.def("isas", [] {
-        std::vector<std::string> names;
-        for (const Kernel* k : usable_kernels()) names.push_back(k->name);
-        return names;
-    }, "Names of the instruction sets that this build and this processor have.");
+    m.def(
+        "isas",
+        [] {
+            std::vector<std::string> names;
+            for (const Kernel* k : usable_kernels()) names.push_back(k->name);
+            return names;
+        },
+        "Names of the instruction sets that this build and this processor have.");
     m.def("lanes", [] { return kernel().lanes; }, "Gaits that one instruction serves.");
     m.def("settle", &settle_batch, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
           nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("most_beats"), nb::arg("threads"),
@@ -121,11 +126,13 @@ void bind_settle(nb::module_& m) {
           nb::arg("bias"), nb::arg("momentum"), nb::kw_only(), nb::arg("steps"), nb::arg("threads"),
           "Derivatives of one beat of each gait from its momentum at the start: (gaits, `gradient_outputs`, "
           "3 + parameters), by that momentum and by the parameters.");
-    m.def("settle_columns", [] { return std::vector<std::string>(std::begin(column::names), std::end(column::names)); },
-          "Names of the columns of `settle`.");
-    m.def("gradient_outputs", [] { return std::vector<std::string>(std::begin(output::names), std::end(output::names)); },
-          "Names of the outputs of `gradient`.");
-    m.attr("SETTLED_CHANGE") = settle_tolerances.change;
+    m.def(
+        "settle_columns", [] { return std::vector<std::string>(std::begin(column::names), std::end(column::names)); },
+        "Names of the columns of `settle`.");
+    m.def(
+        "gradient_outputs", [] { return std::vector<std::string>(std::begin(output::names), std::end(output::names)); },
+        "Names of the outputs of `gradient`.");
+    m.attr("SETTLED_DISTANCE") = settle_tolerances.settled;
 }
 
 }  // namespace hypertuna

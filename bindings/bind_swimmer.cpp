@@ -21,7 +21,8 @@ static const JointMotion<double>* joints_at(const Input<3>& joints, std::size_t 
 }
 
 static Output joint_motion_at(const Model& model, double frequency, const std::vector<double>& amplitude,
-                              const std::vector<double>& phase, const std::vector<double>& bias, const Input<1>& clock) {
+                              const std::vector<double>& phase, const std::vector<double>& bias,
+                              const Input<1>& clock) {
     const std::size_t groups = model.groups;
     check_extent("amplitude", amplitude.size(), groups);
     check_extent("phase", phase.size(), groups);
@@ -77,7 +78,7 @@ static NamedArrays dynamics(const Model& model, const Input<3>& joints, const In
 }
 
 static NamedArrays advance(const Model& model, const Input<3>& joints, double step, const Input<1>& twist0,
-                        const Input<1>& pose0) {
+                           const Input<1>& pose0) {
     const std::size_t links = model.links, steps = joints.shape(0) / 2;
     if (joints.shape(0) % 2 != 1) throw nb::value_error("joints: needs two instants a step and one more");
     check_extent("joints", joints.shape(1), links);
@@ -132,10 +133,11 @@ void bind_swimmer(nb::module_& m) {
     m.def("dynamics", &dynamics, nb::arg("model"), nb::arg("joints"), nb::arg("twist"),
           "The equations of swimming at given states, joints (states, links, 3) and twist (states, 3): inertia (3, 3), "
           "momentum, acceleration, wrench of the water, joint torque, loss to the water and kinetic energy.");
-    m.def("advance", &advance, nb::arg("model"), nb::arg("joints"), nb::kw_only(), nb::arg("step"), nb::arg("twist"),
-          nb::arg("pose"),
-          "Swim a joint motion, given at every half step (2 steps + 1, links, 3), from a twist and a pose: twist, pose, "
-          "joint torque, loss to the water and kinetic energy at every step.");
+    m.def(
+        "advance", &advance, nb::arg("model"), nb::arg("joints"), nb::kw_only(), nb::arg("step"), nb::arg("twist"),
+        nb::arg("pose"),
+        "Swim a joint motion, given at every half step (2 steps + 1, links, 3), from a twist and a pose: twist, pose, "
+        "joint torque, loss to the water and kinetic energy at every step.");
 }
 
 }  // namespace hypertuna

@@ -32,9 +32,13 @@ using Real = typename Pack<lanes>::type;
 HYPERTUNA_INLINE double lane(double x, int) { return x; }
 HYPERTUNA_INLINE void set_lane(double& x, int, double y) { x = y; }
 template <int W>
-HYPERTUNA_INLINE double lane(const Lanes<double, W>& x, int k) { return x[k]; }
+HYPERTUNA_INLINE double lane(const Lanes<double, W>& x, int k) {
+    return x[k];
+}
 template <int W>
-HYPERTUNA_INLINE void set_lane(Lanes<double, W>& x, int k, double y) { x.set(k, y); }
+HYPERTUNA_INLINE void set_lane(Lanes<double, W>& x, int k, double y) {
+    x.set(k, y);
+}
 
 /// Parameters of the model with W gaits in the lanes; beyond the last gait the last one is repeated.
 void load_gaits(const Model& model, const GaitBatch& gaits, int first, int end, std::vector<Real>& parameters) {
@@ -52,11 +56,34 @@ void load_gaits(const Model& model, const GaitBatch& gaits, int first, int end, 
 
 void store(const Settled<Real>& s, const Twist<Real>& xi, int k, double* row) {
     const auto& m = s.monodromy.a;
-    const Real values[column::count] = {
-        s.beat.displacement.x, s.beat.displacement.y, s.beat.displacement.heading,
-        s.beat.power, s.beat.power_positive, s.beat.loss, s.beat.excursion, s.beat.arc, s.beat.radius, s.beat.advance,
-        s.residual, s.beats, xi.x, xi.y, xi.z, s.start.x, s.start.y, s.start.z,
-        m[0][0], m[0][1], m[0][2], m[1][0], m[1][1], m[1][2], m[2][0], m[2][1], m[2][2]};
+    const Real values[column::count] = {s.beat.displacement.x,
+                                        s.beat.displacement.y,
+                                        s.beat.displacement.heading,
+                                        s.beat.power,
+                                        s.beat.power_positive,
+                                        s.beat.loss,
+                                        s.beat.excursion,
+                                        s.beat.arc,
+                                        s.beat.radius,
+                                        s.beat.advance,
+                                        s.residual,
+                                        s.distance,
+                                        s.beats,
+                                        xi.x,
+                                        xi.y,
+                                        xi.z,
+                                        s.start.x,
+                                        s.start.y,
+                                        s.start.z,
+                                        m[0][0],
+                                        m[0][1],
+                                        m[0][2],
+                                        m[1][0],
+                                        m[1][1],
+                                        m[1][2],
+                                        m[2][0],
+                                        m[2][1],
+                                        m[2][2]};
     for (int c = 0; c < column::count; ++c) row[c] = lane(values[c], k);
 }
 
@@ -70,12 +97,11 @@ void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOption
         tank.fill();
         const Real period = Real(1.0) / tank.frequency;
         const Momentum<Real> rest{Real(0.0), Real(0.0), Real(0.0)};  // joints that set in cannot give momentum
-        const Momentum<Real> brisk =
-            brisk_start(tank.table, model.groups, tank.swings.data(), tank.frequency, length);
-        const Settled<Real> s =
-            options.wait >= 0
-                ? wait(tank.fish, tank.joints.data(), tank.table, length, period, rest, options.wait, tank.scratch)
-                : settle(tank.fish, tank.joints.data(), tank.table, length, period, brisk, options.most_beats, tank.scratch);
+        const Momentum<Real> brisk = brisk_start(tank.table, model.groups, tank.swings.data(), tank.frequency, length);
+        const Settled<Real> s = options.wait >= 0 ? wait(tank.fish, tank.joints.data(), tank.table, length, period,
+                                                         rest, options.wait, tank.scratch)
+                                                  : settle(tank.fish, tank.joints.data(), tank.table, length, period,
+                                                           brisk, options.most_beats, tank.scratch);
         const Twist<Real> xi = twist(tank.table[0], s.start);
         for (int k = 0; k < lanes && first + k < end; ++k) store(s, xi, k, rows + (first + k) * column::count);
     }
@@ -111,8 +137,7 @@ void gradient_of(const Model& model, const GaitBatch& gaits, int gait, const dou
         tank.fill();
         const Beat<Slope> b = measure_beat(tank.fish, tank.joints.data(), tank.table, Slope(Real(1.0)) / tank.frequency,
                                            start, tank.scratch);
-        const Slope* const outputs[output::count] = {&b.arc,
-                                                     &b.power, &b.power_positive, &b.loss,
+        const Slope* const outputs[output::count] = {&b.arc,   &b.power, &b.power_positive, &b.loss,
                                                      &b.end.x, &b.end.y, &b.end.z};
         for (int o = 0; o < output::count; ++o)
             for (int k = 0; k < here; ++k) rows[o * count + first + k] = lane(outputs[o]->d[0], k);
@@ -137,6 +162,6 @@ void gradient_any(const Model& model, const GaitBatch& gaits, int gait, const do
 
 namespace hypertuna {
 extern const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH);
-const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH) = {
-    HYPERTUNA_NAME(HYPERTUNA_ARCH), HYPERTUNA_ARCH::lanes, HYPERTUNA_ARCH::settle_any, HYPERTUNA_ARCH::gradient_any};
-}
+const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH) = {HYPERTUNA_NAME(HYPERTUNA_ARCH), HYPERTUNA_ARCH::lanes,
+                                                          HYPERTUNA_ARCH::settle_any, HYPERTUNA_ARCH::gradient_any};
+}  // namespace hypertuna

@@ -44,23 +44,48 @@ enum Column {
     radius,
     advance,
     residual,
+    distance,
     beats,
-    twist,                    // 3: u, v, r at the start of the beat
-    momentum = twist + 3,     // 3
-    monodromy = momentum + 3, // 9, row-major, of the momentum
+    twist,                     // 3: u, v, r at the start of the beat
+    momentum = twist + 3,      // 3
+    monodromy = momentum + 3,  // 9, row-major, of the momentum
     count = monodromy + 9
 };
-inline constexpr const char* names[count] = {
-    "displacement_x", "displacement_y", "turn", "power", "power_positive", "loss", "excursion", "arc", "radius", "advance",
-    "residual", "beats", "u", "v", "r", "p_x", "p_y", "l",
-    "m_00", "m_01", "m_02", "m_10", "m_11", "m_12", "m_20", "m_21", "m_22"};
-}
+inline constexpr const char* names[count] = {"displacement_x",
+                                             "displacement_y",
+                                             "turn",
+                                             "power",
+                                             "power_positive",
+                                             "loss",
+                                             "excursion",
+                                             "arc",
+                                             "radius",
+                                             "advance",
+                                             "residual",
+                                             "distance",
+                                             "beats",
+                                             "u",
+                                             "v",
+                                             "r",
+                                             "p_x",
+                                             "p_y",
+                                             "l",
+                                             "m_00",
+                                             "m_01",
+                                             "m_02",
+                                             "m_10",
+                                             "m_11",
+                                             "m_12",
+                                             "m_20",
+                                             "m_21",
+                                             "m_22"};
+}  // namespace column
 
 /// Outputs that have derivatives, in this order.
 namespace output {
 enum Output { arc, power, power_positive, loss, end_x, end_y, end_z, count };
 inline constexpr const char* names[count] = {"arc", "power", "power_positive", "loss", "end_p_x", "end_p_y", "end_l"};
-}
+}  // namespace output
 
 struct Kernel {
     const char* name;

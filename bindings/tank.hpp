@@ -39,7 +39,8 @@ struct Tank {
           momentum_(2 * steps),
           tail_(steps),
           nose_(steps) {
-        for (int i = 0; i < model.links; ++i) joints.push_back({model.joint_group[i], S(base_t<S>(model.joint_share[i]))});
+        for (int i = 0; i < model.links; ++i)
+            joints.push_back({model.joint_group[i], S(base_t<S>(model.joint_share[i]))});
         for (int g = 0; g < model.groups; ++g) parameters[1 + 3 * model.groups + g] = S(base_t<S>(model.bandwidth[g]));
         for (std::size_t i = 0; i < model.body.size(); ++i)
             parameters[gait_parameters(model.groups) + i] = S(base_t<S>(model.body[i]));

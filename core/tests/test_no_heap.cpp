@@ -33,7 +33,7 @@ static void settles_without_heap() {
     const Settled<S> w =
         wait(fish.swimmer, fish.joints, fish.table, fish.length, fish.period, fish.rest(), 10, fish.scratch);
     CHECK(allocations == before);
-    CHECK(all(s.residual < S(base_t<S>(settle_tolerances.change))));
+    CHECK(all(s.distance < S(base_t<S>(settle_tolerances.settled))));
     CHECK(all(S(0) < w.residual));
 }
 

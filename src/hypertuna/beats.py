@@ -50,6 +50,7 @@ QUANTITIES = {
         "1", "largest modulus of the monodromy's multipliers: what a beat leaves of a disturbance"
     ),
     "change": Quantity("1", "change of the motion from beat to beat, body lengths or rad"),
+    "distance": Quantity("1", "how far the motion is from settled, relative to the way of a beat"),
     "beats": Quantity("1", "beats integrated"),
 }
 
@@ -151,6 +152,7 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
         "turn_radius": np.where(row["radius"] < STRAIGHT * length, row["radius"], np.inf),
         "spectral_radius": radius,
         "change": row["residual"],
+        "distance": row["distance"],
         "beats": row["beats"],
         "status": _status(row, speed, radius),
         "twist": rows[:, _TWIST : _TWIST + 3],
@@ -159,7 +161,7 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
     }
 
 
-def status_text(status: str, *, beats: float, change: float, spectral_radius: float) -> str:
+def status_text(status: str, *, beats: float, distance: float, spectral_radius: float) -> str:
     """Say in a sentence how a search for the settled beat ended.
 
     Parameters
@@ -168,8 +170,8 @@ def status_text(status: str, *, beats: float, change: float, spectral_radius: fl
         One of `STATUSES`.
     beats : float
         Beats integrated.
-    change : float
-        Change of the motion per beat [body lengths or rad].
+    distance : float
+        How far the motion is from settled, relative to the way of a beat [1].
     spectral_radius : float
         Largest modulus of the monodromy's multipliers.
 
@@ -181,14 +183,14 @@ def status_text(status: str, *, beats: float, change: float, spectral_radius: fl
         kept = (
             "" if np.isnan(spectral_radius) else f"; a disturbance shrinks to {spectral_radius:.3g} of itself each beat"
         )
-        return f"The gait is settled: every beat repeats the last to {change:.1e} body lengths{kept}."
+        return f"The gait is settled: every beat repeats the last to {distance:.1e} of its way{kept}."
     if status == "unstable":
         return (
             f"The gait is periodic but unstable: a disturbance grows {spectral_radius:.3g} times each beat, "
             "so the robot will not keep it."
         )
     if status == "unsettled":
-        return f"The gait is unsettled after {beats:.0f} beats: it still changes by {change:.1e} body lengths a beat."
+        return f"The gait is unsettled after {beats:.0f} beats: it is still {distance:.1e} of the way of a beat off."
     return (
         f"The gait diverged within {beats:.0f} beats: its speeds left all bounds; "
         "take more steps per beat, or look at the coefficients."
@@ -198,7 +200,7 @@ def status_text(status: str, *, beats: float, change: float, spectral_radius: fl
 def _status(row: dict[str, Array], speed: Array, spectral_radius: Array) -> NDArray[np.int8]:
     """Give each gait its verdict; what is not a finite number has diverged."""
     finite = np.isfinite(speed + row["power"] + row["loss"] + row["excursion"] + row["residual"])
-    settled = row["residual"] < _core.SETTLED_CHANGE
+    settled = row["distance"] < _core.SETTLED_DISTANCE
     verdict = np.where(settled, np.where(spectral_radius >= 1, 2, 0), 1)
     return np.where(finite, verdict, 3).astype(np.int8)
 

@@ -238,7 +238,12 @@ def _record(done: Swim) -> dict[str, Any]:
     return (
         {name: getattr(done, attribute) for name, attribute, *_ in (*SHOWN, *MORE)}
         | {"status": done.status, "status_text": done.status_text, "settled": done.settled, "beats": done.beats}
-        | {"spectral_radius": done.spectral_radius, "change_per_beat": done.change, "steps": done.steps}
+        | {
+            "spectral_radius": done.spectral_radius,
+            "change_per_beat": done.change,
+            "distance_to_settled": done.distance,
+            "steps": done.steps,
+        }
         | {"frequency_hz": gait.frequency}
         | {f"{key}_deg": np.degrees(getattr(gait, key)).round(10).tolist() for key in ("amplitude", "phase", "bias")}
         | {"from_rest_s": done.duration, "current_m_s": done.current}

@@ -8,6 +8,7 @@ import math
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self
 
@@ -88,7 +89,7 @@ class Robot(Part):
         """File that the robot was read from, empty if none."""
         return self._file
 
-    @property
+    @cached_property
     def hash(self) -> str:
         """Sha256 of what can change a result: all but the texts of description and sources."""
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"description", "sources"})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.metadata
 import os
 import tempfile
@@ -24,6 +25,7 @@ __all__ = ["body_points", "dataset", "provenance", "trajectory", "version", "wri
 Array = NDArray[np.float64]
 
 
+@functools.cache
 def version() -> str:
     """Return the version of hypertuna.
 

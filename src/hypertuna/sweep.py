@@ -178,10 +178,10 @@ def sweep(
         if progress is not None:
             progress(min(first + CHUNK, len(gaits)), len(gaits))
     whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return _dataset(robot, gaits, whole).assign_attrs(steps=steps, method=method)
+    return _dataset(robot, gaits, whole, {"steps": steps, "method": method})
 
 
-def _dataset(robot: Robot, gaits: Gaits, found: dict[str, Any]) -> xr.Dataset:
+def _dataset(robot: Robot, gaits: Gaits, found: dict[str, Any], how: dict[str, Any]) -> xr.Dataset:
     """Label the results of a sweep."""
     grid = len(gaits.shape) == 4
     dims = ("frequency", "amplitude", "phase", "bias") if grid else ("gait",)
@@ -205,7 +205,7 @@ def _dataset(robot: Robot, gaits: Gaits, found: dict[str, Any]) -> xr.Dataset:
         for g, group in enumerate(robot.joints):
             text = f"{name} of joint group {group.name}"
             coordinates[f"{name}_{group.name}"] = (dim, values[:, g], {"units": "rad", "long_name": text})
-    return dataset(variables, coordinates, provenance(robot))
+    return dataset(variables, coordinates, provenance(robot) | how)
 
 
 @dataclass(frozen=True)

@@ -57,6 +57,8 @@ class Swim:
         Largest modulus of them: what a beat leaves of a disturbance.
     status, status_text : str
         "settled", "unsettled", "unstable" or "diverged", and a sentence.
+    distance : float
+        How far the motion is from settled, relative to the way of a beat.
     change : float
         Change of the motion from this beat to the next [body lengths or rad].
     beats, steps : int
@@ -80,6 +82,7 @@ class Swim:
     turn_radius: float
     spectral_radius: float
     change: float
+    distance: float
     beats: int
     multipliers: NDArray[np.complex128]
     status: str
@@ -167,7 +170,7 @@ def swim(
     del found["momentum"]
     values: dict[str, Any] = {name: float(value[0]) for name, value in found.items()}
     text = status_text(
-        status, beats=values["beats"], change=values["change"], spectral_radius=values["spectral_radius"]
+        status, beats=values["beats"], distance=values["distance"], spectral_radius=values["spectral_radius"]
     )
     if from_rest is not None:
         status, text = _verdict_from_rest(robot, gait, values, status, text, steps)

@@ -7,24 +7,24 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 
 template <class S>
 struct Beat {
-    Momentum<S> end;          // momentum after the beat
-    Pose<S> displacement;     // of the nose over the beat, in body axes at its start
-    S power;                  // W, mean of the sum of joint torque times joint rate
-    S power_positive;         // W, the same with every joint group's negative power counted as zero
-    S loss;                   // W, mean power that the water takes
-    S excursion;              // m, of the tail tip across the mean path, peak to peak
-    S arc;                    // m, length of the mean path: of the circle at the nose's mean distance from the center
-    S radius;                 // m, mean distance of the nose from the center of the turn; infinite when straight
-    S advance;                // m, mean motion of the nose along its axis, positive toward the head
+    Momentum<S> end;       // momentum after the beat
+    Pose<S> displacement;  // of the nose over the beat, in body axes at its start
+    S power;               // W, mean of the sum of joint torque times joint rate
+    S power_positive;      // W, the same with every joint group's negative power counted as zero
+    S loss;                // W, mean power that the water takes
+    S excursion;           // m, of the tail tip across the mean path, peak to peak
+    S arc;                 // m, length of the mean path: of the circle at the nose's mean distance from the center
+    S radius;              // m, mean distance of the nose from the center of the turn; infinite when straight
+    S advance;             // m, mean motion of the nose along its axis, positive toward the head
 };
 
 /// Scratch memory for measuring a beat.
 template <class S>
 struct BeatScratch {
-    S* torque;             // links
-    S* group_power;        // links
-    Planar<S>* tail;       // steps: position of the tail tip in the frame of the beat's start
-    Planar<S>* nose;       // steps
+    S* torque;        // links
+    S* group_power;   // links
+    Planar<S>* tail;  // steps: position of the tail tip in the frame of the beat's start
+    Planar<S>* nose;  // steps
 };
 
 /// Mechanical power of all joints at one instant: net, and with the negative power of each joint group left out.
@@ -34,8 +34,7 @@ HYPERTUNA_INLINE void joint_power(const Swimmer<S, Law>& fish, const JointShare<
     joint_torques(fish, now, xi, scratch.torque);
     for (int i = 0; i < fish.links; ++i) scratch.group_power[i] = S(0);
     for (int i = 1; i < fish.links; ++i)
-        if (joints[i].group >= 0)
-            scratch.group_power[joints[i].group] += scratch.torque[i] * joint_rate(now.shape, i);
+        if (joints[i].group >= 0) scratch.group_power[joints[i].group] += scratch.torque[i] * joint_rate(now.shape, i);
     for (int g = 0; g < fish.links; ++g) {
         beat.power += scratch.group_power[g];
         beat.power_positive += max(scratch.group_power[g], S(0));
@@ -112,7 +111,8 @@ HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law>& fish, const Joint
         const Link<S>& link = fish.link[fish.links - 1];
         const Planar<S> joint = joint_position(last, link);
         scratch.nose[k] = {motion.pose.x, motion.pose.y, zero};
-        scratch.tail[k] = place(motion.pose, Planar<S>{joint.x + link.length * last.c, joint.y + link.length * last.s, zero});
+        scratch.tail[k] =
+            place(motion.pose, Planar<S>{joint.x + link.length * last.c, joint.y + link.length * last.s, zero});
         motion = swim_step(fish, table, 2 * k, 1, step, motion);
     }
     const S mean(T(1.0 / steps));

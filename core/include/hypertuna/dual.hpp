@@ -12,9 +12,7 @@ struct Dual {
     S d[N];  // derivative in each direction
 
     Dual() = default;
-    HYPERTUNA_INLINE Dual(const S& x) : v(x) {
-        HYPERTUNA_UNROLL for (int k = 0; k < N; ++k) d[k] = S(0);
-    }
+    HYPERTUNA_INLINE Dual(const S& x) : v(x) { HYPERTUNA_UNROLL for (int k = 0; k < N; ++k) d[k] = S(0); }
     HYPERTUNA_INLINE Dual(base_t<S> x)
         requires(!std::same_as<S, base_t<S>>)
         : Dual(S(x)) {}
@@ -55,9 +53,18 @@ struct Dual {
     friend HYPERTUNA_INLINE Dual operator-(const Dual& a) { return chain(-a.v, S(-1), a); }
 
     // With a number that has no derivatives: a quarter of the work for N = 3.
-    friend HYPERTUNA_INLINE Dual operator+(Dual a, const S& b) { a.v += b; return a; }
-    friend HYPERTUNA_INLINE Dual operator+(const S& a, Dual b) { b.v += a; return b; }
-    friend HYPERTUNA_INLINE Dual operator-(Dual a, const S& b) { a.v -= b; return a; }
+    friend HYPERTUNA_INLINE Dual operator+(Dual a, const S& b) {
+        a.v += b;
+        return a;
+    }
+    friend HYPERTUNA_INLINE Dual operator+(const S& a, Dual b) {
+        b.v += a;
+        return b;
+    }
+    friend HYPERTUNA_INLINE Dual operator-(Dual a, const S& b) {
+        a.v -= b;
+        return a;
+    }
     friend HYPERTUNA_INLINE Dual operator-(const S& a, const Dual& b) { return chain(a - b.v, S(-1), b); }
     friend HYPERTUNA_INLINE Dual operator*(const Dual& a, const S& b) { return chain(a.v * b, b, a); }
     friend HYPERTUNA_INLINE Dual operator*(const S& a, const Dual& b) { return chain(a * b.v, a, b); }
@@ -98,6 +105,8 @@ HYPERTUNA_INLINE Dual<S, N> times_abs(const Dual<S, N>& x) {
     return Dual<S, N>::chain(x.v * magnitude, magnitude + magnitude, x);
 }
 template <class S, int N>
-HYPERTUNA_INLINE S value(const Dual<S, N>& x) { return x.v; }
+HYPERTUNA_INLINE S value(const Dual<S, N>& x) {
+    return x.v;
+}
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -40,7 +40,9 @@ HYPERTUNA_INLINE bool any(Mask<T, W> mask) {
     return found;
 }
 template <class T, int W>
-HYPERTUNA_INLINE bool all(Mask<T, W> mask) { return !any(!mask); }
+HYPERTUNA_INLINE bool all(Mask<T, W> mask) {
+    return !any(!mask);
+}
 
 template <class T, int W>
 struct Lanes {
@@ -59,8 +61,14 @@ struct Lanes {
     friend HYPERTUNA_INLINE Lanes operator*(Lanes a, Lanes b) { return a.v * b.v; }
     friend HYPERTUNA_INLINE Lanes operator/(Lanes a, Lanes b) { return a.v / b.v; }
     friend HYPERTUNA_INLINE Lanes operator-(Lanes a) { return -a.v; }
-    HYPERTUNA_INLINE Lanes& operator+=(Lanes a) { v += a.v; return *this; }
-    HYPERTUNA_INLINE Lanes& operator-=(Lanes a) { v -= a.v; return *this; }
+    HYPERTUNA_INLINE Lanes& operator+=(Lanes a) {
+        v += a.v;
+        return *this;
+    }
+    HYPERTUNA_INLINE Lanes& operator-=(Lanes a) {
+        v -= a.v;
+        return *this;
+    }
     friend HYPERTUNA_INLINE Mask<T, W> operator<(Lanes a, Lanes b) { return {a.v < b.v}; }
     friend HYPERTUNA_INLINE Mask<T, W> operator<=(Lanes a, Lanes b) { return {a.v <= b.v}; }
 };
@@ -89,8 +97,12 @@ HYPERTUNA_INLINE Lanes<T, W> sqrt(Lanes<T, W> x) {
     return root;
 }
 template <class T, int W>
-HYPERTUNA_INLINE Lanes<T, W> times_abs(Lanes<T, W> x) { return x * abs(x); }
+HYPERTUNA_INLINE Lanes<T, W> times_abs(Lanes<T, W> x) {
+    return x * abs(x);
+}
 template <class T, int W>
-HYPERTUNA_INLINE Lanes<T, W> value(Lanes<T, W> x) { return x; }
+HYPERTUNA_INLINE Lanes<T, W> value(Lanes<T, W> x) {
+    return x;
+}
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -32,7 +32,9 @@ using Momentum = Planar<S>;  // P = (p_x, p_y, l): momentum, N s, and its moment
 
 /// Same values, in a scalar that holds more (a Dual of S, say).
 template <class S, class A>
-HYPERTUNA_INLINE Planar<S> widen(const Planar<A>& a) { return {S(a.x), S(a.y), S(a.z)}; }
+HYPERTUNA_INLINE Planar<S> widen(const Planar<A>& a) {
+    return {S(a.x), S(a.y), S(a.z)};
+}
 
 /// A symmetric 3 x 3 matrix.
 template <class S>

@@ -35,26 +35,40 @@ template <class S>
 using base_t = typename Base<S>::type;
 
 template <std::floating_point S>
-HYPERTUNA_INLINE S select(bool mask, S yes, S no) { return mask ? yes : no; }
+HYPERTUNA_INLINE S select(bool mask, S yes, S no) {
+    return mask ? yes : no;
+}
 HYPERTUNA_INLINE bool any(bool mask) { return mask; }
 HYPERTUNA_INLINE bool all(bool mask) { return mask; }
 
 template <std::floating_point S>
-HYPERTUNA_INLINE S abs(S x) { return std::fabs(x); }
+HYPERTUNA_INLINE S abs(S x) {
+    return std::fabs(x);
+}
 template <std::floating_point S>
-HYPERTUNA_INLINE S sqrt(S x) { return std::sqrt(x); }
+HYPERTUNA_INLINE S sqrt(S x) {
+    return std::sqrt(x);
+}
 
 /// x |x|, the quadratic drag law.
 template <std::floating_point S>
-HYPERTUNA_INLINE S times_abs(S x) { return x * std::fabs(x); }
+HYPERTUNA_INLINE S times_abs(S x) {
+    return x * std::fabs(x);
+}
 
 /// A value without its derivatives.
 template <std::floating_point S>
-HYPERTUNA_INLINE S value(S x) { return x; }
+HYPERTUNA_INLINE S value(S x) {
+    return x;
+}
 
 template <class S>
-HYPERTUNA_INLINE S max(const S& a, const S& b) { return select(a < b, b, a); }
+HYPERTUNA_INLINE S max(const S& a, const S& b) {
+    return select(a < b, b, a);
+}
 template <class S>
-HYPERTUNA_INLINE S min(const S& a, const S& b) { return select(b < a, b, a); }
+HYPERTUNA_INLINE S min(const S& a, const S& b) {
+    return select(b < a, b, a);
+}
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

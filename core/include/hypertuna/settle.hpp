@@ -11,9 +11,32 @@ struct Settled {
     Beat<S> beat;
     Momentum<S> start;
     Matrix3<S> monodromy;
-    S residual;  // change per beat of the measured beat itself, body lengths or rad
+    S residual;  // change of the motion over the measured beat, body lengths or rad
+    S distance;  // Newton's step from it, relative to the stride: how far it is from settled
     S beats;     // beats integrated to find it
 };
+
+template <class S, class M>
+Settled<S> select(const M& mask, const Settled<S>& yes, const Settled<S>& no) {
+    const auto pick = [&](const S& a, const S& b) { return select(mask, a, b); };
+    const Beat<S>&a = yes.beat, &b = no.beat;
+    const Pose<S>&p = a.displacement, &q = b.displacement;
+    const BeatMap<S> monodromy = select(mask, BeatMap<S>{a.end, yes.monodromy}, BeatMap<S>{b.end, no.monodromy});
+    return {{monodromy.end,
+             {pick(p.x, q.x), pick(p.y, q.y), pick(p.heading, q.heading)},
+             pick(a.power, b.power),
+             pick(a.power_positive, b.power_positive),
+             pick(a.loss, b.loss),
+             pick(a.excursion, b.excursion),
+             pick(a.arc, b.arc),
+             pick(a.radius, b.radius),
+             pick(a.advance, b.advance)},
+            select(mask, yes.start, no.start),
+            monodromy.monodromy,
+            pick(yes.residual, no.residual),
+            pick(yes.distance, no.distance),
+            pick(yes.beats, no.beats)};
+}
 
 /// A brisk start for the search: above most gaits' speed, because Newton comes down on it from above in a few steps and
 /// overshoots from below. Straight ahead at 0.29 (0.1 + sum of amplitudes) body lengths a beat.
@@ -29,56 +52,82 @@ Momentum<S> brisk_start(const ShapeTable<S>& table, int groups, const Swing<S>* 
     return {-(inertia.xx * speed), S(0), S(0)};
 }
 
+/// Newton's last step, relative to the stride: at half the steps, at all of them, when those fail, and what counts as
+/// settled.
 struct SettleTolerances {
-    double coarse, fine, last;  // size of Newton's last step at half the steps, at all of them, and when those fail
-    double largest;             // size that one step may have
-    double change;              // change per beat that counts as settled: body lengths or rad
+    double coarse, fine, last, settled;
 };
-inline constexpr SettleTolerances settle_tolerances = {1e-2, 2e-4, 1e-9, 1.0, 1e-8};
+inline constexpr SettleTolerances settle_tolerances = {5e-2, 1e-3, 1e-9, 1e-6};
+inline constexpr int quick_beats = 12;  // that undamped Newton gets at each number of steps
+inline constexpr int long_wait = 200;   // beats after which even the slow transients have chosen their way
 
-/// The settled beat by Newton's method: at half the steps first, then at all of them, then proven by the beat itself.
+/// Measure the beat from `start`, and how far it is from settled: the proof of a search.
 template <class S, class Law>
-Settled<S> settle(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table,
-                  const S& length, const S& period, const Momentum<S>& guess, int most_beats,
-                  const BeatScratch<S>& scratch) {
+Settled<S> prove(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table, const S& length,
+                 const S& period, const Momentum<S>& start, const Search<S>& search, const BeatScratch<S>& scratch) {
+    const Instant<S> now = table[0];
+    const Beat<S> beat = measure_beat(fish, joints, table, period, start, scratch);
+    const Twist<S> step = newton_step(BeatMap<S>{beat.end, search.map.monodromy}, start, now);
+    return {beat,
+            start,
+            search.map.monodromy,
+            size_per_beat(now.mobility * (beat.end - start), length, period),
+            size_per_beat(step, length, period) / stride(twist(now, start), length, period),
+            search.beats};
+}
+
+/// The settled beat by Newton's method: at half the steps first, then at all of them, proven by the beat itself.
+///
+/// A gait for which that fails is searched again with damped steps, and at last after a long wait.
+template <class S, class Law>
+Settled<S> settle(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table, const S& length,
+                  const S& period, const Momentum<S>& guess, int most_beats, const BeatScratch<S>& scratch) {
     using T = base_t<S>;
     constexpr SettleTolerances tolerance = settle_tolerances;
-    const auto prove = [&](Settled<S>& out, const Momentum<S>& start) {
-        out.start = start;
-        out.beat = measure_beat(fish, joints, table, period, start, scratch);
-        out.residual = size_per_beat(table.mobility[0] * (out.beat.end - start), length, period);
-    };
     const Momentum<S> warm = swim_beat(fish, table, 2, period, swim_beat(fish, table, 2, period, guess));
     Search<S> search = search_from(warm, S(2));
-    newton(fish, table, 2, length, period, T(tolerance.coarse), T(tolerance.largest), most_beats / 4, search);
-    // A lane that half the steps could not settle (too stiff for them) begins anew with all of them.
-    search = search_from(select(search.size < S(T(tolerance.coarse)), search.P, guess), search.beats);
-    newton(fish, table, 1, length, period, T(tolerance.fine), T(tolerance.largest), most_beats, search);
+    newton(fish, table, 2, length, period, T(tolerance.coarse), false, quick_beats, search);
+    // What half the steps could not settle (too stiff for them) begins anew with all of them.
+    search = search_from(select(search.distance < S(T(tolerance.coarse)), search.P, guess), search.beats);
+    newton(fish, table, 1, length, period, T(tolerance.fine), false, quick_beats, search);
+    Settled<S> out = prove(fish, joints, table, length, period, search.P, search, scratch);
 
-    Settled<S> out;
-    prove(out, search.P);
-    const auto open = !(out.residual < S(T(tolerance.change)));
-    if (any(open)) {
-        search.size = select(open, S(std::numeric_limits<T>::infinity()), S(0));
-        search.end = select(open, out.beat.end, search.end);
-        newton(fish, table, 1, length, period, T(tolerance.last), T(tolerance.largest), most_beats, search);
-        prove(out, search.P);
+    for (const bool patient : {false, true}) {
+        const auto open = !(out.distance < S(T(tolerance.settled)));
+        if (!any(open)) break;
+        Momentum<S> start = guess;
+        for (int k = 0; k < (patient ? long_wait : 2); ++k) start = swim_beat(fish, table, 1, period, start);
+        // Gaits that are settled keep what they have: their search is closed from the start.
+        Search<S> again = search_from(start, search.beats + S(T(patient ? long_wait : 2)));
+        again.distance = select(open, again.distance, S(0));
+        newton(fish, table, 1, length, period, T(tolerance.last), true, most_beats, again);
+        const Settled<S> found = prove(fish, joints, table, length, period, again.P, again, scratch);
+        out = select(open, found, out);
+        search.beats = out.beats;
     }
-    out.monodromy = search.monodromy;
-    out.beats = search.beats;
     return out;
 }
 
-/// The same by waiting: so many plain beats, and one more measured.
+/// The same by waiting: so many plain beats, and one more measured. How far that is from settled follows from how the
+/// change per beat shrinks, as in a geometric series.
 template <class S, class Law>
 Settled<S> wait(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table, const S& length,
                 const S& period, const Momentum<S>& from, int beats, const BeatScratch<S>& scratch) {
+    using T = base_t<S>;
+    const Instant<S> now = table[0];
     Momentum<S> start = from;
-    for (int k = 0; k < beats; ++k) start = swim_beat(fish, table, 1, period, start);
-    Settled<S> out{measure_beat(fish, joints, table, period, start, scratch), start, {}, S(0), S(base_t<S>(beats))};
-    out.residual = size_per_beat(table.mobility[0] * (out.beat.end - start), length, period);
-    for (auto& row : out.monodromy.a)
-        for (S& x : row) x = S(std::numeric_limits<base_t<S>>::quiet_NaN());
+    S before(0);
+    for (int k = 0; k < beats; ++k) {
+        const Momentum<S> end = swim_beat(fish, table, 1, period, start);
+        before = size_per_beat(now.mobility * (end - start), length, period);
+        start = end;
+    }
+    Search<S> search = search_from(start, S(T(beats)));
+    for (auto& row : search.map.monodromy.a)
+        for (S& x : row) x = S(std::numeric_limits<T>::quiet_NaN());
+    Settled<S> out = prove(fish, joints, table, length, period, start, search, scratch);
+    const S shrinks = max(S(1) - out.residual / before, S(T(1e-6)));
+    out.distance = out.residual / (shrinks * stride(twist(now, start), length, period));
     return out;
 }
 

@@ -36,9 +36,8 @@ void tabulate(const Swimmer<S, Law>& fish, const JointMotion<S>* joint, int k, c
 
 /// Enter a whole beat of a harmonic gait. `joint` is scratch for one instant.
 template <class S, class Law>
-HYPERTUNA_NOINLINE void tabulate_beat(const Swimmer<S, Law>& fish, const JointShare<S>* joints,
-                                      const Swing<S>* swings, const S& frequency, JointMotion<S>* joint,
-                                      const ShapeTable<S>& table) {
+HYPERTUNA_NOINLINE void tabulate_beat(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const Swing<S>* swings,
+                                      const S& frequency, JointMotion<S>* joint, const ShapeTable<S>& table) {
     for (int k = 0; k < table.instants; ++k) {
         const SinCos<S> clock = sincos(S(base_t<S>(2 * pi * k / table.instants)));
         joint_motion(fish.links, joints, swings, frequency, clock, joint);
@@ -52,7 +51,9 @@ struct Pose {
     S x, y, heading;  // m, m, rad counter-clockwise
 
     template <class A>
-    friend HYPERTUNA_INLINE Pose operator*(const A& a, const Pose& b) { return {a * b.x, a * b.y, a * b.heading}; }
+    friend HYPERTUNA_INLINE Pose operator*(const A& a, const Pose& b) {
+        return {a * b.x, a * b.y, a * b.heading};
+    }
     friend HYPERTUNA_INLINE Pose operator+(const Pose& a, const Pose& b) {
         return {a.x + b.x, a.y + b.y, a.heading + b.heading};
     }

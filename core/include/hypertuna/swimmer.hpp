@@ -78,8 +78,7 @@ HYPERTUNA_INLINE Along<V> water_force(const Swimmer<S, Law>& fish, int i, const 
 template <class S, class Law, class V>
 HYPERTUNA_INLINE Wrench<V> water_wrench(const Swimmer<S, Law>& fish, const LinkShape<S>* shape, const Twist<V>& xi) {
     Wrench<V> sum{V(S(0)), V(S(0)), V(S(0))};
-    for (int i = 0; i < fish.links; ++i)
-        shape[i].add_wrench(water_force(fish, i, shape[i].velocity(xi)), sum);
+    for (int i = 0; i < fish.links; ++i) shape[i].add_wrench(water_force(fish, i, shape[i].velocity(xi)), sum);
     return sum;
 }
 

@@ -52,14 +52,14 @@ struct Lumped {
 template <class S>
 struct Strip {
     struct Coefficients {
-        LinkInertia<S> inertia;                // with added mass
-        S friction, linear_friction;           // along the whole link: kg/m, kg/s
-        S drag, linear_drag;                   // across it, whole link: kg/m, kg/s
-        S middle, half_length;                 // of the link, from its center of mass, m
+        LinkInertia<S> inertia;       // with added mass
+        S friction, linear_friction;  // along the whole link: kg/m, kg/s
+        S drag, linear_drag;          // across it, whole link: kg/m, kg/s
+        S middle, half_length;        // of the link, from its center of mass, m
     };
     const Coefficients* links;
-    S shedding;        // kg/m: coefficient times added mass per length at the trailing edge
-    bool cross_flow;   // normal drag as v_n |v| instead of v_n |v_n|
+    S shedding;       // kg/m: coefficient times added mass per length at the trailing edge
+    bool cross_flow;  // normal drag as v_n |v| instead of v_n |v_n|
 
     static constexpr bool sheds = true;
     // Gauss-Legendre on [-1, 1], symmetric: position and weight (halved, so that they add up to 1).
