@@ -14,9 +14,8 @@ HEADERS = ROOT / "core" / "include" / "hypertuna"
 # The reading order of the package: each module may import only those before it. The commands use what users use.
 LAYERS = (
     *("_core", "errors", "frames", "schema", "reference", "description", "gait", "model", "metrics", "beats"),
-    *("results", "swim", "sweep", "measured", "replay", "drawing", "style"),
-    *("plots", "animation", "ledger", "reproduce", "report"),
-    *("__init__", "console", "cli_*", "cli", "__main__"),
+    *("results", "swim", "sweep", "measured", "replay", "drawing", "style", "plots", "animation"),
+    *("ledger", "reproduce", "report", "__init__", "console", "cli_*", "cli", "__main__"),
 )
 
 # The core runs on a microcontroller: no heap, no exceptions, no input or output, nothing of Python.

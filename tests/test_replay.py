@@ -98,7 +98,7 @@ def test_sampled_harmonic_swims_as_the_gait_does(name):
         frequency=0.5, amplitude=(20,) * len(robot.joints), phase=40.0 * np.arange(len(robot.joints))
     )
     swum = ht.swim(robot, gait, from_rest=4.0, steps=512).trajectory.isel(time=-1)
-    replayed = replay(robot, smooth(sampled(gait, 4), noise=0), twist=(0, 0, 0), step=1 / 256).isel(time=-1)
+    replayed = replay(robot, smooth(sampled(gait, 4), noise=0), step=1 / 256).isel(time=-1)
     assert float(replayed.time) == pytest.approx(4.0)
     for quantity in ("x", "y", "heading", "u", "v", "r", "tail_x", "bend", "joint_rate", "energy"):
         assert np.allclose(replayed[quantity], swum[quantity], rtol=1e-5, atol=1e-6), quantity

@@ -129,7 +129,7 @@ def some(gaits: Gaits, index: np.ndarray) -> Gaits:
 def test_every_gait_of_the_box_settles_and_none_is_silently_wrong(name: str) -> None:
     robot, gaits = MODELS[name], box(10_000, seed=2)
     found = ht.sweep(robot, gaits)
-    assert (found.change < 1e-8).where(found.settled, True).all()
+    assert (found.distance < _core.SETTLED_DISTANCE).where(found.settled, True).all()
     unsettled = np.flatnonzero(~found.settled)
     assert len(unsettled) == 0, f"gaits {unsettled} did not settle"
 

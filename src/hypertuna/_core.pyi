@@ -85,7 +85,7 @@ def settle_columns() -> list[str]:
 def gradient_outputs() -> list[str]:
     """Names of the outputs of `gradient`."""
 
-SETTLED_DISTANCE: float = 1e-06
+SETTLED_DISTANCE: float = 1e-07
 
 def joint_motion(
     model: Model,

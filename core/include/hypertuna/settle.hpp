@@ -52,12 +52,13 @@ Momentum<S> brisk_start(const ShapeTable<S>& table, int groups, const Swing<S>* 
     return {-(inertia.xx * speed), S(0), S(0)};
 }
 
-/// Newton's last step, relative to the stride: at half the steps, at all of them, when those fail, and what counts as
+/// Newton's last step, relative to the stride: at half the steps, at all of them, in a second try, and what counts as
 /// settled.
 struct SettleTolerances {
     double coarse, fine, last, settled;
 };
-inline constexpr SettleTolerances settle_tolerances = {5e-2, 1e-3, 1e-9, 1e-6};
+inline constexpr SettleTolerances settle_tolerances = {5e-2, 1e-3, 1e-5, 1e-7};
+enum class Retry { go_on, damped, patient };
 inline constexpr int quick_beats = 12;  // that undamped Newton gets at each number of steps
 inline constexpr int long_wait = 200;   // beats after which even the slow transients have chosen their way
 
@@ -78,7 +79,7 @@ Settled<S> prove(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const
 
 /// The settled beat by Newton's method: at half the steps first, then at all of them, proven by the beat itself.
 ///
-/// A gait for which that fails is searched again with damped steps, and at last after a long wait.
+/// Where that fails, the search goes on; then it begins anew with damped steps; and at last after a long wait.
 template <class S, class Law>
 Settled<S> settle(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table, const S& length,
                   const S& period, const Momentum<S>& guess, int most_beats, const BeatScratch<S>& scratch) {
@@ -92,18 +93,18 @@ Settled<S> settle(const Swimmer<S, Law>& fish, const JointShare<S>* joints, cons
     newton(fish, table, 1, length, period, T(tolerance.fine), false, quick_beats, search);
     Settled<S> out = prove(fish, joints, table, length, period, search.P, search, scratch);
 
-    for (const bool patient : {false, true}) {
+    for (const Retry retry : {Retry::go_on, Retry::damped, Retry::patient}) {
         const auto open = !(out.distance < S(T(tolerance.settled)));
         if (!any(open)) break;
-        Momentum<S> start = guess;
-        for (int k = 0; k < (patient ? long_wait : 2); ++k) start = swim_beat(fish, table, 1, period, start);
+        Momentum<S> start = retry == Retry::go_on ? search.P : guess;
+        const int wait = retry == Retry::go_on ? 0 : retry == Retry::damped ? 2 : long_wait;
+        for (int k = 0; k < wait; ++k) start = swim_beat(fish, table, 1, period, start);
         // Gaits that are settled keep what they have: their search is closed from the start.
-        Search<S> again = search_from(start, search.beats + S(T(patient ? long_wait : 2)));
+        Search<S> again = search_from(start, out.beats + S(T(wait)));
         again.distance = select(open, again.distance, S(0));
-        newton(fish, table, 1, length, period, T(tolerance.last), true, most_beats, again);
-        const Settled<S> found = prove(fish, joints, table, length, period, again.P, again, scratch);
-        out = select(open, found, out);
-        search.beats = out.beats;
+        const bool damped = retry != Retry::go_on;
+        newton(fish, table, 1, length, period, T(tolerance.last), damped, damped ? most_beats : quick_beats, again);
+        out = select(open, prove(fish, joints, table, length, period, again.P, again, scratch), out);
     }
     return out;
 }
@@ -126,7 +127,9 @@ Settled<S> wait(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const 
     for (auto& row : search.map.monodromy.a)
         for (S& x : row) x = S(std::numeric_limits<T>::quiet_NaN());
     Settled<S> out = prove(fish, joints, table, length, period, start, search, scratch);
-    const S shrinks = max(S(1) - out.residual / before, S(T(1e-6)));
+    const S rounding(T(64) * std::numeric_limits<T>::epsilon());  // no change is smaller, and then it shrinks no more
+    const S shrinks =
+        max(S(1) - out.residual / max(before, S(T(1e-30))), select(out.residual < rounding, S(T(1e-3)), S(T(1e-6))));
     out.distance = out.residual / (shrinks * stride(twist(now, start), length, period));
     return out;
 }
