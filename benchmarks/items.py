@@ -164,11 +164,11 @@ def against_jax(turns: int) -> Item:
     rows.append(Row("ratio_jax_brute", "JAX as one writes it (`direct`) over hypertuna", ratio, "x", "40 or more"))
     method = (
         f"The grid above, every gait {BEATS} beats from rest with {STEPS} Runge-Kutta steps each, the last beat "
-        "measured (JAX: speed; hypertuna: speed, power, cost of transport, excursion, radius). JAX: jit, x64, CPU, one"
-        " core; `direct` is the paper's equations under vmap, solved for the acceleration: what one writes, and the 40 x "
-        "is over this. `tabled` copies our form (momentum, shape tabulated) under vmap; `fused` is that form rearranged by "
-        "hand, after reading what XLA makes of it: near our own speed, so most of the 40 x is the form and not the "
-        f"language. Median of {turns} turns."
+        "measured (JAX: speed; hypertuna: speed, power, cost of transport, excursion, radius). JAX: jit, x64, CPU, "
+        "one core; `direct` is the paper's equations under vmap, solved for the acceleration: what one writes, and "
+        "the 40 x is over this. `tabled` copies our form (momentum, shape tabulated) under vmap; `fused` is that form "
+        "rearranged by hand, after reading what XLA makes of it: near our own speed, so most of the 40 x is the form "
+        f"and not the language. Median of {turns} turns."
     )
     return Item("Brute force against JAX", method, rows)
 
