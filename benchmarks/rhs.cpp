@@ -118,7 +118,7 @@ struct Tank {
     /// One beat from rest, in scalar V: S itself or its dual numbers.
     template <class V>
     Momentum<V> swim() const {
-        return swim_beat(fish, table, 1, period, Momentum<V>{V(momentum[0].x), V(momentum[0].y), V(momentum[0].z)});
+        return swim_beat(fish, table, 1, period, Momentum<V>{V(S(0)), V(S(0)), V(S(0))});
     }
 };
 

@@ -1,5 +1,8 @@
 #include <atomic>
 #include <cstdlib>
+#include <exception>
+#include <mutex>
+#include <system_error>
 #include <thread>
 
 #include "hypertuna/settle.hpp"
@@ -36,14 +39,14 @@ static const Kernel* find_kernel(const std::string& name) {
 
 /// The kernel in use: HYPERTUNA_ISA names one, else the fastest.
 static const Kernel& kernel() {
-    static const Kernel* const chosen = [] {
-        const char* wish = std::getenv("HYPERTUNA_ISA");
-        return wish && *wish ? find_kernel(wish) : usable_kernels().back();
+    static const std::string wish = [] {
+        const char* name = std::getenv("HYPERTUNA_ISA");
+        return std::string(name ? name : "");
     }();
+    static const Kernel* const chosen = wish.empty() ? usable_kernels().back() : find_kernel(wish);
     if (chosen) return *chosen;
     std::string message =
-        std::string("HYPERTUNA_ISA must name an instruction set that this build and processor have, but is '") +
-        std::getenv("HYPERTUNA_ISA") + "': use one of";
+        "HYPERTUNA_ISA must name an instruction set that this build and processor have, but is '" + wish + "': use one of";
     for (const Kernel* k : usable_kernels()) message += std::string(" ") + k->name;
     throw nb::value_error(message.c_str());
 }
@@ -51,10 +54,13 @@ static const Kernel& kernel() {
 using Frequency = Input<1>;
 using PerGroup = Input<2>;
 
+inline constexpr std::size_t most_gaits = 1 << 24;  // in one call, so that their results can be counted by int
+
 static GaitBatch batch(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
                        const PerGroup& bias) {
     const std::pair<const char*, const PerGroup*> arrays[] = {
         {"amplitude", &amplitude}, {"phase", &phase}, {"bias", &bias}};
+    if (frequency.shape(0) > most_gaits) throw nb::value_error("frequency: too many gaits for one call");
     for (const auto& [name, array] : arrays) {
         check_extent(name, array->shape(0), frequency.shape(0));
         check_extent(name, array->shape(1), model.groups);
@@ -62,25 +68,41 @@ static GaitBatch batch(const Model& model, const Frequency& frequency, const Per
     return {frequency.data(), amplitude.data(), phase.data(), bias.data()};
 }
 
+static void check_steps(int steps) {
+    if (steps < 8 || steps % 4) throw nb::value_error("steps: must be a multiple of 4, 8 at least");
+}
+
 /// Call work(begin, end) on blocks of [0, count) from several threads. A block is a whole number of lanes, so that who
 /// does which changes nothing.
 template <class Work>
 static void in_parallel(int count, int block, int threads, const Work& work) {
     std::atomic<int> next{0};
+    std::exception_ptr failure;
+    std::once_flag first_failure;
     const auto worker = [&] {
-        for (int begin; (begin = next.fetch_add(block)) < count;) work(begin, std::min(begin + block, count));
+        try {
+            for (int begin; (begin = next.fetch_add(block)) < count;) work(begin, std::min(begin + block, count));
+        } catch (...) {  // no exception may leave a thread: the first is kept, and the others stop
+            std::call_once(first_failure, [&] { failure = std::current_exception(); });
+            next = count;
+        }
     };
-    std::vector<std::thread> helpers;
-    for (int k = 1; k < std::min(threads, (count + block - 1) / block); ++k) helpers.emplace_back(worker);
+    std::vector<std::thread> others;
+    try {
+        for (int k = 1; k < std::min(threads, (count + block - 1) / block); ++k) others.emplace_back(worker);
+    } catch (const std::system_error&) {
+        // The system gives no more threads: those there are do the work.
+    }
     worker();
-    for (std::thread& helper : helpers) helper.join();
+    for (std::thread& other : others) other.join();
+    if (failure) std::rethrow_exception(failure);
 }
 
 static Output settle_batch(const Model& model, const Frequency& frequency, const PerGroup& amplitude,
                            const PerGroup& phase, const PerGroup& bias, int steps, int wait, int most_beats,
                            int threads) {
     const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
-    if (steps < 8 || steps % 4) throw nb::value_error("steps: must be a multiple of 4, 8 at least");
+    check_steps(steps);
     const int count = static_cast<int>(frequency.shape(0));
     Output rows = zeros({frequency.shape(0), column::count});
     const SettleOptions options{steps, wait, most_beats};
@@ -94,6 +116,7 @@ static Output settle_batch(const Model& model, const Frequency& frequency, const
 static Output gradient(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
                        const PerGroup& bias, const Input<2>& momentum, int steps, int threads) {
     const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
+    check_steps(steps);
     check_extent("momentum", momentum.shape(0), frequency.shape(0));
     check_extent("momentum", momentum.shape(1), 3);
     const std::size_t directions = 3 + parameter_count(model);
@@ -101,8 +124,8 @@ static Output gradient(const Model& model, const Frequency& frequency, const Per
     const Kernel& use = kernel();
     const nb::gil_scoped_release unlocked;
     in_parallel(static_cast<int>(frequency.shape(0)), 1, threads, [&](int begin, int) {
-        use.gradient(model, gaits, begin, momentum.data() + 3 * begin, steps,
-                     rows.data() + begin * output::count * directions);
+        use.gradient(model, gaits, begin, momentum.data() + 3 * static_cast<std::size_t>(begin), steps,
+                     rows.data() + static_cast<std::size_t>(begin) * output::count * directions);
     });
     return rows;
 }

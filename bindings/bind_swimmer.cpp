@@ -51,6 +51,7 @@ static NamedArrays dynamics(const Model& model, const Input<3>& joints, const In
     Output inertia = zeros({count, 3, 3}), momentum = zeros({count, 3}), acceleration_out = zeros({count, 3}),
            torque = zeros({count, links}), wrench = zeros({count, 3}), loss = zeros({count}), energy = zeros({count});
     in_tank(model, 4, [&](auto& tank) {
+        const nb::gil_scoped_release unlocked;
         for (std::size_t k = 0; k < count; ++k) {
             tabulate(tank.fish, joints_at(joints, k), 0, tank.table);
             const Instant<double> now = tank.table[0];

@@ -1,5 +1,6 @@
 """The program: what it prints and writes, and what it says of bad input."""
 
+import errno
 import json
 import math
 import os
@@ -151,6 +152,7 @@ def test_sweep_of_many_shows_the_best(run: Run) -> None:
 
 
 def test_version(run: Run) -> None:
+    assert run("--version") == (0, f"hypertuna {version()}\n", "")
     _, output, _ = run("version")
     assert version() in output
     assert _core.isa() in output
@@ -177,6 +179,12 @@ BAD = {
     "command": (("swin",), "No such command 'swin'"),
     "range": (("sweep", *SWIM[1:], "--frequency", "1:6", *FAST[2:]), "frequency must be a number or start:stop:count"),
     "count": (("sweep", *SWIM[1:], "--frequency", "1:6:0", *FAST[2:]), "frequency's count must be from 1 to "),
+    "threads": (("sweep", *SWIM[1:], *FAST, "--threads", "0"), "threads must be 1 at least, but is 0"),
+    "frequencies": (
+        (*SWIM, "--frequency", "6,5", *FAST[2:]),
+        "--frequency must be one value, but has 2 (6, 5): give one number.",
+    ),
+    "no robot": (("swim", "--robot", ".", *FAST), "error: . is a folder: give the path of a TOML file."),
     "one point": (("sweep", *SWIM[1:], *FAST, "--plot", "sweep.svg"), "plot must show several frequencies or phases"),
 }
 
@@ -193,6 +201,86 @@ def test_bad_input_is_one_sentence(
     assert sentence in errors
     assert errors.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("raised", "code", "told"),
+    [
+        (KeyboardInterrupt(), 130, "interrupted\n"),
+        (OSError(errno.ENOSPC, "No space left on device"), 2, "error: No space left on device.\n"),
+        (OSError(errno.EACCES, "Permission denied", "fish.nc"), 2, "error: fish.nc: Permission denied.\n"),
+        (MemoryError(), 2, "error: there is not enough memory: ask for fewer gaits, steps or seconds.\n"),
+        (BrokenPipeError(), 1, ""),
+    ],
+    ids=lambda value: type(value).__name__ if isinstance(value, BaseException) else "",
+)
+def test_what_stops_the_program_is_told_without_a_traceback(
+    run: Run, monkeypatch: pytest.MonkeyPatch, raised: BaseException, code: int, told: str
+) -> None:
+    def stop(*_: object, **__: object) -> None:
+        raise raised
+
+    monkeypatch.setattr("hypertuna.cli_swim.swim", stop)
+    got, output, errors = run(*SWIM, *FAST)
+    assert (got, output, errors.lstrip("\n")) == (code, "", told)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+def test_a_full_disk_behind_the_output_is_one_sentence() -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "hypertuna", "version"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert (done.returncode, done.stderr) == (2, "error: No space left on device.\n")
+
+
+def test_an_unknown_instruction_set_is_one_sentence() -> None:
+    command, wish = [sys.executable, "-m", "hypertuna", "version"], os.environ | {"HYPERTUNA_ISA": "none-such"}
+    done = subprocess.run(command, capture_output=True, text=True, env=wish, check=False)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert done.stderr.startswith("error: HYPERTUNA_ISA must name an instruction set")
+    assert "none-such" in done.stderr
+
+
+def test_what_diverged_is_told_but_not_drawn(run: Run, tmp_path: Path) -> None:
+    wild = ("--frequency", "8", "--amplitude", "30,30", "--phase", "0,0", "--steps", "8", "--joints", "ideal")
+    for suffix in ("svg", "gif"):
+        code, output, errors = run(*SWIM, *wild, "--plot", str(tmp_path / f"fish.{suffix}"))
+        assert "The gait diverged" in output
+        assert (code, errors.count("\n")) == (2, 1)
+        assert errors.startswith("error: plot has nothing finite to draw")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_swim_names_the_current_and_the_files(run: Run, tmp_path: Path) -> None:
+    file = str(tmp_path / "fish.nc")
+    _, output, _ = run(*SWIM, *FAST, "--current", "0.1,0", "-o", file)
+    assert "current 0.1, 0 m/s; speed is through the water" in output
+    assert f"written: {file}\n" in output
+    _, output, _ = run(*SWIM, *FAST)
+    assert "current" not in output
+    assert "written" not in output
+    strict(run(*SWIM, *FAST, "-o", file, "--json")[1])
+
+
+def test_negative_noise_and_folders_of_angles(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "angles.csv"
+    lines = [f"{0.1 * k:.1f},{math.sin(k):.3f},0" for k in range(20)]
+    file.write_text("\n".join(["time_s,a,b", *lines]), encoding="utf-8-sig")
+    rest = ("--robot", "hypertuna", "--columns", "a,b")
+    code, output, errors = run("replay", str(file), *rest, "--noise", "-1")
+    assert (code, output) == (2, "")
+    assert errors.startswith("error: --noise must not be negative, but is -1 degrees: ")
+    code, _, errors = run("replay", str(tmp_path), *rest)
+    assert (code, errors) == (2, f"error: {tmp_path} is a folder: give the path of a CSV file.\n")
+    assert run("replay", str(file), *rest)[0] == 0  # the mark of byte order is no part of the first name
+
+
+def test_a_robot_file_may_begin_with_a_mark_of_byte_order(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "fish.toml"
+    source = Path(__file__).parents[1] / "robots" / "hypertuna.toml"
+    file.write_text(source.read_text(encoding="utf-8"), encoding="utf-8-sig")
+    assert run("robot", "check", str(file))[0] == 0
 
 
 @pytest.mark.parametrize("option", ["--plot", "-o"])

@@ -18,7 +18,7 @@ from oracles.planar import Joints, Real, Water
 # See test_oracles.py, where the oracles meet the same limits.
 ROUNDING = 1e-10
 CANCELLED = 1e-9
-# The issue's number of random states, spread over the chains' lengths.
+# 1001 random states in all, spread over the chains' lengths.
 LENGTHS = range(2, 13)
 PER_LENGTH = 91
 

@@ -88,3 +88,11 @@ def test_the_eel_makes_a_wave_from_head_to_tail() -> None:
     for gait in (named_gait(eel, key) for key in eel.gaits):
         lags = [later - sooner for sooner, later in zip(gait.phase, gait.phase[1:], strict=False)]
         assert lags == pytest.approx([0.7 * math.tau / len(eel.joints)] * 4)
+
+
+def test_degrees_taken_for_radians_are_refused() -> None:
+    with pytest.raises(InputError, match=r"^amplitude\[0\] must be at most 3.14159 rad, but is 16: check its unit\.$"):
+        Gait(6, (16, 25), (0, 40))
+    with pytest.raises(InputError, match=r"^phase\[1\] must be at most 572958 deg, but is 1e\+18"):
+        Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 1e18))
+    assert Gait.from_degrees(frequency=6, amplitude=(180, 0), phase=(0, 0)).amplitude[0] == math.pi

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from numpy.testing import assert_allclose
 from PIL import Image
 
@@ -76,6 +77,27 @@ def test_swim_from_rest_shows_all_of_it(fast: ht.Swim) -> None:
     assert_allclose(figure.axes[2].lines[0].get_xdata()[-1], 1.0)
     assert "time [s]" in labels(figure)
     assert last_beat(swim).sizes["time"] == swim.steps + 1
+
+
+def test_last_beat_from_rest_is_whole(fast: ht.Swim) -> None:
+    swim = ht.swim(fast.robot, fast.gait, from_rest=2.5 / fast.gait.frequency)
+    whole, beat = swim.trajectory, last_beat(swim)
+    assert whole.sizes["time"] == 2.5 * swim.steps + 1
+    assert_allclose(beat.time[[0, -1]] * fast.gait.frequency, [1, 2])
+    assert_allclose(np.trapezoid(beat.power, beat.time) * fast.gait.frequency, swim.power)
+
+
+def test_the_dashed_line_is_the_mean_of_what_is_drawn(fast: ht.Swim) -> None:
+    figure = plot_swim(fast)
+    axes = figure.axes[2]
+    drawn, mean = (np.asarray(line.get_ydata()) for line in axes.lines)
+    assert_allclose(mean, drawn[:-1].mean())
+    assert axes.get_title("right") == f"mean {mean[0]:.3g} m/s"
+    assert f"{fast.speed:.3g} m/s along the path" in figure.get_suptitle()
+    figure.draw_without_rendering()
+    titles = [text for text in axes.findobj(Text) if text.get_text() in ("Forward speed", axes.get_title("right"))]
+    left, right = sorted((text.get_window_extent() for text in titles), key=lambda box: box.x0)
+    assert left.x1 < right.x0
 
 
 def test_sweep_has_a_row_for_each_amplitude_and_a_line_for_each_phase(tank: xr.Dataset) -> None:

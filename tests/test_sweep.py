@@ -224,3 +224,33 @@ def test_bad_grids_are_told_in_a_sentence(axes: dict[str, object], sentence: str
     with pytest.raises(ht.InputError) as error:
         Gaits.grid(**(good | axes))  # type: ignore[arg-type]
     assert str(error.value) == sentence
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"frequency": np.array([1.0, 0.0])}, "frequency must be greater than 0, but is 0: give it in Hz."),
+        ({"phase": np.array([[0.0, 1.0], [np.nan, 1.0]])}, "phase[0] must be a finite number, but is nan"),
+        ({"amplitude": np.array([[0.1, 16.0], [0.1, 0.1]])}, "amplitude[1] must be at most 3.14159 rad, but is 16"),
+        ({"bias": np.zeros((2, 3))}, "bias must have the shape (2, 2), one row per gait, but is (2, 3)"),
+        ({"shape": (3,)}, "shape must multiply to 2, the number of gaits, but is (3,)"),
+    ],
+)
+def test_gaits_made_by_hand_are_checked_too(changes: dict[str, object], sentence: str) -> None:
+    good = {"frequency": np.ones(2), "phase": np.zeros((2, 2)), "amplitude": np.full((2, 2), 0.1)}
+    good |= {"bias": np.zeros((2, 2)), "shape": (2,)}
+    Gaits(**good)
+    with pytest.raises(ht.InputError) as raised:
+        Gaits(**good | changes)
+    assert str(raised.value).startswith(sentence)
+
+
+def test_a_grid_too_large_for_the_memory_is_refused_before_it_is_made() -> None:
+    axis = np.linspace(0, 1, 10_000)
+    with pytest.raises(ht.InputError, match="^grid must have at most 10000000 gaits in all, but is 100000000"):
+        Gaits.grid(frequency=1 + axis, amplitude=[(a, a) for a in axis], phase=[(0.0, 0.0)])
+
+
+def test_threads_are_at_least_one(tuna: ht.Robot) -> None:
+    with pytest.raises(ht.InputError, match="^threads must be 1 at least, but is -3"):
+        ht.sweep(tuna, [fastest(tuna)], threads=-3)

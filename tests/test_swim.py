@@ -302,16 +302,15 @@ def test_the_clock_of_all_groups_together_is_arbitrary(tuna: ht.Robot) -> None:
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"steps": 0}, "steps must be a multiple of 4, 8 at least, but is 0: take 128."),
-        ({"steps": 130}, "steps must be a multiple of 4, 8 at least, but is 130: take 128."),
+        ({"steps": 0}, "steps must be a multiple of 4 from 8 to 8192, but is 0: take 128."),
+        ({"steps": 130}, "steps must be a multiple of 4 from 8 to 8192, but is 130: take 128."),
         (
             {"from_rest": 0.01},
-            "from_rest must last between one beat and a million beats, but is 0.01 s of 6 Hz: "
-            "give the seconds to swim.",
+            "from_rest must last between one beat and 10000 beats, but is 0.01 s of 6 Hz: give the seconds to swim.",
         ),
         (
             {"from_rest": math.nan},
-            "from_rest must last between one beat and a million beats, but is nan s of 6 Hz: give the seconds to swim.",
+            "from_rest must last between one beat and 10000 beats, but is nan s of 6 Hz: give the seconds to swim.",
         ),
         (
             {"current": (math.nan, 0.0)},

@@ -76,7 +76,7 @@ struct Fish {
         return table[0];
     }
 
-    Momentum<S> rest() const { return momentum_[0]; }
+    Momentum<S> rest() const { return {S(0), S(0), S(0)}; }
     Momentum<S> brisk() const { return brisk_start(table, groups, swings, frequency, length); }
 
   private:

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 DEFAULT_STEPS = 128  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
 MOST_BEATS = 60  # of each stage of Newton's method
+NEUTRAL = 1 + 1e-6  # a body that stands still keeps a disturbance as it is: its multipliers are 1 but for rounding
 STRAIGHT = 1e6  # a turning radius of so many body lengths is no turn
 
 STATUSES = ("settled", "unsettled", "unstable", "diverged")
@@ -65,10 +66,10 @@ def check_steps(steps: int) -> None:
     Raises
     ------
     InputError
-        If it is not a multiple of 4, 8 at least.
+        If it is not a multiple of 4 between 8 and 8192.
     """
-    if steps < 8 or steps % 4:
-        raise InputError("must be a multiple of 4, 8 at least", key="steps", value=str(steps), fix="take 128")
+    if not 8 <= steps <= 8192 or steps % 4:
+        raise InputError("must be a multiple of 4 from 8 to 8192", key="steps", value=str(steps), fix="take 128")
 
 
 def settle(
@@ -201,7 +202,7 @@ def _status(row: dict[str, Array], speed: Array, spectral_radius: Array) -> NDAr
     """Give each gait its verdict; what is not a finite number has diverged."""
     finite = np.isfinite(speed + row["power"] + row["loss"] + row["excursion"] + row["residual"])
     settled = row["distance"] < _core.SETTLED_DISTANCE
-    verdict = np.where(settled, np.where(spectral_radius >= 1, 2, 0), 1)
+    verdict = np.where(settled, np.where(spectral_radius > NEUTRAL, 2, 0), 1)
     return np.where(finite, verdict, 3).astype(np.int8)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import platform
 import sys
 from typing import Annotated, Any
@@ -23,7 +24,6 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    help="Open digital twin of hydraulic soft robotic fish. Exit code 2 means bad input.",
 )
 app.command("swim")(swim_command)
 app.command("sweep")(sweep_command)
@@ -32,6 +32,22 @@ app.command("reproduce")(reproduce_command)
 app.add_typer(robot_app, name="robot")
 
 UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser that typer brings along: unknown options and the like
+
+
+def _print_version(wished: bool) -> None:
+    """Print the version and stop, if it is asked for."""
+    if wished:
+        print(f"hypertuna {version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def program(
+    wish_version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Open digital twin of hydraulic soft robotic fish. Exit code 2 means bad input."""
 
 
 @app.command("version")
@@ -47,9 +63,10 @@ def version_command(as_json: Annotated[bool, typer.Option("--json", help="Print 
 
 
 def main() -> None:
-    """Run the program: bad input becomes one sentence on the error output, and exit code 2."""
+    """Run the program: what goes wrong becomes one sentence on the error output, and exit code 2."""
     try:
         code = app(standalone_mode=False)
+        sys.stdout.flush()
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         code = 2
@@ -57,7 +74,31 @@ def main() -> None:
         if sentence := error.format_message():  # without one, the help was printed
             print(f"error: {sentence} See `hypertuna --help`.", file=sys.stderr)
         code = 2
+    except ValueError as error:
+        if not str(error).startswith("HYPERTUNA_ISA"):
+            raise
+        print(f"error: {error}.", file=sys.stderr)
+        code = 2
+    except (KeyboardInterrupt, typer.Abort):
+        print("interrupted", file=sys.stderr)
+        code = 130
     except BrokenPipeError:  # whoever read the output has stopped
-        sys.stderr.close()
         code = 1
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        print(f"error: {place}{error.strerror or error}.", file=sys.stderr)
+        code = 2
+    except MemoryError:
+        print("error: there is not enough memory: ask for fewer gaits, steps or seconds.", file=sys.stderr)
+        code = 2
+    _drop_unwritable_output()
     sys.exit(code)
+
+
+def _drop_unwritable_output() -> None:
+    """Close an output that takes no more, lest Python complain of it at exit."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with contextlib.suppress(OSError):
+            sys.stdout.close()

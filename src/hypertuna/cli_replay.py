@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hypertuna.console import check_suffix, command_line, number, number_list, print_json
+from hypertuna.console import check_suffix, command_line, number, number_list, print_json, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.measured import Track, read_joints, read_tracks
@@ -73,8 +74,7 @@ def replay_command(
     check_suffix(output, (".nc",), "--output")
     fish = load(robot).using(water=water)
     series = read_joints(angles, time=time_column, columns=_names(columns), unit=unit)
-    sigma = None if noise is None else np.radians(number(noise, "noise", "degrees"))
-    curve = smooth(series, noise=sigma)
+    curve = smooth(series, noise=None if noise is None else _noise(noise))
     zero = np.radians(number(yaw_zero, "yaw_zero", "degrees"))
     tracks = _tracks(poses or [], pose_columns, pose_units, zero, clockwise)
     x, y, heading = _numbers(start, "start", "m, m and degrees", 3)
@@ -96,6 +96,7 @@ def replay_command(
         print_json(_record(fish, result, curve, compared))
     else:
         _print(fish, result, compared)
+        tell_written(plot, output)
     if not sound:
         raise typer.Exit(1)
 
@@ -103,6 +104,15 @@ def replay_command(
 def _names(text: str) -> list[str]:
     """Read names separated by commas."""
     return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def _noise(text: str) -> float:
+    """Read a standard deviation in degrees, and return it in radians."""
+    degrees = number(text, "noise", "degrees")
+    if degrees < 0:
+        fix = "give the standard deviation of the angles"
+        raise InputError("must not be negative", key="--noise", value=f"{degrees:g} degrees", fix=fix)
+    return math.radians(degrees)
 
 
 def _numbers(text: str, key: str, unit: str, count: int) -> tuple[Any, ...]:

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from hypertuna.console import tell_written
 from hypertuna.description import Entry, Robot, json_schema, load
 from hypertuna.errors import InputError
 
@@ -79,6 +80,7 @@ def show(
     sources: dict[str, int] = {}
     console.print(_value_table(robot.entries(), sources))
     console.print(_source_table(sources))
+    tell_written(plot)
 
 
 def _value_table(entries: tuple[Entry, ...], sources: dict[str, int]) -> Table:

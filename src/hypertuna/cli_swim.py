@@ -20,6 +20,7 @@ from hypertuna.console import (
     print_json,
     progress_bar,
     ranges,
+    tell_written,
     whole_number,
 )
 from hypertuna.description import Robot, load
@@ -108,14 +109,16 @@ def swim_command(
         steps=whole_number(steps, "steps"),
         current=(0.0, 0.0) if current is None else _pair(current),
     )
-    if plot is not None:
-        _plot_swim(done, plot, kind)
-    if output is not None:
-        write_netcdf(done.trajectory.assign_attrs(_attributes(done)), output)
     if as_json:
         print_json(_record(done))
     else:
         _print_swim(done)
+    if output is not None:
+        write_netcdf(done.trajectory.assign_attrs(_attributes(done)), output)
+    if plot is not None:
+        _plot_swim(done, plot, kind)
+    if not as_json:
+        tell_written(output, plot)
     if not done.settled:
         raise typer.Exit(1)
 
@@ -166,6 +169,7 @@ def sweep_command(
         print_json(provenance(fish) | {"gaits": gaits})
     else:
         _print_sweep(found)
+        tell_written(plot, output)
     if missing := int((~found.settled).sum()):
         Console(stderr=True).print(f"{missing} of {found.settled.size} gaits are not settled: see their status.")
 
@@ -205,8 +209,9 @@ def _check_count(robot: Robot, key: str, values: list[tuple[float, ...]], count:
         if len(value) != count:
             groups = ", ".join(group.name for group in robot.joints)
             rule = "must be one value" if key == "frequency" else f"must be {count} values, for joint groups {groups}"
-            given = f"{len(value)}: {', '.join(f'{x:g}' for x in value)}"
-            raise InputError(rule, key=f"--{key}", value=given, fix=f"give {count}, separated by commas")
+            given = f"but has {len(value)} ({', '.join(f'{x:g}' for x in value)})"
+            fix = "give one number" if count == 1 else f"give {count}, separated by commas"
+            raise InputError(f"{rule}, {given}", key=f"--{key}", fix=fix)
 
 
 def _gait(axes: dict[str, list[tuple[float, ...]]]) -> Gait:
@@ -272,6 +277,9 @@ def _print_swim(done: Swim) -> None:
     console = Console()
     console.print(Text(f"{done.robot.name}, {_spelled(done.gait)}", style="bold"))
     console.print(Text(f"{model.water} water, {model.joints} joints{areas}", style="dim"))
+    if any(done.current):
+        x, y = done.current
+        console.print(Text(f"current {x:g}, {y:g} m/s; speed is through the water", style="dim"))
     console.print(table)
     console.print(Text(done.status_text, style="green" if done.settled else "bold red"))
 

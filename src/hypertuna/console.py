@@ -29,6 +29,7 @@ __all__ = [
     "print_json",
     "progress_bar",
     "ranges",
+    "tell_written",
     "whole_number",
 ]
 
@@ -170,6 +171,19 @@ def print_json(value: Any) -> None:
         As for `plain`.
     """
     typer.echo(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def tell_written(*paths: str | None) -> None:
+    """Name the files that were written.
+
+    Parameters
+    ----------
+    *paths : str or None
+        None where nothing was to be written.
+    """
+    for path in paths:
+        if path is not None:
+            typer.echo(f"written: {path}")
 
 
 @contextmanager

@@ -221,13 +221,18 @@ def load(robot: str | Path) -> Robot:
     if shipped:
         path = _folder() / f"{robot}.toml"
     try:
-        content = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
+        content = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        if Path(robot).is_dir():
+            raise InputError("is a folder", file=str(robot), fix="give the path of a TOML file") from None
+        if not isinstance(error, FileNotFoundError):
+            rule = "must be a readable text file"
+            raise InputError(rule, file=file, value=f"not ({error.strerror})", fix="check its permissions") from None
         fix = did_you_mean(str(robot), robots()) if shipped else "give a robot's name or the path of its TOML file"
         raise InputError("does not exist", file=file, fix=fix) from None
-    except (OSError, ValueError) as error:
-        reason = f"not ({getattr(error, 'strerror', None) or error})"
-        raise InputError("must be a readable text file", file=file, value=reason, fix="save it as UTF-8") from None
+    except ValueError as error:
+        rule = "must be a readable text file"
+        raise InputError(rule, file=file, value=f"not ({error})", fix="save it as UTF-8") from None
     try:
         document = tomllib.loads(content)
     except (ValueError, RecursionError) as error:

@@ -10,7 +10,10 @@ from typing import Self
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 
-__all__ = ["Gait", "check_gait", "named_gait"]
+__all__ = ["LARGEST", "Gait", "check_gait", "named_gait"]
+
+# Largest magnitude of each angle [rad]: half a turn of a joint, and a phase whose sine is still exact.
+LARGEST = {"amplitude": math.pi * (1 + 1e-12), "phase": 1e4, "bias": math.pi * (1 + 1e-12)}
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,8 @@ class Gait:
     Raises
     ------
     InputError
-        If a value is not finite, frequency is not positive, an amplitude is negative, or lengths differ.
+        If a value is not finite, frequency is not positive, an amplitude is negative, an amplitude or bias is more
+        than half a turn, or lengths differ.
     """
 
     frequency: float
@@ -153,10 +157,14 @@ def _keep(
         if len(values) != groups:
             rule = f"must be {groups} long, as amplitude is"
             raise InputError(rule, key=key, value=f"{len(values)} long", fix="give one value per joint group")
-    for g, value in enumerate(angles["amplitude"]):
-        if value < 0:
-            fix = "add half a turn to its phase instead"
-            raise InputError("must not be negative", key=f"amplitude[{g}]", value=f"{value:g}", fix=fix)
+    for key, values in angles.items():
+        for g, value in enumerate(values):
+            if key == "amplitude" and value < 0:
+                fix = "add half a turn to its phase instead"
+                raise InputError("must not be negative", key=f"amplitude[{g}]", value=f"{value:g}", fix=fix)
+            if abs(value) * unit > LARGEST[key]:
+                rule = f"must be at most {LARGEST[key] / unit:g} {'rad' if unit == 1 else 'deg'}"
+                raise InputError(rule, key=f"{key}[{g}]", value=f"{value:g}", fix="check its unit")
     object.__setattr__(gait, "frequency", beat)
     for key, values in angles.items():
         object.__setattr__(gait, key, tuple(value * unit for value in values))

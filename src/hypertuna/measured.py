@@ -225,6 +225,8 @@ def _read_table(path: str | Path, columns: Sequence[str]) -> _Table:
     except FileNotFoundError:
         raise InputError("must be a file", file=file, value="missing", fix="check the path") from None
     except (OSError, UnicodeDecodeError) as error:
+        if Path(path).is_dir():
+            raise InputError("is a folder", file=file, fix="give the path of a CSV file") from None
         fix = "give a CSV file in UTF-8"
         raise InputError("must be readable", file=file, value=f"not ({type(error).__name__})", fix=fix) from None
     content = [(n, line) for n, line in enumerate(io.StringIO(text), 1) if line.strip() and line.lstrip()[0] != "#"]

@@ -47,9 +47,14 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     -------
     matplotlib.figure.Figure
         Paths of nose and tail tip; midlines of one beat, colored by phase; speed and mechanical power through the
-        beat. A swim from rest shows its whole path and speed, and its last beat.
+        beat. A swim from rest shows its whole path and speed, and its last whole beat.
+
+    Raises
+    ------
+    InputError
+        If the gait diverged.
     """
-    paths, lines = _paths(swim), _midlines(swim)
+    lines, paths = _midlines(swim), _paths(swim)
     x, y = np.ptp(np.concatenate([np.stack([path.real, path.imag]) for path in paths.values()], axis=1), axis=1)
     inner = 0.8 * width
     bend = np.ptp(lines[..., 1]) / np.ptp(lines[..., 0])
@@ -261,7 +266,7 @@ def plot_ledger(
 
 
 def last_beat(swim: Swim) -> xr.Dataset:
-    """Return the last beat of a swim.
+    """Return the last whole beat of a swim.
 
     Parameters
     ----------
@@ -271,8 +276,17 @@ def last_beat(swim: Swim) -> xr.Dataset:
     -------
     xarray.Dataset
         Its trajectory, the one beat of a settled gait; both ends are included.
+
+    Raises
+    ------
+    InputError
+        If the gait diverged.
     """
-    return swim.trajectory.isel(time=slice(-swim.steps - 1, None))
+    motion = swim.trajectory
+    if swim.status == "diverged" or not np.isfinite(motion.x + motion.y + motion.heading).all():
+        raise InputError("has nothing finite to draw", key="plot", fix="the gait diverged; try more steps per beat")
+    beats = 1 if swim.duration is None else swim.beats
+    return motion.isel(time=slice((beats - 1) * swim.steps, beats * swim.steps + 1))
 
 
 def unroll(z: NDArray[np.complex128], motion: xr.Dataset, beats: int) -> NDArray[np.complex128]:
@@ -354,7 +368,8 @@ def _draw_speed(axes: Axes, swim: Swim) -> None:
     axes.plot(time, motion.forward_speed, color=COLORS[1])
     axes.set(title="Forward speed", xlabel="part of the beat" if beat else "time [s]", ylabel="speed [m/s]")
     axes.set_xlim(0, time[-1])
-    _mean_line(axes, swim.speed, f"along the path {swim.speed:.3g} m/s")
+    mean = float(last_beat(swim).forward_speed[:-1].mean())
+    _mean_line(axes, mean, f"{'mean' if beat else 'last beat'} {mean:.3g} m/s")
 
 
 def _draw_power(axes: Axes, swim: Swim) -> None:
@@ -388,7 +403,8 @@ def _caption(swim: Swim) -> str:
     robot, gait = swim.robot, swim.gait
     shown = ("amplitude", "phase", "bias") if any(gait.bias) else ("amplitude", "phase")
     angles = [f"{name} {', '.join(f'{a:.3g}' for a in np.degrees(getattr(gait, name)))}°" for name in shown]
-    return f"{robot.name}: {gait.frequency:g} Hz, {', '.join(angles)}; {robot.model.joints} joints; {swim.status}"
+    how = f"{robot.model.joints} joints; {swim.status}, {swim.speed:.3g} m/s along the path"
+    return f"{robot.name}: {gait.frequency:g} Hz, {', '.join(angles)}\n{how}"
 
 
 def _mean_line(axes: Axes, value: float, text: str) -> None:

@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 
 DEGREE = 5  # of the smoothing splines: accelerations are three times differentiable
 NEIGHBORS = np.array([-3, -2, -1, 1, 2, 3])  # of a sample whose noise is estimated
+MOST_STEPS = 1_000_000
 STEPS_PER_SAMPLE = 2  # Runge-Kutta steps per median interval of the series
 FASTEST = 1e3  # body lengths or radians per second: what moves faster has diverged
 AXES = {"x": "m", "y": "m", "yaw": "rad"}
@@ -373,6 +374,9 @@ def _check(robot: Robot, series: JointSeries, step: float | None, **options: Seq
         raise InputError(rule, file=series.file, key="the number of angles", value=str(given), fix=fix)
     if step is not None and not 0 < step < math.inf:
         raise InputError("must be greater than 0", key="step", value=shown(step), fix="give it in seconds")
+    if step is not None and np.ptp(series.time) / step > MOST_STEPS:
+        rule = f"must be at least {np.ptp(series.time) / MOST_STEPS:.3g} s: a replay has at most {MOST_STEPS} steps"
+        raise InputError(rule, key="step", value=shown(step), fix="leave it out")
     for key, values in options.items():
         if not np.isfinite(values).all():
             raise InputError("must be finite", key=key, value=shown(values), fix="give finite numbers")

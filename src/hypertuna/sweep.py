@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from hypertuna import _core
 from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES, settle
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, shown
-from hypertuna.gait import Gait, check_gait
+from hypertuna.gait import LARGEST, Gait, check_gait
 from hypertuna.model import core_model, parameter_names
 from hypertuna.results import dataset, provenance
 
@@ -25,6 +26,7 @@ __all__ = ["Gaits", "Gradient", "gradient", "sweep"]
 
 Array = NDArray[np.float64]
 
+MOST_GAITS = 10_000_000  # of a grid: 2 GB of results
 CHUNK = 16384  # gaits between two reports of progress: bounds the memory that is not result
 
 
@@ -48,6 +50,24 @@ class Gaits:
     phase: Array
     bias: Array
     shape: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        count, groups = len(self.frequency), np.shape(self.amplitude)[-1]
+        columns = {"amplitude": self.amplitude, "phase": self.phase, "bias": self.bias}
+        for name, column in columns.items():
+            if np.shape(column) != (count, groups):
+                shape = f"{np.shape(column)}"
+                rule = f"must have the shape ({count}, {groups}), one row per gait"
+                raise InputError(rule, key=name, value=shape, fix="give an angle per joint group")
+        if math.prod(self.shape) != count:
+            rule = f"must multiply to {count}, the number of gaits"
+            raise InputError(rule, key="shape", value=f"{self.shape}", fix="use Gaits.of or Gaits.grid")
+        sound = np.isfinite(self.frequency) & (self.frequency > 0) & (self.amplitude >= 0).all(axis=1)
+        for name, column in columns.items():
+            sound &= (np.abs(column) <= LARGEST[name]).all(axis=1)
+        if not sound.all():
+            k = int(np.argmin(sound))  # this one tells what is wrong with it
+            Gait(float(self.frequency[k]), tuple(self.amplitude[k]), tuple(self.phase[k]), tuple(self.bias[k]))
 
     @classmethod
     def of(cls, gaits: Sequence[Gait]) -> Self:
@@ -114,6 +134,9 @@ class Gaits:
             f, a, p, b = (axis[min(k, len(axis) - 1)] for axis in (frequency, amplitude, phase, bias))
             Gait(cast(float, f), *(tuple(cast(Sequence[float], angles)) for angles in (a, p, b)))
         shape = tuple(len(axis) for axis in axes)
+        if math.prod(shape) > MOST_GAITS:
+            rule = f"must have at most {MOST_GAITS} gaits in all"
+            raise InputError(rule, key="grid", value=f"{math.prod(shape)}", fix="take fewer values")
         index = np.indices(shape).reshape(4, -1)
         columns = [np.asarray(axis, dtype=np.float64)[k] for axis, k in zip(axes, index, strict=True)]
         return cls(columns[0], columns[1], columns[2], columns[3], shape)
@@ -167,7 +190,9 @@ def sweep(
         raise InputError("must be 'newton' or 'beats'", key="method", value=shown(method), fix="leave it out")
     if method == "beats" and beats < 1:
         raise InputError("must be 1 at least", key="beats", value=str(beats), fix="give the beats to swim from rest")
-    threads = threads or os.cpu_count() or 1
+    if threads is not None and threads < 1:
+        raise InputError("must be 1 at least", key="threads", value=str(threads), fix="leave it out for all processors")
+    threads = threads or len(os.sched_getaffinity(0))
     wait = beats - 1 if method == "beats" else -1
     parts = []
     for first in range(0, len(gaits), CHUNK):
@@ -255,6 +280,8 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
     arrays = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
     found = settle(robot, *arrays, steps=steps)
     status = STATUSES[found["status"][0]]
+    if found["speed"][0] == 0:
+        raise InputError("must move the robot to have derivatives", key="gait", fix="give it an amplitude")
     if status not in ("settled", "unstable"):
         raise InputError(
             "must settle to have derivatives", key="gait", value=status, fix="look at hypertuna.swim of it"

@@ -24,6 +24,7 @@ __all__ = ["Swim", "swim"]
 
 Array = NDArray[np.float64]
 
+MOST_BEATS = 10_000  # from rest: what half a gigabyte of trajectory holds
 AT_REST = 1e-4  # from rest, a gait counts as settled when its last beat is this near the settled speed (relative)
 
 
@@ -153,9 +154,9 @@ def swim(
     check_steps(steps)
     # n / f seconds are n beats, however the quotient was rounded
     beats_swum = 0.0 if from_rest is None else from_rest * gait.frequency * (1 + 1e-12)
-    if from_rest is not None and not 1 <= beats_swum <= 1e6:
+    if from_rest is not None and not 1 <= beats_swum <= MOST_BEATS:
         raise InputError(
-            "must last between one beat and a million beats",
+            f"must last between one beat and {MOST_BEATS} beats",
             key="from_rest",
             value=f"{from_rest:g} s of {gait.frequency:g} Hz",
             fix="give the seconds to swim",
@@ -192,20 +193,21 @@ def _verdict_from_rest(
     robot: Robot, gait: Gait, values: dict[str, Any], status: str, text: str, steps: int
 ) -> tuple[str, str]:
     """Compare the last beat from rest with the settled one."""
-    values["beats"] += 1
     if status == "diverged":
         return status, text
     settled = swim(robot, gait, steps=steps)
-    short = values["speed"] / settled.speed - 1 if settled.settled else np.nan
     beats = f"{values['beats']:.0f} beats"
     if not settled.settled:
         return "unsettled", f"The gait is unsettled after {beats} from rest. {settled.status_text}"
+    # A thousandth of a body length a beat stands in for the speed of a gait that stands still.
+    scale = abs(settled.speed) + 1e-3 * gait.frequency * robot.body.length
+    short = (values["speed"] - settled.speed) / scale
     if abs(short) < AT_REST:
         return "settled", f"The gait is settled after {beats} from rest, to {abs(short):.1e} of its speed."
     side = "above" if short > 0 else "below"
     return (
         "unsettled",
-        f"The gait is unsettled after {beats} from rest: its speed is {abs(short):.2%} {side} "
+        f"The gait is unsettled after {beats} from rest: its speed is {abs(short) * scale:.2g} m/s {side} "
         f"the settled {settled.speed:.4g} m/s.",
     )
 

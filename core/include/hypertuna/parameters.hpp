@@ -25,9 +25,6 @@ struct Columns {
 };
 
 inline constexpr int gait_parameters(int groups) { return 1 + 4 * groups; }
-inline constexpr int body_parameters(int links) { return 4 * links + 1; }
-inline constexpr int lumped_parameters(int links) { return 5 * links; }
-inline constexpr int strip_parameters(int links) { return 9 * links + 1; }
 
 /// Frequency, and each group's harmonic.
 template <class S>

@@ -74,7 +74,7 @@ Settled<S> prove(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const
             search.map.monodromy,
             size_per_beat(now.mobility * (beat.end - start), length, period),
             size_per_beat(step, length, period) / stride(twist(now, start), length, period),
-            search.beats};
+            search.beats + S(1)};
 }
 
 /// The settled beat by Newton's method: at half the steps first, then at all of them, proven by the beat itself.

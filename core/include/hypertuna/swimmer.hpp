@@ -96,7 +96,7 @@ HYPERTUNA_INLINE Momentum<V> momentum_rate(const Swimmer<S, Law>& fish, const In
 }
 
 /// What must act on link i, beyond the water's drag, for it to move so: its inertial force with added mass
-/// (Lambda dv/dt and the momentum turning with the link) less the drag, as a wrench at the nose.
+/// (Lambda dv/dt and the momentum turning with the link) less the force of the water, as a wrench at the nose.
 template <class S, class Law, class V>
 HYPERTUNA_INLINE Wrench<V> link_load(const Swimmer<S, Law>& fish, const Instant<S>& now, int i, const Twist<V>& xi,
                                      const Twist<V>& xi_rate) {
