@@ -54,7 +54,8 @@ static Model make_model(const std::string& law, bool cross_flow, double length, 
                 {}};
     if (model.links < 1) throw nb::value_error("joint_group: a robot has one link at least");
     check_extent("joint_share", model.joint_share.size(), model.links);
-    if (model.joint_group[0] != -1) throw nb::value_error("joint_group: link 0 has no front joint, its group must be -1");
+    if (model.joint_group[0] != -1)
+        throw nb::value_error("joint_group: link 0 has no front joint, its group must be -1");
     for (int group : model.joint_group)
         if (group < -1 || group >= model.groups) throw nb::value_error("joint_group: no such group");
     const std::vector<ParameterColumn> all = parameter_columns(model.law);

@@ -5,7 +5,6 @@
 #include <system_error>
 #include <thread>
 
-#include "hypertuna/settle.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
@@ -45,8 +44,8 @@ static const Kernel& kernel() {
     }();
     static const Kernel* const chosen = wish.empty() ? usable_kernels().back() : find_kernel(wish);
     if (chosen) return *chosen;
-    std::string message =
-        "HYPERTUNA_ISA must name an instruction set that this build and processor have, but is '" + wish + "': use one of";
+    std::string message = "HYPERTUNA_ISA must name an instruction set that this build and processor have, but is '" +
+                          wish + "': use one of";
     for (const Kernel* k : usable_kernels()) message += std::string(" ") + k->name;
     throw nb::value_error(message.c_str());
 }
@@ -155,7 +154,7 @@ void bind_settle(nb::module_& m) {
     m.def(
         "gradient_outputs", [] { return std::vector<std::string>(std::begin(output::names), std::end(output::names)); },
         "Names of the outputs of `gradient`.");
-    m.attr("SETTLED_DISTANCE") = settle_tolerances.settled;
+    m.attr("SETTLED_DISTANCE") = kernel_scalar.settled_distance;
 }
 
 }  // namespace hypertuna

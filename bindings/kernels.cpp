@@ -163,5 +163,6 @@ void gradient_any(const Model& model, const GaitBatch& gaits, int gait, const do
 namespace hypertuna {
 extern const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH);
 const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH) = {HYPERTUNA_NAME(HYPERTUNA_ARCH), HYPERTUNA_ARCH::lanes,
+                                                          HYPERTUNA_ARCH::settle_tolerances.settled,
                                                           HYPERTUNA_ARCH::settle_any, HYPERTUNA_ARCH::gradient_any};
 }  // namespace hypertuna

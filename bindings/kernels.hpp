@@ -90,6 +90,7 @@ inline constexpr const char* names[count] = {"arc", "power", "power_positive", "
 struct Kernel {
     const char* name;
     int lanes;
+    double settled_distance;  // what is nearer to settled than this part of its stride counts as settled
     /// Settled beats of gaits [begin, end) into rows of column::count.
     void (*settle)(const Model&, const GaitBatch&, const SettleOptions&, int begin, int end, double* rows);
     /// Derivatives of one beat that starts at `momentum`: output::count rows of 3 + parameters directions,

@@ -272,7 +272,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     huge.write_text(f"format = {'9' * 10_000}\n")
     for path, rule in (
         (missing, "does not exist"),
-        (folder, "must be a readable text file"),
+        (folder, "is a folder"),
         (binary, "must be a readable text file"),
         (broken, "must be valid TOML, but is not (Invalid value (at line 2, column 7))"),
         (huge, "must be valid TOML"),

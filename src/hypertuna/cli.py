@@ -31,6 +31,7 @@ app.command("replay")(replay_command)
 app.command("reproduce")(reproduce_command)
 app.add_typer(robot_app, name="robot")
 
+INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
 UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser that typer brings along: unknown options and the like
 
 
@@ -80,8 +81,7 @@ def main() -> None:
         print(f"error: {error}.", file=sys.stderr)
         code = 2
     except (KeyboardInterrupt, typer.Abort):
-        print("interrupted", file=sys.stderr)
-        code = 130
+        code = INTERRUPTED
     except BrokenPipeError:  # whoever read the output has stopped
         code = 1
     except OSError as error:
@@ -91,6 +91,8 @@ def main() -> None:
     except MemoryError:
         print("error: there is not enough memory: ask for fewer gaits, steps or seconds.", file=sys.stderr)
         code = 2
+    if code == INTERRUPTED:
+        print("interrupted", file=sys.stderr)
     _drop_unwritable_output()
     sys.exit(code)
 

@@ -124,8 +124,9 @@ S stride(const Twist<S>& xi, const S& length, const S& period) {
 /// Undamped, every step is taken whole, in u |u|: quick, and nearly always enough. Damped, a step that does not lower
 /// the residual (or leaves the numbers) is halved.
 template <class S, class Law>
-void newton(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, int stride_instants, const S& length,
-            const S& period, base_t<S> tolerance, bool damped, int most_beats, Search<S>& search) {
+HYPERTUNA_NOINLINE void newton(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, int stride_instants,
+                               const S& length, const S& period, base_t<S> tolerance, bool damped, int most_beats,
+                               Search<S>& search) {
     using T = base_t<S>;
     const Instant<S> start = table[0];
     const Symmetric<S> inertia = inverse(start.mobility);

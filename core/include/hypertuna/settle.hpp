@@ -64,8 +64,9 @@ inline constexpr int long_wait = 200;   // beats after which even the slow trans
 
 /// Measure the beat from `start`, and how far it is from settled: the proof of a search.
 template <class S, class Law>
-Settled<S> prove(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table, const S& length,
-                 const S& period, const Momentum<S>& start, const Search<S>& search, const BeatScratch<S>& scratch) {
+HYPERTUNA_NOINLINE Settled<S> prove(const Swimmer<S, Law>& fish, const JointShare<S>* joints,
+                                    const ShapeTable<S>& table, const S& length, const S& period,
+                                    const Momentum<S>& start, const Search<S>& search, const BeatScratch<S>& scratch) {
     const Instant<S> now = table[0];
     const Beat<S> beat = measure_beat(fish, joints, table, period, start, scratch);
     const Twist<S> step = newton_step(BeatMap<S>{beat.end, search.map.monodromy}, start, now);
