@@ -14,8 +14,11 @@ HEADERS = ROOT / "core" / "include" / "hypertuna"
 # The reading order of the package: each module may import only those before it. The commands use what users use.
 LAYERS = (
     *("_core", "errors", "frames", "schema", "reference", "description", "gait", "model", "metrics", "beats"),
-    *("results", "swim", "sweep", "measured", "replay", "drawing", "style", "plots", "animation"),
-    *("ledger", "reproduce", "report", "__init__", "console", "cli_*", "cli", "__main__"),
+    *("results", "swim", "sweep", "measured", "replay", "trials", "journal"),
+    *("coefficients", "predict", "certainty", "identify", "posterior", "published_fits"),
+    *("space", "objective", "robust", "optimizers", "optimize", "pareto"),
+    *("drawing", "style", "plots", "plots_*", "animation", "ledger", "reproduce", "reproduce_*", "report"),
+    *("__init__", "console", "cli_*", "cli", "__main__"),
 )
 
 # The core runs on a microcontroller: no heap, no exceptions, no input or output, nothing of Python.
@@ -27,7 +30,7 @@ STANDARD_HEADERS = {
 
 def layer(module: str) -> int:
     """Place of a module in the reading order."""
-    name = "cli_*" if module.startswith("cli_") else module
+    name = next((f"{family}_*" for family in ("cli", "plots", "reproduce") if module.startswith(f"{family}_")), module)
     assert name in LAYERS, f"src/hypertuna/{module}.py has no place in the reading order of tests/test_layers.py yet"
     return LAYERS.index(name)
 
