@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated, Any
 
 import typer
@@ -10,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.console import tell_written
+from hypertuna.console import print_json, tell_written
 from hypertuna.description import Entry, Robot, json_schema, load
 from hypertuna.errors import InputError
 
@@ -24,7 +23,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 @robot_app.command()
 def schema() -> None:
     """Print the JSON Schema of robots/NAME.toml."""
-    _print_json(json_schema())
+    print_json(json_schema())
 
 
 @robot_app.command()
@@ -38,10 +37,10 @@ def check(
     except InputError as error:
         if as_json:
             told = {key: getattr(error, key) for key in ("file", "key", "rule", "value", "fix")}
-            _print_json({"valid": False, "error": str(error)} | told)
+            print_json({"valid": False, "error": str(error)} | told)
         raise
     if as_json:
-        _print_json({"valid": True} | _summary(robot))
+        print_json({"valid": True} | _summary(robot))
         return
     entries = robot.entries()
     console = Console()
@@ -72,7 +71,7 @@ def show(
         save(draw(robot), plot)
     if as_json:
         values = [entry._asdict() | {"estimate": entry.estimate} for entry in robot.entries()]
-        _print_json(_summary(robot) | {"values": values})
+        print_json(_summary(robot) | {"values": values})
         return
     console = Console()
     console.print(Text(robot.description, style="bold"))
@@ -131,8 +130,3 @@ def _summary(robot: Robot) -> dict[str, Any]:
 def _count(number: int, noun: str) -> str:
     """Write a number with its noun."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
-def _print_json(value: Any) -> None:
-    """Print a JSON object."""
-    typer.echo(json.dumps(value, indent=2, ensure_ascii=False))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
+import io
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, named_gait
+from hypertuna.results import body_points, write_atomically
 
 __all__ = ["draw", "midline", "save"]
 
@@ -78,9 +78,8 @@ def midline(robot: Robot, angles: NDArray[np.float64]) -> NDArray[np.float64]:
     bends = np.zeros(len(robot.links.length))
     for group, angle in zip(robot.joints, angles, strict=True):
         bends[list(group.links)] = np.multiply(group.share, angle)
-    theta = np.cumsum(bends)
-    steps = np.array(robot.links.length)[:, None] * np.stack([np.cos(theta), np.sin(theta)], axis=1)
-    return np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
+    line: NDArray[np.float64] = body_points(robot, np.zeros((1, 3)), bends[np.newaxis])[0]
+    return line
 
 
 def save(figure: Figure, path: str | Path) -> None:
@@ -97,23 +96,15 @@ def save(figure: Figure, path: str | Path) -> None:
     InputError
         If the ending is none of these, or the folder cannot be written to.
     """
-    path = Path(path)
-    kind = path.suffix.removeprefix(".").lower()
+    kind = Path(path).suffix.removeprefix(".").lower()
     if kind not in ("svg", "png", "pdf"):
         raise InputError("must end in .svg, .png or .pdf", key="plot", value=str(path), fix="rename it")
-    try:
-        with (
-            tempfile.TemporaryDirectory(dir=path.parent) as folder,
-            matplotlib.rc_context({"svg.hashsalt": "hypertuna"}),
-        ):
-            half = Path(folder) / path.name
-            figure.savefig(half, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
-            os.replace(half, path)
-    except OSError as error:
-        reason = f"not ({error.strerror})"
-        raise InputError(
-            "must be a place to write to", key=f"plot {path}", value=reason, fix="choose another"
-        ) from None
+    if not Path(path).parent.is_dir():
+        raise InputError("must be in a folder that exists", key="plot", value=str(path), fix="make the folder first")
+    whole = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "hypertuna"}):
+        figure.savefig(whole, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
+    write_atomically(path, whole.getvalue())
 
 
 def _midlines(robot: Robot) -> NDArray[np.float64]:
