@@ -4,9 +4,10 @@ namespace hypertuna {
 
 std::vector<ParameterColumn> parameter_columns(WaterLaw law) {
     using enum ParameterColumn::Extent;
-    std::vector<ParameterColumn> columns = {
-        {"frequency", one}, {"amplitude", groups}, {"phase", groups}, {"bias", groups},   {"bandwidth", groups},
-        {"length", links},  {"com", links},        {"mass", links},   {"inertia", links}, {"density", one}};
+    std::vector<ParameterColumn> columns = {{"frequency", one}, {"amplitude", groups}, {"phase", groups},
+                                            {"bias", groups},   {"bandwidth", groups}, {"phase_offset", groups},
+                                            {"length", links},  {"com", links},        {"mass", links},
+                                            {"inertia", links}, {"density", one}};
     const std::vector<ParameterColumn> lumped = {
         {"added_mass", links}, {"friction", links}, {"drag", links}, {"friction_area", links}, {"drag_area", links}};
     const std::vector<ParameterColumn> strip = {{"lateral_area", links},      {"wetted_area", links},
@@ -37,20 +38,19 @@ int parameter_count(const Model& model) {
 }
 
 /// Columns that belong to a gait, not to the robot, and stand first.
-static constexpr int gait_columns = 5;
+static constexpr int gait_columns = 4;
 
 static Model make_model(const std::string& law, bool cross_flow, double length, std::vector<int> joint_group,
-                        std::vector<double> joint_share, std::vector<double> bandwidth,
-                        const std::map<std::string, std::vector<double>>& columns) {
+                        std::vector<double> joint_share, const std::map<std::string, std::vector<double>>& columns) {
     if (law != "lumped" && law != "strip") throw nb::value_error("law must be 'lumped' or 'strip'");
+    const auto groups = columns.find("bandwidth");
     Model model{law == "lumped" ? WaterLaw::lumped : WaterLaw::strip,
                 cross_flow,
                 static_cast<int>(joint_group.size()),
-                static_cast<int>(bandwidth.size()),
+                groups == columns.end() ? 0 : static_cast<int>(groups->second.size()),
                 length,
                 std::move(joint_group),
                 std::move(joint_share),
-                std::move(bandwidth),
                 {}};
     if (model.links < 1) throw nb::value_error("joint_group: a robot has one link at least");
     check_extent("joint_share", model.joint_share.size(), model.links);
@@ -63,7 +63,7 @@ static Model make_model(const std::string& law, bool cross_flow, double length, 
         const auto found = columns.find(all[i].name);
         if (found == columns.end()) throw nb::value_error((std::string("columns: lacks ") + all[i].name).c_str());
         check_extent(all[i].name, found->second.size(), extent(model, all[i]));
-        model.body.insert(model.body.end(), found->second.begin(), found->second.end());
+        model.robot.insert(model.robot.end(), found->second.begin(), found->second.end());
     }
     return model;
 }
@@ -85,19 +85,19 @@ void bind_model(nb::module_& m) {
         .def(
             "__init__",
             [](Model* self, const std::string& law, bool cross_flow, double length, std::vector<int> joint_group,
-               std::vector<double> joint_share, std::vector<double> bandwidth,
-               const std::map<std::string, std::vector<double>>& columns) {
-                new (self) Model(make_model(law, cross_flow, length, std::move(joint_group), std::move(joint_share),
-                                            std::move(bandwidth), columns));
+               std::vector<double> joint_share, const std::map<std::string, std::vector<double>>& columns) {
+                new (self)
+                    Model(make_model(law, cross_flow, length, std::move(joint_group), std::move(joint_share), columns));
             },
             nb::kw_only(), nb::arg("law"), nb::arg("cross_flow"), nb::arg("length"), nb::arg("joint_group"),
-            nb::arg("joint_share"), nb::arg("bandwidth"), nb::arg("columns"),
+            nb::arg("joint_share"), nb::arg("columns"),
             "Joint i sits at the front of link i; its group is -1 where it is rigid. `columns` holds the parameters "
-            "after the gait's, by the names of `parameter_names`.")
+            "after the gait's, by the names of `parameter_names`; there are as many groups as bandwidths.")
         .def_ro("links", &Model::links, "Number of links.")
         .def_ro("groups", &Model::groups, "Number of joint groups.")
         .def("parameter_names", &parameter_names,
-             "Names of all parameters in the order of the derivatives: the gait's, the links', the water's.");
+             "Names of all parameters in the order of the derivatives: the gait's, the joints', the links', the "
+             "water's.");
 }
 
 }  // namespace hypertuna

@@ -50,6 +50,13 @@ static const Kernel& kernel() {
     throw nb::value_error(message.c_str());
 }
 
+/// All names that a list has.
+static std::vector<std::string> names(const char* (*name)(int)) {
+    std::vector<std::string> all;
+    for (int k = 0; name(k); ++k) all.push_back(name(k));
+    return all;
+}
+
 using Frequency = Input<1>;
 using PerGroup = Input<2>;
 
@@ -103,9 +110,9 @@ static Output settle_batch(const Model& model, const Frequency& frequency, const
     const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
     check_steps(steps);
     const int count = static_cast<int>(frequency.shape(0));
-    Output rows = zeros({frequency.shape(0), column::count});
-    const SettleOptions options{steps, wait, most_beats};
     const Kernel& use = kernel();
+    Output rows = zeros({frequency.shape(0), names(use.settle_column).size()});
+    const SettleOptions options{steps, wait, most_beats};
     const nb::gil_scoped_release unlocked;
     in_parallel(count, 16 * use.lanes, threads,
                 [&](int begin, int end) { use.settle(model, gaits, options, begin, end, rows.data()); });
@@ -113,20 +120,40 @@ static Output settle_batch(const Model& model, const Frequency& frequency, const
 }
 
 static Output gradient(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
-                       const PerGroup& bias, const Input<2>& momentum, int steps, int threads) {
+                       const PerGroup& bias, const Input<2>& momentum, const Input<2>& along, int steps, int threads) {
     const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
     check_steps(steps);
     check_extent("momentum", momentum.shape(0), frequency.shape(0));
     check_extent("momentum", momentum.shape(1), 3);
-    const std::size_t directions = 3 + parameter_count(model);
-    Output rows = zeros({frequency.shape(0), output::count, directions});
+    check_extent("directions", along.shape(0), parameter_count(model));
+    const Directions directions{along.data(), static_cast<int>(along.shape(1))};
     const Kernel& use = kernel();
+    Output rows = zeros({frequency.shape(0), names(use.gradient_output).size(), 3 + along.shape(1)});
     const nb::gil_scoped_release unlocked;
-    in_parallel(static_cast<int>(frequency.shape(0)), 1, threads, [&](int begin, int) {
-        use.gradient(model, gaits, begin, momentum.data() + 3 * static_cast<std::size_t>(begin), steps,
-                     rows.data() + static_cast<std::size_t>(begin) * output::count * directions);
+    in_parallel(static_cast<int>(frequency.shape(0)), 4, threads, [&](int begin, int end) {
+        use.gradient(model, gaits, directions, begin, end, momentum.data(), steps, rows.data());
     });
     return rows;
+}
+
+static NamedArrays track(const Model& model, const Input<3>& joints, const Input<2>& along, double step) {
+    if (joints.shape(0) % 2 != 1) throw nb::value_error("joints: needs two instants a step and one more");
+    check_extent("joints", joints.shape(1), model.links);
+    check_extent("joints", joints.shape(2), 3);
+    check_extent("directions", along.shape(0), parameter_count(model));
+    const std::size_t steps = joints.shape(0) / 2;
+    Output pose = zeros({steps + 1, 3}), rate = zeros({steps + 1, 3}), slope = zeros({steps + 1, 3, along.shape(1)});
+    const Kernel& use = kernel();
+    {
+        const nb::gil_scoped_release unlocked;
+        use.track(model, {joints.data(), steps, step}, {along.data(), static_cast<int>(along.shape(1))},
+                  {pose.data(), rate.data(), slope.data()});
+    }
+    NamedArrays out;
+    out["pose"] = pose;
+    out["rate"] = rate;
+    out["slope"] = slope;
+    return out;
 }
 
 void bind_settle(nb::module_& m) {
@@ -134,9 +161,9 @@ void bind_settle(nb::module_& m) {
     m.def(
         "isas",
         [] {
-            std::vector<std::string> names;
-            for (const Kernel* k : usable_kernels()) names.push_back(k->name);
-            return names;
+            std::vector<std::string> all;
+            for (const Kernel* k : usable_kernels()) all.push_back(k->name);
+            return all;
         },
         "Names of the instruction sets that this build and this processor have.");
     m.def("lanes", [] { return kernel().lanes; }, "Gaits that one instruction serves.");
@@ -145,15 +172,16 @@ void bind_settle(nb::module_& m) {
           "Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method, or "
           "(wait >= 0) by so many beats from rest.");
     m.def("gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
-          nb::arg("bias"), nb::arg("momentum"), nb::kw_only(), nb::arg("steps"), nb::arg("threads"),
+          nb::arg("bias"), nb::arg("momentum"), nb::arg("directions"), nb::kw_only(), nb::arg("steps"),
+          nb::arg("threads"),
           "Derivatives of one beat of each gait from its momentum at the start: (gaits, `gradient_outputs`, "
-          "3 + parameters), by that momentum and by the parameters.");
+          "3 + directions), by that momentum and along `directions` (parameters, directions).");
+    m.def("track", &track, nb::arg("model"), nb::arg("joints"), nb::arg("directions"), nb::kw_only(), nb::arg("step"),
+          "Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water: pose of the "
+          "nose at every step, its rate, and its derivatives along `directions` (parameters, directions).");
+    m.def("settle_columns", [] { return names(kernel_scalar.settle_column); }, "Names of the columns of `settle`.");
     m.def(
-        "settle_columns", [] { return std::vector<std::string>(std::begin(column::names), std::end(column::names)); },
-        "Names of the columns of `settle`.");
-    m.def(
-        "gradient_outputs", [] { return std::vector<std::string>(std::begin(output::names), std::end(output::names)); },
-        "Names of the outputs of `gradient`.");
+        "gradient_outputs", [] { return names(kernel_scalar.gradient_output); }, "Names of the outputs of `gradient`.");
     m.attr("SETTLED_DISTANCE") = kernel_scalar.settled_distance;
 }
 

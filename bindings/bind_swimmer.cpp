@@ -29,7 +29,8 @@ static Output joint_motion_at(const Model& model, double frequency, const std::v
     check_extent("bias", bias.size(), groups);
     std::vector<Swing<double>> swings;
     for (std::size_t g = 0; g < groups; ++g)
-        swings.push_back(response(Harmonic<double>{amplitude[g], phase[g], bias[g], model.bandwidth[g]}, frequency));
+        swings.push_back(response(
+            Harmonic<double>{amplitude[g], phase[g], bias[g], model.robot[g], model.robot[groups + g]}, frequency));
     std::vector<JointShare<double>> joints;
     for (int i = 0; i < model.links; ++i) joints.push_back({model.joint_group[i], model.joint_share[i]});
     Output out = zeros({clock.shape(0), joints.size(), 3});
@@ -88,35 +89,22 @@ static NamedArrays advance(const Model& model, const Input<3>& joints, double st
     check_extent("pose", pose0.shape(0), 3);
     Output twists = zeros({steps + 1, 3}), poses = zeros({steps + 1, 3}), torque = zeros({steps + 1, links}),
            loss = zeros({steps + 1}), energy = zeros({steps + 1});
-    constexpr std::size_t block = 63;  // steps whose shapes are tabulated at a time
-    in_tank(model, block + 1, [&](auto& tank) {
+    in_tank(model, block_steps + 1, [&](auto& tank) {
         const nb::gil_scoped_release unlocked;
-        Motion<double> motion{{}, {pose0.data()[0], pose0.data()[1], pose0.data()[2]}};
-        const auto record = [&](std::size_t k, const Instant<double>& now) {
-            const Twist<double> xi = twist(now, motion.momentum);
-            put(twists.data() + 3 * k, xi);
-            put(poses.data() + 3 * k, {motion.pose.x, motion.pose.y, motion.pose.heading});
-            joint_torques(tank.fish, now, xi, torque.data() + links * k);
-            loss.data()[k] = water_loss(tank.fish, now.shape, xi);
-            energy.data()[k] = kinetic_energy(tank.fish, now.shape, xi);
-        };
-        for (std::size_t first = 0; first <= steps; first += block) {
-            const std::size_t here = std::min(block, steps - first);
-            for (std::size_t k = 0; k <= 2 * here; ++k)
-                tabulate(tank.fish, joints_at(joints, 2 * first + k), static_cast<int>(k), tank.table);
-            if (first == 0) {
-                const auto [m, b] = composite(tank.fish, tank.table.shape);
-                motion.momentum = m * Twist<double>{twist0.data()[0], twist0.data()[1], twist0.data()[2]} + b;
-            }
-            for (std::size_t k = 0; k < here; ++k) {
-                record(first + k, tank.table[2 * k]);
-                motion = swim_step(tank.fish, tank.table, 2 * k, 1, step, motion);
-            }
-            if (first + here == steps) {
-                record(steps, tank.table[2 * here]);
-                break;
-            }
-        }
+        const auto at = [&](std::size_t k) { return joints_at(joints, k); };
+        tabulate(tank.fish, at(0), 0, tank.table);
+        const auto [m, b] = composite(tank.fish, tank.table.shape);
+        const Momentum<double> P = m * Twist<double>{twist0.data()[0], twist0.data()[1], twist0.data()[2]} + b;
+        const Motion<double> start{P, {pose0.data()[0], pose0.data()[1], pose0.data()[2]}};
+        swim_joints(tank, steps, step, start, at,
+                    [&](std::size_t k, const Instant<double>& now, const Motion<double>& motion) {
+                        const Twist<double> xi = twist(now, motion.momentum);
+                        put(twists.data() + 3 * k, xi);
+                        put(poses.data() + 3 * k, {motion.pose.x, motion.pose.y, motion.pose.heading});
+                        joint_torques(tank.fish, now, xi, torque.data() + links * k);
+                        loss.data()[k] = water_loss(tank.fish, now.shape, xi);
+                        energy.data()[k] = kinetic_energy(tank.fish, now.shape, xi);
+                    });
     });
     NamedArrays out;
     out["twist"] = twists;

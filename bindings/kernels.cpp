@@ -54,38 +54,53 @@ void load_gaits(const Model& model, const GaitBatch& gaits, int first, int end, 
     }
 }
 
-void store(const Settled<Real>& s, const Twist<Real>& xi, int k, double* row) {
-    const auto& m = s.monodromy.a;
-    const Real values[column::count] = {s.beat.displacement.x,
-                                        s.beat.displacement.y,
-                                        s.beat.displacement.heading,
-                                        s.beat.power,
-                                        s.beat.power_positive,
-                                        s.beat.loss,
-                                        s.beat.excursion,
-                                        s.beat.arc,
-                                        s.beat.radius,
-                                        s.beat.advance,
-                                        s.residual,
-                                        s.distance,
-                                        s.beats,
-                                        xi.x,
-                                        xi.y,
-                                        xi.z,
-                                        s.start.x,
-                                        s.start.y,
-                                        s.start.z,
-                                        m[0][0],
-                                        m[0][1],
-                                        m[0][2],
-                                        m[1][0],
-                                        m[1][1],
-                                        m[1][2],
-                                        m[2][0],
-                                        m[2][1],
-                                        m[2][2]};
-    for (int c = 0; c < column::count; ++c) row[c] = lane(values[c], k);
+/// What is told of a settled beat, and in which order.
+struct Row {
+    const Settled<Real>& found;
+    Twist<Real> xi;  // at the start of the beat
+    Real speed, towed_power, rate_peak;
+};
+struct Column {
+    const char* name;
+    Real (*of)(const Row&);
+};
+template <int i, int k>
+Real monodromy(const Row& row) {
+    return row.found.monodromy.a[i][k];
 }
+constexpr Column columns[] = {
+    {"speed", [](const Row& row) { return row.speed; }},
+    {"turn", [](const Row& row) { return row.found.beat.displacement.heading; }},
+    {"radius", [](const Row& row) { return row.found.beat.radius; }},
+    {"excursion", [](const Row& row) { return row.found.beat.excursion; }},
+    {"power", [](const Row& row) { return row.found.beat.power; }},
+    {"power_positive", [](const Row& row) { return row.found.beat.power_positive; }},
+    {"loss", [](const Row& row) { return row.found.beat.loss; }},
+    {"towed_power", [](const Row& row) { return row.towed_power; }},
+    {"torque_peak", [](const Row& row) { return row.found.beat.torque_peak; }},
+    {"rate_peak", [](const Row& row) { return row.rate_peak; }},
+    {"residual", [](const Row& row) { return row.found.residual; }},
+    {"distance", [](const Row& row) { return row.found.distance; }},
+    {"beats", [](const Row& row) { return row.found.beats; }},
+    {"u", [](const Row& row) { return row.xi.x; }},
+    {"v", [](const Row& row) { return row.xi.y; }},
+    {"r", [](const Row& row) { return row.xi.z; }},
+    {"p_x", [](const Row& row) { return row.found.start.x; }},
+    {"p_y", [](const Row& row) { return row.found.start.y; }},
+    {"l", [](const Row& row) { return row.found.start.z; }},
+    {"m_00", monodromy<0, 0>},
+    {"m_01", monodromy<0, 1>},
+    {"m_02", monodromy<0, 2>},
+    {"m_10", monodromy<1, 0>},
+    {"m_11", monodromy<1, 1>},
+    {"m_12", monodromy<1, 2>},
+    {"m_20", monodromy<2, 0>},
+    {"m_21", monodromy<2, 1>},
+    {"m_22", monodromy<2, 2>},
+};
+constexpr int column_count = sizeof(columns) / sizeof(columns[0]);
+
+const char* settle_column(int k) { return k < column_count ? columns[k].name : nullptr; }
 
 template <class Law>
 void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOptions& options, int begin, int end,
@@ -102,8 +117,13 @@ void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOption
                                                          rest, options.wait, tank.scratch)
                                                   : settle(tank.fish, tank.joints.data(), tank.table, length, period,
                                                            brisk, options.most_beats, tank.scratch);
-        const Twist<Real> xi = twist(tank.table[0], s.start);
-        for (int k = 0; k < lanes && first + k < end; ++k) store(s, xi, k, rows + (first + k) * column::count);
+        const Real speed = mean_speed(s.beat, tank.frequency);
+        const Row row{s, twist(tank.table[0], s.start), speed, towing_power(tank.fish, speed),
+                      largest_rate(model.groups, tank.groups.data(), tank.frequency)};
+        for (int c = 0; c < column_count; ++c) {
+            const Real value = columns[c].of(row);
+            for (int k = 0; k < lanes && first + k < end; ++k) rows[(first + k) * column_count + c] = lane(value, k);
+        }
     }
 }
 
@@ -118,39 +138,118 @@ void settle_any(const Model& model, const GaitBatch& gaits, const SettleOptions&
 /// Derivatives fill the lanes: every lane holds the same value and its derivative in a direction of its own.
 using Slope = Dual<Real, 1>;
 
-template <class Law>
-void gradient_of(const Model& model, const GaitBatch& gaits, int gait, const double* momentum, int steps,
-                 double* rows) {
-    Tank<Slope, Law> tank(model, steps);
-    const int g = model.groups, count = 3 + parameter_count(model);
-    std::vector<Real> parameters(tank.parameters.size(), Real(0.0));
-    load_gaits(model, gaits, gait, gait + 1, parameters);
-    for (int i = 0; i < gait_parameters(g) - g; ++i) tank.parameters[i] = Slope(parameters[i]);
-    Momentum<Slope> start{Slope(Real(momentum[0])), Slope(Real(momentum[1])), Slope(Real(momentum[2]))};
-    const auto seed = [&](int direction) -> Slope& {
-        Slope* const moment[3] = {&start.x, &start.y, &start.z};
-        return direction < 3 ? *moment[direction] : tank.parameters[direction - 3];
-    };
-    for (int first = 0; first < count; first += lanes) {
-        const int here = std::min(lanes, count - first);
-        for (int k = 0; k < here; ++k) set_lane(seed(first + k).d[0], k, 1.0);
-        tank.fill();
-        const Beat<Slope> b = measure_beat(tank.fish, tank.joints.data(), tank.table, Slope(Real(1.0)) / tank.frequency,
-                                           start, tank.scratch);
-        const Slope* const outputs[output::count] = {&b.arc,   &b.power, &b.power_positive, &b.loss,
-                                                     &b.end.x, &b.end.y, &b.end.z};
-        for (int o = 0; o < output::count; ++o)
-            for (int k = 0; k < here; ++k) rows[o * count + first + k] = lane(outputs[o]->d[0], k);
-        for (int k = 0; k < here; ++k) set_lane(seed(first + k).d[0], k, 0.0);
+/// What has derivatives, and in which order.
+struct Measured {
+    Beat<Slope> beat;
+    Slope speed, rate_peak;
+};
+struct Differentiated {
+    const char* name;
+    Slope (*of)(const Measured&);
+};
+constexpr Differentiated outputs[] = {
+    {"speed", [](const Measured& m) { return m.speed; }},
+    {"power", [](const Measured& m) { return m.beat.power; }},
+    {"power_positive", [](const Measured& m) { return m.beat.power_positive; }},
+    {"loss", [](const Measured& m) { return m.beat.loss; }},
+    {"torque_peak", [](const Measured& m) { return m.beat.torque_peak; }},
+    {"rate_peak", [](const Measured& m) { return m.rate_peak; }},
+    {"excursion", [](const Measured& m) { return m.beat.excursion; }},
+    {"end_p_x", [](const Measured& m) { return m.beat.end.x; }},
+    {"end_p_y", [](const Measured& m) { return m.beat.end.y; }},
+    {"end_l", [](const Measured& m) { return m.beat.end.z; }},
+};
+constexpr int output_count = sizeof(outputs) / sizeof(outputs[0]);
+
+const char* gradient_output(int k) { return k < output_count ? outputs[k].name : nullptr; }
+
+/// Point the lanes into directions first, first + 1, ... where there are such, else nowhere.
+void point(const Directions& directions, int first, std::vector<Slope>& parameters) {
+    for (int k = 0; k < lanes; ++k) {
+        const int direction = first + k;
+        const bool there = direction >= 0 && direction < directions.count;
+        for (std::size_t i = 0; i < parameters.size(); ++i)
+            set_lane(parameters[i].d[0], k, there ? directions.along[i * directions.count + direction] : 0.0);
     }
 }
 
-void gradient_any(const Model& model, const GaitBatch& gaits, int gait, const double* momentum, int steps,
-                  double* rows) {
+template <class Law>
+void gradient_of(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
+                 const double* momentum, int steps, double* rows) {
+    Tank<Slope, Law> tank(model, steps);
+    const int count = 3 + directions.count;
+    std::vector<Real> parameters(gait_parameters(model.groups), Real(0.0));
+    for (int gait = begin; gait < end; ++gait) {
+        load_gaits(model, gaits, gait, gait + 1, parameters);
+        for (std::size_t i = 0; i < parameters.size(); ++i) tank.parameters[i] = Slope(parameters[i]);
+        const double* const P = momentum + 3 * gait;
+        double* const out = rows + static_cast<std::size_t>(gait) * output_count * count;
+        for (int first = 0; first < count; first += lanes) {
+            // The first three directions are those of the momentum.
+            Momentum<Slope> start{Slope(Real(P[0])), Slope(Real(P[1])), Slope(Real(P[2]))};
+            Slope* const axes[3] = {&start.x, &start.y, &start.z};
+            for (int i = first; i < std::min(3, first + lanes); ++i) set_lane(axes[i]->d[0], i - first, 1.0);
+            point(directions, first - 3, tank.parameters);
+            tank.fill();
+            const Beat<Slope> beat = measure_beat(tank.fish, tank.joints.data(), tank.table,
+                                                  Slope(Real(1.0)) / tank.frequency, start, tank.scratch);
+            const Measured m{beat, mean_speed(beat, tank.frequency),
+                             largest_rate(model.groups, tank.groups.data(), tank.frequency)};
+            for (int o = 0; o < output_count; ++o) {
+                const Real slope = outputs[o].of(m).d[0];
+                for (int k = 0; k < lanes && first + k < count; ++k) out[o * count + first + k] = lane(slope, k);
+            }
+        }
+    }
+}
+
+void gradient_any(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
+                  const double* momentum, int steps, double* rows) {
     if (model.law == WaterLaw::lumped)
-        gradient_of<Lumped<Slope>>(model, gaits, gait, momentum, steps, rows);
+        gradient_of<Lumped<Slope>>(model, gaits, directions, begin, end, momentum, steps, rows);
     else
-        gradient_of<Strip<Slope>>(model, gaits, gait, momentum, steps, rows);
+        gradient_of<Strip<Slope>>(model, gaits, directions, begin, end, momentum, steps, rows);
+}
+
+template <class Law>
+void track_of(const Model& model, const JointSeries& series, const Directions& directions, const Track& track) {
+    Tank<Slope, Law> tank(model, block_steps + 1);
+    std::vector<JointMotion<Slope>> joints(model.links);
+    const auto joints_at = [&](std::size_t k) {
+        const double* at = series.motion + 3 * model.links * k;
+        for (JointMotion<Slope>& joint : joints) {
+            joint = {Slope(Real(at[0])), Slope(Real(at[1])), Slope(Real(at[2]))};
+            at += 3;
+        }
+        return joints.data();
+    };
+    const Slope zero(Real(0.0));
+    const Motion<Slope> rest{{zero, zero, zero}, {zero, zero, zero}};
+    for (int first = 0; first == 0 || first < directions.count; first += lanes) {
+        point(directions, first, tank.parameters);
+        tank.read();
+        swim_joints(tank, series.steps, Slope(Real(series.step)), rest, joints_at,
+                    [&](std::size_t k, const Instant<Slope>& now, const Motion<Slope>& motion) {
+                        const Pose<Slope>& pose = motion.pose;
+                        const Pose<Slope> rate = pose_rate(pose, twist(now, motion.momentum));
+                        const Slope at[3] = {pose.x, pose.y, pose.heading};
+                        const Slope going[3] = {rate.x, rate.y, rate.heading};
+                        for (int axis = 0; axis < 3; ++axis) {
+                            const std::size_t place = 3 * k + axis;
+                            track.pose[place] = lane(at[axis].v, 0);
+                            track.rate[place] = lane(going[axis].v, 0);
+                            for (int i = 0; i < lanes && first + i < directions.count; ++i)
+                                track.slope[place * directions.count + first + i] = lane(at[axis].d[0], i);
+                        }
+                    });
+    }
+}
+
+void track_any(const Model& model, const JointSeries& series, const Directions& directions, const Track& track) {
+    if (model.law == WaterLaw::lumped)
+        track_of<Lumped<Slope>>(model, series, directions, track);
+    else
+        track_of<Strip<Slope>>(model, series, directions, track);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
@@ -162,7 +261,14 @@ void gradient_any(const Model& model, const GaitBatch& gaits, int gait, const do
 
 namespace hypertuna {
 extern const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH);
-const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH) = {HYPERTUNA_NAME(HYPERTUNA_ARCH), HYPERTUNA_ARCH::lanes,
-                                                          HYPERTUNA_ARCH::settle_tolerances.settled,
-                                                          HYPERTUNA_ARCH::settle_any, HYPERTUNA_ARCH::gradient_any};
+const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH) = {
+    .name = HYPERTUNA_NAME(HYPERTUNA_ARCH),
+    .lanes = HYPERTUNA_ARCH::lanes,
+    .settled_distance = HYPERTUNA_ARCH::settle_tolerances.settled,
+    .settle = HYPERTUNA_ARCH::settle_any,
+    .gradient = HYPERTUNA_ARCH::gradient_any,
+    .track = HYPERTUNA_ARCH::track_any,
+    .settle_column = HYPERTUNA_ARCH::settle_column,
+    .gradient_output = HYPERTUNA_ARCH::gradient_output,
+};
 }  // namespace hypertuna

@@ -1,6 +1,7 @@
 /// What the kernels do, without saying for which processor: plain numbers in, plain numbers out.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace hypertuna {
@@ -15,8 +16,7 @@ struct Model {
     double length;                    // m, of the whole body
     std::vector<int> joint_group;     // links: group that bends the link's front joint, or -1
     std::vector<double> joint_share;  // links: part of the group's angle
-    std::vector<double> bandwidth;    // groups, Hz
-    std::vector<double> body;         // links' and water's parameters
+    std::vector<double> robot;        // parameters after the gait's: joints, links, water
 };
 
 /// Gaits side by side; each array is row-major, gaits x groups.
@@ -30,72 +30,38 @@ struct SettleOptions {
     int most_beats;  // of each of the stages of Newton's method
 };
 
-/// One row of results for each gait.
-namespace column {
-enum Column {
-    displacement_x,
-    displacement_y,
-    turn,
-    power,
-    power_positive,
-    loss,
-    excursion,
-    arc,
-    radius,
-    advance,
-    residual,
-    distance,
-    beats,
-    twist,                     // 3: u, v, r at the start of the beat
-    momentum = twist + 3,      // 3
-    monodromy = momentum + 3,  // 9, row-major, of the momentum
-    count = monodromy + 9
+/// A joint motion given at every half step: angle, rate and acceleration, 2 steps + 1 x links x 3.
+struct JointSeries {
+    const double* motion;
+    std::size_t steps;
+    double step;  // s
 };
-inline constexpr const char* names[count] = {"displacement_x",
-                                             "displacement_y",
-                                             "turn",
-                                             "power",
-                                             "power_positive",
-                                             "loss",
-                                             "excursion",
-                                             "arc",
-                                             "radius",
-                                             "advance",
-                                             "residual",
-                                             "distance",
-                                             "beats",
-                                             "u",
-                                             "v",
-                                             "r",
-                                             "p_x",
-                                             "p_y",
-                                             "l",
-                                             "m_00",
-                                             "m_01",
-                                             "m_02",
-                                             "m_10",
-                                             "m_11",
-                                             "m_12",
-                                             "m_20",
-                                             "m_21",
-                                             "m_22"};
-}  // namespace column
 
-/// Outputs that have derivatives, in this order.
-namespace output {
-enum Output { arc, power, power_positive, loss, end_x, end_y, end_z, count };
-inline constexpr const char* names[count] = {"arc", "power", "power_positive", "loss", "end_p_x", "end_p_y", "end_l"};
-}  // namespace output
+/// Pose of the nose at every step, its rate, and its derivatives: steps + 1 x 3 (x directions), row-major.
+struct Track {
+    double *pose, *rate, *slope;
+};
+
+/// Directions in the space of all parameters: parameters x count, row-major.
+struct Directions {
+    const double* along;
+    int count;
+};
 
 struct Kernel {
     const char* name;
     int lanes;
     double settled_distance;  // what is nearer to settled than this part of its stride counts as settled
-    /// Settled beats of gaits [begin, end) into rows of column::count.
+    /// Settled beats of gaits [begin, end) into rows of as many numbers as there are settle_columns.
     void (*settle)(const Model&, const GaitBatch&, const SettleOptions&, int begin, int end, double* rows);
-    /// Derivatives of one beat that starts at `momentum`: output::count rows of 3 + parameters directions,
-    /// first by the momentum at the start, then by the parameters.
-    void (*gradient)(const Model&, const GaitBatch&, int gait, const double* momentum, int steps, double* rows);
+    /// Derivatives of one beat of gaits [begin, end) that start at `momentum`: for each gait as many rows as there are
+    /// gradient_outputs, of 3 + directions numbers, by the momentum at the start and along the directions.
+    void (*gradient)(const Model&, const GaitBatch&, const Directions&, int begin, int end, const double* momentum,
+                     int steps, double* rows);
+    /// Swim a joint motion from rest, with derivatives along directions.
+    void (*track)(const Model&, const JointSeries&, const Directions&, const Track&);
+    const char* (*settle_column)(int);    // name of a column, null after the last
+    const char* (*gradient_output)(int);  // name of an output, null after the last
 };
 
 int parameter_count(const Model& model);

@@ -1,6 +1,9 @@
+inline constexpr int block_steps = 63;  // of a long motion whose shapes are tabulated at a time
+
 /// A tank to swim in: all the memory that the core needs for one gait (or one set of lanes), kept between gaits.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "hypertuna/beat.hpp"
@@ -24,7 +27,7 @@ struct Tank {
 
     /// Memory for a beat of `steps` steps; the gait's parameters are left at zero.
     Tank(const Model& model, int steps)
-        : parameters(gait_parameters(model.groups) + model.body.size(), S(0.0)),
+        : parameters(gait_parameters(model.groups) + model.robot.size(), S(0.0)),
           groups(model.groups),
           swings(model.groups),
           link(model.links),
@@ -33,6 +36,7 @@ struct Tank {
           motion_(model.links),
           torque_(model.links),
           group_power_(model.links),
+          load_(steps),
           shape_(2 * steps * model.links),
           acceleration_(2 * steps * model.links),
           mobility_(2 * steps),
@@ -41,11 +45,10 @@ struct Tank {
           nose_(steps) {
         for (int i = 0; i < model.links; ++i)
             joints.push_back({model.joint_group[i], S(base_t<S>(model.joint_share[i]))});
-        for (int g = 0; g < model.groups; ++g) parameters[1 + 3 * model.groups + g] = S(base_t<S>(model.bandwidth[g]));
-        for (std::size_t i = 0; i < model.body.size(); ++i)
-            parameters[gait_parameters(model.groups) + i] = S(base_t<S>(model.body[i]));
+        for (std::size_t i = 0; i < model.robot.size(); ++i)
+            parameters[gait_parameters(model.groups) + i] = S(base_t<S>(model.robot[i]));
         table = {model.links, 2 * steps, shape_.data(), acceleration_.data(), mobility_.data(), momentum_.data()};
-        scratch = {torque_.data(), group_power_.data(), tail_.data(), nose_.data()};
+        scratch = {torque_.data(), group_power_.data(), load_.data(), tail_.data(), nose_.data()};
         read();
     }
     Tank(const Tank&) = delete;
@@ -70,12 +73,32 @@ struct Tank {
   private:
     bool cross_flow_;
     std::vector<JointMotion<S>> motion_;
-    std::vector<S> torque_, group_power_;
+    std::vector<S> torque_, group_power_, load_;
     std::vector<LinkShape<S>> shape_;
     std::vector<LinkAcceleration<S>> acceleration_;
     std::vector<Symmetric<S>> mobility_;
     std::vector<Momentum<S>> momentum_;
     std::vector<Planar<S>> tail_, nose_;
 };
+
+/// Swim a joint motion from a momentum and a pose: joints_at(k) are the joints at half step k = 0 ... 2 steps, and
+/// record(k, now, motion) is called at every step. The tank holds block_steps + 1 steps or more.
+template <class S, class Law, class Joints, class Record>
+void swim_joints(Tank<S, Law>& tank, std::size_t steps, const S& step, Motion<S> motion, const Joints& joints_at,
+                 const Record& record) {
+    for (std::size_t first = 0;; first += block_steps) {
+        const std::size_t here = std::min<std::size_t>(block_steps, steps - first);
+        for (std::size_t k = 0; k <= 2 * here; ++k)
+            tabulate(tank.fish, joints_at(2 * first + k), static_cast<int>(k), tank.table);
+        for (std::size_t k = 0; k < here; ++k) {
+            record(first + k, tank.table[2 * k], motion);
+            motion = swim_step(tank.fish, tank.table, 2 * k, 1, step, motion);
+        }
+        if (first + here == steps) {
+            record(steps, tank.table[2 * here], motion);
+            return;
+        }
+    }
+}
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

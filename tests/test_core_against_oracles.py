@@ -30,7 +30,7 @@ def core_model(case: Case, law: str, areas: str) -> _core.Model:
     """The case as the core's model with the water ``law`` "lumped" (reading ``areas``) or "strip"."""
     chain, links = case.chain, len(case.chain.mass)
     columns = {"length": chain.length, "com": chain.com, "mass": chain.mass, "inertia": chain.inertia}
-    columns["density"] = np.array([case.density])
+    columns |= {"density": np.array([case.density]), "bandwidth": np.array([np.inf]), "phase_offset": np.zeros(1)}
     if law == "lumped":
         water = case.lumped_water(areas)
         columns |= case.lumped | {"friction_area": water.friction_area, "drag_area": water.drag_area}
@@ -43,7 +43,6 @@ def core_model(case: Case, law: str, areas: str) -> _core.Model:
         length=chain.length.sum(),
         joint_group=[-1] + [0] * (links - 1),
         joint_share=[0.0] + [1.0] * (links - 1),
-        bandwidth=[np.inf],
         columns=columns,
     )
 

@@ -13,8 +13,8 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.cli_replay import replay_command
 from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
-from hypertuna.model import core_model
-from hypertuna.replay import Pose, head_center, replay, residuals, rmse, smooth
+from hypertuna.model import core_model, parameter_names
+from hypertuna.replay import Pose, head_center, joint_grid, replay, replay_slopes, residuals, rmse, smooth
 
 SAMPLING = 44.0  # Hz
 
@@ -103,6 +103,73 @@ def test_sampled_harmonic_swims_as_the_gait_does(name):
     for quantity in ("x", "y", "heading", "u", "v", "r", "tail_x", "bend", "joint_rate", "energy"):
         assert np.allclose(replayed[quantity], swum[quantity], rtol=1e-5, atol=1e-6), quantity
     assert np.allclose(replayed.joint_torque, swum.joint_torque, rtol=1e-2, atol=1e-4)  # accelerations at the very end
+
+
+def wavy(robot, duration=1.0):
+    """A joint motion of any robot as it enters a replay: harmonics a third of a turn apart from group to group."""
+    groups = len(robot.joints)
+    wave = ht.Gait.from_degrees(
+        frequency=1, amplitude=(20,) * groups, phase=60.0 * np.arange(groups), bias=(5,) * groups
+    )
+    return joint_grid(robot, smooth(sampled(wave, duration), noise=0))
+
+
+def test_slopes_swim_the_replay(every_model):
+    """The same track as `replay`, whose rate is that of its steps once the start is over; no direction changes it."""
+    groups = len(every_model.joints)
+    wave = ht.Gait.from_degrees(frequency=1, amplitude=(20,) * groups, phase=60.0 * np.arange(groups))
+    curve = smooth(sampled(wave, 2), noise=0)
+    joints, step = joint_grid(every_model, curve)
+    replayed = replay(every_model, curve)
+    count = len(parameter_names(every_model))
+    for directions in (0, 1, 11):
+        pose, rate, slope = replay_slopes(every_model, joints, step, np.ones((count, directions)))
+        assert slope.shape == (len(pose), 3, directions)
+        for axis, name in enumerate(("x", "y", "heading")):
+            assert np.allclose(pose[:, axis], replayed[name], rtol=0, atol=1e-12), name
+    middle = (pose[2:] - pose[:-2]) / (2 * step)
+    assert np.allclose(rate[10:-1], middle[9:], rtol=0, atol=0.02 * np.abs(rate).max(axis=0))
+
+
+def test_slopes_of_a_replay_are_those_of_differences(every_model):
+    """Every column of the robot along a random direction: its size is what the parameter has, a step a millionth of it.
+
+    Rounding makes the difference wrong by 1e-16 / 1e-6, curvature and kinks of v |v| by about as much as the step.
+    """
+    joints, step = wavy(every_model)
+    names = parameter_names(every_model)
+    robot_s = [name for name in names if not name.startswith("gait.")]
+    columns = dict.fromkeys(name.partition("[")[0] for name in robot_s)
+    random = np.random.default_rng(3)
+    values = {name: np.array(_column(every_model, name)) for name in columns}
+    change = {name: random.uniform(0.5, 1, len(value)) * np.where(value, value, 1.0) for name, value in values.items()}
+    directions = np.zeros((len(names), len(columns)))
+    for k, name in enumerate(columns):
+        directions[[i for i, full in enumerate(names) if full.partition("[")[0] == name], k] = change[name]
+    _, _, slope = replay_slopes(every_model, joints, step, directions)
+    for k, name in enumerate(columns):
+        h = 1e-6
+        ends = []
+        for side in (1, 2):  # forward: some parameters are zero, the least that they may be
+            model = core_model(every_model, {name: values[name] + side * h * change[name]})
+            ends.append(replay_slopes(every_model, joints, step, directions[:, :0], model=model)[0])
+        pose = replay_slopes(every_model, joints, step, directions[:, :0])[0]
+        difference = (4 * ends[0] - 3 * pose - ends[1]) / (2 * h)
+        allowed = 1e-5 * np.abs(slope).max(axis=(0, 2))
+        assert np.all(np.abs(slope[:, :, k] - difference) < allowed), name
+        unmoved = name.startswith("joints.")  # measured angles are the ones made
+        assert np.any(slope[:, :, k]) != unmoved, name
+
+
+def _column(robot, name):
+    """The values of one of the robot's columns."""
+    *tables, last = name.split(".")
+    if tables == ["joints"]:
+        return [1.0] * len(robot.joints)
+    part = robot
+    for table in tables:
+        part = getattr(part, table)
+    return np.atleast_1d(getattr(part, last))
 
 
 def test_order_of_convergence_in_the_step(eel, gait):

@@ -60,7 +60,7 @@ struct Fish {
         joints[1] = {0, S(1)};
         joints[2] = joints[3] = {1, half};
         table = {links, 2 * steps, shape_, acceleration_, mobility_, momentum_};
-        scratch = {torque_, group_power_, tail_, nose_};
+        scratch = {torque_, group_power_, load_, tail_, nose_};
         fill();
     }
     Fish(const Fish&) = delete;
@@ -87,6 +87,7 @@ struct Fish {
         row.add(S(0)), row.add(S(lag));
         row.add(S(bias)), row.add(S(-bias));
         row.add(S(bandwidth)), row.add(S(bandwidth));
+        row.add(S(0)), row.add(S(0.5 * lag));
     }
     static void write_body(ParameterRow<S>& row) {
         const auto mass = [](int i) { return density * thickness * lengths[i] * heights[i]; };
@@ -116,7 +117,7 @@ struct Fish {
     LinkAcceleration<S> acceleration_[2 * steps * links];
     Symmetric<S> mobility_[2 * steps];
     Momentum<S> momentum_[2 * steps];
-    S torque_[links], group_power_[links];
+    S torque_[links], group_power_[links], load_[steps];
     Planar<S> tail_[steps], nose_[steps];
 };
 

@@ -48,7 +48,7 @@ static void path_on_circle(double R, double turn, double sway) {
     Beat<double> beat{};
     const Planar<double> end = on_circle(turn, 0);
     beat.displacement = {end.x, end.y, turn};
-    measure_path(steps, BeatScratch<double>{nullptr, nullptr, tail, nose}, beat);
+    measure_path(steps, BeatScratch<double>{nullptr, nullptr, nullptr, tail, nose}, beat);
     CHECK_NEAR(beat.radius, std::fabs(R + sway), 1e-9);
     CHECK_NEAR(beat.arc, beat.radius * std::fabs(turn), 1e-9);
     CHECK_NEAR(beat.excursion, 8 * sway, 1e-4 * sway);
@@ -63,7 +63,7 @@ static void straight_path() {
     }
     Beat<double> beat{};
     beat.displacement = {-1, 0, 0};
-    measure_path(steps, BeatScratch<double>{nullptr, nullptr, tail, nose}, beat);
+    measure_path(steps, BeatScratch<double>{nullptr, nullptr, nullptr, tail, nose}, beat);
     CHECK(beat.radius == std::numeric_limits<double>::infinity());
     CHECK_NEAR(beat.arc, 1, 1e-12);
     CHECK_NEAR(beat.excursion, 0.6, 1e-12);

@@ -19,11 +19,10 @@ class Model:
         length: float,
         joint_group: Sequence[int],
         joint_share: Sequence[float],
-        bandwidth: Sequence[float],
         columns: Mapping[str, Sequence[float]],
     ) -> None:
         """
-        Joint i sits at the front of link i; its group is -1 where it is rigid. `columns` holds the parameters after the gait's, by the names of `parameter_names`.
+        Joint i sits at the front of link i; its group is -1 where it is rigid. `columns` holds the parameters after the gait's, by the names of `parameter_names`; there are as many groups as bandwidths.
         """
 
     @property
@@ -36,7 +35,7 @@ class Model:
 
     def parameter_names(self) -> list[str]:
         """
-        Names of all parameters in the order of the derivatives: the gait's, the links', the water's.
+        Names of all parameters in the order of the derivatives: the gait's, the joints', the links', the water's.
         """
 
 def isa() -> str:
@@ -71,12 +70,24 @@ def gradient(
     phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     momentum: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    directions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     *,
     steps: int,
     threads: int,
 ) -> NDArray[numpy.float64]:
     """
-    Derivatives of one beat of each gait from its momentum at the start: (gaits, `gradient_outputs`, 3 + parameters), by that momentum and by the parameters.
+    Derivatives of one beat of each gait from its momentum at the start: (gaits, `gradient_outputs`, 3 + directions), by that momentum and along `directions` (parameters, directions).
+    """
+
+def track(
+    model: Model,
+    joints: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order="C", device="cpu", writable=False)],
+    directions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    step: float,
+) -> dict[str, NDArray[numpy.float64]]:
+    """
+    Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water: pose of the nose at every step, its rate, and its derivatives along `directions` (parameters, directions).
     """
 
 def settle_columns() -> list[str]:

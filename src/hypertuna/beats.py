@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,17 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.model import core_model
 
-__all__ = ["DEFAULT_STEPS", "QUANTITIES", "STATUSES", "Quantity", "check_steps", "quantities", "settle", "status_text"]
+__all__ = [
+    "DEFAULT_STEPS",
+    "QUANTITIES",
+    "STATUSES",
+    "Quantity",
+    "check_steps",
+    "quantities",
+    "settle",
+    "slopes",
+    "status_text",
+]
 
 Array = NDArray[np.float64]
 
@@ -45,6 +56,8 @@ QUANTITIES = {
     "strouhal": Quantity("1", "frequency times peak-to-peak tail excursion over speed"),
     "stride_length": Quantity("1", "body lengths per beat"),
     "excursion": Quantity("m", "excursion of the tail tip across the mean path, peak to peak"),
+    "torque_peak": Quantity("N m", "largest magnitude of any driven joint's torque over the beat"),
+    "rate_peak": Quantity("rad/s", "largest rate of any joint group over the beat"),
     "turn_rate": Quantity("rad/s", "mean rate of turn, counter-clockwise"),
     "turn_radius": Quantity("m", "mean distance of the nose from the center of the turn; infinite when straight"),
     "spectral_radius": Quantity(
@@ -79,6 +92,7 @@ def settle(
     phase: Array,
     bias: Array,
     *,
+    model: _core.Model | None = None,
     steps: int = DEFAULT_STEPS,
     wait: int = -1,
     threads: int = 1,
@@ -92,6 +106,8 @@ def settle(
         Beat frequency [Hz].
     amplitude, phase, bias : ndarray, shape (gaits, groups)
         Of each joint group [rad].
+    model : _core.Model, optional
+        To swim in place of the robot's own, as `core_model` makes it with changed columns.
     steps : int
         Runge-Kutta steps per beat, a multiple of 4.
     wait : int
@@ -106,15 +122,16 @@ def settle(
         ``momentum`` (gaits, 3) at the start of the beat; ``multipliers`` (gaits, 3), eigenvalues of the monodromy.
     """
     check_steps(steps)
-    model = core_model(robot)
-    rows = _core.settle(
-        model, frequency, amplitude, phase, bias, steps=steps, wait=wait, most_beats=MOST_BEATS, threads=threads
-    )
+    gaits = (frequency, amplitude, phase, bias)
+    model = model or core_model(robot)
+    rows = _core.settle(model, *gaits, steps=steps, wait=wait, most_beats=MOST_BEATS, threads=threads)
     return quantities(robot, frequency, rows)
 
 
 _COLUMNS = _core.settle_columns()
 _TWIST, _MOMENTUM, _MONODROMY = (_COLUMNS.index(name) for name in ("u", "p_x", "m_00"))
+_END = slice(_core.gradient_outputs().index("end_p_x"), None)
+_PERIODIC = [STATUSES.index(status) for status in ("settled", "unstable")]
 
 
 def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
@@ -134,7 +151,7 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
     """
     row = dict(zip(_COLUMNS, rows.T[:_TWIST], strict=False))
     length, mass = robot.body.length, robot.body.mass
-    speed = np.copysign(row["arc"] * frequency, row["advance"])
+    speed = row["speed"]
     multipliers = _multipliers(rows[:, _MONODROMY : _MONODROMY + 9].reshape(-1, 3, 3))
     radius = np.abs(multipliers).max(axis=1)
     return {
@@ -145,10 +162,12 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
         "loss": row["loss"],
         "cost_of_transport": metrics.cost_of_transport(row["power"], mass, speed),
         "cost_of_transport_positive": metrics.cost_of_transport(row["power_positive"], mass, speed),
-        "efficiency": metrics.efficiency(_towed_power(robot, speed), row["power"]),
+        "efficiency": metrics.efficiency(row["towed_power"], row["power"]),
         "strouhal": metrics.strouhal(frequency, row["excursion"], speed),
         "stride_length": metrics.stride_length(speed, frequency, length),
         "excursion": row["excursion"],
+        "torque_peak": row["torque_peak"],
+        "rate_peak": row["rate_peak"],
         "turn_rate": row["turn"] * frequency,
         "turn_radius": np.where(row["radius"] < STRAIGHT * length, row["radius"], np.inf),
         "spectral_radius": radius,
@@ -160,6 +179,74 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
         "momentum": rows[:, _MOMENTUM : _MOMENTUM + 3],
         "multipliers": multipliers,
     }
+
+
+def slopes(
+    robot: Robot,
+    frequency: Array,
+    amplitude: Array,
+    phase: Array,
+    bias: Array,
+    found: Mapping[str, Any],
+    directions: Array,
+    *,
+    model: _core.Model | None = None,
+    steps: int = DEFAULT_STEPS,
+    threads: int = 1,
+) -> dict[str, Array]:
+    """Differentiate settled beats along directions in the space of all parameters.
+
+    One beat in dual numbers gives the derivatives of its end P1 and its results by the start P0 and the parameters p.
+    The settled start moves with p so that P1 = P0 stays: dP0/dp = (I - dP1/dP0)^-1 dP1/dp (implicit function theorem).
+
+    Parameters
+    ----------
+    robot : Robot
+    frequency : ndarray, shape (gaits,)
+        Beat frequency [Hz].
+    amplitude, phase, bias : ndarray, shape (gaits, groups)
+        Of each joint group [rad].
+    found : mapping
+        What `settle` found for these gaits and this model.
+    directions : ndarray, shape (parameters, directions)
+        Changes of all parameters, the gait's included, in the order and the units of `parameter_names` [1].
+    model : _core.Model, optional
+        That was settled in place of the robot's own.
+    steps : int
+        Runge-Kutta steps per beat, a multiple of 4. The derivatives of fewer steps than were settled are close.
+    threads : int
+        Threads to use; the result does not depend on it.
+
+    Returns
+    -------
+    dict
+        Derivatives of speed, power, power_positive, loss, cost_of_transport, cost_of_transport_positive, strouhal,
+        excursion, torque_peak and rate_peak, by name, each of shape (gaits, directions); not numbers for a gait that
+        is neither settled nor unstable.
+    """
+    check_steps(steps)
+    momentum, along = np.ascontiguousarray(found["momentum"]), np.ascontiguousarray(directions)
+    gaits = (frequency, amplitude, phase, bias)
+    rows = _core.gradient(model or core_model(robot), *gaits, momentum, along, steps=steps, threads=threads)
+    by_start, by_parameters = rows[..., :3], rows[..., 3:]
+    remains = np.eye(3) - by_start[:, _END]
+    sound = np.isin(found["status"], _PERIODIC) & (np.abs(np.linalg.det(remains)) > 0)
+    start = np.full((len(frequency), 3, directions.shape[1]), np.nan)
+    start[sound] = np.linalg.solve(remains[sound], by_parameters[sound, _END])
+    total = dict(zip(_core.gradient_outputs(), np.moveaxis(by_parameters + by_start @ start, 1, 0), strict=True))
+
+    # d(a / |U|) = da / |U| - a / |U| dU / U
+    speed = found["speed"][:, np.newaxis]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        faster, heavy = total["speed"] / speed, robot.body.mass * np.abs(speed)
+        tail = along[0] * found["excursion"][:, np.newaxis] + frequency[:, np.newaxis] * total["excursion"]
+        over_speed = {
+            "cost_of_transport": total["power"] / heavy,
+            "cost_of_transport_positive": total["power_positive"] / heavy,
+            "strouhal": tail / np.abs(speed),
+        }
+        result = {name: slope - found[name][:, np.newaxis] * faster for name, slope in over_speed.items()}
+    return result | {name: slope for name, slope in total.items() if not name.startswith("end_")}
 
 
 def status_text(status: str, *, beats: float, distance: float, spectral_radius: float) -> str:
@@ -215,11 +302,3 @@ def _multipliers(monodromy: Array) -> NDArray[np.complex128]:
         multipliers = np.full((len(monodromy), 3), np.nan, dtype=np.complex128)
         multipliers[finite] = np.linalg.eigvals(monodromy[finite])
         return multipliers
-
-
-def _towed_power(robot: Robot, speed: Array) -> Array:
-    """Power to tow the straight body, head first."""
-    model = core_model(robot)
-    twist = np.zeros((len(speed), 3))
-    twist[:, 0] = -speed
-    return np.asarray(_core.dynamics(model, np.zeros((len(speed), model.links, 3)), twist)["loss"])

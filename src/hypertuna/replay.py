@@ -21,7 +21,18 @@ if TYPE_CHECKING:
     import xarray as xr
     from scipy.interpolate import BSpline
 
-__all__ = ["Pose", "SmoothSeries", "head_center", "replay", "residuals", "rmse", "seen_from_start", "smooth"]
+__all__ = [
+    "Pose",
+    "SmoothSeries",
+    "head_center",
+    "joint_grid",
+    "replay",
+    "replay_slopes",
+    "residuals",
+    "rmse",
+    "seen_from_start",
+    "smooth",
+]
 
 Array = NDArray[np.float64]
 
@@ -176,14 +187,14 @@ def replay(
     curve = series if isinstance(series, SmoothSeries) else smooth(series)
     _check(robot, curve.series, step, start=start, twist=twist or (), current=current, time_offset=(time_offset,))
     time = curve.series.time
-    longest = float(np.median(np.diff(time))) / STEPS_PER_SAMPLE if step is None else step
-    steps = math.ceil((time[-1] - time[0]) / longest * (1 - 1e-12))
-    joints = _spread(robot, curve(np.linspace(time[0], time[-1], 2 * steps + 1)))
-    width = (time[-1] - time[0]) / steps
+    joints, width = joint_grid(robot, curve, step=step)
+    steps = len(joints) // 2
     head = twist_from_rest(robot, joints[0]) if twist is None else np.array(twist, dtype=float)
     motion = _core.advance(core_model(robot), joints, step=width, twist=head, pose=np.array(start, dtype=float))
     sound = _sound(robot, motion["twist"], motion["torque"])
-    passed = width * np.arange(sound)  # since the start: the current carries the robot from there
+    passed: Array = width * np.arange(
+        sound, dtype=np.float64
+    )  # since the start: the current carries the robot from there
     motion = {name: values[:sound] for name, values in motion.items()}
     result = trajectory(robot, passed, joints[::2][:sound], motion, current=current)
     result = result.assign_coords(time=("time", time[0] + time_offset + passed, result["time"].attrs))
@@ -196,6 +207,67 @@ def replay(
             f"take steps shorter than {width:.3g} s, or look at the coefficients."
         )
     return result.assign_attrs(joints="measured", joint_file=curve.series.file or "", status=status, status_text=text)
+
+
+def joint_grid(robot: Robot, curve: SmoothSeries, *, step: float | None = None) -> tuple[Array, float]:
+    """Lay out a joint series for a replay.
+
+    Parameters
+    ----------
+    robot : Robot
+    curve : SmoothSeries
+        One angle per joint group of the robot.
+    step : float, optional
+        Longest Runge-Kutta step [s]; left out, half the median interval of the series.
+
+    Returns
+    -------
+    joints : ndarray, shape (2 steps + 1, links, 3)
+        Angle [rad], rate [rad/s] and acceleration [rad/s^2] of the joint at the front of every link, at the start, the
+        middle and the end of every step.
+    step : float
+        The step that fits the series [s].
+    """
+    time = curve.series.time
+    longest = float(np.median(np.diff(time))) / STEPS_PER_SAMPLE if step is None else step
+    steps = math.ceil((time[-1] - time[0]) / longest * (1 - 1e-12))
+    step = float(time[-1] - time[0]) / steps
+    return _spread(robot, curve(np.linspace(time[0], time[-1], 2 * steps + 1))), step
+
+
+def replay_slopes(
+    robot: Robot, joints: Array, step: float, directions: Array, *, model: _core.Model | None = None
+) -> tuple[Array, Array, Array]:
+    """Swim a joint motion from rest in the water and differentiate the track along directions, exactly.
+
+    Robot and water start without momentum, whatever the joints do at the first instant, and the nose starts at the
+    origin with heading 0: neither depends on a parameter.
+
+    Parameters
+    ----------
+    robot : Robot
+    joints : ndarray, shape (2 steps + 1, links, 3)
+        As `joint_grid` returns it [rad, rad/s, rad/s^2].
+    step : float
+        Runge-Kutta step [s].
+    directions : ndarray, shape (parameters, directions)
+        Changes of all parameters in the order and the units of `parameter_names` [1]; those of a gait and of its
+        joints' lags have no effect here.
+    model : _core.Model, optional
+        To swim in place of the robot's own, as `core_model` makes it with changed columns.
+
+    Returns
+    -------
+    pose : ndarray, shape (steps + 1, 3)
+        Position of the nose [m] and heading [rad] at every step.
+    rate : ndarray, shape (steps + 1, 3)
+        Derivative of the pose by time [m/s, rad/s].
+    slope : ndarray, shape (steps + 1, 3, directions)
+        Derivatives of the pose along the directions [m, rad].
+    """
+    joints, along = np.ascontiguousarray(joints), np.ascontiguousarray(directions)
+    track = _core.track(model or core_model(robot), joints, along, step=step)
+    return track["pose"], track["rate"], track["slope"]
 
 
 def head_center(robot: Robot, result: xr.Dataset) -> Array:

@@ -5,18 +5,17 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna import _core
-from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES, settle
+from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES, settle, slopes
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.gait import LARGEST, Gait, check_gait
-from hypertuna.model import core_model, parameter_names
+from hypertuna.model import parameter_names
 from hypertuna.results import dataset, provenance
 
 if TYPE_CHECKING:
@@ -242,7 +241,7 @@ class Gradient:
     names : tuple of str
         The parameters, as attributes of gait and robot: ``gait.frequency`` [Hz], ``gait.amplitude[1]`` [rad],
         ``joints.bandwidth[0]`` [Hz], ``links.mass[3]`` [kg], ``water.lumped.drag[7]`` ...
-    speed, cost_of_transport, power, power_positive : ndarray, shape (parameters,)
+    speed, cost_of_transport, power, power_positive, strouhal, torque_peak, rate_peak : ndarray, shape (parameters,)
         Derivatives by them, in SI units of result per parameter.
     """
 
@@ -251,13 +250,13 @@ class Gradient:
     cost_of_transport: Array
     power: Array
     power_positive: Array
+    strouhal: Array
+    torque_peak: Array
+    rate_peak: Array
 
 
 def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradient:
-    """Differentiate speed and cost of transport of a settled gait by every coefficient and gait parameter.
-
-    One beat in dual numbers gives the derivatives of its end P1 and its results by the start P0 and the parameters p.
-    The settled start moves with p so that P1 = P0 stays: dP0/dp = (I - dP1/dP0)^-1 dP1/dp (implicit function theorem).
+    """Differentiate results of a settled gait by every coefficient and gait parameter, exactly: see `slopes`.
 
     Parameters
     ----------
@@ -286,21 +285,7 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
         raise InputError(
             "must settle to have derivatives", key="gait", value=status, fix="look at hypertuna.swim of it"
         )
-    rows = _core.gradient(core_model(robot), *arrays, found["momentum"].copy(), steps=steps, threads=1)[0]
-    outputs = {name: rows[k] for k, name in enumerate(_core.gradient_outputs())}
-    end = np.stack([outputs.pop(name) for name in ("end_p_x", "end_p_y", "end_l")])
-    start = np.linalg.solve(np.eye(3) - end[:, :3], end[:, 3:])
-    total = {name: row[3:] + row[:3] @ start for name, row in outputs.items()}
-
-    speed, power, mass = float(found["speed"][0]), float(found["power"][0]), robot.body.mass
-    # Speed is arc times frequency, signed by the direction; the frequency is the first parameter.
-    d_speed = np.sign(speed) * gait.frequency * total["arc"]
-    d_speed[0] += speed / gait.frequency
-    cost = power / (mass * abs(speed))
-    return Gradient(
-        names=parameter_names(robot),
-        speed=d_speed,
-        cost_of_transport=total["power"] / (mass * abs(speed)) - cost * d_speed / speed,
-        power=total["power"],
-        power_positive=total["power_positive"],
-    )
+    names = parameter_names(robot)
+    by_all = slopes(robot, *arrays, found, np.eye(len(names)), steps=steps)
+    results = (field.name for field in fields(Gradient) if field.name != "names")
+    return Gradient(names, **{name: by_all[name][0] for name in results})

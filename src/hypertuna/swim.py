@@ -50,6 +50,8 @@ class Swim:
         f A / U with the peak-to-peak excursion A of the tail tip, and U / (f L).
     excursion : float
         A [m].
+    torque_peak, rate_peak : float
+        Largest magnitude of any driven joint's torque [N m] and largest rate of any joint group [rad/s] over the beat.
     turn_rate, turn_radius : float
         Mean rate of turn [rad/s], counter-clockwise positive, and radius of the nose's mean path [m].
     multipliers : ndarray of complex, shape (3,)
@@ -79,6 +81,8 @@ class Swim:
     strouhal: float
     stride_length: float
     excursion: float
+    torque_peak: float
+    rate_peak: float
     turn_rate: float
     turn_radius: float
     spectral_radius: float

@@ -12,6 +12,7 @@ struct Beat {
     S power;               // W, mean of the sum of joint torque times joint rate
     S power_positive;      // W, the same with every joint group's negative power counted as zero
     S loss;                // W, mean power that the water takes
+    S torque_peak;         // N m, largest magnitude of any driven joint's torque
     S excursion;           // m, of the tail tip across the mean path, peak to peak
     S arc;                 // m, length of the mean path: of the circle at the nose's mean distance from the center
     S radius;              // m, mean distance of the nose from the center of the turn; infinite when straight
@@ -23,6 +24,7 @@ template <class S>
 struct BeatScratch {
     S* torque;        // links
     S* group_power;   // links
+    S* load;          // steps: largest magnitude of any driven joint's torque
     Planar<S>* tail;  // steps: position of the tail tip in the frame of the beat's start
     Planar<S>* nose;  // steps
 };
@@ -39,6 +41,15 @@ HYPERTUNA_INLINE void joint_power(const Swimmer<S, Law>& fish, const JointShare<
         beat.power += scratch.group_power[g];
         beat.power_positive += max(scratch.group_power[g], S(0));
     }
+}
+
+/// Largest magnitude of any driven joint's torque.
+template <class S>
+HYPERTUNA_INLINE S largest_torque(int links, const JointShare<S>* joints, const S* torque) {
+    S largest(0);
+    for (int i = 1; i < links; ++i)
+        if (joints[i].group >= 0) largest = max(largest, abs(torque[i]));
+    return largest;
 }
 
 /// Signed distance of a point from the circle through the origin with this curvature whose tangent there is
@@ -99,12 +110,13 @@ HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law>& fish, const Joint
     using T = base_t<S>;
     const int steps = table.instants / 2;
     const S step = period * S(T(1.0 / steps)), zero(0);
-    Beat<S> beat{P, {zero, zero, zero}, zero, zero, zero, zero, zero, zero, zero};
+    Beat<S> beat{P, {zero, zero, zero}, zero, zero, zero, zero, zero, zero, zero, zero};
     Motion<S> motion{P, {zero, zero, zero}};
     for (int k = 0; k < steps; ++k) {
         const Instant<S> now = table[2 * k];
         const Twist<S> xi = twist(now, motion.momentum);
         joint_power(fish, joints, now, xi, scratch, beat);
+        scratch.load[k] = largest_torque(fish.links, joints, scratch.torque);
         beat.loss += water_loss(fish, now.shape, xi);
         beat.advance -= xi.x * step;
         const LinkShape<S>& last = now.shape[fish.links - 1];
@@ -119,10 +131,17 @@ HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law>& fish, const Joint
     beat.power = mean * beat.power;
     beat.power_positive = mean * beat.power_positive;
     beat.loss = mean * beat.loss;
+    beat.torque_peak = peak<S>(steps, [&](int k) { return scratch.load[k]; });
     beat.end = motion.momentum;
     beat.displacement = motion.pose;
     measure_path(steps, scratch, beat);
     return beat;
+}
+
+/// Mean speed along the path, m/s, forward positive.
+template <class S>
+HYPERTUNA_INLINE S mean_speed(const Beat<S>& beat, const S& frequency) {
+    return frequency * select(beat.advance < S(0), -beat.arc, beat.arc);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -16,10 +16,11 @@ struct JointMotion {
 /// A joint group's share of a harmonic gait: alpha(t) = bias + amplitude sin(2 pi f t - lag).
 template <class S>
 struct Harmonic {
-    S amplitude;  // rad
-    S lag;        // rad, behind the gait's clock
-    S bias;       // rad
-    S bandwidth;  // Hz: first-order lag between the command and the joint; infinite for an ideal joint
+    S amplitude;       // rad
+    S lag;             // rad, behind the gait's clock
+    S bias;            // rad
+    S bandwidth;       // Hz: first-order lag between the command and the joint; infinite for an ideal joint
+    S phase_offset{};  // rad: how much later the joint is, at every frequency
 };
 
 /// Which group bends a joint and by which part of the group's angle; group -1 for a rigid joint.
@@ -38,13 +39,24 @@ struct Swing {
 /// Send a command through the group's first-order lag.
 ///
 /// It turns A sin(p) into A (sin p - x cos p) / (1 + x^2) with x = f / bandwidth: the amplitude falls to
-/// A / sqrt(1 + x^2) and comes atan(x) later. The bias passes unchanged.
+/// A / sqrt(1 + x^2) and comes atan(x) later. The phase offset is later still; the bias passes unchanged.
 template <class S>
 Swing<S> response(const Harmonic<S>& group, const S& frequency) {
-    const auto [s, c] = sincos(group.lag);
+    const auto [s, c] = sincos(group.lag + group.phase_offset);
     const S x = frequency / group.bandwidth;
     const S in_phase = group.amplitude / (S(1) + x * x), quadrature = -x * in_phase;
     return {group.bias, in_phase * c + quadrature * s, quadrature * c - in_phase * s};
+}
+
+/// Largest rate of any group over the beat: 2 pi f times the amplitude that it makes, rad/s.
+template <class S>
+S largest_rate(int groups, const Harmonic<S>* group, const S& frequency) {
+    S amplitude(0);
+    for (int g = 0; g < groups; ++g) {
+        const S x = frequency / group[g].bandwidth;
+        amplitude = max(amplitude, abs(group[g].amplitude) / sqrt(S(1) + x * x));
+    }
+    return S(base_t<S>(2 * pi)) * frequency * amplitude;
 }
 
 /// The motion of all joints where the sine and cosine of 2 pi f t are `clock`. Joint i sits at the front of link i;

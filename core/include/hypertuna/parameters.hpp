@@ -1,7 +1,8 @@
 /// Parameters: everything about a robot, its water and its gait that has a derivative, as one row of numbers.
 ///
 /// Order (n links, g joint groups):
-///     frequency 1 | amplitude g | phase g | bias g | bandwidth g |
+///     frequency 1 | amplitude g | phase g | bias g |
+///     bandwidth g | phase_offset g |
 ///     length n | com n | mass n | inertia n | density 1 | coefficients of the water law
 /// lumped: added_mass n | friction n | drag n | friction_area n | drag_area n
 /// strip:  lateral_area n | wetted_area n | added_mass_normal n | added_mass_tangential n | added_inertia n |
@@ -24,9 +25,9 @@ struct Columns {
     }
 };
 
-inline constexpr int gait_parameters(int groups) { return 1 + 4 * groups; }
+inline constexpr int gait_parameters(int groups) { return 1 + 3 * groups; }  // the rest is the robot's
 
-/// Frequency, and each group's harmonic.
+/// Frequency, and each group's harmonic with the lags of its joints.
 template <class S>
 S read_gait(int groups, Columns<S>& in, Harmonic<S>* out) {
     const S frequency = *in.take(1);
@@ -34,7 +35,8 @@ S read_gait(int groups, Columns<S>& in, Harmonic<S>* out) {
     const S* phase = in.take(groups);
     const S* bias = in.take(groups);
     const S* bandwidth = in.take(groups);
-    for (int g = 0; g < groups; ++g) out[g] = {amplitude[g], phase[g], bias[g], bandwidth[g]};
+    const S* phase_offset = in.take(groups);
+    for (int g = 0; g < groups; ++g) out[g] = {amplitude[g], phase[g], bias[g], bandwidth[g], phase_offset[g]};
     return frequency;
 }
 

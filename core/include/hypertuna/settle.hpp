@@ -27,6 +27,7 @@ Settled<S> select(const M& mask, const Settled<S>& yes, const Settled<S>& no) {
              pick(a.power, b.power),
              pick(a.power_positive, b.power_positive),
              pick(a.loss, b.loss),
+             pick(a.torque_peak, b.torque_peak),
              pick(a.excursion, b.excursion),
              pick(a.arc, b.arc),
              pick(a.radius, b.radius),

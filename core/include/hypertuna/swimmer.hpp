@@ -160,4 +160,13 @@ V water_loss(const Swimmer<S, Law>& fish, const LinkShape<S>* shape, const Twist
     return power;
 }
 
+/// Power to tow the straight body at this speed, head first.
+template <class S, class Law>
+S towing_power(const Swimmer<S, Law>& fish, const S& speed) {
+    const Along<S> v{-speed, S(0), S(0)};
+    S power(0);
+    for (int i = 0; i < fish.links; ++i) power -= water_force(fish, i, v).t * v.t;
+    return power;
+}
+
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
