@@ -19,6 +19,7 @@ from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 
 import items  # noqa: E402
+import searches  # noqa: E402
 from hypertuna import _core  # noqa: E402
 from items import Item, Row  # noqa: E402
 
@@ -57,6 +58,8 @@ def measure(only: str, rhs: Path, quick: bool, say: Callable[[str], None]) -> li
         "d": lambda: items.against_scipy_and_mujoco(turns),
         "e": lambda: items.many_gaits(counts),
         "f": lambda: items.call_overhead(200 * turns),
+        "g": lambda: searches.gait_search(turns),
+        "h": lambda: searches.identification(turns),
     }
     found = []
     for letter in only:
@@ -111,13 +114,13 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the page of the docs")
     parser.add_argument("--quick", action="store_true", help="fewer turns, no sweep of a million gaits")
-    parser.add_argument("--only", default="abcdef", metavar="LETTERS", help="measure these items only (default abcdef)")
+    parser.add_argument("--only", default="abcdefgh", metavar="LETTERS", help="measure these items only (default all)")
     parser.add_argument("--rhs", type=Path, default=RHS, metavar="FILE", help="the compiled benchmarks/rhs.cpp")
     options = parser.parse_args()
-    if unknown := set(options.only) - set("abcdef"):
-        parser.error(f"--only must name items a to f, but has {''.join(sorted(unknown))}")
+    if unknown := set(options.only) - set("abcdefgh"):
+        parser.error(f"--only must name items a to h, but has {''.join(sorted(unknown))}")
     if "a" in options.only and not options.rhs.exists():
-        parser.error(f"{options.rhs} does not exist: build it by `make build/bench`, or leave (a) out by --only bcdef")
+        parser.error(f"{options.rhs} does not exist: build it by `make build/bench`, or leave (a) out by --only")
     progress = Console(stderr=True)
     found = measure(options.only, options.rhs, options.quick, progress.print)
     if options.markdown:

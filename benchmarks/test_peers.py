@@ -5,7 +5,7 @@ import pytest
 
 import hypertuna
 from peers import fish as fishes
-from peers import jax_sweep, mujoco_swim, numba_rhs, scipy_swim
+from peers import jax_sweep, mujoco_swim, numba_rhs, numba_tasks, scipy_swim
 
 FISH = fishes.load()
 GAITS = fishes.gaits_from_degrees([2, 3, 5, 6], [(16, 25)] * 4, [(0, 0), (0, 0), (0, 60), (0, 40)])
@@ -63,3 +63,10 @@ def test_mujoco():
     # first order: 1 % off at this step, and right in the limit
     np.testing.assert_allclose(coarse, SPEEDS, rtol=0.01)
     np.testing.assert_allclose(2 * fine - coarse, SPEEDS, atol=1e-3)
+
+
+def test_numba_searches():
+    np.testing.assert_allclose(numba_tasks.swim(FISH, GAITS), SPEEDS, atol=5.1e-4)
+    lower, upper = np.array([5.9, *np.radians([15.9, 24.9, 20])]), np.array([6.0, *np.radians([16, 25, 60])])
+    best = numba_tasks.particle_swarm(FISH, lower, upper, particles=6, iterations=12, seed=1)
+    assert best == pytest.approx(0.9084, rel=2e-3)  # at the upper bounds, phase 32 deg

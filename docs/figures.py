@@ -27,12 +27,24 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
+from hypertuna.beats import QUANTITIES
 from hypertuna.cli import main
 from hypertuna.description import load
 from hypertuna.drawing import BODY, COLORS, EDGE, INK, draw, save
 from hypertuna.ledger import published
+from hypertuna.limits import gait_limits
+from hypertuna.manifest import reference as manifest_keys
+from hypertuna.optimize import optimize
+from hypertuna.pareto import OBJECTIVES, Front, pareto
 from hypertuna.plots import plot_swim
-from hypertuna.reproduce import SPEEDS, Trial, reproduce
+from hypertuna.plots_pareto import plot_pareto
+from hypertuna.published_swims import SPEEDS, Trial, swim_published
+from hypertuna.report import Table
+from hypertuna.reproduce import Ledger, reproduce
+from hypertuna.reproduce_fit import bandwidth_table, coefficient_table
+from hypertuna.reproduce_optima import gait_table, method_table
+from hypertuna.reproduce_others import computed_among, robot_table
+from hypertuna.steady import COLUMNS
 from hypertuna.swim import Swim
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -46,7 +58,13 @@ FISH = load("hypertuna")
 @cache
 def trials() -> dict[str, Trial]:
     """Swim everything that the paper reports, under every reading of its model."""
-    return reproduce(full=True).trials
+    return swim_published(FISH, PAPER, full=True)
+
+
+@cache
+def ledger() -> Ledger:
+    """Compute the paper's numbers."""
+    return reproduce()
 
 
 def swum(gait: str, model: str) -> Swim:
@@ -71,14 +89,19 @@ def rows(head: Sequence[str], body: Sequence[Sequence[str]], left: int = 1) -> s
     return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *body))
 
 
+def of_report(table: Table, left: int = 1) -> str:
+    """Write a table of the report."""
+    body = [[cell if isinstance(cell, str) else f"{cell:.3g}" for cell in row] for row in table.rows]
+    return rows(table.columns, body, left)
+
+
 # --- tables
 
 
 def ledger_table() -> str:
     """Tabulate the ledger: every number of the paper with the verdict."""
-    ledger = reproduce()
     body = []
-    for e in ledger.entries:
+    for e in ledger().entries:
         computed = "" if e.computed is None else f"{e.computed:.3g}"
         body.append([f"`{e.id}`", e.model, e.verdict, f"{e.published:.4g}", computed, e.unit])
     return rows(["number", "model", "verdict", "published", "computed", "unit"], body, left=3)
@@ -205,7 +228,116 @@ def range_table() -> str:
     return rows(["battery", "energy [Wh]", "range [km]"], body)
 
 
+@cache
+def front() -> Front:
+    """Find HyperTuna's Pareto front of speed and cost of transport."""
+    return pareto(FISH)
+
+
+def front_table() -> str:
+    """Tabulate what the paper's gaits cost in the model beside the cheapest gaits that are as fast."""
+    body = []
+    for name in SPEEDS:
+        done = swum(name, "joint bandwidth")
+        fast = gait_limits(FISH, speed=done.speed)
+        least = optimize(FISH, minimize="cost_of_transport", limits=fast, method="gradient").cost_of_transport
+        cells = (f"{done.speed:.3f}", f"{done.cost_of_transport:.3f}", f"{least:.3f}")
+        body.append([f"`{name}`", *cells, f"{round(change(least, done.cost_of_transport)):+d}\u00a0%"])
+    return rows(["gait", "speed [m/s]", "cost of transport [J/(kg m)]", "of the cheapest", "more"], body)
+
+
+def objectives_table() -> str:
+    """Tabulate the objectives."""
+    body = [
+        [f"`{name}`", QUANTITIES[name].unit, "large" if large else "small", QUANTITIES[name].meaning]
+        for name, large in OBJECTIVES.items()
+    ]
+    return rows(["objective", "unit", "better", "meaning"], body, left=4)
+
+
+@cache
+def optimum(model: str, method: str, **wish: Any) -> Optimum:
+    """Optimize HyperTuna under a reading of its joints."""
+    return optimize(FISH.using(joints="ideal" if model == "ideal joints" else "bandwidth"), **wish, method=method)
+
+
+def methods_table() -> str:
+    """Tabulate what every method finds, and how many gaits it swims."""
+    body = []
+    for wish in ({"maximize": "speed"}, {"speed": 0.4}):
+        for method in METHODS:
+            best = optimum("joint bandwidth", method, **wish)
+            assert best.gait is not None
+            degrees = [f"{x:.2f}" for x in np.degrees([*best.gait.amplitude, best.gait.phase[1]])]
+            cells = (f"{best.gait.frequency:.3f}", *degrees, f"{best.speed:.4f}", f"{best.cost_of_transport:.4f}")
+            body.append(["highest" if "maximize" in wish else "0.4 m/s", f"`{method}`", *cells, str(best.evaluations)])
+    head = ["speed", "method", "f [Hz]", "A1 [deg]", "A2 [deg]", "phase [deg]", "U [m/s]", "COT [J/(kg m)]", "gaits"]
+    return rows(head, body, left=2)
+
+
+def phases_table() -> str:
+    """Tabulate how little the highest speed depends on the phase."""
+    printed = swum("optimised-max", MODELS[0]).gait.phase[1]
+    body = []
+    for model in MODELS[:2]:
+        best = optimum(model, "gradient", maximize="speed")
+        assert best.gait is not None
+        there = swim(best.robot, replace(best.gait, phase=(0.0, printed))).speed
+        cells = (f"{np.degrees(best.gait.phase[1]):.1f}", f"{best.speed:.4f}", f"{there:.4f}")
+        body.append([model, *cells, f"{change(best.speed, there):.2f}\u00a0%"])
+    at = f"at {np.degrees(printed):.2f} deg"
+    return rows(["model", "best phase [deg]", "highest speed [m/s]", f"{at} [m/s]", "change"], body)
+
+
+def weights_table() -> str:
+    """Tabulate up to which weight k of Eq. 42 the speed stays as expected."""
+    body = []
+    for speed in (0.2, 0.3, 0.4, 0.5, 0.55, 0.57):
+        tracked = [optimum(model, "gradient", speed=speed) for model in MODELS[:2]]
+        cells = [f(best) for best in tracked for f in (_threshold, lambda best: f"{best.cost_of_transport:.3f}")]
+        body.append([f"{speed:g}", *cells])
+    head = [f"{name}, {model}" for model in MODELS[:2] for name in ("largest k", "COT")]
+    return rows(["expected speed [m/s]", *head], body)
+
+
+def _threshold(best: Optimum) -> str:
+    """Write the largest weight that holds the speed."""
+    return "" if best.weight_threshold is None else f"{best.weight_threshold:.3f}"
+
+
+def steady_columns() -> str:
+    """Tabulate the columns of a file of steady runs."""
+    body = [
+        ["`frequency_hz`", "Hz", "yes", "beat frequency"],
+        ["`amplitude_GROUP_deg`", "deg", "yes", "commanded amplitude of each joint group"],
+        ["`phase_GROUP_deg`", "deg", "yes", "lag of each joint group; the first may be left out: 0"],
+        ["`bias_GROUP_deg`", "deg", "", "mean angle of each joint group (default: 0)"],
+        ["`{speed}`", "m/s", "either", "speed along the mean path"],
+        ["`{speed_sd}`", "m/s", "", "standard deviation of the speed of a single swim"],
+        ["`{cost_of_transport}`", "J/(kg m)", "or", "mechanical power over mass of the robot and speed"],
+        ["`{cost_of_transport_sd}`", "J/(kg m)", "", "standard deviation of a single swim's"],
+        ["`{repeats}`", "", "", "number of swims that the row is the mean of (default: 1)"],
+        ["`{name}`", "", "", "name of the run (default: FILE:LINE)"],
+    ]
+    return rows(["column", "unit", "needed", "meaning"], [[cell.format(**COLUMNS) for cell in r] for r in body], left=4)
+
+
+def quoted(name: str, kind: str, lines: int | None = None) -> str:
+    """Quote the first lines of a file of the examples."""
+    text = (ROOT / "examples" / name).read_text().splitlines()
+    return "\n".join([f"```{kind}", *text[:lines], *(["..."] if lines else []), "```"])
+
+
 TABLES: dict[str, Callable[[], str]] = {
+    "front": front_table,
+    "objectives": objectives_table,
+    "methods": methods_table,
+    "phases": phases_table,
+    "weights": weights_table,
+    "steady columns": steady_columns,
+    "steady example": lambda: quoted("tank/tank.csv", "text", 5),
+    "manifest example": lambda: quoted("tank/tank.toml", "toml"),
+    "manifest keys": manifest_keys,
     "ledger": ledger_table,
     "speeds": speed_table,
     "errors": error_table,
@@ -216,6 +348,11 @@ TABLES: dict[str, Callable[[], str]] = {
     "cost against phase": phase_cost_table,
     "turning": turning_table,
     "range": range_table,
+    "Table III": lambda: of_report(coefficient_table(ledger().fits, PAPER)),
+    "bandwidth": lambda: of_report(bandwidth_table(ledger().fits, PAPER)),
+    "Table IV": lambda: of_report(gait_table(ledger().optima, ledger().trials), 2),
+    "optimizers": lambda: of_report(method_table(ledger().optima), 2),
+    "Table V": lambda: of_report(robot_table(computed_among(ledger().trials)[0]), 2),
 }
 
 # --- the drawing of frames and signs
@@ -313,6 +450,7 @@ def draw_frames() -> Figure:
 PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/swim.svg": lambda: plot_swim(swum("unoptimised-max", "joint bandwidth")),
     "docs/frames.svg": draw_frames,
+    "docs/pareto.svg": lambda: plot_pareto(front()),
     "docs/minnow.svg": lambda: draw(load(ROOT / "examples/minnow.toml")),
 }
 
@@ -321,11 +459,14 @@ PICTURES: dict[str, Callable[[], Figure]] = {
 
 @cache
 def output(command: str) -> str:
-    """Run a command of the program in a folder that has the robots of the examples; return what it prints."""
+    """Run a command of the program in a folder that has robots and trials of the examples; return what it prints."""
     said = io.StringIO()
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         for robot in (ROOT / "examples").glob("*.toml"):
             shutil.copy(robot, folder)
+        shutil.copytree(ROOT / "examples/tank", Path(folder) / "tank")
+        lines = (ROOT / "examples/tank/tank.csv").read_text().splitlines()
+        Path(folder, "tank/bad.csv").write_text("\n".join([*lines[:2], lines[2].replace("1,", "1 Hz,", 1)]))
         with (
             mock.patch.dict(os.environ, {"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"}),
             mock.patch.object(sys, "argv", shlex.split(command)),

@@ -7,21 +7,36 @@ from collections import Counter
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna import reproduce_fit, reproduce_optima
 from hypertuna.cli import main
 from hypertuna.gait import named_gait
-from hypertuna.ledger import RULES, VERDICTS, Entry, judge, published
-from hypertuna.report import ledger_page, write_ledger
-from hypertuna.reproduce import OURS, PAPER, SPEEDS, Ledger, ledger_record, reproduce
+from hypertuna.ledger import RULES, VERDICTS, Entry, Finding, judge, published
+from hypertuna.ledger_page import ledger_html, write_ledger
+from hypertuna.published_swims import OURS, PAPER, SPEEDS
+from hypertuna.report import Picture, Section, Table
+from hypertuna.reproduce import Ledger, ledger_record, ledger_sections, reproduce
+from hypertuna.reproduce_others import computed_among
 
 
 @pytest.fixture(scope="module")
 def ledger() -> Ledger:
     return reproduce()
+
+
+@pytest.fixture(scope="module")
+def folder(ledger: Ledger, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_ledger(ledger, tmp_path_factory.mktemp("reproduce") / "demo").parent
+
+
+@pytest.fixture(scope="module")
+def sections(ledger: Ledger) -> list[Section]:
+    return ledger_sections(ledger)
 
 
 def found(ledger: Ledger, key: str, model: str | None = None) -> Entry:
@@ -91,6 +106,66 @@ def test_what_is_to_come_is_not_computed(ledger: Ledger) -> None:
     assert all(entry.computed is None and entry.relative_error is None for entry in waiting.values())
 
 
+def test_speeds_alone_leave_the_nine_coefficients_open(ledger: Ledger) -> None:
+    # Nine unknowns, eight numbers: whatever the fit, one direction at least must be open, and the ledger must say so.
+    entries = [entry for entry in ledger.entries if entry.id.startswith("coefficient/")]
+    assert len(entries) == 18
+    assert {entry.verdict for entry in entries} == {"undetermined"}
+    for fit in ledger.fits.nine.values():
+        assert not fit.certainty.directions[-1].determined
+    assert ledger.fits.nine[PAPER].train.rms["speed_relative"] > 0.1  # no coefficients mend ideal joints
+    assert ledger.fits.nine[OURS].train.largest["speed_relative"] < 0.05  # what the paper claims
+
+
+def test_bandwidth_from_four_gaits_predicts_the_other_four(ledger: Ledger) -> None:
+    fits = ledger.fits
+    truth = {name: published()["values"][f"speed/{name}"]["value"] for name in SPEEDS}
+    assert max(abs(fits.predicted[name] / truth[name] - 1) for name in SPEEDS[4:]) < 0.08
+    fish = fits.four.robot
+    assert [group.bandwidth for group in fish.joints] == pytest.approx([fits.four.values[0]] * 2)
+    assert fits.predicted["optimised-max"] == ht.swim(fish, named_gait(fish, "optimised-max")).speed
+    bands = [band for band, _ in fits.left_out.values()]
+    assert len(bands) == 8
+    assert np.ptp(bands) < 0.3  # no single gait decides it [Hz]
+    low, high = fits.four.certainty.low[0], fits.four.certainty.high[0]
+    assert all(low < band < high for band in bands)
+
+
+def test_the_fastest_gait_lies_where_table_iv_has_it(ledger: Ledger) -> None:
+    for model in (PAPER, OURS):
+        for key in ("amplitude-I", "amplitude-II", "frequency"):
+            assert found(ledger, f"optimum/max/{key}", model).verdict == "reproduced"
+        swarm, best = ledger.optima[model, "max", "pso"], ledger.optima[model, "max", "gradient"]
+        assert swarm.speed == pytest.approx(best.speed, rel=0.005)
+        assert best.speed >= ledger.trials[model].gaits["optimised-max"].speed
+    assert found(ledger, "optimum/max/phase", PAPER).verdict == "reproduced"
+    phase = found(ledger, "optimum/max/phase", OURS)
+    assert phase.verdict == ("reproduced" if abs(phase.computed - phase.published) <= 8 else "deviates")  # type: ignore[operator]
+
+
+def test_optima_swim_as_wished(ledger: Ledger) -> None:
+    for (model, wish, method), best in ledger.optima.items():
+        assert best.swim is not None
+        if wish != "max":
+            assert best.speed == pytest.approx(float(wish), rel=0.01)
+            before = ledger.trials[model].gaits[f"optimised-{wish}"]
+            if before.speed <= best.speed:  # slower and yet dearer
+                assert best.cost_of_transport < before.cost_of_transport, method
+
+
+def test_computed_among_others(ledger: Ledger) -> None:
+    robots, swimmers = computed_among(ledger.trials)
+    costs = [row["cost_of_transport_j_per_kg_m"] for row in swimmers]
+    assert costs == sorted(costs, reverse=True)
+    assert [row["name"] for row in robots][-1] == "HyperTuna, computed"
+    for row in (*robots, *swimmers):
+        assert ("reference" in row) != row["name"].startswith("HyperTuna")
+    computed = next(row for row in swimmers if row["name"] == "HyperTuna, computed")
+    best = ledger.trials[OURS].gaits["unoptimised-max"]
+    assert computed["cost_of_transport_j_per_kg_m"] == pytest.approx(best.power / (3.3 * best.speed))
+    assert computed["kind"] == "mechanical power alone"
+
+
 @pytest.mark.parametrize(
     ("key", "computed", "verdict"),
     [
@@ -111,7 +186,17 @@ def test_what_is_to_come_is_not_computed(ledger: Ledger) -> None:
     ],
 )
 def test_verdicts_follow_from_numbers(key: str, computed: float | None, verdict: str) -> None:
-    assert judge(published(), key, "a model", computed, "").verdict == verdict
+    assert judge(published(), Finding(key, "a model", computed)).verdict == verdict
+
+
+def test_an_interval_judges_what_was_identified() -> None:
+    key, value = "coefficient/drag[7]", published()["values"]["coefficient/drag[7]"]["value"]
+    for interval, verdict in (
+        ((value - 1, value + 3), "reproduced"),
+        ((value + 1, value + 3), "deviates"),
+        ((0.0, 30.0), "undetermined"),
+    ):
+        assert judge(published(), Finding(key, "a model", value + 2, "", interval)).verdict == verdict
 
 
 def test_every_number_has_a_rule_with_a_reason() -> None:
@@ -119,7 +204,9 @@ def test_every_number_has_a_rule_with_a_reason() -> None:
     assert all(rule.reason for rule in RULES)
 
 
-def test_full_adds_the_areas_as_printed(ledger: Ledger) -> None:
+def test_full_adds_the_areas_as_printed(ledger: Ledger, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reproduce_fit, "fit_published", lambda *_, **__: ledger.fits)  # these do not depend on it
+    monkeypatch.setattr(reproduce_optima, "seek", lambda *_, **__: ledger.optima)
     full = reproduce(full=True)
     assert [entry for entry in full.entries if "as printed" not in entry.model] == list(ledger.entries)
     printed = full.summary["speeds"][f"{OURS}, areas as printed"]
@@ -146,8 +233,8 @@ class Page(HTMLParser):
         self.words.append(data)
 
 
-def test_the_page_needs_nothing_else(ledger: Ledger) -> None:
-    text = ledger_page(ledger)
+def test_the_page_needs_nothing_else(ledger: Ledger, folder: Path) -> None:
+    text = (folder / "index.html").read_text()
     page = Page()
     page.feed(text)
     outside = [reference for reference in page.references if not reference.startswith(("#", "data:"))]
@@ -159,23 +246,63 @@ def test_the_page_needs_nothing_else(ledger: Ledger) -> None:
     assert all(entry.id in words and entry.answer in words for entry in ledger.entries)
 
 
-def test_the_page_escapes_what_it_shows(ledger: Ledger) -> None:
+def test_the_page_shows_every_section_and_says_what_its_figures_are(folder: Path, sections: list[Section]) -> None:
+    text = (folder / "index.html").read_text()
+    for section in sections:
+        assert f"<h2>{section.title}</h2>" in text
+        for part in section.parts:
+            if isinstance(part, Picture):
+                assert part.shows.endswith(".")
+                assert part.made
+                assert f'<figure id="{part.name}">' in text
+            elif isinstance(part, Table):
+                assert all(len(row) == len(part.columns) for row in part.rows)
+    assert "--full" in text  # what was left out
+
+
+def test_tables_say_what_the_ledger_says(ledger: Ledger, sections: list[Section]) -> None:
+    tables = [part for section in sections for part in section.parts if isinstance(part, Table)]
+    record = {(entry["id"], entry["model"]): entry for entry in ledger_record(ledger)["entries"]}
+    three = next(table for table in tables if table.columns[0] == "coefficient")
+    for name, key in (("c_f,0", "friction[0]"), ("c_d,7", "drag[7]")):
+        row = next(row for row in three.rows if row[0] == name)
+        entry = record[f"coefficient/{key}", OURS]
+        assert row[2] == f"{entry['published']:g}"
+        assert row[-1] == f"{entry['interval'][0]:.3g} to {entry['interval'][1]:.3g}"
+    four = next(table for table in tables if table.columns[0] == "wish")
+    for wish in ("0.3", "0.4", "0.5"):
+        told = [row for row in four.rows if wish in str(row[0])]
+        for row, model in ((told[2], PAPER), (told[3], OURS)):
+            keys = ("amplitude-I", "amplitude-II", "frequency", "phase")
+            assert row[2:6] == [f"{record[f'optimum/{wish}/{key}', model]['computed']:.4g}" for key in keys]
+        assert told[1][4] == f"{record[f'optimum/{wish}/frequency', OURS]['published']:g}"
+
+
+def test_the_page_escapes_what_it_shows(ledger: Ledger, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hypertuna.ledger_page.ledger_sections", lambda _: [])
     first = replace(ledger.entries[0], note="<script>alert(1)</script>")
-    assert "<script>alert" not in ledger_page(replace(ledger, entries=(first, *ledger.entries[1:])))
+    assert "<script>alert" not in ledger_html(replace(ledger, entries=(first, *ledger.entries[1:])))
 
 
-def test_the_folder(ledger: Ledger, tmp_path: Path) -> None:
-    page = write_ledger(ledger, tmp_path / "demo")
-    assert page.name == "index.html"
-    assert json.loads((page.parent / "ledger.json").read_text()) == json.loads(json.dumps(ledger_record(ledger)))
-    plots = sorted(page.parent.glob("*.svg"))
-    assert [plot.stem for plot in plots] == ["robot", "speeds", "swim", "tank", "turning"]
+def test_the_folder(ledger: Ledger, folder: Path, sections: list[Section]) -> None:
+    assert json.loads((folder / "ledger.json").read_text()) == json.loads(json.dumps(ledger_record(ledger)))
+    plots = list(folder.glob("*.svg"))
+    pictures = [part for section in sections for part in section.parts if isinstance(part, Picture)]
+    assert {plot.stem for plot in plots} == {picture.name for picture in pictures} | {"robot"}
     assert all(ET.parse(plot).getroot().tag.endswith("svg") for plot in plots)
 
 
 def test_the_command(
     ledger: Ledger, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    asked: list[bool] = []
+
+    def computed(*, full: bool, progress: Any) -> Ledger:
+        asked.append(full)
+        return ledger
+
+    monkeypatch.setattr("hypertuna.cli_reproduce.reproduce", computed)
+    monkeypatch.setattr("hypertuna.ledger_page.ledger_sections", lambda _: [])
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.setattr(sys, "argv", ["hypertuna", "reproduce", "--json"])
     with pytest.raises(SystemExit) as done:
@@ -183,9 +310,10 @@ def test_the_command(
     told = json.loads(capsys.readouterr().out)
     assert not done.value.code
     assert told["entries"] == json.loads(json.dumps(ledger_record(ledger)))["entries"]
-    monkeypatch.setattr(sys, "argv", ["hypertuna", "reproduce", "-o", str(tmp_path / "demo")])
+    monkeypatch.setattr(sys, "argv", ["hypertuna", "reproduce", "--full", "-o", str(tmp_path / "demo")])
     with pytest.raises(SystemExit):
         main()
     output = capsys.readouterr().out
     assert all(entry.id in output for entry in ledger.entries)
     assert (tmp_path / "demo" / "index.html").is_file()
+    assert asked == [False, True]

@@ -1,30 +1,47 @@
 """Open digital twin and control stack for soft robotic fish."""
 
+from hypertuna.comparison import compare_recording, replay_recording
 from hypertuna.description import Robot, load, robots
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, named_gait
+from hypertuna.limits import Limit, gait_limits
 from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
+from hypertuna.optimize import Optimum, optimize
+from hypertuna.pareto import Front, pareto
 from hypertuna.replay import Pose, SmoothSeries, replay, residuals, rmse, smooth
 from hypertuna.sweep import Gaits, Gradient, gradient, sweep
 from hypertuna.swim import Swim, swim
+from hypertuna.trials import Recording, SteadyRun, Trials, read_trials
 
 __all__ = [
+    "Front",
     "Gait",
     "Gaits",
     "Gradient",
     "InputError",
     "JointSeries",
+    "Limit",
+    "Optimum",
     "Pose",
+    "Recording",
     "Robot",
     "SmoothSeries",
+    "SteadyRun",
     "Swim",
     "Track",
+    "Trials",
+    "compare_recording",
+    "gait_limits",
     "gradient",
     "load",
     "named_gait",
+    "optimize",
+    "pareto",
     "read_joints",
     "read_tracks",
+    "read_trials",
     "replay",
+    "replay_recording",
     "residuals",
     "rmse",
     "robots",

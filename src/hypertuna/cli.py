@@ -10,10 +10,14 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna import _core
+from hypertuna.cli_experiment import ask_command, tell_command
+from hypertuna.cli_optimize import optimize_app
+from hypertuna.cli_pareto import pareto_command
 from hypertuna.cli_replay import replay_command
 from hypertuna.cli_reproduce import reproduce_command
 from hypertuna.cli_robot import robot_app
 from hypertuna.cli_swim import sweep_command, swim_command
+from hypertuna.cli_trials import trials_app
 from hypertuna.console import print_json
 from hypertuna.errors import InputError
 from hypertuna.results import version
@@ -29,7 +33,12 @@ app.command("swim")(swim_command)
 app.command("sweep")(sweep_command)
 app.command("replay")(replay_command)
 app.command("reproduce")(reproduce_command)
+optimize_app.command("ask")(ask_command)
+optimize_app.command("tell")(tell_command)
+app.add_typer(optimize_app, name="optimize")
+app.command("pareto")(pareto_command)
 app.add_typer(robot_app, name="robot")
+app.add_typer(trials_app, name="trials")
 
 INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
 UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser that typer brings along: unknown options and the like

@@ -1,21 +1,27 @@
-"""The command `hypertuna replay`."""
+"""The command `hypertuna replay`: one series of joint angles, or every recording of a manifest."""
 
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
+from hypertuna.comparison import compare_recording, replay_recording
 from hypertuna.console import check_suffix, command_line, number, number_list, print_json, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
+from hypertuna.manifest import Recording
 from hypertuna.measured import Track, read_joints, read_tracks
-from hypertuna.replay import AXES, Pose, SmoothSeries, head_center, replay, rmse, smooth
-from hypertuna.results import write_netcdf
+from hypertuna.replay import AXES, Pose, head_center, replay, rmse, smooth
+from hypertuna.results import provenance, write_netcdf
+from hypertuna.trials import read_trials
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,14 +31,33 @@ __all__ = ["replay_command"]
 COMPARED = ("rmse", "mean_rmse", "repeatability")
 # How lengths and angles are shown: unit, and how many of it are one SI unit.
 BORDER = {"m": ("cm", 100.0), "rad": ("deg", 180 / np.pi)}
+# What is shown of a comparison, and what it is called above a column.
+HEADS = {
+    "rmse": "",
+    "mean_rmse": "of their mean",
+    "repeatability": "repeatability",
+    "ratio": "ratio",
+    "best_offset_rmse": "moved",
+    "best_offset_ratio": "ratio",
+}
+RATIOS = ("ratio", "best_offset_ratio")  # without unit
+WITH_MANIFEST = ("angles", "robot", "step", "water", "plot", "output", "as_json")
 
 
 def replay_command(
-    angles: Annotated[str, typer.Argument(help="CSV file of measured joint angles.")],
+    context: typer.Context,
+    angles: Annotated[
+        str,
+        typer.Argument(
+            help="CSV file of measured joint angles; or a manifest (.toml) or folder of tracked recordings."
+        ),
+    ],
     robot: Annotated[
         str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
     ],
-    columns: Annotated[str, typer.Option("--columns", help="Columns of angles, one per joint group, with commas.")],
+    columns: Annotated[
+        str, typer.Option("--columns", help="Columns of angles in a CSV file, one per joint group, with commas.")
+    ] = "",
     time_column: Annotated[str, typer.Option("--time-column", help="Column of time in seconds.")] = "time_s",
     unit: Annotated[str, typer.Option("--unit", help="Unit of the angles: deg or rad.")] = "deg",
     noise: Annotated[
@@ -68,11 +93,20 @@ def replay_command(
 ) -> None:
     """Swim measured joint angles, and compare the track of the head with tracked poses.
 
-    Exit code 1 means that the replay diverged.
+    A manifest tells columns, units, axes, clocks and start; only --step, --water, --plot, --output and --json go with
+    it. Exit code 1 means that a replay diverged.
     """
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     check_suffix(output, (".nc",), "--output")
     fish = load(robot).using(water=water)
+    longest = None if step is None else number(step, "step", "seconds")
+    if _is_manifest(angles):
+        _refuse(context)
+        _replay_recordings(fish, angles, step=longest, plot=plot, output=output, as_json=as_json)
+        return
+    if not columns:
+        fix = "name the columns of angles, or give a manifest"
+        raise InputError("must be given with a CSV file", key="--columns", fix=fix)
     series = read_joints(angles, time=time_column, columns=_names(columns), unit=unit)
     curve = smooth(series, noise=None if noise is None else _noise(noise))
     zero = np.radians(number(yaw_zero, "yaw_zero", "degrees"))
@@ -82,7 +116,7 @@ def replay_command(
         fish,
         curve,
         start=Pose(x, y, np.radians(heading)),
-        step=None if step is None else number(step, "step", "seconds"),
+        step=longest,
         current=_numbers(current, "current", "m/s", 2),
         time_offset=number(time_offset, "time_offset", "seconds"),
     )
@@ -93,12 +127,23 @@ def replay_command(
     if output is not None:
         write_netcdf(result.assign_attrs(command=command_line()), output)
     if as_json:
-        print_json(_record(fish, result, curve, compared))
+        noise_deg = {"joint_noise_deg": np.degrees(curve.noise)}
+        print_json(dict(result.attrs) | noise_deg | _end_of(fish, result) | _compared_at_border(compared))
     else:
-        _print(fish, result, compared)
+        _print_end(fish, result)
+        _print_errors(compared, COMPARED)
         tell_written(plot, output)
     if not sound:
         raise typer.Exit(1)
+
+
+def _refuse(context: typer.Context) -> None:
+    """Refuse options that a manifest decides."""
+    for parameter in context.command.params:
+        source = context.get_parameter_source(parameter.name or "")
+        if source is not None and source.name == "COMMANDLINE" and parameter.name not in WITH_MANIFEST:
+            fix = "leave it out, or give a CSV file of joint angles"
+            raise InputError("does not go with a manifest or a folder", key=max(parameter.opts, key=len), fix=fix)
 
 
 def _names(text: str) -> list[str]:
@@ -147,45 +192,127 @@ def _tracks(files: list[str], columns: str, units: str, yaw_zero: float, clockwi
     ]
 
 
-def _record(robot: Robot, result: xr.Dataset, curve: SmoothSeries, compared: xr.Dataset | None) -> dict[str, Any]:
-    """Say how a series was replayed, for programs."""
+def _plot(robot: Robot, result: xr.Dataset, tracks: list[Track], plot: str) -> None:
+    """Draw a replay; what draws is imported only now."""
+    from hypertuna.drawing import save
+    from hypertuna.plots_replay import plot_replay
+
+    save(plot_replay(robot, result, tracks), plot)
+
+
+def _is_manifest(path: str) -> bool:
+    """Tell whether a path is that of a manifest, or of a folder that stands for one."""
+    return path.lower().endswith(".toml") or os.path.isdir(path)
+
+
+def _replay_recordings(
+    robot: Robot, path: str, *, step: float | None, plot: str | None, output: str | None, as_json: bool
+) -> None:
+    """Replay every recording of a manifest, and compare each with its runs."""
+    trials = read_trials(path, robot)
+    if not trials.recordings:
+        fix = "only tracked runs are replayed: add [[recordings]]"
+        raise InputError("must hold a recording at least", file=path, fix=fix)
+    results = [replay_recording(robot, recording, step=step) for recording in trials.recordings]
+    sound = [result.attrs["status"] == "completed" for result in results]
+    compared = [
+        compare_recording(robot, recording, result) if complete else None
+        for recording, result, complete in zip(trials.recordings, results, sound, strict=True)
+    ]
+    if plot is not None:
+        _plot_recordings(robot, trials.recordings, results, plot)
+    if output is not None:
+        _write({recording.name: result for recording, result in zip(trials.recordings, results, strict=True)}, output)
+    if as_json:
+        records = [_record(robot, *parts) for parts in zip(trials.recordings, results, compared, strict=True)]
+        print_json(provenance(robot) | {"trials": path, "recordings": records})
+    else:
+        for recording, result, found in zip(trials.recordings, results, compared, strict=True):
+            _print(robot, recording, result, found)
+        if trials.steady:
+            typer.echo(f"Not replayed: {len(trials.steady)} steady runs.")
+        tell_written(plot, output)
+    if not all(sound):
+        raise typer.Exit(1)
+
+
+def _end_of(robot: Robot, result: xr.Dataset) -> dict[str, float]:
+    """Say when and where a replay ends, for programs."""
     x, y, yaw = head_center(robot, result)[-1]
-    record = dict(result.attrs) | {"joint_noise_deg": np.degrees(curve.noise)}
-    record |= {"time_s": float(result["time"][-1]), "steps": result.sizes["time"] - 1}
-    record |= {"head_x_m": x, "head_y_m": y, "head_yaw_deg": np.degrees(yaw)}
+    record = {"time_s": float(result["time"][-1]), "steps": result.sizes["time"] - 1}
+    return record | {"head_x_m": x, "head_y_m": y, "head_yaw_deg": np.degrees(yaw)}
+
+
+def _compared_at_border(compared: xr.Dataset | None) -> dict[str, Any]:
+    """Return a comparison in cm and degrees, for programs."""
     if compared is None:
-        return record
+        return {}
+    names = [name for name in (*HEADS, "run_rmse") if name in compared]
     axes = {
         axis: {
-            f"{name}_{BORDER[unit][0]}": compared[name].sel(axis=axis).to_numpy() * BORDER[unit][1]
-            for name in (*COMPARED, "run_rmse")
+            name if name in RATIOS else f"{name}_{BORDER[unit][0]}": compared[name].sel(axis=axis).to_numpy()
+            * (1 if name in RATIOS else BORDER[unit][1])
+            for name in names
         }
         for axis, unit in AXES.items()
     }
-    return record | {"axes": axes, "runs": compared["run"].to_numpy(), "frames": compared["frames"].to_numpy()}
+    return {"axes": axes, "runs": compared["run"].to_numpy(), "frames": compared["frames"].to_numpy()}
 
 
-def _print(robot: Robot, result: xr.Dataset, compared: xr.Dataset | None) -> None:
-    """Say it on the terminal."""
+def _print_end(robot: Robot, result: xr.Dataset) -> None:
+    """Say on the terminal how a replay went."""
     console = Console()
     console.print(result.attrs["status_text"], highlight=False)
     x, y, yaw = head_center(robot, result)[-1]
     place = f"x {x:.4f} m, y {y:.4f} m, facing {np.degrees(yaw):.2f} deg"
     console.print(f"Center of the head at {float(result['time'][-1]):.3f} s: {place}", highlight=False)
+
+
+def _print_errors(compared: xr.Dataset | None, names: Sequence[str]) -> None:
+    """Say on the terminal how far a replay is from its runs."""
     if compared is None:
         return
     runs = f"rmse of {compared.sizes['run']} run{'s' * (compared.sizes['run'] > 1)}"
-    table = Table("head", runs, "of their mean", "repeatability", "unit", box=None, pad_edge=False)
+    table = Table("head", *(HEADS[name] or runs for name in names), box=None, pad_edge=False)
     for axis, unit in AXES.items():
         shown, factor = BORDER[unit]
-        values = [float(compared[name].sel(axis=axis)) * factor for name in COMPARED]
-        table.add_row(axis, *(f"{value:.2f}" if np.isfinite(value) else "one run" for value in values), shown)
-    console.print(table)
+        values = [float(compared[name].sel(axis=axis)) * (1 if name in RATIOS else factor) for name in names]
+        cells = (f"{value:.2f}" if np.isfinite(value) else "one run" for value in values)
+        table.add_row(f"{axis} {escape(f'[{shown}]')}", *cells)
+    Console().print(table)
 
 
-def _plot(robot: Robot, result: xr.Dataset, tracks: list[Track], plot: str) -> None:
-    """Draw a replay; what draws is imported only now."""
+def _record(robot: Robot, recording: Recording, result: xr.Dataset, compared: xr.Dataset | None) -> dict[str, Any]:
+    """Say how a recording was replayed, for programs; what made the result stands once above all recordings."""
+    attrs = {key: value for key, value in result.attrs.items() if key not in (*provenance(robot), "recording")}
+    record = {"name": recording.name} | attrs | _end_of(robot, result) | _compared_at_border(compared)
+    offsets = {} if compared is None else {"best_time_offset_s": compared.attrs["best_time_offset_s"]}
+    return record | {"time_offset_s": recording.time_offset} | offsets
+
+
+def _print(robot: Robot, recording: Recording, result: xr.Dataset, compared: xr.Dataset | None) -> None:
+    """Say it on the terminal."""
+    Console().print(recording.name, style="bold", highlight=False, markup=False)
+    _print_end(robot, result)
+    _print_errors(compared, list(HEADS))
+    if compared is not None:
+        best, given = compared.attrs["best_time_offset_s"], recording.time_offset
+        text = f"moved: with a time offset of {round(best, 3) + 0.0:g} s, which fits best, in place of {given:g} s"
+        Console().print(text, highlight=False)
+    typer.echo()
+
+
+def _write(results: dict[str, xr.Dataset], output: str) -> None:
+    """Write trajectories to a NetCDF file, one group for each recording."""
+    import xarray as xr  # here, because it takes longer to import than a swim takes
+
+    groups = {name: result.assign_attrs(command=command_line()) for name, result in results.items()}
+    write_netcdf(xr.DataTree.from_dict(groups), output)
+
+
+def _plot_recordings(robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], plot: str) -> None:
+    """Draw replays; what draws is imported only now."""
     from hypertuna.drawing import save
-    from hypertuna.plots import plot_replay
+    from hypertuna.plots_replay import plot_recordings
 
-    save(plot_replay(robot, result, tracks), plot)
+    save(plot_recordings(robot, recordings, results), plot)

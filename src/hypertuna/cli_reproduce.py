@@ -16,7 +16,9 @@ from hypertuna.reproduce import Ledger, ledger_record, reproduce
 
 __all__ = ["reproduce_command"]
 
-STYLES = {"reproduced": "green", "deviates": "yellow", "contradicted": "bold red", "not-computed": "dim"}
+STYLES = {"reproduced": "green", "deviates": "yellow", "contradicted": "bold red"} | dict.fromkeys(
+    ("undetermined", "not-computed"), "dim"
+)
 
 
 def reproduce_command(
@@ -24,7 +26,7 @@ def reproduce_command(
         str | None, typer.Option("-o", "--output", help="Write index.html, ledger.json and the plots to this folder.")
     ] = None,
     full: Annotated[
-        bool, typer.Option("--full", help="Also under the areas as the paper's Table II prints them.")
+        bool, typer.Option("--full", help="Also under the areas as Table II prints them, and fits from more starts.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -42,7 +44,7 @@ def reproduce_command(
 
 def _write(ledger: Ledger, output: str) -> Path:
     """Write the page; what draws it is imported only now."""
-    from hypertuna.report import write_ledger
+    from hypertuna.ledger_page import write_ledger
 
     return write_ledger(ledger, output)
 

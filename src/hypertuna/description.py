@@ -20,6 +20,8 @@ from hypertuna.schema import (
     Battery,
     Body,
     Choice,
+    Fitted,
+    GaitBounds,
     JointGroup,
     Links,
     Material,
@@ -34,7 +36,7 @@ from hypertuna.schema import (
     unique,
 )
 
-__all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "robots"]
+__all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "robot_path", "robots"]
 
 TOLERANCE = 1e-6  # relative: links add up to the body length, shares to one
 
@@ -56,7 +58,8 @@ class Entry(NamedTuple):
     def numeric(self) -> bool:
         """Whether the value is a number or a list of numbers."""
         values = self.value if isinstance(self.value, list) else [self.value]
-        return all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values)
+        items = [item for value in values for item in (value if isinstance(value, list) else [value])]
+        return all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in items)
 
 
 class Robot(Part):
@@ -74,10 +77,12 @@ class Robot(Part):
     model: Choice = entry("model", "table of the model to use")
     water: Water = entry("water", "table of the water's density and coefficients")
     gaits: dict[str, NamedGait] = entry("gaits", "named gaits", default_factory=dict)
+    gait_bounds: GaitBounds | None = entry("gait_bounds", "table of the box that optimizers search", default=None)
     battery: Battery | None = entry("battery", "table of the battery", default=None)
     servos: tuple[Servo, ...] = entry("servos", "list of servos", default=())
     sensors: tuple[Sensor, ...] = entry("sensors", "list of sensors", default=())
     materials: dict[str, Material] = entry("materials", "materials by name", default_factory=dict)
+    fit: Fitted | None = entry("fit", "table that `hypertuna identify` leaves in the files that it writes", default=None)
     sources: dict[str, Text] = entry(
         "sources", "origin of each value, by key or by the start of a key", default_factory=dict
     )
@@ -182,6 +187,8 @@ class Robot(Part):
                 same_length(part, f"water.{law}", len(self.links.name), "link")
         for name, gait in self.gaits.items():
             same_length(gait, f"gaits.{name}", len(self.joints), "joint group")
+        if self.gait_bounds is not None:
+            same_length(self.gait_bounds, "gait_bounds", len(self.joints), "joint group", but=("frequency",))
         _check_sources(self)
         return self
 
@@ -238,6 +245,23 @@ def load(robot: str | Path) -> Robot:
     except (ValueError, RecursionError) as error:
         raise InputError("must be valid TOML", file=file, value=f"not ({error})", fix="correct that line") from None
     return parse(document, file=file)
+
+
+def robot_path(file: str) -> Path:
+    """Find the file that ``Robot.file`` names.
+
+    Parameters
+    ----------
+    file : str
+
+    Returns
+    -------
+    Path
+        As it stands, or in the folder of the robots that come with hypertuna.
+    """
+    path = Path(file)
+    shipped = path.parent == Path("robots") and path.stem in robots()
+    return _folder() / path.name if shipped else path
 
 
 def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:

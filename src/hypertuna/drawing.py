@@ -29,13 +29,15 @@ PHASES = 12  # midlines in one beat
 WIDTH = 7.2  # of the figure, inches
 
 
-def draw(robot: Robot) -> Figure:
+def draw(robot: Robot, *, width: float = WIDTH) -> Figure:
     """Draw a robot to scale.
 
     Parameters
     ----------
     robot : Robot
         Its first gait, if it has one, gives the midlines of the lower view.
+    width : float
+        Of the figure [inch].
 
     Returns
     -------
@@ -50,7 +52,7 @@ def draw(robot: Robot) -> Figure:
     side_above, side_below, top_above, top_below = side_half + 0.11, side_half + 0.10, top_half + 0.08, top_half + 0.03
     tall = side_above + side_below + top_above + top_below  # body lengths, as everything here
     wide = 1.08
-    figure = Figure(figsize=(WIDTH, WIDTH * tall / wide), facecolor="white")
+    figure = Figure(figsize=(width, width * tall / wide), facecolor="white")
     side, top = figure.subplots(2, 1, height_ratios=[side_above + side_below, top_above + top_below])
     figure.subplots_adjust(left=0, right=1, top=1, bottom=0, hspace=0)
     for axes, above, below in ((side, side_above, side_below), (top, top_above, top_below)):

@@ -92,7 +92,10 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 def shown(value: object) -> str:
     """Return a value as it stands in an error, shortened to one line of 60 characters."""
-    text = "true" if value is True else "false" if value is False else repr(value)
+    try:
+        text = "true" if value is True else "false" if value is False else repr(value)
+    except ValueError:  # Python writes whole numbers of up to 4300 digits
+        text = "a number of more than 4300 digits"
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 

@@ -12,11 +12,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.description import Robot
 from hypertuna.drawing import COLORS, INK, SHAPES
 from hypertuna.errors import InputError
-from hypertuna.measured import Track
-from hypertuna.replay import AXES, head_center, seen_from_start
 from hypertuna.results import body_points
 from hypertuna.style import FAINT, POINTS, SEQUENCE, TIGHT, WIDTH, sequence, styled
 from hypertuna.swim import Swim
@@ -24,7 +21,7 @@ from hypertuna.swim import Swim
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["last_beat", "plot_ledger", "plot_replay", "plot_sweep", "plot_swim", "plot_turning", "unroll"]
+__all__ = ["last_beat", "plot_ledger", "plot_sweep", "plot_swim", "plot_turning", "unroll"]
 
 Array = NDArray[np.float64]
 
@@ -177,44 +174,6 @@ def plot_turning(
     )
     axes.set_xticks(np.arange(0, 361, 40))
     figure.legend(loc="outside upper left", ncols=2 if width < WIDTH else 4, **TIGHT)
-    return figure
-
-
-@styled
-def plot_replay(robot: Robot, result: xr.Dataset, tracks: Sequence[Track], *, width: float = WIDTH) -> Figure:
-    """Draw a replay: the pose of the head link's center against time, seen from its start, over the tracked runs.
-
-    Parameters
-    ----------
-    robot : Robot
-    result : xarray.Dataset
-        What `replay` returns.
-    tracks : sequence of Track
-        The runs as tracked; may be empty.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    figure = Figure(figsize=(width, width), layout="constrained")
-    panels = figure.subplots(3, 1, sharex=True)
-    made = head_center(robot, result)
-    direction = tracks[0].pose[0, 2] if tracks else made[0, 2]
-    curves = [("tracked", FAINT, 0.6, track.time, track.pose) for track in tracks]
-    curves.append((f"replayed, {robot.name}", COLORS[0], 1.8, result["time"].to_numpy(), made))
-    scales = {"m": ("cm", 100.0), "rad": ("deg", 180 / np.pi)}
-    for name, color, line, time, pose in curves:
-        placed = seen_from_start(pose, direction)
-        for k, (panel, unit) in enumerate(zip(panels, AXES.values(), strict=True)):
-            panel.plot(time, scales[unit][1] * placed[:, k], color=color, linewidth=line, label=name)
-    for panel, (axis, unit) in zip(panels, AXES.items(), strict=True):
-        panel.set_ylabel(f"head {axis} [{scales[unit][0]}]")
-    panels[-1].set_xlabel("time [s]")
-    lines, names = panels[0].get_legend_handles_labels()
-    panels[0].legend(dict(zip(names, lines, strict=True)).values(), dict.fromkeys(names), frameon=False)
-    figure.suptitle("Center of the head link, from its start")
     return figure
 
 

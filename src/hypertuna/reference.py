@@ -74,6 +74,8 @@ def _value_in_words(rule: Mapping[str, Any], number: int = 0) -> str:
     rule = _unless_null(rule)
     if choices := rule.get("enum", [rule["const"]] if "const" in rule else None):
         return " or ".join(f"`{json.dumps(choice)}`" for choice in choices)
+    if pair := rule.get("prefixItems"):
+        return f"{('pair', 'pairs')[number]} of {_value_in_words(pair[0], 1)}"
     if rule.get("type") == "array":
         return f"list of {_value_in_words(rule['items'], 1)}"
     if entries := rule.get("additionalProperties"):

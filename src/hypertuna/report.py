@@ -1,114 +1,149 @@
-"""One self-contained HTML page: the ledger with its plots, for wide screens and phones, light and dark."""
+"""Self-contained HTML pages: sections of text, pictures and tables, for wide screens and phones, light and dark."""
 
 from __future__ import annotations
 
+import html
 import io
-import json
 import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-import jinja2
-import matplotlib
-import numpy as np
-from matplotlib.figure import Figure
+from hypertuna.results import version, write_atomically
 
-from hypertuna.animation import slowed, swimming_svg
-from hypertuna.drawing import COLORS, INK, draw, save
-from hypertuna.errors import InputError
-from hypertuna.ledger import MARKS, RULES, published
-from hypertuna.plots import plot_ledger, plot_sweep, plot_swim, plot_turning
-from hypertuna.reproduce import OURS, PAPER, SPEEDS, Ledger, ledger_record
-from hypertuna.results import write_atomically
-from hypertuna.style import FAINT, GRID
-from hypertuna.swim import Swim
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-__all__ = ["ledger_page", "write_ledger"]
+__all__ = ["WIDTH", "Fact", "Part", "Picture", "Section", "Table", "inline", "page", "write_page"]
 
-WIDTH = 5.0  # of a plot on the page, inches: its text stays readable on a phone
-NAMES = {"reproduced": "reproduced", "deviates": "deviates", "contradicted": "contradicted", "not-computed": "to come"}
-
-# Colors of the plots that the page replaces by its own, which follow the reader's choice of light or dark.
-THEMED = {
-    INK: "--ink",
-    FAINT: "--faint",
-    GRID: "--grid",
-    "white": "--paper",
-    COLORS[0]: "--orange",
-    COLORS[1]: "--blue",
-}
+WIDTH = 4.3  # of a plot on a page, inches: its text stays readable on a phone
 
 
-def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
-    """Write the ledger as a folder: index.html, ledger.json and its plots as SVG.
+@dataclass(frozen=True)
+class Picture:
+    """A figure with its two sentences.
+
+    Attributes
+    ----------
+    name : str
+        Of its file and of the parts inside: letters, digits and hyphens, unique on the page.
+    figure : matplotlib.figure.Figure or str
+        Drawn at most `WIDTH` wide, or an ``<svg>`` element.
+    shows, made : str
+        What it shows, and how it was made: a sentence each.
+    """
+
+    name: str
+    figure: Figure | str
+    shows: str
+    made: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of cells; wide ones scroll on a phone.
+
+    Attributes
+    ----------
+    columns : sequence of str
+    rows : sequence of sequences of str or float
+        Numbers are written to three digits; they stand to the right, as texts do that begin like one.
+    shows, made : str
+        What it shows, and how it was made: a sentence each.
+    """
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str | float]]
+    shows: str
+    made: str = ""
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A number worth large letters.
+
+    Attributes
+    ----------
+    number, text : str
+    """
+
+    number: str
+    text: str
+
+
+# A text may have several paragraphs, set apart by an empty line; `code` and **strong** words are marked.
+Part: TypeAlias = str | Picture | Table
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading, and what stands below it in reading order.
+
+    Attributes
+    ----------
+    title : str
+    parts : sequence of str, Picture or Table
+    """
+
+    title: str
+    parts: Sequence[Part]
+
+
+def write_page(
+    title: str, sections: Sequence[Section], path: str | Path, *, lede: str = "", facts: Sequence[Fact] = ()
+) -> Path:
+    """Write a page that needs nothing else, whole or not at all.
 
     Parameters
     ----------
-    ledger : Ledger
-    folder : str or Path
-        Made if it does not exist.
+    title : str
+    sections : sequence of Section
+    path : str or Path
+    lede : str
+        What the page is about, below the title.
+    facts : sequence of Fact
 
     Returns
     -------
     Path
-        The page.
 
     Raises
     ------
     InputError
-        If the folder cannot be written to.
+        If the file cannot be written.
     """
-    folder = Path(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        reason = f"not ({error.strerror})"
-        raise InputError("must be a folder to write to", file=str(folder), value=reason, fix="choose another") from None
-    figures = _figures(ledger)
-    for name, figure in figures.items():
-        save(figure, folder / f"{name}.svg")
-        figure.set_layout_engine("none")  # it is laid out now
-    write_atomically(folder / "ledger.json", (json.dumps(ledger_record(ledger), indent=2) + "\n").encode())
-    return write_atomically(folder / "index.html", _page(ledger, figures).encode())
+    return write_atomically(path, page(title, sections, lede=lede, facts=facts).encode())
 
 
-def ledger_page(ledger: Ledger) -> str:
-    """Write the ledger as one HTML page that needs nothing else.
+def page(
+    title: str,
+    sections: Sequence[Section],
+    *,
+    lede: str = "",
+    facts: Sequence[Fact] = (),
+    template: str = "page.html.j2",
+    values: Mapping[str, Any] | None = None,
+) -> str:
+    """Return a page as text.
 
     Parameters
     ----------
-    ledger : Ledger
+    title : str
+    sections : sequence of Section
+    lede : str
+    facts : sequence of Fact
+    template : str
+        In the folder of templates.
+    values : mapping, optional
+        More values for the template.
 
     Returns
     -------
     str
     """
-    return _page(ledger, _figures(ledger))
+    import jinja2
 
-
-def _figures(ledger: Ledger) -> dict[str, Figure]:
-    """Draw the plots of the page."""
-    ours, values = ledger.trials[OURS], published()["values"]
-    best = ours.gaits["unoptimised-max"]
-    truth = [values[f"speed/{name}"]["value"] for name in SPEEDS]
-    computed = {
-        model: [trial.gaits[name].speed for name in SPEEDS]
-        for model, trial in ledger.trials.items()
-        if model in (PAPER, OURS)
-    }
-    turn = {model: ledger.trials[model].turning for model in (PAPER, OURS)}
-    point = values["turning/best-phase"]["value"], values["turning/radius"]["value"]
-    return {
-        "speeds": plot_ledger([_short(name, ours.gaits[name]) for name in SPEEDS], truth, computed, width=WIDTH),
-        "swim": plot_swim(best, width=WIDTH),
-        "tank": plot_sweep(ours.tank, width=WIDTH),
-        "turning": plot_turning(turn, ours.robot.body.length, published=point, width=WIDTH),
-        "robot": draw(ours.robot),
-    }
-
-
-def _page(ledger: Ledger, figures: dict[str, Figure]) -> str:
-    """Fill the template."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("hypertuna", "templates"),
         autoescape=True,
@@ -116,48 +151,79 @@ def _page(ledger: Ledger, figures: dict[str, Figure]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["short"] = "{:.3g}".format
-    best = ledger.trials[OURS].gaits["unoptimised-max"]
-    entries: dict[str, list[Any]] = {}
-    for entry in ledger.entries:
-        entries.setdefault(entry.id, []).append(entry)
-    page = environment.get_template("report.html.j2").render(
-        ledger=ledger,
-        entries=entries,
-        speeds=[f"speed/{name}" for name in SPEEDS],
-        rules=RULES,
-        marks=MARKS,
-        names=NAMES,
-        paper=PAPER,
-        ours=OURS,
-        best=best,
-        slowed=slowed(best),
-        fish=swimming_svg(best),
-        bandwidth=[group.bandwidth for group in best.robot.joints],
-        figures={name: _inline(figure, name) for name, figure in figures.items()},
+    environment.filters |= {"short": "{:.3g}".format, "prose": _prose, "words": _words}
+    environment.filters |= {"cell": _cell, "numeric": _numeric}
+    environment.tests |= {"picture": lambda part: isinstance(part, Picture), "table": lambda p: isinstance(p, Table)}
+    text = environment.get_template(template).render(
+        title=title, lede=lede, facts=facts, sections=sections, inline=inline, version=version(), **(values or {})
     )
-    return re.sub(r"(\d) (%|km\b|Hz\b|m/s|BL\b|deg\b)", "\\1\N{NO-BREAK SPACE}\\2", page)
+    return re.sub(r"(\d) (%|km\b|Hz\b|m/s|BL\b|deg\b|J/)", "\\1\N{NO-BREAK SPACE}\\2", text)
 
 
-def _inline(figure: Figure, name: str) -> str:
-    """Return a figure as an SVG element in the page's colors and letters; names of its parts are its own."""
+def inline(picture: Picture) -> str:
+    """Return a figure as an SVG element in the page's colors and letters; names of its parts are its own.
+
+    Parameters
+    ----------
+    picture : Picture
+
+    Returns
+    -------
+    str
+    """
+    if isinstance(picture.figure, str):
+        return picture.figure
+    import matplotlib
+
     text = io.StringIO()
-    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
-        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
+    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": picture.name}):
+        picture.figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
     svg = text.getvalue()
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-    svg = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", svg, count=1)
+    label = html.escape(picture.shows).replace("\\", r"\\")
+    svg = re.sub(r'(<svg[^>]*?) width="[^"]*"', rf'\1 role="img" aria-label="{label}"', svg, count=1)
     svg = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r"""font: ([^;"']*?)'DejaVu Sans'[^;"]*""", r"font: \1var(--sans)", svg)
-    svg = re.sub(r'\b(id="|url\(#|href="#)', rf"\g<1>{name}-", svg)
-    for color, variable in THEMED.items():
-        code = matplotlib.colors.to_hex(color)
-        svg = re.sub(rf"\b(fill|stroke): {code}", rf"\1: var({variable})", svg, flags=re.IGNORECASE)
+    svg = re.sub(r'\b(id="|url\(#|href="#)', rf"\g<1>{picture.name}-", svg)
+    for color, variable in _themed().items():
+        svg = re.sub(rf"\b(fill|stroke): {color}", rf"\1: var({variable})", svg, flags=re.IGNORECASE)
     return svg
 
 
-def _short(name: str, done: Swim) -> str:
-    """Name a gait on one line."""
-    kind, speed = name.split("-")
-    return f"{kind} {speed}: {done.gait.frequency:.3g} Hz, {np.degrees(done.gait.phase[-1]):.0f}°"
+def _themed() -> dict[str, str]:
+    """Colors of the plots that the page replaces by its own, which follow the reader's choice of light or dark."""
+    from matplotlib.colors import to_hex
+
+    from hypertuna.drawing import COLORS, INK
+    from hypertuna.style import FAINT, GRID
+
+    colors = {INK: "--ink", FAINT: "--faint", GRID: "--grid", "white": "--paper"}
+    colors |= dict(zip(COLORS, ("--orange", "--blue", "--green", "--pink", "--amber", "--sky"), strict=True))
+    return {to_hex(color): variable for color, variable in colors.items()}
+
+
+def _prose(text: str) -> str:
+    """Write paragraphs of text as HTML, with `code` and **strong** words."""
+    from markupsafe import Markup
+
+    return Markup("\n").join(Markup("<p>{}</p>").format(_words(part)) for part in text.strip().split("\n\n"))
+
+
+def _words(text: str) -> str:
+    """Write a text without paragraphs as HTML, with `code` and **strong** words."""
+    from markupsafe import Markup
+
+    words = html.escape(text, quote=False)
+    words = re.sub(r"`([^`]+)`", r"<code>\1</code>", words)
+    return Markup(re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", words))
+
+
+def _cell(value: str | float) -> str:
+    """Write what stands in a cell."""
+    return value if isinstance(value, str) else f"{value:.3g}"
+
+
+def _numeric(value: str | float) -> bool:
+    """Tell whether a cell holds a number or nothing, which stands to the right."""
+    return not isinstance(value, str) or re.match(r"[-+−±<>≤≥≈✓≠✗]?\s?\d|–?$", value) is not None

@@ -212,12 +212,13 @@ def write_atomically(path: str | Path, content: bytes) -> Path:
     return path
 
 
-def write_netcdf(dataset: xr.Dataset, path: str | Path) -> Path:
+def write_netcdf(dataset: xr.Dataset | xr.DataTree, path: str | Path) -> Path:
     """Write a dataset as NetCDF, whole or not at all.
 
     Parameters
     ----------
-    dataset : xarray.Dataset
+    dataset : xarray.Dataset or xarray.DataTree
+        A tree becomes groups of one file.
     path : str or Path
 
     Returns

@@ -29,6 +29,7 @@ NotNegative = Annotated[float, Field(**_RULES, ge=0)]
 Fraction = Annotated[float, Field(**_RULES, ge=0, le=1)]
 Degrees = Annotated[float, Field(**_RULES), _TO_RADIANS, _TO_DEGREES]
 PositiveDegrees = Annotated[float, Field(**_RULES, gt=0, le=180), _TO_RADIANS, _TO_DEGREES]
+NotNegativeDegrees = Annotated[float, Field(**_RULES, ge=0), _TO_RADIANS, _TO_DEGREES]
 Amplitude = Annotated[float, Field(**_RULES, ge=0, le=180), _TO_RADIANS, _TO_DEGREES]
 AmpereHours = Annotated[float, Field(**_RULES, gt=0), _TO_COULOMBS, _TO_AMPERE_HOURS]
 Count = Annotated[int, Field(strict=True, gt=0)]
@@ -107,6 +108,13 @@ class JointGroup(Part):
     )
     bandwidth: Positive | None = entry(
         "bandwidth_hz", "frequency at which a first-order lag leaves 71 % of the amplitude", "Hz", default=None
+    )
+    phase_offset: Degrees = entry(
+        "phase_offset_deg",
+        "how much later the joints make the angle than the model of the joints says, ideal or not; added to a gait's "
+        "phase",
+        "deg",
+        default=0.0,
     )
     amplitude_max: PositiveDegrees | None = entry(
         "amplitude_max_deg", "largest amplitude to command", "deg", default=None
@@ -195,6 +203,64 @@ class NamedGait(Part):
     )
 
 
+class GaitBounds(Part):
+    """The box that optimizers search for gaits, from lowest to highest; a value whose two ends are equal is fixed."""
+
+    frequency: tuple[Positive, Positive] = entry("frequency_hz", "lowest and highest beat frequency", "Hz")
+    amplitude: tuple[tuple[Amplitude, Amplitude], ...] = entry(
+        "amplitude_deg", "lowest and highest amplitude of each joint group", "deg"
+    )
+    phase: tuple[tuple[Degrees, Degrees], ...] = entry(
+        "phase_deg", "lowest and highest lag of each joint group behind the clock of the first", "deg"
+    )
+    bias: tuple[tuple[Degrees, Degrees], ...] = entry(
+        "bias_deg",
+        "lowest and highest mean angle of each joint group (default: 0)",
+        "deg",
+        default_factory=lambda bounds: ((0.0, 0.0),) * len(bounds["amplitude"]),
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        places = {"frequency_hz": self.frequency}
+        for name, kind in (("amplitude_deg", "amplitude"), ("phase_deg", "phase"), ("bias_deg", "bias")):
+            places |= {f"{name}[{g}]": pair for g, pair in enumerate(getattr(self, kind))}
+        for place, (low, high) in places.items():
+            if low > high:
+                fix = "exchange the two"
+                raise InputError("must be the lowest value, then the highest", key=f"gait_bounds.{place}", fix=fix)
+        return self
+
+
+class Fitted(Part):
+    """What an identification left beside the values: how far its runs determine them, in SI units."""
+
+    text: Text = entry("text", "sentence that says what was fitted to what")
+    trials: Text = entry("trials", "files of the runs")
+    seed: Index = entry("seed", "seed of the fit", default=0)
+    names: tuple[Text, ...] = entry("names", "free coefficients, as `hypertuna identify --free` names them", min_length=1)
+    units: tuple[str, ...] = entry("units", "unit of each")
+    scale: tuple[Literal["natural", "log"], ...] = entry("scale", "scale of each, in which its error is normal")
+    value: tuple[Real, ...] = entry("value", "value of each")
+    lower: tuple[Real, ...] = entry("lower", "lower bound of each")
+    upper: tuple[Real, ...] = entry("upper", "upper bound of each")
+    covariance: tuple[tuple[Real, ...], ...] = entry(
+        "covariance", "covariance of the values, of the logarithms of those in log scale"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name in ("units", "scale", "value", "lower", "upper", "covariance"):
+            if len(getattr(self, name)) != len(self.names):
+                rule, fix = f"must be {len(self.names)} long, as fit.names is", "identify again"
+                raise InputError(rule, key=f"fit.{name}", value=f"{len(getattr(self, name))} long", fix=fix)
+        for i, row in enumerate(self.covariance):
+            if len(row) != len(self.names):
+                rule, fix = f"must be {len(self.names)} long, as fit.names is", "identify again"
+                raise InputError(rule, key=f"fit.covariance[{i}]", value=f"{len(row)} long", fix=fix)
+        return self
+
+
 class Battery(Part):
     """The battery."""
 
@@ -226,11 +292,11 @@ class Material(Part):
     shore: Text = entry("shore", "Shore hardness with its scale")
 
 
-def same_length(part: Part, key: str, count: int, per: str) -> None:
-    """Check that every list of a table has one value per link or joint group."""
+def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...] = ()) -> None:
+    """Check that every list of a table, but those named, has one value per link or joint group."""
     for name, info in type(part).model_fields.items():
         column = getattr(part, name)
-        if isinstance(column, tuple) and len(column) != count:
+        if isinstance(column, tuple) and len(column) != count and name not in but:
             raise InputError(
                 f"must be {count} long, one value per {per}",
                 key=f"{key}.{info.alias or name}",

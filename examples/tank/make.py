@@ -1,0 +1,65 @@
+"""Make trials as a tank would: 24 steady runs and three tracked swims of HyperTuna's model, with noise drawn by a seed.
+
+`python make.py` writes tank.csv, angles.csv and poses.csv beside itself; tank.toml names them.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import hypertuna as ht
+from hypertuna.replay import head_center
+
+SEED = 1
+NOISE = 0.01  # relative, of speed and cost of transport of a single swim
+REPEATS = 3
+ANGLE_NOISE = np.radians(0.1)
+POSE_NOISE = np.array([0.001, 0.001, np.radians(0.3)])  # m, m, rad of a single frame
+DRIFT = np.array([0.003, 0.003, np.radians(1.0)])  # per s, of a run: waves, hose, start
+
+fish = ht.load("hypertuna")
+random = np.random.default_rng(SEED)
+folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
+
+
+def write(name: str, head: list[str], rows: list[list[str]]) -> None:
+    """Write a CSV file below a line that says what it is."""
+    lines = ["# synthetic: made by make.py", ",".join(head), *(",".join(row) for row in rows)]
+    (folder / name).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+# Steady runs: the mean of three swims, with the standard deviation of one.
+rows = []
+for amplitude in ((8, 15), (16, 25)):
+    for phase in (0, 40):
+        for frequency in range(1, 7):
+            swim = ht.swim(fish, ht.Gait.from_degrees(frequency=frequency, amplitude=amplitude, phase=(0, phase)))
+            cells = [f"{value}" for value in (frequency, *amplitude, phase)]
+            for value in (swim.speed, swim.cost_of_transport):
+                repeats = value * (1 + NOISE * random.standard_normal(REPEATS))
+                cells += [f"{repeats.mean():.5f}", f"{NOISE * value:.5f}"]
+            rows.append([*cells, f"{REPEATS}"])
+angles = ["amplitude_I_deg", "amplitude_II_deg", "phase_II_deg"]
+speed, cost = ["speed_m_s", "speed_sd_m_s"], ["cost_of_transport_j_per_kg_m", "cost_of_transport_sd_j_per_kg_m"]
+write("tank.csv", ["frequency_hz", *angles, *speed, *cost, "repeats"], rows)
+
+# A swim from rest: joint angles at 100 Hz, growing over the first half second, and what a camera saw of three repeats.
+time = np.arange(201) / 100
+growth = np.clip(time / 0.5, 0, 1) ** 3
+wave = np.sin(2 * np.pi * 2 * time[:, np.newaxis] - np.radians([0, 40]))
+made = growth[:, np.newaxis] * np.radians([16, 25]) * wave
+series = ht.JointSeries(time, made + ANGLE_NOISE * random.standard_normal(made.shape))
+rows = [[f"{t:.2f}", *(f"{a:.3f}" for a in np.degrees(row))] for t, row in zip(time, series.angle, strict=True)]
+write("angles.csv", ["time_s", "joint_I", "joint_II"], rows)
+
+swim = ht.replay(fish, series, start=ht.Pose.from_head_center(fish, 0.5, 1.0, np.radians(10)))
+frames = np.arange(60) / 30
+track = np.column_stack([np.interp(frames, swim.time, axis) for axis in head_center(fish, swim).T])
+rows = []
+for run in "abc":
+    poses = track + DRIFT * random.standard_normal(3) * frames[:, np.newaxis]
+    poses += POSE_NOISE * random.standard_normal(poses.shape)
+    for t, (x, y, yaw) in zip(frames, poses, strict=True):
+        rows.append([run, f"{t:.4f}", f"{1000 * x:.2f}", f"{1000 * y:.2f}", f"{np.degrees(yaw):.3f}"])
+write("poses.csv", ["run", "time_s", "x_mm", "y_mm", "yaw_deg"], rows)

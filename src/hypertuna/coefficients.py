@@ -1,0 +1,436 @@
+"""Free coefficients: their names, ties, bounds and scales, and the way from their values to a robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.description import Robot, parse
+from hypertuna.errors import InputError, nested_model, unit_of
+from hypertuna.free_names import (
+    NUISANCES,
+    check_once,
+    covered,
+    default_bounds,
+    known_columns,
+    members,
+    resolve,
+)
+from hypertuna.model import parameter_names
+
+__all__ = [
+    "Free",
+    "column_key",
+    "column_of",
+    "columns",
+    "directions",
+    "draws",
+    "free",
+    "from_scale",
+    "position",
+    "to_scale",
+    "with_values",
+]
+
+Array = NDArray[np.float64]
+
+LOG_DECADES = 4  # in log scale a default lower bound of 0 lies so many decades below the upper one
+
+
+@dataclass(frozen=True)
+class Free:
+    """A free coefficient: one number, for one parameter of the robot or several that are tied.
+
+    Attributes
+    ----------
+    name : str
+        ``water.lumped.drag[1-6]``: the column as `hypertuna.model.parameter_names` writes it, and the indices that
+        share the value.
+    lower, upper : float
+        Bounds, in SI units.
+    start : float
+        Where the first search begins, in SI units.
+    scale : {"natural", "log"}
+        In which the search moves, and in which the error is taken for normal.
+    """
+
+    name: str
+    lower: float
+    upper: float
+    start: float
+    scale: Literal["natural", "log"] = "natural"
+
+    @property
+    def column(self) -> str:
+        """Name without indices."""
+        return self.name.partition("[")[0]
+
+    @property
+    def index(self) -> str:
+        """What stands in the brackets."""
+        return self.name.partition("[")[2].removesuffix("]")
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """Indices that share the value; the first for what has only one value."""
+        return members(self.index) if self.index else (0,)
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        if self.column in NUISANCES:
+            return NUISANCES[self.column]
+        unit = column_key(self.column)[1] or "1"
+        return {"deg": "rad"}.get(unit, unit)
+
+
+def free(
+    robot: Robot,
+    names: Sequence[str],
+    *,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    log: Sequence[str] = (),
+    start: Mapping[str, float] | None = None,
+    recordings: Mapping[str, float] | None = None,
+) -> tuple[Free, ...]:
+    """Make coefficients free.
+
+    Parameters
+    ----------
+    robot : Robot
+    names : sequence of str
+        As `hypertuna.model.parameter_names` gives them, ``water.drag`` being short for the law in use. Without
+        brackets all values of a column share one value; ``[0]`` is one of them, ``[1-6]`` and ``[1+4]`` tie several,
+        ``[0,1-6,7]`` are three and ``[*]`` as many as there are; names of links and joint groups are indices, too.
+        ``time_offset`` and ``cost_factor`` belong to the trials.
+    bounds : mapping, optional
+        Lower and upper bound by name, in SI units; a name stands for all free coefficients that it covers. Others
+        have the bounds of data/published/bounds.toml.
+    log : sequence of str
+        Names of those to be sought in log scale. A default lower bound of 0 becomes 1e-4 of the upper one.
+    start : mapping, optional
+        Start by name, in SI units; others start from the robot's value (the mean of tied ones).
+    recordings : mapping, optional
+        The time offset to start from [s], by the names of the recordings: each has a ``time_offset`` of its own.
+
+    Returns
+    -------
+    tuple of Free
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, not free in this model or given twice, or bounds and start do not fit together.
+    """
+    known, offsets = known_columns(robot), recordings or {}
+    found: list[tuple[str, str]] = []
+    for name in names:
+        found += resolve(robot, known, name.strip(), list(offsets), "free")
+    if not found:
+        raise InputError("must name one coefficient at least", key="free", fix="give names such as water.drag")
+    check_once(found)
+
+    def by_place(table: Mapping[str, Any], key: str) -> dict[tuple[str, str], Any]:
+        return {place: value for name, value in table.items() for place in covered(robot, known, name, found, key)}
+
+    ends, logs = by_place(bounds or {}, "bounds"), by_place(dict.fromkeys(log), "log")
+    begin = {("time_offset", name): offset for name, offset in offsets.items()} | by_place(start or {}, "start")
+    return tuple(_make(robot, *place, ends.get(place), begin.get(place), place in logs) for place in found)
+
+
+def position(frees: Sequence[Free], column: str, index: str = "") -> int | None:
+    """Find a nuisance among free coefficients.
+
+    Parameters
+    ----------
+    frees : sequence of Free
+    column, index : str
+        ``time_offset`` and the name of the recording, or ``cost_factor``.
+
+    Returns
+    -------
+    int or None
+        Its place; None if it is not free.
+    """
+    return next((k for k, f in enumerate(frees) if f.column == column and f.index == index), None)
+
+
+def to_scale(frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
+    """Put values into the scales of their coefficients.
+
+    Parameters
+    ----------
+    frees : sequence of Free
+    values : array_like, shape (n,)
+        In SI units [SI].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The values themselves [SI], or their natural logarithms.
+    """
+    return np.array([math.log(v) if f.scale == "log" else v for f, v in zip(frees, values, strict=True)], dtype=float)
+
+
+def from_scale(frees: Sequence[Free], scaled: Sequence[float] | Array) -> Array:
+    """Undo `to_scale`.
+
+    Parameters
+    ----------
+    frees : sequence of Free
+    scaled : array_like, shape (n,)
+        Values in the scales of their coefficients [SI or its logarithm].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Values [SI].
+    """
+    return np.array([math.exp(x) if f.scale == "log" else x for f, x in zip(frees, scaled, strict=True)], dtype=float)
+
+
+def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> dict[str, list[float]]:
+    """Write values into the robot's columns.
+
+    A moment of inertia that the description leaves out stays that of a slender rod, m l^2/12.
+
+    Parameters
+    ----------
+    robot : Robot
+    frees : sequence of Free
+    values : array_like, shape (n,)
+        In SI units [SI].
+
+    Returns
+    -------
+    dict of list of float
+        The columns that change, as `hypertuna.model.core_model` takes them.
+    """
+    changed: dict[str, list[float]] = {}
+    for f, value in zip(frees, values, strict=True):
+        if f.column not in NUISANCES:
+            column = changed.setdefault(f.column, list(column_of(robot, f.column)))
+            for i in f.indices:
+                column[i] = float(value)
+    if _rods(robot, changed):
+        mass, length = (changed.get(f"links.{name}", getattr(robot.links, name)) for name in ("mass", "length"))
+        changed["links.inertia"] = [m * x * x / 12 for m, x in zip(mass, length, strict=True)]
+    return changed
+
+
+def directions(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
+    """Differentiate the robot's parameters by the free coefficients, each in its scale.
+
+    Parameters
+    ----------
+    robot : Robot
+    frees : sequence of Free
+    values : array_like, shape (n,)
+        In SI units [SI].
+
+    Returns
+    -------
+    ndarray, shape (parameters, n)
+        In the order of `hypertuna.model.parameter_names` [SI per SI or per logarithm]; zero for nuisances.
+    """
+    row = {name: k for k, name in enumerate(parameter_names(robot))}
+    matrix = np.zeros((len(row), len(frees)))
+    for k, (f, value) in enumerate(zip(frees, values, strict=True)):
+        if f.column not in NUISANCES:
+            for i in f.indices:
+                name = f"{f.column}[{i}]" if f.index else f.column
+                matrix[row[name], k] = value if f.scale == "log" else 1.0
+    changed = columns(robot, frees, values)
+    if _rods(robot, changed):
+        mass, length = (changed.get(f"links.{name}", getattr(robot.links, name)) for name in ("mass", "length"))
+        for i, (m, x) in enumerate(zip(mass, length, strict=True)):
+            by_mass, by_length = matrix[row[f"links.mass[{i}]"]], matrix[row[f"links.length[{i}]"]]
+            matrix[row[f"links.inertia[{i}]"]] = x * x / 12 * by_mass + m * x / 6 * by_length
+    return matrix
+
+
+def with_values(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Robot:
+    """Return the robot with other values for its free coefficients.
+
+    Parameters
+    ----------
+    robot : Robot
+    frees : sequence of Free
+    values : array_like, shape (n,)
+        In SI units [SI].
+
+    Returns
+    -------
+    Robot
+        Checked, without a table ``[fit]``. Body length follows the links; body mass where they come to weigh more.
+
+    Raises
+    ------
+    InputError
+        If the description does not take the values.
+    """
+    changed = columns(robot, frees, values)
+    if not robot.model_fields_set & {"fit"} and not changed:
+        return robot
+    document = robot.document()
+    document.pop("fit", None)
+    document.get("sources", {}).pop("fit", None)
+    for column, numbers in changed.items():
+        if column != "links.inertia" or "inertia" in robot.links.model_fields_set:
+            _write(document, column, numbers)
+    links = document["links"]
+    if "links.length" in changed:
+        document["body"]["length_m"] = math.fsum(links["length_m"])
+    document["body"]["mass_kg"] = max(document["body"]["mass_kg"], math.fsum(links["mass_kg"]))
+    return parse(document, file=robot.file)
+
+
+def draws(robot: Robot, count: int, seed: int) -> list[Robot]:
+    """Draw robots as likely as a fit leaves them: its normal distribution, held within the bounds.
+
+    Parameters
+    ----------
+    robot : Robot
+        With a table ``[fit]``.
+    count : int
+        Number of robots to draw.
+    seed : int
+
+    Returns
+    -------
+    list of Robot
+
+    Raises
+    ------
+    InputError
+        If the robot has no fit.
+
+    Notes
+    -----
+    The bounds count as a weak prior, a normal distribution of a uniform one's variance (upper - lower)^2 / 12: a
+    direction that the runs left undetermined is drawn from that. What still falls outside is set on the bound.
+    """
+    fit = robot.fit
+    if fit is None:
+        fix = "take a file that `hypertuna identify -o` wrote"
+        raise InputError("must have a table [fit] to draw from", file=robot.file, fix=fix)
+    frees = [
+        Free(name, lower, upper, value, scale)
+        for name, lower, upper, value, scale in zip(fit.names, fit.lower, fit.upper, fit.value, fit.scale, strict=True)
+    ]
+    lower, upper, middle = (to_scale(frees, values) for values in (fit.lower, fit.upper, fit.value))
+    prior = (upper - lower) ** 2 / 12
+    whole = np.array(fit.covariance)
+    # The product of both distributions, in a form that takes a singular covariance as well: C (C + P)^-1 P.
+    spread = whole @ np.linalg.solve(whole + np.diag(prior), np.diag(prior))
+    rng = np.random.default_rng(seed)
+    drawn = rng.multivariate_normal(middle, (spread + spread.T) / 2, size=count, method="eigh")
+    return [with_values(robot, frees, from_scale(frees, np.clip(x, lower, upper))) for x in drawn]
+
+
+def _make(
+    robot: Robot, column: str, index: str, bounds: tuple[float, float] | None, start: float | None, log: bool
+) -> Free:
+    """Give a free coefficient its bounds and its start."""
+    name = f"{column}[{index}]" if index else column
+    table = default_bounds()["coefficient"].get(column, {})
+    value = table.get("start", 0.0)
+    if column not in NUISANCES:
+        given = column_of(robot, column)
+        tied = [given[i] for i in (members(index) if index else (0,)) if given[i] is not None]
+        if tied:  # the mean, and exactly the value where all are equal
+            value = tied[0] + math.fsum(x - tied[0] for x in tied) / len(tied)
+    factor = default_bounds()["factor"]["links"]
+    lower, upper = bounds or (table.get("lower", factor["lower"] * value), table.get("upper", factor["upper"] * value))
+    if log and lower == 0 and bounds is None:
+        lower = upper * 10.0**-LOG_DECADES
+    if not (math.isfinite(lower) and math.isfinite(upper) and lower < upper):
+        rule = "must have a lower bound below its upper one, both finite"
+        raise InputError(rule, key=f"bounds {name}", value=f"{lower:g} to {upper:g}", fix="give LOW:HIGH")
+    if log and lower <= 0:
+        rule, fix = "must have bounds greater than 0 in log scale", "give such bounds, or leave it in natural scale"
+        raise InputError(rule, key=f"bounds {name}", value=f"{lower:g} to {upper:g}", fix=fix)
+    if lower < 0 and column not in NUISANCES and not column.startswith("joints.phase"):
+        raise InputError("must not be negative", key=f"bounds {name}", value=f"{lower:g}", fix="give 0 or more")
+    begin = max(value, lower) if log and value <= 0 else value
+    if start is not None:
+        begin = float(start)
+    if not lower <= begin <= upper:
+        key, fix = f"{'start' if start is not None else 'bounds'} {name}", "give other bounds, or another start"
+        raise InputError(f"must start within its bounds, {lower:g} to {upper:g}", key=key, value=f"{begin:g}", fix=fix)
+    return Free(name, float(lower), float(upper), begin, "log" if log else "natural")
+
+
+@cache
+def column_key(column: str) -> tuple[tuple[str, ...], str]:
+    """Find a column in a robot's file.
+
+    Parameters
+    ----------
+    column : str
+        ``water.lumped.drag``.
+
+    Returns
+    -------
+    keys : tuple of str
+        Outermost first.
+    unit : str
+        That of the file.
+    """
+    model: Any = Robot
+    keys, unit = [], ""
+    for attribute in column.split("."):
+        field = model.model_fields[attribute]
+        keys.append(field.alias)
+        unit, model = unit_of(field), nested_model(field.annotation)
+    return tuple(keys), unit
+
+
+def column_of(robot: Robot, column: str) -> tuple[Any, ...]:
+    """Read a column of a robot.
+
+    Parameters
+    ----------
+    robot : Robot
+    column : str
+        ``water.lumped.drag``.
+
+    Returns
+    -------
+    tuple
+        In SI units.
+    """
+    table, _, last = column.rpartition(".")
+    if table == "joints":
+        return tuple(getattr(group, last) for group in robot.joints)
+    part: Any = robot
+    for attribute in column.split("."):
+        part = getattr(part, attribute)
+    return part if isinstance(part, tuple) else (part,)
+
+
+def _write(document: dict[str, Any], column: str, numbers: Sequence[float]) -> None:
+    """Write a column into a document, in the unit of the file."""
+    keys, unit = column_key(column)
+    shown_as = [float(f"{math.degrees(x):.15g}") if unit == "deg" else x for x in numbers]
+    if keys[0] == "joints":
+        for group, number in zip(document["joints"], shown_as, strict=True):
+            group[keys[1]] = number
+        return
+    table = document
+    for key in keys[:-1]:
+        table = table[key]
+    single = column in ("water.density", "water.strip.tail_shedding")
+    table[keys[-1]] = shown_as[0] if single else cast(Any, shown_as)
+
+
+def _rods(robot: Robot, changed: Mapping[str, Any]) -> bool:
+    """Whether moments of inertia follow from masses and lengths that change."""
+    follows = "inertia" not in robot.links.model_fields_set and "links.inertia" not in changed
+    return follows and bool({"links.mass", "links.length"} & set(changed))

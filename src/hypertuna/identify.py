@@ -1,0 +1,388 @@
+"""Identify: fit free coefficients to trials, and say how far the trials determine them."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.beats import DEFAULT_STEPS, check_steps
+from hypertuna.certainty import Certainty, Errors, certainty, criteria, errors
+from hypertuna.coefficients import Free, free, from_scale
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.free_names import free_of
+from hypertuna.journal import Journal, journal_header
+from hypertuna.predict import LOSSES, Experiment, experiment, predict
+from hypertuna.results import version
+from hypertuna.robot_file import with_fit
+from hypertuna.search import CONVERGED, Search, fit, sketch, start_points, stop_sentence
+from hypertuna.trials import Trials
+
+__all__ = ["Fit", "compare", "digest", "identify", "split"]
+
+Array = NDArray[np.float64]
+
+STARTS = 4
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit of free coefficients to trials.
+
+    Attributes
+    ----------
+    robot : Robot
+        With the fitted values, and a table ``[fit]``.
+    described : Robot
+        As it was before.
+    free : tuple of Free
+    values : ndarray, shape (n,)
+        In SI units.
+    certainty : Certainty
+    noise : dict of float
+        Estimated noise of the kinds of measurement for which the trials tell none: relative, m or rad.
+    train, validation : Errors
+        The latter of runs that the fit has not seen; None without any.
+    criteria : dict
+        From `hypertuna.certainty.criteria`.
+    stop : str
+        Why the search ended.
+    converged : bool
+        Whether it ended by itself.
+    path : ndarray, shape (iterations, n)
+        Values after each iteration of the best search, in SI units.
+    costs : tuple of float
+        What each start came to: half the sum of the loss.
+    evaluations : int
+        Predictions of all runs, of all starts together.
+    seconds : float
+    warnings : tuple of str
+    seed : int
+    loss : str
+    trials : tuple of Trials
+        For training, and for validation.
+    """
+
+    robot: Robot
+    described: Robot
+    free: tuple[Free, ...]
+    values: Array
+    certainty: Certainty
+    noise: dict[str, float]
+    train: Errors
+    validation: Errors | None
+    criteria: dict[str, Any]
+    stop: str
+    converged: bool
+    path: Array
+    costs: tuple[float, ...]
+    evaluations: int
+    seconds: float
+    warnings: tuple[str, ...]
+    seed: int
+    loss: str
+    trials: tuple[Trials, Trials]
+
+
+def identify(
+    robot: Robot,
+    trials: Trials,
+    free: Sequence[str] | Sequence[Free],
+    *,
+    validate: float = 0.2,
+    seed: int = 0,
+    loss: str = "soft_l1",
+    starts: int = STARTS,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    log: Sequence[str] = (),
+    start: Mapping[str, float] | None = None,
+    steps: int = DEFAULT_STEPS,
+    threads: int | None = None,
+    checkpoint: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Fit:
+    """Fit free coefficients to trials (section III.E of the paper, with exact derivatives).
+
+    Parameters
+    ----------
+    robot : Robot
+    trials : Trials
+        From `hypertuna.read_trials`.
+    free : sequence of str, or of Free
+        Names as `hypertuna.coefficients.free` reads them.
+    validate : float
+        Part of the runs, drawn at random, that the fit does not see and is then judged on [1].
+    seed : int
+        Of that draw, and of the starts.
+    loss : {"soft_l1", "linear", "huber", "cauchy"}
+        What becomes of a residual beyond its standard deviation.
+    starts : int
+        Searches: from the robot's values, from Table III's (for other coefficients what data/published/bounds.toml
+        says), then from Sobol's points within the bounds. The best one counts.
+    bounds, log, start : optional
+        As for `hypertuna.coefficients.free`, in SI units [SI].
+    steps : int
+        Runge-Kutta steps per beat.
+    threads : int, optional
+        All processors if left out; the result does not depend on it.
+    checkpoint : str or Path, optional
+        File of finished searches: started again after any end, the fit takes them from there.
+    progress : callable, optional
+        Called with the searches done and their total.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError
+        If names, bounds or options cannot be used, or the runs for training leave nothing to fit.
+
+    Notes
+    -----
+    Residuals are in units of their standard deviation: that of the file over sqrt(repeats); for tracked runs that of
+    the recording's runs about their mean; else an unknown level, common to a kind of measurement and relative to steady
+    ones, which is estimated from the residuals in turn with the fit.
+    """
+    begun = time.monotonic()
+    _check(validate, seed, loss, starts)
+    check_steps(steps)
+    frees = _frees(robot, trials, free, bounds, log, start)
+    training, held_out = split(trials, validate, seed)
+    search = Search(
+        experiment(robot, training, frees),
+        experiment(robot, sketch(training, len(frees)), frees),
+        frees,
+        loss,
+        steps,
+        threads or len(os.sched_getaffinity(0)),
+    )
+    options = {
+        "trials": digest(trials),
+        "free": [f.name for f in frees],
+        "bounds": [[f.lower, f.upper] for f in frees],
+        "scale": [f.scale for f in frees],
+        "start": [f.start for f in frees],
+        "validate": validate,
+        "seed": seed,
+        "loss": loss,
+        "starts": starts,
+        "steps": steps,
+    }
+    with Journal(checkpoint, journal_header("identify", robot, options)) as journal:
+        found, levels, costs, evaluations = fit(search, start_points(frees, starts, seed), journal, progress)
+    return _result(search, (training, held_out), found, levels, costs, evaluations, seed, time.monotonic() - begun)
+
+
+def compare(robot: Robot, trials: Trials, free: Sequence[str], laws: Sequence[str], **options: Any) -> dict[str, Fit]:
+    """Fit several water laws to the same runs.
+
+    Parameters
+    ----------
+    robot : Robot
+    trials : Trials
+    free : sequence of str
+        Each law takes those that it has: ``water.lumped.drag`` belongs to one, ``joints.bandwidth`` to all.
+    laws : sequence of str
+        "lumped", "strip".
+    **options
+        As for `identify`; a checkpoint is a file for each law, its name before the ending.
+
+    Returns
+    -------
+    dict of Fit
+        By law. Compare ``validation`` and ``criteria``: lower is better.
+
+    Raises
+    ------
+    InputError
+        As `identify` does, or if a law has none of the coefficients.
+    """
+    fits = {}
+    for law in laws:
+        mine = robot.using(water=law)
+        names = free_of(mine, free)
+        if not names:
+            fix = f"name some, such as water.{law}.{'drag' if law == 'lumped' else 'drag_normal'}"
+            raise InputError(f"must name a coefficient of the {law} law", key="free", fix=fix)
+        checkpoint = options.get("checkpoint")
+        own = Path(checkpoint).with_stem(f"{Path(checkpoint).stem}-{law}") if checkpoint else None
+        fits[law] = identify(mine, trials, names, **(options | {"checkpoint": own}))
+    return fits
+
+
+def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
+    """Divide trials at random by run.
+
+    Parameters
+    ----------
+    trials : Trials
+    validate : float
+        Part of the runs for validation [1].
+    seed : int
+
+    Returns
+    -------
+    training, validation : Trials
+        One run at least is for training.
+    """
+    runs = trials.runs
+    count = min(round(validate * len(runs)), len(runs) - 1)
+    chosen = {runs[k] for k in np.random.default_rng(seed).permutation(len(runs))[: max(count, 0)]}
+    return trials.only([run for run in runs if run not in chosen]), trials.only(chosen)
+
+
+def _frees(
+    robot: Robot,
+    trials: Trials,
+    names: Sequence[str] | Sequence[Free],
+    bounds: Mapping[str, tuple[float, float]] | None,
+    log: Sequence[str],
+    start: Mapping[str, float] | None,
+) -> tuple[Free, ...]:
+    """Make coefficients free, unless they are already."""
+    if names and all(isinstance(name, Free) for name in names):
+        return tuple(name for name in names if isinstance(name, Free))
+    texts = [name for name in names if isinstance(name, str)]
+    offsets = {recording.name: recording.time_offset for recording in trials.recordings}
+    frees = free(robot, texts, bounds=bounds, log=log, start=start, recordings=offsets)
+    if any(f.column == "cost_factor" for f in frees) and all(r.cost_of_transport is None for r in trials.steady):
+        fix = "leave it out, or give runs with their cost of transport"
+        raise InputError("is of measured costs of transport, and the trials have none", key="free cost_factor", fix=fix)
+    return frees
+
+
+def _check(validate: float, seed: int, loss: str, starts: int) -> None:
+    """Check the options."""
+    if not 0 <= validate < 1:
+        fix = "give a part such as 0.2, or 0 for none"
+        raise InputError("must be 0 or more and less than 1", key="validate", value=shown(validate), fix=fix)
+    if seed < 0:
+        raise InputError("must not be negative", key="seed", value=str(seed), fix="give 0 or more")
+    if loss not in LOSSES:
+        raise InputError("must be a known loss", key="loss", value=shown(loss), fix=did_you_mean(loss, LOSSES))
+    if starts < 1:
+        raise InputError("must be 1 at least", key="starts", value=str(starts), fix="leave it out")
+
+
+def _result(
+    search: Search,
+    trials: tuple[Trials, Trials],
+    found: Mapping[str, Any],
+    levels: dict[str, float],
+    costs: Sequence[float],
+    evaluations: int,
+    seed: int,
+    seconds: float,
+) -> Fit:
+    """Say what came out of a fit."""
+    data, frees, robot = search.data, search.frees, search.data.robot
+    values = from_scale(frees, found["x"])
+    how: dict[str, Any] = {"steps": search.steps, "slope_steps": search.steps, "threads": search.threads}
+    at_end = predict(data, frees, values, **how)
+    sure = certainty(data, frees, values, at_end, levels, search.loss)
+    judged = None
+    if trials[1].runs:
+        unseen = experiment(robot, trials[1], frees)
+        judged = errors(unseen, predict(unseen, frees, values, **how))
+    named = [run.file for t in trials for run in t.steady] + [part.file for t in trials for part in t.recordings]
+    files = list(dict.fromkeys(Path(file).name or "memory" for file in named))
+    text = f"identified by hypertuna {version()} from {len(trials[0].runs)} runs of {', '.join(files)}"
+    fitted = with_fit(robot, frees, values, covariance=sure.covariance, trials=", ".join(files), seed=seed, text=text)
+    return Fit(
+        robot=fitted,
+        described=robot,
+        free=frees,
+        values=values,
+        certainty=sure,
+        noise=levels,
+        train=errors(data, at_end),
+        validation=judged,
+        criteria=criteria(data, at_end, levels, search.loss, len(frees)),
+        stop=stop_sentence(found, costs, evaluations),
+        converged=found["status"] in CONVERGED,
+        path=np.array([from_scale(frees, np.array(x)) for x in found["path"]]),
+        costs=tuple(costs),
+        evaluations=evaluations,
+        seconds=seconds,
+        warnings=tuple(_warnings(data, frees, values, sure, at_end.failed, at_end.unstable)),
+        seed=seed,
+        loss=search.loss,
+        trials=trials,
+    )
+
+
+def _warnings(
+    data: Experiment,
+    frees: Sequence[Free],
+    values: Array,
+    sure: Certainty,
+    failed: NDArray[np.bool_],
+    unstable: NDArray[np.bool_],
+) -> list[str]:
+    """Sentences on what a reader should not overlook."""
+    told = []
+    for f, value, bound in zip(frees, values, sure.bound, strict=True):
+        if bound:
+            told.append(f"{f.name} sits on its {bound} bound, {value:.4g} {f.unit}: the runs would have it further.")
+    samples = len(data.kind)
+    if samples <= len(frees):
+        told.append(
+            f"There are {len(frees)} free coefficients and {samples} independent measurements: "
+            "the runs can be met exactly, so neither noise nor intervals can be told from them."
+        )
+    for flags, what in ((failed, "have no settled beat"), (unstable, "are periodic but unstable")):
+        if flags.any():
+            names = [data.trials.runs[k] for k in np.flatnonzero(flags)]
+            more = f" and {len(names) - 5} more" if len(names) > 5 else ""
+            told.append(f"With the fitted values these runs {what}: {', '.join(names[:5])}{more}.")
+    if sure.factor > 1.5 and not data.unknown_kinds:
+        told.append(
+            f"Residuals are {sure.factor:.2g} times what the stated noise explains; the intervals are as much wider. "
+            "The model misses something, or the noise is understated."
+        )
+    if all(d.determined for d in sure.directions):
+        return told
+    told.append("The runs leave some coefficients open: see the directions that are not determined.")
+    return told
+
+
+def digest(trials: Trials) -> str:
+    """Return the sha256 of everything that trials hold but the names of their files.
+
+    Parameters
+    ----------
+    trials : Trials
+
+    Returns
+    -------
+    str
+    """
+    whole = hashlib.sha256()
+
+    def take(value: Any) -> None:
+        if is_dataclass(value):
+            for field in fields(value):
+                if field.name not in ("file", "line", "lines", "columns"):
+                    take(getattr(value, field.name))
+        elif isinstance(value, np.ndarray):
+            whole.update(np.ascontiguousarray(value).tobytes())
+        elif isinstance(value, (tuple, list)):
+            whole.update(b"[")
+            for part in value:
+                take(part)
+            whole.update(b"]")
+        else:
+            whole.update(repr(value).encode() + b";")
+
+    take(trials)
+    return whole.hexdigest()

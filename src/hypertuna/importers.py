@@ -1,0 +1,116 @@
+"""Importers: manifests for files of tracked runs that others have published, as they stand."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from hypertuna.errors import InputError, did_you_mean, shown
+
+__all__ = ["FORMATS", "import_folder", "manifest_text"]
+
+ANGLES, POSES = "deg_hardware_motor_angles.csv", "deg_hardware_trajectories.csv"  # of the robot eel, by amplitude
+EEL = "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot"
+
+
+def import_folder(folder: str | Path, format: str = "rexeel", *, relative_to: Path | None = None) -> dict[str, Any]:
+    """Make the document of a manifest for a folder of published files, which stay where they are.
+
+    Parameters
+    ----------
+    folder : str or Path
+    format : str
+        One of `FORMATS`.
+    relative_to : Path, optional
+        Folder of the manifest: paths are relative to it if the files lie in or below it. Otherwise they are absolute.
+
+    Returns
+    -------
+    dict
+        What `hypertuna.manifest.parse_manifest` takes.
+
+    Raises
+    ------
+    InputError
+        If the format is not known, or the folder does not hold its files.
+    """
+    if format not in FORMATS:
+        fix = did_you_mean(format, FORMATS)
+        raise InputError("must be a known format", key="format", value=shown(format), fix=fix)
+    try:
+        files = sorted(path.name for path in Path(folder).iterdir())
+    except (OSError, ValueError):
+        value = "a file" if os.path.exists(folder) else "missing"
+        raise InputError("must be a folder", file=str(folder), value=value, fix="check the path") from None
+    place = Path(folder).resolve()
+    if relative_to is not None and place.is_relative_to(relative_to.resolve()):
+        place = place.relative_to(relative_to.resolve())
+    return FORMATS[format](str(folder), files, place)
+
+
+def manifest_text(document: Mapping[str, Any], comment: str) -> str:
+    """Write the document of a manifest as TOML.
+
+    Parameters
+    ----------
+    document : mapping
+    comment : str
+        First line.
+
+    Returns
+    -------
+    str
+    """
+    import tomlkit  # here, because it takes longer to import than the rest
+
+    whole = tomlkit.document()
+    whole.add(tomlkit.comment(comment))
+    for key, value in document.items():
+        whole.add(key, tomlkit.item(value))
+    return tomlkit.dumps(whole)
+
+
+def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:
+    """Name the free swims of a robot eel: per amplitude, five joint angles of one swim and the tracks of others.
+
+    In its poses the robot faces +y at 90 deg, counted clockwise: yaw 0 is -x.
+    """
+    amplitudes = {name.removesuffix(end) for name in files for end in (ANGLES, POSES) if name.endswith(end)}
+    if not amplitudes:
+        fix = f"give a CSV file, a manifest, or the folder with *{ANGLES} and *{POSES} of {EEL}"
+        raise InputError("holds no published files that are known", file=folder, fix=fix)
+    for amplitude in amplitudes:
+        for name in (f"{amplitude}{end}" for end in (ANGLES, POSES)):
+            if name not in files:
+                file = str(Path(folder) / name)
+                raise InputError("must be there", file=file, value="missing", fix="get it from where the others are")
+    recordings = [
+        {
+            "name": f"{amplitude}deg",
+            "joints": {
+                "file": str(place / f"{amplitude}{ANGLES}"),
+                "time": "time_s",
+                "columns": [f"actual_{joint}" for joint in range(1, 6)],
+                "unit": "deg",
+            },
+            "poses": {
+                "files": [str(place / f"{amplitude}{POSES}")],
+                "time": "timestamp",
+                "x": "x_cm",
+                "y": "y_cm",
+                "yaw": "robot_yaw",
+                "run": "video",
+                "length_unit": "cm",
+                "angle_unit": "deg",
+                "yaw_zero_deg": 180.0,
+                "clockwise": True,
+            },
+        }
+        for amplitude in sorted(amplitudes, key=lambda text: (len(text), text))
+    ]
+    return {"format": 1, "recordings": recordings}
+
+
+FORMATS: dict[str, Callable[[str, list[str], Path], dict[str, Any]]] = {"rexeel": _rexeel}

@@ -1,0 +1,252 @@
+"""Journal: an append-only record of what was asked and told, from which long work resumes after any end.
+
+Work that resumes is deterministic: started again, it asks the same questions in the same order, and the journal answers
+those that it knows. So the result after a kill is the same by construction; no state but questions and answers is kept.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import io
+import json
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Self
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, shown
+from hypertuna.results import version, write_atomically
+
+__all__ = ["Journal", "journal_header", "read_header"]
+
+MARK = "hypertuna journal"
+ANOTHER = "give another file, or remove this one to start over"
+
+
+def journal_header(kind: str, robot: Robot, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Say what a journal is of; one that says something else is not taken up again.
+
+    Parameters
+    ----------
+    kind : str
+        The work: "optimize", "pareto", "identify" ...
+    robot : Robot
+    options : mapping
+        Everything that the course of the work depends on, seed included; numbers, texts, lists and mappings of them.
+
+    Returns
+    -------
+    dict
+    """
+    robot_facts = {"robot": robot.name, "robot_hash": robot.hash}
+    return {"kind": kind, "version": version(), "isa": _core.isa()} | robot_facts | {"options": dict(options)}
+
+
+def read_header(path: str | Path) -> dict[str, Any]:
+    """Read what a journal is of.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    dict
+        As it was given when the journal was begun.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is not a journal.
+    """
+    try:
+        lines = Path(path).read_bytes().splitlines(keepends=True)
+    except OSError as error:
+        raise InputError("must be a readable file", file=str(path), value=f"not ({error.strerror})") from None
+    return _header(Path(path), lines)
+
+
+class Journal:
+    """A file of JSON lines: the header, then one record per question with its answer.
+
+    Every record is on the disk before the work goes on. A last line that a kill left torn is dropped. One process at a
+    time may hold a journal.
+
+    Parameters
+    ----------
+    path : str, Path or None
+        The file, made if there is none; None keeps nothing, for work that is not to be resumed.
+    header : mapping
+        From `journal_header`.
+
+    Raises
+    ------
+    InputError
+        If the file is not a journal, is of other work (the sentence says which option differs), or is in use.
+
+    Examples
+    --------
+    >>> with Journal(None, {}) as journal:
+    ...     journal.answer([1.0, 2.0], lambda: [3.0])
+    [3.0]
+    """
+
+    def __init__(self, path: str | Path | None, header: Mapping[str, Any]) -> None:
+        self.records: list[dict[str, Any]] = []
+        self._next = 0  # the first record that has not been asked for in this run
+        self._file: io.FileIO | None = None
+        self._path = Path() if path is None else Path(path)
+        if path is None:
+            return
+        if not self._path.exists():
+            write_atomically(self._path, _line({"journal": MARK} | dict(header)))
+        try:
+            self._file = io.FileIO(self._path, "r+")
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self.close()
+            fix = "wait for it, or give another file"
+            raise InputError("is in use by another run", file=str(path), fix=fix) from None
+        except OSError as error:
+            value, fix = f"not ({error.strerror})", "choose a path that can be written"
+            raise InputError("must be a writable file", file=str(path), value=value, fix=fix) from None
+        try:
+            self.records = self._take_up(header)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def known(self) -> int:
+        """Number of records that this run has not asked for yet."""
+        return len(self.records) - self._next
+
+    def answer(self, asked: Any, work: Callable[[], Any]) -> Any:
+        """Return the answer to the next question: from the journal if it knows it, else worked out and kept.
+
+        Parameters
+        ----------
+        asked : Any
+            The question: numbers, texts, arrays, lists and mappings of them.
+        work : callable
+            Works out the answer, which is of the same kinds.
+
+        Returns
+        -------
+        Any
+            The answer as the file holds it, arrays as lists: the same whether it was just worked out or read.
+
+        Raises
+        ------
+        InputError
+            If the journal's next record answers another question.
+        """
+        if self._file is None:
+            return json.loads(_line({"told": work()}))["told"]
+        if self._next < len(self.records):
+            record = self.records[self._next]
+            if record.get("asked") != json.loads(_line({"asked": asked}))["asked"]:
+                rule = "answers another question than is asked now: the run that wrote it took another course"
+                raise InputError(rule, file=self._place(self._next), fix=ANOTHER)
+        else:
+            record = self.append({"asked": asked, "told": work()})
+        self._next += 1
+        return record["told"]
+
+    def append(self, record: Mapping[str, Any]) -> dict[str, Any]:
+        """Put a record at the end, on the disk before this returns.
+
+        Parameters
+        ----------
+        record : mapping
+            Of numbers, texts, arrays, lists and mappings of them.
+
+        Returns
+        -------
+        dict
+            The record as the file holds it, arrays as lists.
+        """
+        line = _line(record)
+        if self._file is not None:
+            _write(self._file, line)
+        self.records.append(json.loads(line))
+        return self.records[-1]
+
+    def close(self) -> None:
+        """Let go of the file."""
+        if self._file is not None:
+            self._file.close()
+
+    def _take_up(self, header: Mapping[str, Any]) -> list[dict[str, Any]]:
+        """Check the header and read the records; drop the torn end of the file."""
+        assert self._file is not None
+        content = self._file.readall()
+        whole = content[: content.rfind(b"\n") + 1]
+        lines = whole.splitlines(keepends=True)
+        _check_same(self._path, _header(self._path, lines), json.loads(_line(header)))
+        records = [_record(line, self._place(k)) for k, line in enumerate(lines[1:])]
+        if len(whole) < len(content):
+            self._file.truncate(len(whole))
+        self._file.seek(0, os.SEEK_END)
+        return records
+
+    def _place(self, record: int) -> str:
+        """File and line of a record, as editors count."""
+        return f"{self._path}:{record + 2}"
+
+
+def _line(value: Mapping[str, Any]) -> bytes:
+    """Write a record; NaN and Infinity stand for themselves, so that every number comes back as it was."""
+    return json.dumps(value, default=lambda array: array.tolist(), ensure_ascii=False).encode() + b"\n"
+
+
+def _write(file: io.FileIO, line: bytes) -> None:
+    """Write a whole line to the disk."""
+    left = memoryview(line)
+    while left:
+        left = left[file.write(left) :]
+    os.fsync(file.fileno())
+
+
+def _record(line: bytes, place: str) -> dict[str, Any]:
+    """Read a whole line."""
+    try:
+        record = json.loads(line)
+    except ValueError:
+        record = None
+    if not isinstance(record, dict):
+        raise InputError("must be a line of a journal", file=place, value=shown(line[:40].decode(errors="replace")))
+    return record
+
+
+def _header(path: Path, lines: list[bytes]) -> dict[str, Any]:
+    """Read the first line."""
+    try:
+        header = json.loads(lines[0]) if lines else None
+    except ValueError:
+        header = None
+    if not isinstance(header, dict) or header.pop("journal", None) != MARK:
+        raise InputError("must be a journal of hypertuna", file=str(path), fix="give another file")
+    return header
+
+
+def _check_same(path: Path, there: Mapping[str, Any], here: Mapping[str, Any]) -> None:
+    """Compare headers, and name the first thing that differs."""
+    old, new = _flat(there), _flat(here)
+    for key in {**old, **new}:
+        if old.get(key) != new.get(key):
+            rule = f"was begun with {key} = {shown(old.get(key))}, but now it is {shown(new.get(key))}"
+            raise InputError(rule, file=str(path), fix=ANOTHER)
+
+
+def _flat(header: Mapping[str, Any]) -> dict[str, Any]:
+    """Header with its options beside the rest."""
+    return {**{key: value for key, value in header.items() if key != "options"}, **header.get("options", {})}

@@ -1,0 +1,149 @@
+"""The ledger as one self-contained page, with its plots and its numbers beside it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from hypertuna.errors import InputError
+from hypertuna.ledger import MARKS, RULES, VERDICTS, Entry
+from hypertuna.published_swims import OURS, PAPER, bandwidths
+from hypertuna.report import WIDTH, Fact, Picture, Section, page
+from hypertuna.reproduce import Ledger, ledger_record, ledger_sections
+from hypertuna.results import write_atomically
+
+__all__ = ["ledger_html", "write_ledger"]
+
+NAMES = dict(zip(VERDICTS, VERDICTS, strict=True)) | {"not-computed": "to come"}
+LONG = 20  # entries of a chapter of the ledger
+
+
+def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
+    """Write the ledger as a folder: index.html, ledger.json and its plots as SVG.
+
+    Parameters
+    ----------
+    ledger : Ledger
+    folder : str or Path
+        Made if it does not exist.
+
+    Returns
+    -------
+    Path
+        The page.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written to.
+    """
+    from hypertuna.drawing import save
+
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = f"not ({error.strerror})"
+        raise InputError("must be a folder to write to", file=str(folder), value=reason, fix="choose another") from None
+    sections = [*ledger_sections(ledger), _robot(ledger)]
+    for picture in (part for section in sections for part in section.parts if isinstance(part, Picture)):
+        if not isinstance(picture.figure, str):
+            save(picture.figure, folder / f"{picture.name}.svg")
+            picture.figure.set_layout_engine("none")  # it is laid out now
+    write_atomically(folder / "ledger.json", (json.dumps(ledger_record(ledger), indent=2) + "\n").encode())
+    return write_atomically(folder / "index.html", _html(ledger, sections).encode())
+
+
+def ledger_html(ledger: Ledger) -> str:
+    """Write the ledger as one HTML page that needs nothing else.
+
+    Parameters
+    ----------
+    ledger : Ledger
+
+    Returns
+    -------
+    str
+    """
+    return _html(ledger, [*ledger_sections(ledger), _robot(ledger)])
+
+
+def _html(ledger: Ledger, sections: list[Section]) -> str:
+    """Fill the template."""
+    from hypertuna.animation import slowed, swimming_svg
+
+    best = ledger.trials[OURS].gaits["unoptimised-max"]
+    chapters = _chapters(ledger)
+    count = sum(len(chapter["entries"]) for chapter in chapters)
+    lede = f"""HyperTuna is a soft robotic fish with two hydraulic joints. Its paper gives the robot's dimensions, the
+coefficients of a swimming model, and what the robot did. This page computes the second from the first and keeps the
+books: {count} published numbers, each with what the model says and a verdict."""
+    values = {
+        "ledger": ledger,
+        "chapters": chapters,
+        "rules": RULES,
+        "marks": MARKS,
+        "names": NAMES,
+        "best": best,
+        "slowed": slowed(best),
+        "fish": swimming_svg(best),
+    }
+    title = "HyperTuna, computed beside published"
+    return page(title, sections, lede=lede, facts=_facts(ledger), template="ledger.html.j2", values=values)
+
+
+def _chapters(ledger: Ledger) -> list[dict[str, Any]]:
+    """Group the entries by the first word of their id, then by id; long chapters are closed at first."""
+    chapters: dict[str, dict[str, list[Entry]]] = {}
+    for entry in ledger.entries:
+        chapters.setdefault(entry.id.partition("/")[0], {}).setdefault(entry.id, []).append(entry)
+    told = []
+    for name, entries in chapters.items():
+        verdicts = [entry.verdict for group in entries.values() for entry in group]
+        counts = {verdict: verdicts.count(verdict) for verdict in VERDICTS if verdict in verdicts}
+        title = name.replace("-", " ").capitalize()
+        told.append({"name": title, "entries": entries, "verdicts": counts, "open": len(verdicts) <= LONG})
+    return told
+
+
+def _facts(ledger: Ledger) -> list[Fact]:
+    """Choose the numbers for large letters."""
+    errors, verdicts = ledger.summary["speeds"], ledger.summary["verdicts"]
+    (distance,) = [entry for entry in ledger.entries if entry.id == "range/claimed"]
+    rms, largest = (
+        {model: f"{100 * error[f'{kind}_relative_error']:.3g} %" for model, error in errors.items()}
+        for kind in ("rms", "largest")
+    )
+    judged = len(ledger.entries) - verdicts["not-computed"]
+    return [
+        Fact(
+            rms[OURS],
+            f"rms error of the eight published speeds with a {bandwidths(ledger.trials[OURS].robot)} Hz joint "
+            f"bandwidth; largest {largest[OURS]}",
+        ),
+        Fact(rms[PAPER], f"rms error with ideal joints, the paper's own model; largest {largest[PAPER]}"),
+        Fact(
+            f"{distance.answer} km",
+            f"range on the battery of the paper's Table I, where the paper claims {distance.published:g} km",
+        ),
+        Fact(
+            f"{verdicts['reproduced']} of {judged}",
+            f"answers reproduce the paper; {verdicts['deviates']} deviate, {verdicts['contradicted']} contradict it, "
+            f"{verdicts['not-computed']} more are to come",
+        ),
+    ]
+
+
+def _robot(ledger: Ledger) -> Section:
+    """Draw the robot."""
+    from hypertuna.drawing import draw
+
+    robot = ledger.trials[OURS].robot
+    links = sum(robot.links.mass)
+    text = f"""{len(robot.links.name)} links, {len(robot.joints)} joint groups, {robot.body.length:g} m,
+{robot.body.mass:g} kg, of which the links of Table II are {links:.3f} kg. `hypertuna robot show hypertuna` lists
+every value of its description with unit and source, estimates marked."""
+    shows = f"{robot.description}, to scale."
+    picture = Picture("robot", draw(robot, width=WIDTH), shows, f"Drawn from `{robot.file}`.")
+    return Section("The robot", [picture, text])

@@ -1,0 +1,313 @@
+"""Manifests: TOML files that name what was measured in a tank, where it stands, and in which units and axes."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, shown, translate
+from hypertuna.measured import JointSeries, Track, read_joints, read_text, read_tracks
+from hypertuna.reference import markdown
+from hypertuna.replay import Pose
+from hypertuna.schema import Count, Degrees, Flag, NotNegativeDegrees, Part, Real, Text, entry, unique
+from hypertuna.steady import SteadyRun, read_steady
+
+__all__ = ["Manifest", "Recording", "parse_manifest", "read_manifest", "reference"]
+
+Array = NDArray[np.float64]
+
+# --- the schema; keys of the file carry the unit, attributes are SI and radians
+
+
+class Joints(Part):
+    """The joint angles that the robot made, in a CSV file."""
+
+    file: Text = entry("file", "path of the CSV file, from the manifest")
+    time: Text = entry("time", "column of time in s (default: time_s)", default="time_s")
+    columns: tuple[Text, ...] = entry("columns", "columns of angles, one per joint group from head to tail")
+    unit: Literal["deg", "rad"] = entry("unit", "unit of the angles in the file")
+    noise: NotNegativeDegrees | None = entry(
+        "noise_deg", "standard deviation of the angles (default: estimated)", "deg", default=None
+    )
+
+
+class Poses(Part):
+    """Tracked poses of the center of the head link, in CSV files with one run or several each."""
+
+    files: tuple[Text, ...] = entry("files", "paths of the CSV files, from the manifest", min_length=1)
+    time: Text = entry("time", "column of time in s (default: time_s)", default="time_s")
+    x: Text = entry("x", "column of x")
+    y: Text = entry("y", "column of y")
+    yaw: Text = entry("yaw", "column of the direction that the head faces")
+    run: Text | None = entry("run", "column that names the run of each row (default: a file is one run)", default=None)
+    length_unit: Literal["m", "cm", "mm"] = entry("length_unit", "unit of x and y in the files")
+    angle_unit: Literal["deg", "rad"] = entry("angle_unit", "unit of yaw in the files")
+    yaw_zero: Degrees = entry(
+        "yaw_zero_deg", "direction of yaw 0, counter-clockwise from x (default: 0)", "deg", default=0.0
+    )
+    clockwise: Flag = entry(
+        "clockwise", "whether yaw is counted clockwise, from y to x (default: false)", default=False
+    )
+
+
+class Start(Part):
+    """The pose at the first frame of every run where it is known better than tracked, such as from a fixture."""
+
+    x: Real = entry("x_m", "x of the center of the head link, in the axes of the poses", "m")
+    y: Real = entry("y_m", "y of the center of the head link", "m")
+    yaw: Degrees = entry("yaw_deg", "direction that the head faces, counted as yaw of the poses", "deg")
+
+
+class RecordingTable(Part):
+    """Swims from rest with the same joint motion: its angles, and what was tracked in one run or several."""
+
+    name: Text = entry("name", "name of the recording, without /")
+    joints: Joints = entry("joints", "table of the joint angles")
+    poses: Poses = entry("poses", "table of the tracked poses")
+    start: Start | None = entry("start", "table of the start pose (default: the first frame of each run)", default=None)
+    time_offset: Real = entry(
+        "time_offset_s", "time to add to the joints' clock to get the poses' (default: 0)", "s", default=0.0
+    )
+    window: tuple[Real, ...] | None = entry(
+        "window_s",
+        "begin and end, on the poses' clock, of what is used; the robot rests at its begin (default: everything)",
+        "s",
+        default=None,
+    )
+    repeats: Count = entry("repeats", "number of swims that each tracked run is the mean of (default: 1)", default=1)
+
+
+class Manifest(Part):
+    """What was measured of one robot."""
+
+    format: Literal[1] = entry("format", "version of this format, 1")
+    robot: Text | None = entry("robot", "name that the robot must have (default: any)", default=None)
+    steady: tuple[Text, ...] = entry("steady", "paths of CSV files of steady runs, from the manifest", default=())
+    recordings: tuple[RecordingTable, ...] = entry("recordings", "list of tracked recordings", default=())
+
+
+# --- what it names
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Swims with one motion of the joints, from rest at its first sample, and the tracks of their runs.
+
+    Attributes
+    ----------
+    name : str
+        Without a slash.
+    joints : JointSeries
+        Within the window, on its own clock.
+    noise : float or None
+        Standard deviation of the joint angles [rad]; None if it is to be estimated.
+    tracks : tuple of Track
+        Runs, within the window. Each is seen from its first frame, which is the given start pose if there is one.
+    time_offset : float
+        Time to add to the joints' clock to get that of the tracks [s].
+    window : tuple of float or None
+        Begin and end of what is used, on the clock of the tracks [s]; joints and tracks are cut to it already.
+    start : Pose or None
+        Of the nose at the first frame, where the manifest gives it.
+    repeats : int
+        Number of swims that each track is the mean of.
+    file : str
+        Manifest or folder that named it.
+    """
+
+    name: str
+    joints: JointSeries
+    noise: float | None
+    tracks: tuple[Track, ...]
+    time_offset: float = 0.0
+    window: tuple[float, float] | None = None
+    start: Pose | None = None
+    repeats: int = 1
+    file: str = ""
+
+    @property
+    def runs(self) -> tuple[str, ...]:
+        """Names of its runs: RECORDING/RUN."""
+        return tuple(f"{self.name}/{track.run}" for track in self.tracks)
+
+
+def read_manifest(path: str | Path, robot: Robot) -> tuple[tuple[SteadyRun, ...], tuple[Recording, ...]]:
+    """Read a TOML manifest and every file that it names.
+
+    Parameters
+    ----------
+    path : str or Path
+    robot : Robot
+        That swam.
+
+    Returns
+    -------
+    steady : tuple of SteadyRun
+    recordings : tuple of Recording
+
+    Raises
+    ------
+    InputError
+        If the manifest or a file that it names cannot be used.
+    """
+    content = read_text(path, "a TOML file")
+    try:
+        document = tomllib.loads(content)
+    except (ValueError, RecursionError) as error:
+        fix = "correct that line"
+        raise InputError("must be valid TOML", file=str(path), value=f"not ({error})", fix=fix) from None
+    return parse_manifest(document, robot, folder=Path(path).parent, file=str(path))
+
+
+def parse_manifest(
+    document: Mapping[str, Any], robot: Robot, *, folder: Path, file: str
+) -> tuple[tuple[SteadyRun, ...], tuple[Recording, ...]]:
+    """Check the document of a manifest, and read every file that it names.
+
+    Parameters
+    ----------
+    document : mapping
+        Keys as in the file, with units.
+    robot : Robot
+    folder : Path
+        Which paths in the document are relative to.
+    file : str
+        Named in errors, and kept with every recording.
+
+    Returns
+    -------
+    steady : tuple of SteadyRun
+    recordings : tuple of Recording
+
+    Raises
+    ------
+    InputError
+        As `read_manifest`.
+    """
+    try:
+        manifest = Manifest.model_validate(document)
+        _check(manifest, robot)
+    except ValidationError as error:
+        raise translate(error, document, Manifest, file) from None
+    except InputError as error:
+        raise InputError(error.rule, file=file, key=error.key, value=error.value, fix=error.fix) from None
+    steady = tuple(run for name in manifest.steady for run in read_steady(folder / name, robot))
+    recordings = tuple(
+        _recording(table, f"recordings[{i}]", robot, folder, file) for i, table in enumerate(manifest.recordings)
+    )
+    return steady, recordings
+
+
+def reference() -> str:
+    """Write down every key of a manifest with its unit, its rule and its meaning.
+
+    Returns
+    -------
+    str
+        Sections of a Markdown page, docs/trials.md.
+    """
+    page = markdown(Manifest.model_json_schema(by_alias=True), title="", introduction="")
+    return page[page.index("## ") :].replace("## ", "### ").rstrip()
+
+
+def _check(manifest: Manifest, robot: Robot) -> None:
+    """Check what pydantic cannot."""
+    if manifest.robot not in (None, robot.name):
+        fix = "choose the robot that swam"
+        raise InputError(f"must be the robot's name, {robot.name}", key="robot", value=shown(manifest.robot), fix=fix)
+    if not manifest.steady and not manifest.recordings:
+        raise InputError("or recordings must be given", key="steady", fix="name what was measured")
+    unique(tuple(table.name for table in manifest.recordings), "recordings[{}].name")
+    groups = [group.name for group in robot.joints]
+    for i, table in enumerate(manifest.recordings):
+        if "/" in table.name or "\0" in table.name or not table.name.strip(". "):
+            fix = "/ parts the names of recordings and runs"
+            rule = "must be a name without /, not of dots alone"
+            raise InputError(rule, key=f"recordings[{i}].name", value=shown(table.name), fix=fix)
+        if len(table.joints.columns) != len(groups):
+            raise InputError(
+                f"must be {len(groups)} long, one column per joint group of {robot.name} ({', '.join(groups)})",
+                key=f"recordings[{i}].joints.columns",
+                value=f"{len(table.joints.columns)} long",
+                fix="name the columns from head to tail",
+            )
+        window = table.window
+        if window is not None and not (len(window) == 2 and window[0] < window[1]):
+            rule, fix = "must be two times, the first earlier", "write, for example, [0.0, 4.0]"
+            raise InputError(rule, key=f"recordings[{i}].window_s", value=shown(list(window)), fix=fix)
+
+
+def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file: str) -> Recording:
+    """Read the files of a recording, cut them to the window, and put in the start pose."""
+    poses = table.poses
+    joints = read_joints(
+        folder / table.joints.file, time=table.joints.time, columns=table.joints.columns, unit=table.joints.unit
+    )
+    tracks: list[Track] = []
+    for name in poses.files:
+        tracks += read_tracks(
+            folder / name,
+            time=poses.time,
+            pose=(poses.x, poses.y, poses.yaw),
+            run=poses.run,
+            length_unit=poses.length_unit,
+            angle_unit=poses.angle_unit,
+            yaw_zero=poses.yaw_zero,
+            clockwise=poses.clockwise,
+        )
+    names = [track.run for track in tracks]
+    for name in (name for k, name in enumerate(names) if name in names[:k]):
+        fix = "name each run differently, or each file where a file is one run"
+        raise InputError("must be unique", file=file, key=f"{key}: run {name}", value="in two files", fix=fix)
+    window = None if table.window is None else (table.window[0], table.window[1])
+    if window is not None:
+        joints = _cut_joints(joints, window[0] - table.time_offset, window[1] - table.time_offset)
+        tracks = [_cut_track(track, *window) for track in tracks]
+    span = joints.time[[0, -1]] + table.time_offset
+    for track in tracks:
+        if not ((track.time[1:] >= span[0]) & (track.time[1:] <= span[1])).any():
+            rule = f"must have two frames at least, the second within the joint angles, {span[0]:g} to {span[1]:g} s"
+            value = f"{len(track.time)} frames" + f", {track.time[0]:g} to {track.time[-1]:g} s" * bool(len(track.time))
+            fix = "give both on one clock, by time_offset_s, and a window that spans them"
+            raise InputError(rule, file=file, key=f"{key}: run {track.run}", value=value, fix=fix)
+    start = None
+    if table.start is not None:
+        x, y = table.start.x, table.start.y
+        yaw = poses.yaw_zero + (-table.start.yaw if poses.clockwise else table.start.yaw)
+        tracks = [_from_start(track, np.array([x, y, yaw])) for track in tracks]
+        start = Pose.from_head_center(robot, x, y, yaw)
+    return Recording(
+        table.name, joints, table.joints.noise, tuple(tracks), table.time_offset, window, start, table.repeats, file
+    )
+
+
+def _cut_joints(joints: JointSeries, begin: float, end: float) -> JointSeries:
+    """Keep the samples within a window of their own clock."""
+    kept = np.flatnonzero((joints.time >= begin) & (joints.time <= end))
+    lines = None if joints.lines is None else [joints.lines[k] for k in kept.tolist()]
+    if not len(kept):
+        value = f"{joints.time[0]:g} to {joints.time[-1]:g} s"
+        rule = f"must overlap the window, {begin:g} to {end:g} s of the joints' clock"
+        raise InputError(rule, file=joints.file, key="the series", value=value, fix="correct window_s")
+    return replace(joints, time=joints.time[kept], angle=joints.angle[kept], lines=lines)
+
+
+def _cut_track(track: Track, begin: float, end: float) -> Track:
+    """Keep the frames within a window."""
+    kept = (track.time >= begin) & (track.time <= end)
+    return replace(track, time=track.time[kept], pose=track.pose[kept])
+
+
+def _from_start(track: Track, start: Array) -> Track:
+    """Put the start pose in the place of the first frame; yaw keeps its turns."""
+    turns = 2 * np.pi * np.round((track.pose[0, 2] - start[2]) / (2 * np.pi))
+    first = start + np.array([0, 0, turns])
+    return replace(track, pose=np.concatenate([first[np.newaxis], track.pose[1:]]))

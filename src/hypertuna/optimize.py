@@ -1,0 +1,423 @@
+"""Optimize: from a wish to the gait that fulfills it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.beats import DEFAULT_STEPS, check_steps
+from hypertuna.descents import Descents
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.gait import Gait
+from hypertuna.journal import Journal, journal_header
+from hypertuna.objective import Evaluation, Goal, Limit, Problem, expected_speed, goal
+from hypertuna.optimizers import CovarianceAdaptation, Optimizer, de, pso
+from hypertuna.space import gait_bounds
+from hypertuna.swim import Swim, swim
+
+__all__ = ["METHODS", "WEIGHT", "Margin", "Optimum", "make_optimizer", "optimize", "options_of", "wish"]
+
+Array = NDArray[np.float64]
+
+METHODS = ("pso", "cma", "gradient", "de")
+SIZES = {"pso": (15, 60), "de": (15, 60), "cma": (None, 200), "gradient": (6, 60)}  # gaits per batch and batches
+MOST = 10_000  # gaits per batch, and batches
+
+# k of Eq. 42 [m/s per J/(kg m)]. Up to 1/(dCOT/dU) along the cheapest gaits, |U - U_e| holds the speed exactly where it
+# is expected: 0.12 for HyperTuna at 0.5 m/s, more at lower speeds (docs/optimize.md). Less than half of it is safe.
+WEIGHT = 0.05
+NEAR = 5e-3  # a limit or bound so near, relative, is active
+MET = 5e-3  # an expected speed so near, relative, is met
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How a gait keeps a limit.
+
+    Attributes
+    ----------
+    limit : Limit
+    value : float
+        Of the gait [unit of the quantity].
+    margin : float
+        What is left to the limit, relative to it; negative where it is passed [1].
+    """
+
+    limit: Limit
+    value: float
+    margin: float
+
+    @property
+    def active(self) -> bool:
+        """Whether the limit holds the gait back."""
+        return self.margin < NEAR
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """The best gait that was found.
+
+    Attributes
+    ----------
+    robot : Robot
+    goal : Goal
+    gait : Gait or None
+        None if no gait keeps all limits.
+    swim : Swim or None
+        How it swims.
+    value : float
+        Of the goal, minimized.
+    method : str
+    seed : int
+    evaluations : int
+        Gaits that were swum, those of a checkpoint included.
+    seconds : float
+        Taken by this run.
+    stop : str
+        Why the search ended, in a sentence.
+    history : ndarray, shape (batches,)
+        Least value of the goal after each batch; infinite before a gait keeps all limits.
+    swum : ndarray, shape (batches,)
+        Gaits swum until then.
+    margins : tuple of Margin
+        Of the limits.
+    bounds : mapping
+        Which end of its bounds the gait lies on, "lower" or "upper", by the names of `hypertuna.space.gait_columns`.
+    weight_threshold : float or None
+        Up to this k of Eq. 42 the speed stays exactly as expected, judged by the slopes at this gait
+        [m/s per J/(kg m)]; None where no speed is expected, or it is not met.
+    remark : str
+        What else there is to know about the result; empty if nothing.
+    """
+
+    robot: Robot
+    goal: Goal
+    gait: Gait | None
+    swim: Swim | None
+    value: float
+    method: str
+    seed: int
+    evaluations: int
+    seconds: float
+    stop: str
+    history: Array
+    swum: NDArray[np.int_]
+    margins: tuple[Margin, ...]
+    bounds: Mapping[str, str]
+    weight_threshold: float | None
+    remark: str
+
+    @property
+    def speed(self) -> float:
+        """Speed of the gait [m/s]; not a number without one."""
+        return np.nan if self.swim is None else self.swim.speed
+
+    @property
+    def cost_of_transport(self) -> float:
+        """Cost of transport of the gait [J/(kg m)]; not a number without one."""
+        return np.nan if self.swim is None else self.swim.cost_of_transport
+
+
+def wish(
+    *, maximize: str | None = None, minimize: str | None = None, speed: float | None = None, weight: float | None = None
+) -> Goal:
+    """Make a goal of what a user says.
+
+    Parameters
+    ----------
+    maximize, minimize : str, optional
+        A quantity: "speed", "cost_of_transport" ...
+    speed : float, optional
+        Expected speed, at low cost of transport (Eq. 42) [m/s].
+    weight : float, optional
+        k of Eq. 42, `WEIGHT` if left out [m/s per J/(kg m)].
+
+    Returns
+    -------
+    Goal
+
+    Raises
+    ------
+    InputError
+        If not exactly one of maximize, minimize and speed is given, or its value cannot be used.
+    """
+    given = [
+        key for key, value in (("maximize", maximize), ("minimize", minimize), ("speed", speed)) if value is not None
+    ]
+    if len(given) != 1:
+        fix = "give --maximize speed, --speed 0.4 or --minimize cost_of_transport"
+        rule = "must be one of maximize, minimize and speed"
+        raise InputError(rule, key="goal", value=" and ".join(given) or "none", fix=fix)
+    if speed is not None:
+        return expected_speed(speed, WEIGHT if weight is None else weight)
+    if weight is not None:
+        raise InputError("goes with an expected speed only", key="weight", fix="leave it out, or give --speed")
+    name = maximize or minimize
+    assert name is not None
+    return goal(name, largest=maximize is not None)
+
+
+def optimize(
+    robot: Robot,
+    *,
+    maximize: str | None = None,
+    minimize: str | None = None,
+    speed: float | None = None,
+    weight: float | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    limits: Sequence[Limit] = (),
+    method: str = "pso",
+    particles: int | None = None,
+    iterations: int | None = None,
+    seed: int = 1,
+    steps: int = DEFAULT_STEPS,
+    checkpoint: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Optimum:
+    """Find the gait that fulfills a wish best.
+
+    Parameters
+    ----------
+    robot : Robot
+    maximize, minimize : str, optional
+        A quantity of `hypertuna.beats.QUANTITIES` to make large or small. One of these two and `speed` must be given.
+    speed : float, optional
+        Expected speed U_e; the fitness is |U - U_e| + k COT (Eq. 42) [m/s].
+    weight : float, optional
+        k of it [m/s per J/(kg m)].
+    bounds : mapping, optional
+        Lowest and highest values in Hz or degrees beside those of the robot's file, as for
+        `hypertuna.space.gait_bounds` [Hz or deg].
+    limits : sequence of Limit
+        From `gait_limits`.
+    method : {"pso", "cma", "gradient", "de"}
+        Particle swarm, CMA-ES, gradient descents with exact derivatives, differential evolution.
+    particles : int, optional
+        Gaits per batch; starts of "gradient".
+    iterations : int, optional
+        Batches at most; steps of every start of "gradient".
+    seed : int
+        The same seed gives the same result.
+    steps : int
+        Runge-Kutta steps per beat, a multiple of 4.
+    checkpoint : str or Path, optional
+        A file to take the work up from after any end, and to keep it in.
+    progress : callable, optional
+        Called with the number of gaits done and the most there may be, now and then.
+
+    Returns
+    -------
+    Optimum
+        Its gait is None if no gait keeps all limits, which `stop` then says.
+
+    Raises
+    ------
+    InputError
+        If something cannot be used: the sentence names it.
+
+    Examples
+    --------
+    >>> import hypertuna as ht
+    >>> best = ht.optimize(ht.load("hypertuna"), maximize="speed", method="gradient")
+    >>> round(best.speed, 3), round(best.gait.frequency, 3)
+    (0.582, 6.0)
+    """
+    started = time.monotonic()
+    check_steps(steps)
+    target = wish(maximize=maximize, minimize=minimize, speed=speed, weight=weight)
+    problem = Problem(robot, gait_bounds(robot, bounds), (target,), tuple(limits), steps)
+    optimizer, most = make_optimizer(problem, method, particles, iterations, seed)
+    header = journal_header("optimize", robot, options_of(problem, method, particles, iterations, seed))
+    with Journal(checkpoint, header) as journal:
+        while (stop := optimizer.stop) is None:
+            x = optimizer.ask()
+            found = journal.answer(x, lambda x=x: problem.swim(x, slopes=optimizer.needs_slopes))  # type: ignore[misc]
+            optimizer.tell(problem.judge(x, found))
+            if progress is not None:
+                progress(optimizer.evaluations, max(most, optimizer.evaluations))
+    return concluded(problem, optimizer, method=method, seed=seed, stop=stop, seconds=time.monotonic() - started)
+
+
+def make_optimizer(
+    problem: Problem, method: str, particles: int | None, iterations: int | None, seed: int
+) -> tuple[Optimizer, int]:
+    """Make the optimizer of a method for a problem with one goal.
+
+    Parameters
+    ----------
+    problem : Problem
+    method : str
+        One of `METHODS`.
+    particles, iterations : int or None
+        The method's own choice if None.
+    seed : int
+
+    Returns
+    -------
+    optimizer : Optimizer
+    most : int
+        Evaluations at most.
+
+    Raises
+    ------
+    InputError
+        If there is no such method, or a number is out of range.
+    """
+    if method not in METHODS:
+        fix = did_you_mean(method, METHODS)
+        raise InputError("must be a method", key="method", value=shown(method), fix=fix)
+    size = SIZES[method][0] if particles is None else particles
+    batches = SIZES[method][1] if iterations is None else iterations
+    least = 2 if method in ("pso", "cma") else 4 if method == "de" else 1
+    for key, value, low in (("particles", size, least), ("iterations", batches, 1)):
+        if value is not None and not low <= value <= MOST:
+            raise InputError(f"must be from {low} to {MOST}", key=key, value=str(value), fix="or leave it out")
+    if not 0 <= seed < 2**32:
+        raise InputError("must be from 0 to 4294967295", key="seed", value=str(seed), fix="take 1")
+    assert batches is not None
+    lower, upper = problem.space.lower, problem.space.upper
+    if method == "cma":
+        strategy = CovarianceAdaptation(lower, upper, particles=size, iterations=batches, seed=seed)
+        return strategy, strategy.particles * batches
+    assert size is not None  # the others have a number of their own
+    if method == "gradient":
+        if problem.rough:
+            rule = f"must do without derivatives, which {' and '.join(problem.rough)} does not have"
+            raise InputError(rule, key="method", value="'gradient'", fix="take pso, cma or de")
+        target = problem.goals[0]
+        # Differences of the value are scaled to what matters in it: to the cost of transport beside |U - U_e|.
+        scale = target.terms[0][1] if target.expected is not None and target.terms[0][1] > 0 else 1.0
+        goal_facts = (target.expected, scale)
+        return Descents(lower, upper, *goal_facts, starts=size, iterations=batches, seed=seed), size * batches
+    make = pso if method == "pso" else de
+    return make(lower, upper, particles=size, iterations=batches, seed=seed), size * batches
+
+
+def options_of(
+    problem: Problem, method: str, particles: int | None, iterations: int | None, seed: int
+) -> dict[str, Any]:
+    """Return everything that the course of a search depends on, beside the robot, for its journal.
+
+    Parameters
+    ----------
+    problem : Problem
+    method, particles, iterations, seed
+        As for `make_optimizer`.
+
+    Returns
+    -------
+    dict
+    """
+    space = problem.space
+    bounds = {name: [low, high] for name, low, high in zip(space.columns, space.low, space.high, strict=True)}
+    goals = [asdict(target) for target in problem.goals]
+    chosen = {"method": method, "particles": particles, "iterations": iterations, "seed": seed, "steps": problem.steps}
+    return {"goals": goals, "bounds": bounds, "limits": [asdict(limit) for limit in problem.limits]} | chosen
+
+
+def concluded(problem: Problem, optimizer: Optimizer, *, method: str, seed: int, stop: str, seconds: float) -> Optimum:
+    """Make the result of a search that has ended.
+
+    Parameters
+    ----------
+    problem : Problem
+    optimizer : Optimizer
+    method : str
+    seed : int
+    stop : str
+    seconds : float
+        [s].
+
+    Returns
+    -------
+    Optimum
+    """
+    best, space, target = optimizer.result, problem.space, problem.goals[0]
+    assert best is not None  # every method asks for one batch at least
+    margins = tuple(
+        Margin(limit, float(best.found[limit.quantity][0]), -float(best.violation[0, k]))
+        for k, limit in enumerate(problem.limits)
+    )
+    feasible = bool(best.feasible[0])
+    ends = zip(space.names, best.x[0] - space.lower, space.upper - best.x[0], space.upper - space.lower, strict=True)
+    bounds = {name: "lower" if low < high else "upper" for name, low, high, w in ends if min(low, high) < NEAR * w}
+    missed = _missed(target, float(best.found["speed"][0])) if feasible else ""
+    threshold = weight_threshold(problem, best) if feasible and target.expected is not None and not missed else None
+    gait = space.gait(best.x[0]) if feasible else None
+    return Optimum(
+        robot=problem.robot,
+        goal=target,
+        gait=gait,
+        swim=None if gait is None else swim(problem.robot, gait, steps=problem.steps),
+        value=float(best.value[0, 0]) if feasible else np.nan,
+        method=method,
+        seed=seed,
+        evaluations=optimizer.evaluations,
+        seconds=seconds,
+        stop=stop if feasible else f"{stop} {_infeasible(margins)}",
+        history=np.array(optimizer.history),
+        swum=np.cumsum(optimizer.batches),
+        margins=margins[1:],
+        bounds=bounds if feasible else {},
+        weight_threshold=threshold,
+        remark=missed,
+    )
+
+
+def weight_threshold(problem: Problem, best: Evaluation) -> float:
+    """Return the k of Eq. 42 up to which |U - U_e| holds the speed exactly (exact penalty).
+
+    Where the speed is as expected, k COT pulls along the cheapest gaits with k dCOT/dU and |U - U_e| holds with 1. That
+    slope is the multiplier of the speed in the conditions of Karush, Kuhn and Tucker, here by least squares over what
+    is not on its bounds.
+
+    Parameters
+    ----------
+    problem : Problem
+    best : Evaluation
+        One row, at the optimum.
+
+    Returns
+    -------
+    float
+        [m/s per J/(kg m)]; infinite where a higher speed costs nothing.
+    """
+    space = problem.space
+    width = space.upper - space.lower
+    costs = Problem(problem.robot, space, (goal("cost_of_transport"),), problem.limits, problem.steps)
+    at = costs.evaluate(best.x, slopes=True)
+    assert at.value_slopes is not None
+    assert at.speed_slopes is not None
+    assert at.violation_slopes is not None
+    inside = np.minimum(best.x[0] - space.lower, space.upper - best.x[0]) > NEAR * width
+    held = at.violation_slopes[0, 1:][-at.violation[0, 1:] < NEAR]
+    columns = np.vstack([at.speed_slopes[0], held])[:, inside] * width[inside]
+    slope = at.value_slopes[0, 0, inside] * width[inside]
+    multiplier = float(np.linalg.lstsq(columns.T, slope, rcond=None)[0][0]) if inside.any() else 0.0
+    return 1 / multiplier if multiplier > 0 else np.inf
+
+
+def _infeasible(margins: Sequence[Margin]) -> str:
+    """Say which limits the nearest gait does not keep."""
+    forward, *others = margins
+    passed = [f"{m.limit.quantity} by {-100 * m.margin:.3g} %" for m in others if m.margin < 0]
+    if forward.margin < 0 or not passed:
+        return "No gait was found that settles and swims forward."
+    return f"No gait was found that keeps all limits: the nearest one passes {' and '.join(passed)}."
+
+
+def _missed(target: Goal, speed: float) -> str:
+    """Say so if the expected speed is not met."""
+    if target.expected is None or abs(speed / target.expected - 1) < MET:
+        return ""
+    return (
+        f"The gait swims at {speed:.4g} m/s instead of the expected {target.expected:.4g} m/s: that speed is out of "
+        f"reach, or the weight of {target.terms[0][1]:g} lets the cost of transport prevail."
+    )

@@ -1,0 +1,340 @@
+"""Pareto fronts of gaits: the best compromises between two or three objectives, found by NSGA-II and polished."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, check_steps
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.evolution import Evolution, hypervolume, nondominated
+from hypertuna.gait import Gait
+from hypertuna.journal import Journal, journal_header
+from hypertuna.limits import Limit, gait_limits
+from hypertuna.objective import Evaluation, Goal, Problem
+from hypertuna.polish import MOST_ROUNDS, Descent, descend, stationarity
+from hypertuna.robust import WAYS, How, RobustProblem, over_fit
+from hypertuna.space import Space, gait_bounds
+from hypertuna.sweep import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["OBJECTIVES", "Front", "pareto"]
+
+Array = NDArray[np.float64]
+
+SLOW = 0.1  # body lengths per second: the slowest gait of a front, where the user says no other
+MOST = 10_000  # gaits of a generation, and generations
+BEYOND = 0.1  # of its range: how far the reference point lies beyond the worst of the front
+
+# Quantities of which one can say which is better, and whether that is the larger one.
+OBJECTIVES = {
+    "speed": True,
+    "speed_bl": True,
+    "efficiency": True,
+    "stride_length": True,
+    "power": False,
+    "power_positive": False,
+    "cost_of_transport": False,
+    "cost_of_transport_positive": False,
+    "torque_peak": False,
+    "turn_radius": False,
+}
+
+
+@dataclass(frozen=True)
+class Front:
+    """Gaits of which none is better than another in every objective.
+
+    Attributes
+    ----------
+    robot : Robot
+    space : Space
+        Where they were sought.
+    objectives : tuple of str
+        Their names, of `OBJECTIVES`.
+    x : ndarray, shape (points, dim)
+        Points of the space, by the first objective from worst to best [Hz or rad].
+    values : ndarray, shape (points, objectives)
+        Of the objectives, over the draws of a robust front [unit of each].
+    evolved : ndarray, shape (evolved points, objectives)
+        The same as NSGA-II left them, before polishing [unit of each].
+    stationarity : ndarray, shape (points,)
+        Residual of the Karush-Kuhn-Tucker conditions relative to the objectives' steepest slope: 0 where no direction
+        improves all objectives, at most 1; not numbers without derivatives [1].
+    reference : ndarray, shape (objectives,)
+        Reference point of the hypervolumes [unit of each].
+    hypervolume_evolved, hypervolume : float
+        Before and after polishing [product of the units].
+    polished : bool
+        Whether the points were polished.
+    evaluations : int
+        Gaits swum, for robust fronts by every draw.
+    seconds : float
+        Time that it took [s].
+    stop : str
+        Why it ended, in a sentence.
+    robust : {"mean", "worst5"} or None
+        How the objectives are taken over draws of the robot's fit.
+    """
+
+    robot: Robot
+    space: Space
+    objectives: tuple[str, ...]
+    x: Array
+    values: Array
+    evolved: Array
+    stationarity: Array
+    reference: Array
+    hypervolume_evolved: float
+    hypervolume: float
+    polished: bool
+    evaluations: int
+    seconds: float
+    stop: str
+    robust: How | None = None
+
+    @property
+    def gaits(self) -> tuple[Gait, ...]:
+        """The gaits at the points."""
+        return tuple(self.space.gait(x) for x in self.x)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the objectives."""
+        return tuple(QUANTITIES[name].unit for name in self.objectives)
+
+    @cached_property
+    def points(self) -> xr.Dataset:
+        """All quantities of the gaits as `hypertuna.sweep` finds them for the robot itself, and the figures above."""
+        found = sweep(self.robot, self.gaits, threads=1)
+        told: dict[str, Any] = {"stationarity": (self.stationarity, "1", "residual of the conditions of optimality")}
+        for name, unit, values in zip(self.objectives, self.units, self.values.T, strict=True):
+            if self.robust is not None:
+                meaning = f"{WAYS[self.robust]}, of the draws: {QUANTITIES[name].meaning}"
+                told[f"{name}_{self.robust}"] = (values, unit, meaning)
+        labeled = {name: ("gait", v, {"units": unit, "long_name": text}) for name, (v, unit, text) in told.items()}
+        facts = {"hypervolume": self.hypervolume, "hypervolume_evolved": self.hypervolume_evolved, "stop": self.stop}
+        facts |= {f"reference_{name}": float(r) for name, r in zip(self.objectives, self.reference, strict=True)}
+        facts |= {"objectives": " ".join(self.objectives), "evaluations": self.evaluations}
+        return found.assign(labeled).assign_attrs(facts)
+
+
+def pareto(
+    robot: Robot,
+    objectives: Sequence[str] = ("speed", "cost_of_transport"),
+    *,
+    population: int = 40,
+    generations: int = 60,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    limits: Sequence[Limit] = (),
+    min_speed: float | None = None,
+    polish: bool = True,
+    robust: str | None = None,
+    samples: int = 32,
+    seed: int = 1,
+    steps: int = DEFAULT_STEPS,
+    threads: int = 1,
+    checkpoint: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Front:
+    """Find the best compromises between two or three objectives.
+
+    NSGA-II (Deb et al., 2002) swims each generation in one batch. Each point of its front then descends in the last
+    objective with the others held, by exact derivatives, and the ends of the front go as far as they can.
+
+    Parameters
+    ----------
+    robot : Robot
+    objectives : sequence of str
+        Two or three of `OBJECTIVES`, which says whether large or small is good.
+    population, generations : int
+        Of NSGA-II.
+    bounds : mapping, optional
+        Lowest and highest values beside those of the robot's table ``[gait_bounds]``, as for
+        `hypertuna.space.gait_bounds` [Hz or deg].
+    limits : sequence of Limit
+        What every gait must keep.
+    min_speed : float, optional
+        The slowest speed allowed [m/s]; a tenth of a body length per second if left out. Near rest the model's cost of
+        transport goes to zero with the square of the speed, and a front would end in gaits that hardly move.
+    polish : bool
+        Whether to polish.
+    robust : {"mean", "worst5"}, optional
+        Take every objective as its mean, or the mean of its worst 5 %, over robots drawn from the robot's fit, each of
+        which must keep the limits.
+    samples : int
+        Robots to draw.
+    seed : int
+        Of NSGA-II and of the draws.
+    steps, threads : int
+        Runge-Kutta steps per beat, and threads; the result does not depend on the latter.
+    checkpoint : str or Path, optional
+        Journal to keep, and to resume from after any end.
+    progress : callable, optional
+        Called with what is done and the total, now and then.
+
+    Returns
+    -------
+    Front
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or the robot has no fit to draw from.
+    """
+    start = time.perf_counter()
+    check_steps(steps)
+    names = _checked(objectives)
+    for key, value, least, most in (
+        ("population", population, 2, MOST),
+        ("generations", generations, 1, MOST),
+        ("seed", seed, 0, 2**32 - 1),
+    ):
+        if not least <= value <= most:
+            raise InputError(f"must be from {least} to {most}", key=key, value=str(value), fix="or leave it out")
+    slow = SLOW * robot.body.length if min_speed is None else min_speed
+    if not (np.isfinite(slow) and slow >= 0):
+        raise InputError("must not be negative", key="min_speed", value=f"{slow:g}", fix="give it in m/s, or 0")
+    slowest = gait_limits(robot, speed=slow) if slow > 0 else ()
+    goals = tuple(Goal(name, ((name, -1.0 if OBJECTIVES[name] else 1.0),)) for name in names)
+    problem = Problem(robot, gait_bounds(robot, bounds), goals, (*limits, *slowest), steps, threads)
+    wished = problem if robust is None else over_fit(problem, robust, samples=samples, seed=seed)
+    options = {
+        "objectives": names,
+        "population": population,
+        "generations": generations,
+        "low": problem.space.low,
+        "high": problem.space.high,
+        "limits": [(limit.quantity, limit.limit, limit.upper) for limit in problem.limits],
+        "polish": polish,
+        "robust": robust,
+        "samples": samples if robust else 0,
+        "seed": seed,
+        "steps": steps,
+    }
+    with Journal(checkpoint, journal_header("pareto", robot, options)) as journal:
+        recorded = _Recorded(wished, journal, progress or (lambda done, total: None), generations)
+        evolved, stop = _evolve(recorded, population, generations, seed)
+        rough = problem.rough
+        polished = _polished(recorded, evolved) if polish and not rough and len(evolved.x) else evolved
+        found = polished.rows(np.argsort(-polished.value[:, 0], kind="stable"))
+        rest = np.nan if rough else stationarity(recorded, recorded.evaluate(found.x, slopes=True), _scale(evolved))
+        recorded.finish()
+    sign = np.array([-1.0 if OBJECTIVES[name] else 1.0 for name in names])
+    worst = evolved.value.max(axis=0) + BEYOND * _scale(evolved) if len(evolved.x) else np.full(len(names), np.nan)
+    return Front(
+        robot=robot,
+        space=problem.space,
+        objectives=names,
+        x=found.x,
+        values=sign * found.value,
+        evolved=sign * evolved.value,
+        stationarity=np.broadcast_to(rest, len(found.x)),
+        reference=sign * worst,
+        hypervolume_evolved=hypervolume(evolved.value, worst),
+        hypervolume=hypervolume(found.value, worst),
+        polished=polished is not evolved,
+        evaluations=recorded.evaluations,
+        seconds=time.perf_counter() - start,
+        stop=f"{stop} {_told(evolved, found, polish, rough)}",
+        robust=wished.how if isinstance(wished, RobustProblem) else None,
+    )
+
+
+class _Recorded:
+    """A problem whose evaluations a journal keeps, and that reports progress and counts."""
+
+    def __init__(
+        self, problem: Problem | RobustProblem, journal: Journal, progress: Callable[[int, int], None], batches: int
+    ) -> None:
+        self.problem, self.space, self.evaluations = problem, problem.space, 0
+        self._journal, self._progress, self._done, self._total = journal, progress, 0, batches + MOST_ROUNDS
+
+    def evaluate(self, x: Array, *, slopes: bool = False) -> Evaluation:
+        """Evaluate, or take from the journal."""
+        names = ("value", "violation") + ("value_slopes", "violation_slopes") * slopes
+
+        def work() -> dict[str, Any]:
+            found = self.problem.evaluate(x, slopes=slopes)
+            return {name: getattr(found, name) for name in names}
+
+        told = self._journal.answer({"x": x, "slopes": slopes}, work)
+        self.evaluations += len(x) * (len(self.problem.problems) if isinstance(self.problem, RobustProblem) else 1)
+        self._done += 1
+        self._progress(self._done, self._total)
+        return Evaluation(x, found={}, **{name: np.array(told[name], dtype=np.float64) for name in names})
+
+    def finish(self) -> None:
+        """Report that all is done."""
+        self._progress(self._total, self._total)
+
+
+def _checked(objectives: Sequence[str]) -> tuple[str, ...]:
+    """Check the names of the objectives."""
+    names = tuple(objectives)
+    for name in names:
+        if name not in OBJECTIVES:
+            fix = did_you_mean(name, OBJECTIVES)
+            rule = "must be a quantity of which one can say which is better"
+            raise InputError(rule, key="objectives", value=shown(name), fix=fix)
+    if len(names) not in (2, 3) or len(set(names)) < len(names):
+        fix = "give them separated by commas, such as speed,cost_of_transport"
+        raise InputError("must be two or three different ones", key="objectives", value=shown(",".join(names)), fix=fix)
+    return names
+
+
+def _evolve(problem: _Recorded, population: int, generations: int, seed: int) -> tuple[Evaluation, str]:
+    """Run NSGA-II; return its front and why it stopped."""
+    space = problem.space
+    goals, limits = len(problem.problem.goals), len(problem.problem.limits)
+    sizes = {"population": population, "generations": generations, "seed": seed}
+    evolution = Evolution(space.lower, space.upper, goals, limits, **sizes)
+    while evolution.stop is None:
+        evolution.tell(problem.evaluate(evolution.ask()))
+    return evolution.result, str(evolution.stop)
+
+
+def _polished(problem: _Recorded, evolved: Evaluation) -> Evaluation:
+    """Send the ends of a front as far as they go, and let every point descend with the other objectives held."""
+    goals = evolved.value.shape[1]
+    scale, free = _scale(evolved), np.full(goals, np.inf)
+    descents = [Descent(evolved.x[np.argmin(evolved.value[:, k])], k, free) for k in range(goals)]
+    last = np.arange(goals) == goals - 1
+    descents += [
+        Descent(x, goals - 1, np.where(last, np.inf, value)) for x, value in zip(evolved.x, evolved.value, strict=True)
+    ]
+    found = evolved.followed_by(problem.evaluate(descend(problem, descents, scale)))
+    kept = np.flatnonzero(found.feasible)
+    return found.rows(kept[nondominated(found.value[kept])])
+
+
+def _scale(evolved: Evaluation) -> Array:
+    """Range of a front in each objective; where all points share a value, its size."""
+    if not len(evolved.x):
+        return np.ones(evolved.value.shape[1])
+    size = np.maximum(np.abs(evolved.value[0]), 1e-300)
+    span = np.ptp(evolved.value, axis=0)
+    return np.asarray(np.where(span > 0, span, size))
+
+
+def _told(evolved: Evaluation, found: Evaluation, polish: bool, rough: Sequence[str]) -> str:
+    """Say what became of the polishing."""
+    if not len(evolved.x):
+        return "No gait kept all limits."
+    if not polish:
+        return "Its front was left unpolished, as wished."
+    if rough:
+        return f"Its front was left unpolished: there are no exact derivatives of {' and '.join(rough)}."
+    kept = {x.tobytes() for x in evolved.x}
+    moved = sum(x.tobytes() not in kept for x in found.x)
+    return f"Gradients polished its {len(evolved.x)} points: {moved} of the front's {len(found.x)} are new."

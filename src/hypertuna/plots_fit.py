@@ -1,0 +1,218 @@
+"""Figures of a fit: its coefficients with intervals, their correlation, computed against measured, errors of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, to_rgba
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from hypertuna.certainty import Errors
+from hypertuna.coefficients import Free, to_scale
+from hypertuna.drawing import COLORS, INK
+from hypertuna.identify import Fit
+from hypertuna.posterior import Posterior
+from hypertuna.style import FAINT, POINTS, TIGHT, WIDTH, styled
+
+__all__ = ["plot_correlation", "plot_errors", "plot_intervals", "plot_measured", "short_names"]
+
+Array = NDArray[np.float64]
+
+PARTS = {"training": (COLORS[1], "o"), "validation": (COLORS[0], "s")}
+AXES = {"speed": "speed (m/s)", "cost_of_transport": "cost of transport (J/(kg m))"}
+RELATIVE = {"speed_relative": "speed", "cost_of_transport_relative": "cost of transport"}
+TRACKED = {"x_m": ("x", 100.0, "cm"), "y_m": ("y", 100.0, "cm"), "yaw_deg": ("yaw", 1.0, "deg")}
+
+
+def short_names(frees: Sequence[Free]) -> list[str]:
+    """Return names of coefficients without what they share.
+
+    Parameters
+    ----------
+    frees : sequence of Free
+
+    Returns
+    -------
+    list of str
+        ``drag[1-6]`` for ``water.lumped.drag[1-6]``, unless two would be called the same.
+    """
+    short = [f"{f.column.rpartition('.')[2]}{f.name.removeprefix(f.column)}" for f in frees]
+    return short if len(set(short)) == len(short) else [f.name for f in frees]
+
+
+@styled
+def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float = WIDTH) -> Figure:
+    """Draw every coefficient with its 95 % interval within its bounds.
+
+    Parameters
+    ----------
+    fit : Fit
+    sampled : Posterior, optional
+        Its intervals stand below those of the fit.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    frees, sure = fit.free, fit.certainty
+    lower, upper = (to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
+
+    def place(values: Array) -> Array:
+        return np.asarray((to_scale(frees, values) - lower) / (upper - lower))
+
+    rows = np.arange(len(frees))[::-1]
+    figure = Figure(figsize=(width, 0.36 * len(frees) + 1.0), layout="constrained")
+    axes = figure.subplots()
+    colors = [COLORS[1] if known else COLORS[0] for known in sure.determined]
+    axes.hlines(rows, place(sure.low), place(sure.high), colors=colors, lw=4, alpha=0.45)
+    for known, label in ((True, "determined"), (False, "not determined")):
+        mine = np.array(sure.determined) == known
+        if mine.any():
+            color, marker = (COLORS[1], "o") if known else (COLORS[0], "s")
+            axes.plot(place(fit.values)[mine], rows[mine], marker, color=color, label=label, **POINTS)
+    if sampled is not None:
+        axes.hlines(rows - 0.25, place(sampled.low), place(sampled.high), colors=INK, lw=1.2, label="posterior")
+    axes.set(xlim=(-0.02, 1.02), ylim=(-0.7, len(frees) - 0.4), xlabel="between its bounds")
+    axes.set_xticks([0, 1], ["lower", "upper"])
+    labels = [f"{name} = {value:.3g}" for name, value in zip(short_names(frees), fit.values, strict=True)]
+    axes.set_yticks(rows, labels)
+    axes.grid(axis="y", visible=False)
+    figure.legend(loc="outside upper left", ncols=3, **TIGHT)
+    return figure
+
+
+@styled
+def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
+    """Draw the correlation of the coefficients' errors.
+
+    Parameters
+    ----------
+    fit : Fit
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    matrix, names = fit.certainty.correlation, short_names(fit.free)
+    n = len(names)
+    figure = Figure(figsize=(width, 0.85 * width), layout="constrained")
+    axes = figure.subplots()
+    # clear in the middle: it stands on any paper
+    shades = [to_rgba(COLORS[0]), to_rgba(COLORS[0], 0.0), to_rgba(COLORS[1], 0.0), to_rgba(COLORS[1])]
+    colors = LinearSegmentedColormap.from_list("correlation", list(zip([0, 0.5, 0.5, 1], shades, strict=True)))
+    mesh = axes.pcolormesh(matrix, cmap=colors, vmin=-1, vmax=1, edgecolors="none")
+    size = max(4.0, min(8.0, 52 / n))
+    for i in range(n):
+        for j in range(n):
+            text = f"{matrix[i, j]:.2f}".replace("0.", ".")
+            axes.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=size, color=INK)
+    middle = np.arange(n) + 0.5
+    axes.set_xticks(middle, names, rotation=90)
+    axes.set_yticks(middle, names)
+    axes.set(xlim=(0, n), ylim=(n, 0), aspect="equal")
+    axes.grid(visible=False)
+    axes.tick_params(length=0)
+    figure.colorbar(mesh, ax=axes, shrink=0.6, label="correlation")
+    return figure
+
+
+@styled
+def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
+    """Draw computed against measured speed and cost of transport, of training and of validation.
+
+    Parameters
+    ----------
+    fit : Fit
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure or None
+        None without steady runs.
+    """
+    kinds = [
+        kind for kind in AXES if any(f"{kind}_measured" in run for part in _parts(fit).values() for run in part.runs)
+    ]
+    if not kinds:
+        return None
+    figure = Figure(figsize=(width, width / len(kinds) + 0.4), layout="constrained")
+    for axes, kind in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
+        ends: list[float] = []
+        for name, part in _parts(fit).items():
+            pairs = np.array(
+                [(r[f"{kind}_measured"], r[f"{kind}_computed"]) for r in part.runs if f"{kind}_measured" in r]
+            )
+            if len(pairs):
+                color, marker = PARTS[name]
+                label = name if kind == kinds[0] else None
+                axes.plot(*pairs.T, marker, color=color, label=label, alpha=0.8, **POINTS)
+                ends += [float(pairs.min()), float(pairs.max())]
+        line = [min(ends), max(ends)]
+        axes.plot(line, line, color=FAINT, lw=1, zorder=0)
+        axes.set(xlabel=f"measured {AXES[kind]}", ylabel="computed", aspect="equal")
+    figure.legend(loc="outside upper left", ncols=2, **TIGHT)
+    return figure
+
+
+@styled
+def plot_errors(fit: Fit, *, width: float = WIDTH) -> Figure:
+    """Draw the error of every run: relative for steady ones, the rms over all frames along each axis for tracked ones.
+
+    Parameters
+    ----------
+    fit : Fit
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    parts = _parts(fit)
+    relative = {key: text for key, text in RELATIVE.items() if any(key in part.rms for part in parts.values())}
+    tracked = {key: told for key, told in TRACKED.items() if any(key in part.rms for part in parts.values())}
+    order = {run: k for k, run in enumerate(_order(fit))}
+    panels = [*relative, *tracked]
+    figure = Figure(figsize=(width, 1.5 * len(panels) + 0.7), layout="constrained")
+    for row, (axes, key) in enumerate(zip(figure.subplots(len(panels), 1, squeeze=False)[:, 0], panels, strict=True)):
+        for name, part in parts.items():
+            field, factor = (key, 100.0) if key in relative else (f"{key}_rms", TRACKED[key][1])
+            found = [(order[run["run"]], factor * run[field]) for run in part.runs if field in run]
+            _draw_errors(axes, found, name, labeled=row == 0)
+        label = f"{relative[key]} (%)" if key in relative else f"{tracked[key][0]}, rms ({tracked[key][2]})"
+        axes.set_ylabel(label)
+        if key in relative:
+            axes.axhline(0, color=FAINT, lw=1, zorder=0)
+    axes.set_xlabel("run, in the order of the trials")
+    figure.legend(loc="outside upper left", ncols=2, **TIGHT)
+    return figure
+
+
+def _draw_errors(axes: Axes, found: Sequence[tuple[int, float]], name: str, *, labeled: bool) -> None:
+    """Draw the errors of some runs as points on stems."""
+    if not found:
+        return
+    color, marker = PARTS[name]
+    at, error = np.array(found).T
+    axes.vlines(at, 0, error, colors=[color], lw=0.8, alpha=0.5)
+    shape: dict[str, Any] = POINTS | {"ms": 3.2}
+    axes.plot(at, error, marker, color=color, label=name if labeled else None, **shape)
+
+
+def _parts(fit: Fit) -> dict[str, Errors]:
+    """Training and, if there is one, validation."""
+    return {"training": fit.train} | ({} if fit.validation is None else {"validation": fit.validation})
+
+
+def _order(fit: Fit) -> list[str]:
+    """List the runs: those of training, then those of validation."""
+    return [run for trials in fit.trials for run in trials.runs]

@@ -1,0 +1,90 @@
+"""Figure of a Pareto front: what the search found, what polishing made of it, and the robot's named gaits beside it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from hypertuna.drawing import INK
+from hypertuna.gait import Gait
+from hypertuna.pareto import Front
+from hypertuna.style import FAINT, SEQUENCE, TIGHT, WIDTH, styled
+from hypertuna.sweep import sweep
+
+__all__ = ["plot_pareto"]
+
+Array = NDArray[np.float64]
+
+NEAR = 0.18  # inch over the figure's width, of the largest value: points so near each other share a label
+
+
+@styled
+def plot_pareto(front: Front, *, width: float = WIDTH) -> Figure:
+    """Plot a front: its second objective against its first.
+
+    Parameters
+    ----------
+    front : Front
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Points of the front, colored by their third objective, or by beat frequency where there are two; crosses where
+        the search stood before polishing; the robot's named gaits without a bias as numbered squares.
+    """
+    figure = Figure(figsize=(width, 0.45 * width + 1.6), layout="constrained")
+    axes = figure.subplots()
+    third = len(front.objectives) > 2
+    shade = front.values[:, 2] if third else front.space.gaits(front.x).frequency
+    colors = Normalize(shade.min(), shade.max()) if len(shade) else Normalize(0, 1)
+    labels = [f"{name.replace('_', ' ')} [{unit}]" for name, unit in zip(front.objectives, front.units, strict=True)]
+    _draw_named(axes, front, NEAR / width)
+    if front.polished:
+        axes.plot(*front.evolved[:, :2].T, "x", color=FAINT, ms=4.5, mew=0.9, label="before polishing")
+    if not third:  # between two points of a curve lies more of it
+        axes.plot(*front.values[:, :2].T, color=SEQUENCE(0.5), lw=0.8, alpha=0.6, zorder=2.5)
+    style: dict[str, Any] = {"s": 26, "linewidths": 0.5, "edgecolors": "white", "zorder": 3}
+    axes.scatter(front.values[:, 0], front.values[:, 1], c=shade, cmap=SEQUENCE, norm=colors, **style)
+    axes.plot([], [], "o", color=SEQUENCE(0.5), mec="white", label="polished front" if front.polished else "front")
+    axes.set(xlabel=labels[0], ylabel=labels[1])
+    bar = labels[2] if third else "beat frequency [Hz]"
+    figure.colorbar(ScalarMappable(colors, SEQUENCE), ax=axes, label=bar, aspect=30, pad=0.02)
+    figure.legend(loc="outside lower left", ncols=2 if width < 6 else 3, **TIGHT)
+    return figure
+
+
+def _draw_named(axes: Axes, front: Front, near: float) -> None:
+    """Draw the robot's named gaits without a bias, as its model swims them, with numbers that the legend explains."""
+    known = {name: gait for name, gait in front.robot.gaits.items() if not any(gait.bias)}
+    if not known or front.robust is not None:
+        return
+    gaits = [Gait(gait.frequency, gait.amplitude, gait.phase) for gait in known.values()]
+    found = sweep(front.robot, gaits, threads=1)
+    points = np.stack([found[name].where(found.settled).values for name in front.objectives[:2]], axis=1)
+    for k, (name, point) in enumerate(zip(known, points, strict=True), start=1):
+        if np.isfinite(point).all():
+            axes.plot(*point, "s", color=INK, mfc="none", ms=5.5, mew=1.1, zorder=4, label=f"{k}  {name}")
+    for place, numbers in _gathered(points, near):
+        text = ", ".join(map(str, numbers))
+        axes.annotate(text, place, (-5, 3), textcoords="offset points", ha="right", fontsize=8, color=INK)
+
+
+def _gathered(points: Array, distance: float) -> list[tuple[tuple[float, float], list[int]]]:
+    """Gather the numbers of points that lie too near each other for numbers of their own, at their upper left."""
+    size = np.nanmax(points, axis=0)
+    groups: list[list[int]] = []
+    for k in np.flatnonzero(np.isfinite(points).all(axis=1)).tolist():
+        near = next((g for g in groups if np.abs((points[k] - points[g[0]]) / size).max() < distance), None)
+        if near is None:
+            groups.append([k])
+        else:
+            near.append(k)
+    return [((points[g, 0].min(), points[g, 1].max()), [k + 1 for k in g]) for g in groups]

@@ -1,0 +1,107 @@
+"""Figures of replays: the pose of the head against time, over the tracked runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hypertuna.description import Robot
+from hypertuna.drawing import COLORS
+from hypertuna.manifest import Recording
+from hypertuna.measured import Track
+from hypertuna.replay import AXES, head_center, seen_from_start
+from hypertuna.style import FAINT, WIDTH, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["plot_recordings", "plot_replay"]
+
+SCALES = {"m": ("cm", 100.0), "rad": ("deg", 180 / np.pi)}
+COLUMN = 2.6  # inches: the least width of a recording's panels
+TITLE = "Center of the head link, from its start"
+
+
+@styled
+def plot_replay(robot: Robot, result: xr.Dataset, tracks: Sequence[Track], *, width: float = WIDTH) -> Figure:
+    """Draw a replay: the pose of the head link's center against time, seen from its start, over the tracked runs.
+
+    Parameters
+    ----------
+    robot : Robot
+    result : xarray.Dataset
+        What `replay` returns.
+    tracks : sequence of Track
+        The runs as tracked; may be empty.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(width, width), layout="constrained")
+    panels = figure.subplots(3, 1, sharex=True)
+    _draw(panels, robot, result, tracks)
+    _label(panels)
+    figure.suptitle(TITLE)
+    return figure
+
+
+@styled
+def plot_recordings(
+    robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], *, width: float = WIDTH
+) -> Figure:
+    """Draw the replays of recordings beside each other, each as `plot_replay` does, to one scale.
+
+    Parameters
+    ----------
+    robot : Robot
+    recordings : sequence of Recording
+        One at least.
+    results : sequence of xarray.Dataset
+        Of each recording, what `replay_recording` returns.
+    width : float
+        Of the figure, at least [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(max(width, COLUMN * len(recordings)), WIDTH), layout="constrained")
+    panels = figure.subplots(3, len(recordings), sharex="col", sharey="row", squeeze=False)
+    for column, recording, result in zip(panels.T, recordings, results, strict=True):
+        _draw(column, robot, result, recording.tracks)
+        column[0].set_title(recording.name)
+    _label(list(panels[:, 0]))
+    for panel in panels[-1]:
+        panel.set_xlabel("time [s]")
+    figure.suptitle(TITLE)
+    return figure
+
+
+def _draw(panels: Sequence[Axes], robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> None:
+    """Draw tracked runs and a replay, one panel per axis."""
+    made = head_center(robot, result)
+    direction = tracks[0].pose[0, 2] if tracks else made[0, 2]
+    curves: list[tuple[str, Any, float, Any, Any]] = [
+        ("tracked", FAINT, 0.6, track.time, track.pose) for track in tracks
+    ]
+    curves.append((f"replayed, {robot.name}", COLORS[0], 1.8, result["time"].to_numpy(), made))
+    for name, color, line, time, pose in curves:
+        placed = seen_from_start(pose, direction)
+        for k, (panel, unit) in enumerate(zip(panels, AXES.values(), strict=True)):
+            panel.plot(time, SCALES[unit][1] * placed[:, k], color=color, linewidth=line, label=name)
+
+
+def _label(panels: Sequence[Axes]) -> None:
+    """Name the axes, and what the lines are."""
+    for panel, (axis, unit) in zip(panels, AXES.items(), strict=True):
+        panel.set_ylabel(f"head {axis} [{SCALES[unit][0]}]")
+    panels[-1].set_xlabel("time [s]")
+    lines, names = panels[0].get_legend_handles_labels()
+    panels[0].legend(dict(zip(names, lines, strict=True)).values(), dict.fromkeys(names), frameon=False)

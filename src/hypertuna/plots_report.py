@@ -1,0 +1,388 @@
+"""Figures of the report: maps of the tank tests, named numbers on one scale."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+
+from hypertuna.drawing import COLORS, INK, SHAPES
+from hypertuna.style import FAINT, GRID, POINTS, SEQUENCE, TIGHT, WIDTH, styled
+from hypertuna.swim import Swim
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "plot_against",
+    "plot_changes",
+    "plot_descent",
+    "plot_dots",
+    "plot_intervals",
+    "plot_map",
+    "plot_normalized",
+    "plot_paths",
+    "plot_start",
+]
+
+
+@styled
+def plot_map(
+    found: xr.Dataset,
+    quantity: str,
+    label: str,
+    levels: Mapping[str, float | None],
+    *,
+    lowest: bool = False,
+    width: float = WIDTH,
+) -> Figure:
+    """Map a quantity over frequency and phase difference, one panel for each amplitude.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        A grid of `hypertuna.sweep` with one bias.
+    quantity, label : str
+        What to map, and what to call it.
+    levels : mapping of str to float or None
+        Name of each amplitude, and the published best phase there [deg].
+    lowest : bool
+        Whether small values are the good ones.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One scale of colors for all panels; a dot at the best phase of each frequency. Gaits that are not settled are
+        left empty.
+    """
+    found = found.isel(bias=0).where(found.settled.isel(bias=0))
+    values = found[quantity].transpose("amplitude", "phase", "frequency").values
+    frequency = found.frequency.values
+    phase = np.degrees(found[[str(name) for name in found.coords if str(name).startswith("phase_")][-1]].values)
+    figure = Figure(figsize=(width, 0.75 * width), layout="constrained")
+    panels = figure.subplots(1, len(levels), sharex=True, sharey=True)
+    norm = Normalize(0, np.nanmax(values))
+    for axes, part, (level, told) in zip(panels, values, levels.items(), strict=True):
+        axes.pcolormesh(frequency, phase, part, norm=norm, cmap=SEQUENCE, shading="nearest", ec="white", lw=0.4)
+        best = np.nanargmin(part, axis=0) if lowest else np.nanargmax(part, axis=0)
+        axes.plot(frequency, phase[best], "o", color="white", mec=INK, mew=0.7, ms=4)
+        if told is not None and not lowest:
+            axes.axhline(told, color=INK, lw=1.1, ls=(0, (4, 2)))
+        axes.set_title(level)
+        axes.grid(visible=False)
+        axes.set(xticks=frequency[1::2], yticks=phase[::2])
+    panels[0].set_ylabel("phase difference [deg]")
+    figure.supxlabel("frequency [Hz]", fontsize=9)
+    figure.colorbar(ScalarMappable(norm, SEQUENCE), ax=panels, location="top", aspect=40, label=label)
+    return figure
+
+
+LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))
+
+# Color, marker and filling of what stands among others.
+KINDS = {
+    "other": (FAINT, "o", FAINT),
+    "fish": (COLORS[2], "D", "none"),
+    "measured": (INK, "s", INK),
+    "computed": (COLORS[0], "s", "none"),
+}
+
+
+@styled
+def plot_dots(rows: Sequence[tuple[str, float, str]], label: str, *, log: bool = False, width: float = WIDTH) -> Figure:
+    """Draw named numbers as dots on one scale.
+
+    Parameters
+    ----------
+    rows : sequence of (str, float, str)
+        Name, number and kind ("other", "fish", "measured" or "computed") of each, top to bottom.
+    label : str
+        Quantity and unit.
+    log : bool
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(width, 0.235 * len(rows) + 0.6), layout="constrained")
+    axes = figure.subplots()
+    if log:
+        axes.set_xscale("log")
+    low = 0.6 * min(value for _, value, _ in rows) if log else 0.0
+    for k, (_, value, kind) in enumerate(rows):
+        color, marker, fill = KINDS[kind]
+        axes.hlines(k, low, value, color=color, lw=1.0, alpha=0.5)
+        axes.plot(value, k, marker, mec=color, mfc=fill, ms=6, mew=1.4)
+        text = f"{value:.3g}" if value < 1000 else f"{value:.0f}"
+        axes.annotate(text, (value, k), (6, 0), "data", "offset points", va="center", color=INK, fontsize=8.5)
+    axes.set_yticks(range(len(rows)), [name for name, _, _ in rows])
+    axes.set(xlabel=label, xlim=(low, (6 if log else 1.15) * max(value for _, value, _ in rows)))
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.grid(axis="y", visible=False)
+    axes.spines["left"].set_visible(False)
+    axes.tick_params(axis="y", length=0)
+    return figure
+
+
+@styled
+def plot_start(swims: Mapping[str, Swim], *, width: float = WIDTH) -> Figure:
+    """Plot the forward speed from rest: at every instant, and its mean over each beat.
+
+    Parameters
+    ----------
+    swims : mapping of str to Swim
+        Swims from rest, by what to call them.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(width, 0.62 * width), layout="constrained")
+    axes = figure.subplots()
+    for k, (name, swim) in enumerate(swims.items()):
+        motion, steps = swim.trajectory, swim.steps
+        time, speed = motion.time.values, motion.forward_speed.values
+        beats = (len(time) - 1) // steps
+        mean = speed[: beats * steps].reshape(beats, steps).mean(axis=1)
+        middle = (np.arange(beats) + 0.5) / swim.gait.frequency
+        axes.plot(time, speed, color=COLORS[k], lw=0.8, alpha=0.55)
+        axes.plot(middle, mean, color=COLORS[k], lw=1.8, label=f"{name}, mean of each beat")
+    axes.set(xlabel="time [s]", ylabel="forward speed [m/s]", xlim=(0, time[-1]), ylim=(0, None))
+    axes.legend(loc="lower right")
+    return figure
+
+
+@styled
+def plot_against(
+    published: ArrayLike, computed: Mapping[str, ArrayLike], *, within: float = 0.05, width: float = WIDTH
+) -> Figure:
+    """Plot computed against published speeds.
+
+    Parameters
+    ----------
+    published : array_like, shape (gaits,)
+        [m/s].
+    computed : mapping of str to array_like, shape (gaits,)
+        Of each model, by its name [m/s].
+    within : float
+        Half width of the band around equality, relative.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(width, 0.8 * width), layout="constrained")
+    axes = figure.subplots()
+    truth = np.asarray(published, dtype=np.float64)
+    ends = np.array([0.9 * truth.min(), 1.05 * truth.max()])
+    band = f"within {100 * within:g} %"
+    axes.fill_between(ends, (1 - within) * ends, (1 + within) * ends, color=GRID, lw=0, label=band)
+    axes.plot(ends, ends, color=FAINT, lw=1)
+    for k, (name, values) in enumerate(computed.items()):
+        axes.plot(truth, values, SHAPES[k], color=COLORS[k], ms=6, mec="white", mew=0.6, label=name)
+    axes.set(xlabel="published speed [m/s]", ylabel="computed speed [m/s]", xlim=tuple(ends))
+    figure.legend(loc="outside upper left", ncols=2, **TIGHT)
+    return figure
+
+
+@styled
+def plot_normalized(
+    frequency: ArrayLike,
+    cost: Mapping[str, ArrayLike],
+    published: Sequence[tuple[float, float, str]],
+    *,
+    width: float = WIDTH,
+) -> Figure:
+    """Plot normalized cost of transport against frequency.
+
+    Parameters
+    ----------
+    frequency : array_like, shape (frequencies,)
+        [Hz].
+    cost : mapping of str to array_like, shape (frequencies,)
+        Of each model, by its name, over that of one gait.
+    published : sequence of (float, float, str)
+        Frequency [Hz], normalized cost and name of each published number.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(width, 0.62 * width), layout="constrained")
+    axes = figure.subplots()
+    for k, (name, values) in enumerate(cost.items()):
+        axes.plot(frequency, values, color=COLORS[k], marker=SHAPES[k], **POINTS, label=f"{name}, mechanical")
+    for hertz, value, name in published:
+        axes.plot(hertz, value, "*", color=INK, ms=12, mec="white")
+        axes.annotate(name, (hertz, value), (-4, 9), "data", "offset points", ha="right", color=INK, fontsize=8.5)
+    axes.set(xlabel="frequency [Hz]", ylabel="cost of transport\nover that of the fastest gait", ylim=(0, 1.3))
+    axes.legend(loc="upper left")
+    return figure
+
+
+@styled
+def plot_descent(curves: Mapping[str, ArrayLike], label: str, *, lowest: float = 1e-7, width: float = WIDTH) -> Figure:
+    """Plot how searches come down to their optimum, on a logarithmic scale.
+
+    Parameters
+    ----------
+    curves : mapping of str to array_like, shape (iterations,)
+        Distance from the optimum after each iteration, by what to call it [any unit]; infinities are left out.
+    label : str
+        Quantity and unit.
+    lowest : float
+        What counts as none [the same unit].
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(width, 0.68 * width), layout="constrained")
+    axes = figure.subplots()
+    for k, (name, values) in enumerate(curves.items()):
+        value = np.asarray(values, dtype=np.float64)
+        shown = np.where(np.isfinite(value) & (value > lowest), value, np.nan)
+        axes.semilogy(np.arange(1, len(value) + 1), shown, color=COLORS[k], ls=LINES[k % len(LINES)], label=name)
+    axes.set(xlabel="iteration", ylabel=label)
+    axes.legend(loc="upper right", ncols=2)
+    return figure
+
+
+@styled
+def plot_changes(names: Sequence[str], bars: Mapping[str, Sequence[float]], *, width: float = WIDTH) -> Figure:
+    """Draw changes in percent as groups of bars.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the groups, top to bottom.
+    bars : mapping of str to sequence of float
+        A change for each group, by what to call it [%].
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(width, 0.2 * len(bars) * len(names) + 1.3), layout="constrained")
+    axes = figure.subplots()
+    rows, high = np.arange(len(names)), 0.8 / len(bars)
+    for k, (name, values) in enumerate(bars.items()):
+        at = rows + (k - (len(bars) - 1) / 2) * high
+        color = (INK, *COLORS)[k]
+        axes.barh(at, values, 0.85 * high, color=color, label=name)
+        for y, value in zip(at, values, strict=True):
+            side = 1 if value >= 0 else -1
+            text = f"{value:+.1f}"
+            axes.annotate(
+                text,
+                (value, y),
+                (3 * side, 0),
+                "data",
+                "offset points",
+                va="center",
+                ha="left" if side > 0 else "right",
+                color=INK,
+                fontsize=8,
+            )
+    axes.axvline(0, color=FAINT, lw=0.8)
+    axes.set_yticks(rows, names)
+    axes.margins(x=0.16)
+    axes.set(xlabel="change by optimization [%]", ylim=(len(names) - 0.5, -0.5))
+    axes.grid(axis="y", visible=False)
+    axes.tick_params(axis="y", length=0)
+    figure.legend(loc="outside upper left", ncols=2, **TIGHT)
+    return figure
+
+
+@styled
+def plot_intervals(
+    names: Sequence[str],
+    bounds: tuple[ArrayLike, ArrayLike],
+    published: ArrayLike,
+    found: Mapping[str, tuple[ArrayLike, ArrayLike, ArrayLike]],
+    *,
+    width: float = WIDTH,
+) -> Figure:
+    """Draw coefficients and their intervals between their bounds.
+
+    Parameters
+    ----------
+    names : sequence of str
+    bounds : tuple of two array_like, shape (n,)
+        Lower and upper [each coefficient's unit].
+    published : array_like, shape (n,)
+    found : mapping of str to tuple of three array_like, shape (n,)
+        Value, lower and upper end of the interval, by model.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    low, high = (np.asarray(side, dtype=np.float64) for side in bounds)
+    figure = Figure(figsize=(width, 0.38 * len(names) + 1.1), layout="constrained")
+    axes = figure.subplots()
+    rows = np.arange(len(names))
+    for k, (name, columns) in enumerate(found.items()):
+        value, lower, upper = ((np.asarray(column, dtype=np.float64) - low) / (high - low) for column in columns)
+        at = rows + 0.26 * (k - (len(found) - 1) / 2)
+        axes.hlines(at, lower, upper, color=COLORS[k], lw=2.4, alpha=0.45)
+        axes.plot(value, at, SHAPES[k], color=COLORS[k], ms=6, mec="white", mew=0.6, label=name, clip_on=False)
+    axes.plot((np.asarray(published) - low) / (high - low), rows, "|", color=INK, ms=16, mew=2.4, label="published")
+    axes.set_yticks(rows, names)
+    axes.set(xlabel="place between the bounds of Table III", xlim=(0, 1), ylim=(len(names) - 0.5, -0.5))
+    axes.set_xticks([0, 0.5, 1], ["lower", "middle", "upper"])
+    axes.grid(axis="y", visible=False)
+    axes.tick_params(axis="y", length=0)
+    figure.legend(loc="outside upper left", ncols=3, **TIGHT)
+    return figure
+
+
+@styled
+def plot_paths(paths: Mapping[str, ArrayLike], names: Sequence[str], *, width: float = WIDTH) -> Figure:
+    """Plot how coefficients move as they are identified, one panel for each model.
+
+    Parameters
+    ----------
+    paths : mapping of str to array_like, shape (iterations, n)
+        Places between the bounds [1].
+    names : sequence of str
+        Of the n coefficients.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(width, 0.42 * width * len(paths) + 0.7), layout="constrained")
+    panels = figure.subplots(len(paths), 1, sharey=True, squeeze=False)[:, 0]
+    for axes, (name, path) in zip(panels, paths.items(), strict=True):
+        for k, values in enumerate(np.asarray(path, dtype=np.float64).T):
+            style = {"color": COLORS[k // 3], "ls": LINES[k % 3]}
+            axes.plot(np.arange(len(values)), values, label=names[k], **style)
+        axes.set(title=name, ylabel="between bounds", ylim=(-0.03, 1.03), yticks=[0, 0.5, 1])
+    panels[-1].set_xlabel("iteration")
+    handles, texts = panels[0].get_legend_handles_labels()
+    figure.legend(handles, texts, loc="outside upper left", ncols=3, **TIGHT)
+    return figure

@@ -1,0 +1,217 @@
+"""Polish a Pareto front by exact derivatives, and measure how stationary its points are.
+
+Each point descends in one objective while the others are held where they are (epsilon constraints; Haimes, Lasdon and
+Wismer, 1971), by sequential quadratic programming (SciPy's SLSQP; Kraft, 1988). All descents go in lockstep: every
+round evaluates, in one batch, the next point that each of them asks for. SciPy drives its own loop, so a descent is
+started anew every round and answered from what is known, until it asks for a point that is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.objective import Evaluation
+from hypertuna.space import Space
+
+__all__ = ["Descent", "Posed", "descend", "stationarity"]
+
+Array = NDArray[np.float64]
+
+MOST_ROUNDS = 40  # evaluations of one descent
+PRECISION = 1e-8  # of SLSQP: change of the objective, in ranges of the front
+MARGIN = 1e-7  # limits are kept with so much to spare, in ranges of the front: SLSQP only nears them
+STEEP = 1e3  # what a point that cannot be used is told to cost, in ranges of the front
+ON_BOUND = 1e-9  # of the range of a variable
+
+
+class Posed(Protocol):
+    """What can be polished: a `Problem`, or what stands for one."""
+
+    @property
+    def space(self) -> Space:
+        """Where points are sought."""
+
+    def evaluate(self, x: Array, *, slopes: bool = False) -> Evaluation:
+        """Evaluate points, shape (points, dim) [Hz or rad]."""
+
+
+@dataclass(frozen=True)
+class Descent:
+    """One way down from a point of the front.
+
+    Attributes
+    ----------
+    start : ndarray, shape (dim,)
+        Where it starts [unit of each variable].
+    goal : int
+        The objective that falls.
+    limits : ndarray, shape (goals,)
+        What the objectives must not exceed, infinite where one is free [unit of each objective].
+    """
+
+    start: Array
+    goal: int
+    limits: Array
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What is known of a point; variables scaled by their bounds, objectives by the range of the front."""
+
+    u: Array  # (dim,)
+    value: Array  # (goals,)
+    violation: Array  # (constraints,), feasible when <= 0
+    value_slopes: Array  # (goals, dim)
+    violation_slopes: Array  # (constraints, dim)
+
+
+class _UnknownError(Exception):
+    """A descent asks for a point that is not known yet."""
+
+    def __init__(self, u: Array) -> None:
+        self.u = u
+
+
+def descend(problem: Posed, descents: Sequence[Descent], scale: Array) -> Array:
+    """Follow every descent to its end.
+
+    Parameters
+    ----------
+    problem : Posed
+        With slopes of all its objectives and constraints.
+    descents : sequence of Descent
+    scale : ndarray, shape (goals,)
+        Range of the front in each objective [unit of each objective].
+
+    Returns
+    -------
+    ndarray, shape (descents, dim)
+        The lowest point that each came by within its limits and the constraints; its start where there is none
+        [unit of each variable].
+    """
+    lower, width = problem.space.lower, problem.space.upper - problem.space.lower
+    known: list[dict[bytes, _Known]] = [{} for _ in descents]
+    running = list(range(len(descents)))
+    for _ in range(MOST_ROUNDS):
+        asked = {k: u for k in running if (u := _next(descents[k], known[k], lower, width, scale)) is not None}
+        running = list(asked)
+        if not running:
+            break
+        points = np.stack(list(asked.values()))
+        told = problem.evaluate(lower + width * points, slopes=True)
+        for k, point in zip(running, _scaled(told, points, width, scale), strict=True):
+            known[k][point.u.tobytes()] = point
+    return np.stack([_lowest(d, points, lower, width, scale) for d, points in zip(descents, known, strict=True)])
+
+
+def stationarity(problem: Posed, found: Evaluation, scale: Array) -> Array:
+    """Measure how far points are from stationary, by the conditions of Karush, Kuhn and Tucker.
+
+    A point is stationary when no direction lowers all objectives at once: a mean of their slopes is balanced by slopes
+    of the active constraints and bounds.
+
+    Parameters
+    ----------
+    problem : Posed
+    found : Evaluation
+        With slopes.
+    scale : ndarray, shape (goals,)
+        Range of the front in each objective [unit of each objective].
+
+    Returns
+    -------
+    ndarray, shape (points,)
+        What remains of the weighted mean of slopes, over the largest slope of the objectives; variables are scaled by
+        their bounds [1]. It is 0 for a stationary point and at most 1.
+    """
+    lower, width = problem.space.lower, problem.space.upper - problem.space.lower
+    points = _scaled(found, (found.x - lower) / width, width, scale)
+    return np.array([_residual(point) for point in points])
+
+
+def _residual(point: _Known) -> float:
+    """Least norm of the mean slope plus multiples of the active slopes, all weights at least zero."""
+    from scipy.optimize import nnls
+
+    steepest = float(np.linalg.norm(point.value_slopes, axis=1).max())
+    if not np.isfinite(steepest) or steepest == 0:
+        return np.nan if steepest else 0.0
+    active = point.violation_slopes[point.violation > -_slack(point.violation_slopes)]
+    unit = np.eye(len(point.u))
+    bounds = np.concatenate([-unit[point.u < ON_BOUND], unit[point.u > 1 - ON_BOUND]])
+    goals = len(point.value)
+    slopes = np.concatenate([point.value_slopes / steepest, active, bounds])
+    # Weights of the objectives add up to one. The least residual is the same when they need not, but are drawn to it.
+    matrix = np.vstack([slopes.T, [1.0] * goals + [0.0] * (len(slopes) - goals)])
+    weights, _ = nnls(matrix, np.append(np.zeros(len(unit)), 1.0))
+    total = weights[:goals].sum()
+    return float(np.linalg.norm(slopes.T @ weights) / total) if total > 0 else 1.0
+
+
+def _slack(slopes: Array) -> Array:
+    """How near zero a constraint counts as active: what it changes within a hundred-thousandth of the bounds."""
+    return np.asarray(1e-5 * np.linalg.norm(slopes, axis=1) + 1e-12)
+
+
+def _next(descent: Descent, known: dict[bytes, _Known], lower: Array, width: Array, scale: Array) -> Array | None:
+    """Return the point that a descent asks for next, None at its end."""
+    from scipy.optimize import minimize
+
+    def at(u: Array) -> _Known:
+        u = np.minimum(np.maximum(u, 0.0), 1.0)
+        if u.tobytes() not in known:
+            raise _UnknownError(u)
+        return known[u.tobytes()]
+
+    held = np.flatnonzero(np.isfinite(descent.limits))
+    limits = descent.limits[held] / scale[held] - MARGIN
+    inside: dict[str, Any] = {
+        "type": "ineq",
+        "fun": lambda u: np.concatenate([limits - at(u).value[held], -at(u).violation - MARGIN]),
+        "jac": lambda u: -np.concatenate([at(u).value_slopes[held], at(u).violation_slopes]),
+    }
+    try:
+        minimize(
+            lambda u: at(u).value[descent.goal],
+            np.clip((descent.start - lower) / width, 0.0, 1.0),
+            jac=lambda u: at(u).value_slopes[descent.goal],
+            bounds=[(0.0, 1.0)] * len(width),
+            constraints=inside,
+            method="SLSQP",
+            options={"ftol": PRECISION, "maxiter": MOST_ROUNDS},
+        )
+    except _UnknownError as question:
+        return question.u
+    return None
+
+
+def _lowest(descent: Descent, known: dict[bytes, _Known], lower: Array, width: Array, scale: Array) -> Array:
+    """Return the lowest of the points that keep to the limits and the constraints."""
+    kept = [p for p in known.values() if (p.value * scale <= descent.limits).all() and (p.violation <= 0).all()]
+    if not kept:
+        return descent.start
+    return lower + width * min(kept, key=lambda p: float(p.value[descent.goal])).u
+
+
+def _scaled(found: Evaluation, u: Array, width: Array, scale: Array) -> list[_Known]:
+    """Scale what was found; a point that cannot be used costs much, and has no slope."""
+    assert found.value_slopes is not None
+    assert found.violation_slopes is not None
+    points = []
+    for k in range(len(u)):
+        usable = np.isfinite(found.value[k]).all() and np.isfinite(found.violation[k]).all()
+        points.append(
+            _Known(
+                u[k],
+                found.value[k] / scale if usable else np.full(len(scale), STEEP),
+                found.violation[k] if usable else np.full(found.violation.shape[1], STEEP),
+                found.value_slopes[k] * width / scale[:, np.newaxis] if usable else np.zeros((len(scale), len(width))),
+                found.violation_slopes[k] * width if usable else np.zeros((found.violation.shape[1], len(width))),
+            )
+        )
+    return points

@@ -1,0 +1,190 @@
+"""Robot files: a fitted robot, written into the text that it was read from, comments and layout kept."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.coefficients import Free, column_key, column_of, with_values
+from hypertuna.description import Robot, parse, robot_path
+from hypertuna.errors import written
+from hypertuna.free_names import NUISANCES
+from hypertuna.results import write_atomically
+
+__all__ = ["robot_text", "with_fit", "write_robot"]
+
+Array = NDArray[np.float64]
+
+SAME = 1e-13  # relative: numbers that differ by less are the same number in another notation
+
+
+def with_fit(
+    robot: Robot,
+    frees: Sequence[Free],
+    values: Sequence[float] | Array,
+    *,
+    covariance: Array,
+    trials: str,
+    seed: int,
+    text: str,
+) -> Robot:
+    """Return the robot with fitted values, their origin, and the table ``[fit]`` that tells how certain they are.
+
+    Parameters
+    ----------
+    robot : Robot
+    frees : sequence of Free
+    values : array_like, shape (n,)
+        In SI units [SI].
+    covariance : ndarray, shape (n, n)
+        Of the values in their scales [SI^2 or logarithms].
+    trials : str
+        Files of the runs.
+    seed : int
+    text : str
+        Sentence that says what was fitted to what.
+
+    Returns
+    -------
+    Robot
+
+    Raises
+    ------
+    InputError
+        If the description does not take the values.
+    """
+    document = with_values(robot, frees, values).document()
+    sources = document.setdefault("sources", {})
+    origin = f"identified from {trials}, see [fit]"
+    for column in dict.fromkeys(f.column for f in frees if f.column not in NUISANCES):
+        key = written(column_key(column)[0])
+        which = [f for f in frees if f.column == column]
+        fitted = {i for f in which for i in f.indices}
+        others = robot.source(key)
+        if len(fitted) < len(column_of(robot, column)) and others is not None:
+            sources[key] = f"{', '.join(f'[{f.index}]' for f in which)} {origin}; others: {others}"
+        else:
+            sources[key] = origin
+    sources["fit"] = text
+    document["fit"] = {
+        "text": text,
+        "trials": trials,
+        "seed": seed,
+        "names": [f.name for f in frees],
+        "units": [f.unit for f in frees],
+        "scale": [f.scale for f in frees],
+        "value": [float(value) for value in values],
+        "lower": [f.lower for f in frees],
+        "upper": [f.upper for f in frees],
+        "covariance": np.asarray(covariance, dtype=float).tolist(),
+    }
+    return parse(document, file=robot.file)
+
+
+def robot_text(robot: Robot) -> str:
+    """Write a robot as TOML.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Returns
+    -------
+    str
+        The text of ``robot.file`` with what differs replaced, its comments and its layout kept; where there is no such
+        file any more, a text of its own.
+    """
+    import tomlkit  # here, because few commands write robots
+
+    try:
+        text = robot_path(robot.file).read_text(encoding="utf-8-sig") if robot.file else ""
+        document = tomlkit.parse(text)
+    except (OSError, ValueError):
+        document = tomlkit.document()
+    _merge(document, robot.document())
+    whole = tomlkit.dumps(document)
+    if parse(tomllib.loads(whole)).hash != robot.hash:  # the file is not what the robot was read from
+        whole = tomlkit.dumps(_merge(tomlkit.document(), robot.document()))
+    return whole if whole.endswith("\n") else f"{whole}\n"
+
+
+def write_robot(robot: Robot, path: str | Path) -> Path:
+    """Write a robot file, whole or not at all.
+
+    Parameters
+    ----------
+    robot : Robot
+    path : str or Path
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    return write_atomically(path, robot_text(robot).encode())
+
+
+def _merge(table: Any, target: Mapping[str, Any]) -> Any:
+    """Change a table of a document to what it should hold, and leave alone what it holds already."""
+    for key in [key for key in table if key not in target]:
+        del table[key]
+    for key, value in target.items():
+        if key not in table:
+            table[key] = _new(value)
+        elif not _same(table[key], value):
+            if isinstance(value, Mapping):
+                _merge(table[key], value)
+            elif isinstance(value, list) and isinstance(table[key], list) and len(value) == len(table[key]):
+                _merge_list(table[key], value)
+            else:
+                table[key] = value
+    return table
+
+
+def _new(value: Any) -> Any:
+    """Lay out a value that the document does not have yet: a table, and a matrix by its rows."""
+    import tomlkit
+
+    if isinstance(value, Mapping):
+        table = tomlkit.table()
+        for key, part in value.items():
+            table[key] = _new(part)
+        return table
+    if isinstance(value, list) and value and isinstance(value[0], list):
+        rows = tomlkit.array()
+        for row in value:
+            rows.append(row)
+        return rows.multiline(True)
+    return value
+
+
+def _merge_list(items: Any, target: list[Any]) -> None:
+    """Change the items of a list of equal length."""
+    for i, value in enumerate(target):
+        if not _same(items[i], value):
+            if isinstance(value, Mapping):
+                _merge(items[i], value)
+            else:
+                items[i] = value
+
+
+def _same(there: Any, value: Any) -> bool:
+    """Whether two values of documents mean the same."""
+    if isinstance(value, Mapping):
+        return isinstance(there, Mapping) and set(there) == set(value) and all(_same(there[k], value[k]) for k in value)
+    if isinstance(value, list):
+        return isinstance(there, list) and len(there) == len(value) and all(map(_same, there, value))
+    if isinstance(value, float) and isinstance(there, (int, float)) and not isinstance(there, bool):
+        return math.isclose(there, value, rel_tol=SAME, abs_tol=0.0)
+    return (type(value) is bool and there is value) or (type(value) is not bool and there == value)

@@ -1,0 +1,213 @@
+"""Steady runs: speed and cost of transport of gaits as a tank measured them, read from CSV files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.gait import Gait
+from hypertuna.measured import check_width, read_rows
+
+__all__ = ["COLUMNS", "SteadyRun", "read_steady"]
+
+# Columns of a file of steady runs, by the attributes of `SteadyRun`; those of angles are named by joint group.
+COLUMNS = {
+    "name": "run",
+    "frequency": "frequency_hz",
+    "speed": "speed_m_s",
+    "speed_sd": "speed_sd_m_s",
+    "cost_of_transport": "cost_of_transport_j_per_kg_m",
+    "cost_of_transport_sd": "cost_of_transport_sd_j_per_kg_m",
+    "repeats": "repeats",
+}
+ANGLES = ("amplitude", "phase", "bias")
+NAMED = 5  # bad rows that are told one by one
+LONGEST = 9  # digits of a number of repeats
+
+
+@dataclass(frozen=True)
+class SteadyRun:
+    """Speed and cost of transport that were measured at one gait, settled: one of the two at least.
+
+    Parameters
+    ----------
+    name : str
+        Of the run.
+    gait : Gait
+        As commanded.
+    speed : float, optional
+        Mean speed of the repeats along their mean path [m/s], as `Swim.speed`.
+    speed_sd : float, optional
+        Standard deviation of a single repeat's speed [m/s]; that of the mean is smaller by sqrt(repeats).
+    cost_of_transport : float, optional
+        Mean cost of transport of the repeats [J/(kg m)].
+    cost_of_transport_sd : float, optional
+        Standard deviation of a single repeat's [J/(kg m)].
+    repeats : int
+        How many swims the means are taken over.
+    file : str
+        Where the run came from, for errors.
+    line : int
+        Of that file.
+
+    Raises
+    ------
+    InputError
+        If neither is given, a standard deviation has no value or is not positive, a cost of transport is not
+        positive, a value is not finite, or there are fewer repeats than one.
+    """
+
+    name: str
+    gait: Gait
+    speed: float | None = None
+    speed_sd: float | None = None
+    cost_of_transport: float | None = None
+    cost_of_transport_sd: float | None = None
+    repeats: int = 1
+    file: str = ""
+    line: int = 0
+
+    def __post_init__(self) -> None:
+        if self.speed is None and self.cost_of_transport is None:
+            fix = "a run has one of the two at least"
+            raise InputError("must be given, or cost_of_transport", key="speed", fix=fix)
+        _check_number(self.speed, "speed", positive=False)
+        _check_number(self.cost_of_transport, "cost_of_transport", positive=True)
+        for key in ("speed", "cost_of_transport"):
+            sd = getattr(self, f"{key}_sd")
+            _check_number(sd, f"{key}_sd", positive=True)
+            if sd is not None and getattr(self, key) is None:
+                raise InputError(f"must have {key} beside it", key=f"{key}_sd", fix=f"give {key}, or leave this out")
+        if self.repeats < 1:
+            fix = "give the number of swims that the run is the mean of"
+            raise InputError("must be 1 or more", key="repeats", value=str(self.repeats), fix=fix)
+
+
+def read_steady(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
+    """Read steady runs from a CSV file: one row per gait, docs/trials.md tells the columns.
+
+    Parameters
+    ----------
+    path : str or Path
+    robot : Robot
+        Whose joint groups the columns name.
+
+    Returns
+    -------
+    tuple of SteadyRun
+        In the order of the file; a run without a name is called FILE:LINE.
+
+    Raises
+    ------
+    InputError
+        If the file or a column is missing, a column is not known, or rows cannot be used: the first five of them are
+        told, each with its line.
+    """
+    file = str(path)
+    (line, head), *rows = read_rows(path)
+    keys = _keys(head, robot, file, line)
+    runs: dict[str, SteadyRun] = {}
+    bad: dict[int, InputError] = {}
+    for line, row in rows:
+        try:
+            check_width(row, head, file=file, line=line)
+            run = _run(dict(zip(keys, row, strict=True)), robot, file, line)
+            if run.name in runs:
+                value, fix = f"{shown(run.name)}, as in line {runs[run.name].line}", "give each run its own name"
+                raise InputError("must be unique", key="name", value=value, fix=fix)
+            runs[run.name] = run
+        except InputError as error:
+            bad[line] = _placed(error, file, line, dict(zip(keys, head, strict=True)))
+    if bad:
+        raise _together(bad, file)
+    return tuple(runs.values())
+
+
+def _angle_columns(robot: Robot) -> dict[str, str]:
+    """Return what the columns of angles hold, such as amplitude[1], by their names KIND_GROUP_deg.
+
+    GROUP is the name of a joint group, or its number counted from the head and from 1 where no group is named so.
+    """
+    numbers = {str(g + 1): g for g in range(len(robot.joints))}
+    names = {group.name: g for g, group in enumerate(robot.joints)}
+    return {f"{kind}_{name}_deg": f"{kind}[{g}]" for kind in ANGLES for name, g in (numbers | names).items()}
+
+
+def _keys(head: Sequence[str], robot: Robot, file: str, line: int) -> list[str]:
+    """Return what each column holds: an attribute of a run or of its gait; complete, and none twice."""
+    groups = [group.name for group in robot.joints]
+    rule = f"in KIND_GROUP_deg, GROUP is a joint group of {robot.name} by name or number ({', '.join(groups)})"
+    known = {column: key for key, column in COLUMNS.items()} | _angle_columns(robot)
+    keys: list[str] = []
+    for column in head:
+        if column not in known:
+            fix = did_you_mean(column, [name for name, key in known.items() if name not in head and key not in keys])
+            hint = f"{rule}: " if column.startswith(ANGLES) else ""
+            raise InputError("is not a known column", file=file, key=f"line {line}, {column}", fix=hint + fix)
+        if known[column] in keys:
+            twin = head[keys.index(known[column])]
+            raise InputError("must stand once", file=file, key=f"line {line}, {column}", value=f"{twin}, too")
+        keys.append(known[column])
+    needed = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in ANGLES[:2] for g, name in enumerate(groups)}
+    del needed["phase[0]"]  # the clock that others lag behind
+    for key, column in ({"frequency": COLUMNS["frequency"]} | needed).items():
+        if key not in keys:
+            raise InputError("must be a column", file=file, key=column, value="missing", fix=f"add it; {rule}")
+    if not {"speed", "cost_of_transport"} & set(keys):
+        either = f"{COLUMNS['speed']} or {COLUMNS['cost_of_transport']}"
+        raise InputError("must be a column", file=file, key=either, value="missing", fix="add what was measured")
+    return keys
+
+
+def _run(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> SteadyRun:
+    """Make a run of the cells of its row."""
+    groups = range(len(robot.joints))
+    angles = {kind: [_number(cells.get(f"{kind}[{g}]", "0"), f"{kind}[{g}]") for g in groups] for kind in ANGLES}
+    gait = Gait.from_degrees(frequency=_number(cells["frequency"], "frequency"), **angles)
+    measured = {
+        key: _number(cells[key], key) for key in COLUMNS if key.startswith(("speed", "cost")) and cells.get(key)
+    }
+    repeats = cells.get("repeats") or "1"
+    if not repeats.isdecimal() or len(repeats) > LONGEST:
+        raise InputError("must be a whole number", key="repeats", value=shown(repeats), fix="write digits only")
+    name = cells.get("name") or f"{Path(file).name}:{line}"
+    return SteadyRun(name, gait, **measured, repeats=int(repeats), file=file, line=line)
+
+
+def _number(text: str, key: str) -> float:
+    """Read a number; the gait and the run check its value."""
+    try:
+        return float(text)
+    except ValueError:
+        fix = "give a number" if text else "fill the cell, or remove the line"
+        raise InputError("must be a number", key=key, value=shown(text) if text else "empty", fix=fix) from None
+
+
+def _check_number(value: float | None, key: str, *, positive: bool) -> None:
+    """Check a number that may be left out."""
+    if value is not None and not math.isfinite(value):
+        raise InputError("must be a finite number", key=key, value=f"{value}", fix="leave it out if it is not known")
+    if value is not None and positive and value <= 0:
+        raise InputError("must be greater than 0", key=key, value=f"{value:g}", fix="leave it out if it is not known")
+
+
+def _placed(error: InputError, file: str, line: int, columns: Mapping[str, str]) -> InputError:
+    """Blame a cell of the file for what is wrong with an attribute."""
+    key = error.key or ""
+    column = columns.get(key) or COLUMNS.get(key)
+    place = f"line {line}, {column}" if column else f"line {line}"
+    return InputError(error.rule, file=file, key=place, value=error.value, fix=error.fix)
+
+
+def _together(bad: Mapping[int, InputError], file: str) -> InputError:
+    """Tell all bad rows in one error, the first ones word by word."""
+    errors = list(bad.values())
+    if len(errors) == 1:
+        return errors[0]
+    told = [f"{error.key} {error.rule}" + f", but is {error.value}" * bool(error.value) for error in errors[:NAMED]]
+    more = f"; and {len(errors) - NAMED} more" if len(errors) > NAMED else ""
+    return InputError(f"has {len(errors)} rows that cannot be used", file=file, fix="; ".join(told) + more)

@@ -1,0 +1,132 @@
+"""Trials: what a tank measured, steady runs and tracked ones, from any number of files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.importers import import_folder
+from hypertuna.manifest import Recording, parse_manifest, read_manifest
+from hypertuna.steady import SteadyRun, read_steady
+
+__all__ = ["Recording", "SteadyRun", "Trials", "read_trials"]
+
+
+@dataclass(frozen=True)
+class Trials:
+    """Measured runs of a robot.
+
+    Parameters
+    ----------
+    steady : tuple of SteadyRun
+    recordings : tuple of Recording
+
+    Raises
+    ------
+    InputError
+        If two runs or two recordings have the same name.
+    """
+
+    steady: tuple[SteadyRun, ...] = ()
+    recordings: tuple[Recording, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_unique([(run.name, run.file) for run in self.steady], "run")
+        _check_unique([(recording.name, recording.file) for recording in self.recordings], "recording")
+        tracked = [(name, recording.file) for recording in self.recordings for name in recording.runs]
+        _check_unique([(run.name, run.file) for run in self.steady] + tracked, "run")
+
+    @property
+    def runs(self) -> tuple[str, ...]:
+        """Names of all runs, each once: those of steady runs, then RECORDING/RUN of tracked ones."""
+        tracked = (name for recording in self.recordings for name in recording.runs)
+        return (*(run.name for run in self.steady), *tracked)
+
+    def only(self, names: Iterable[str]) -> Trials:
+        """Choose some of the runs.
+
+        Parameters
+        ----------
+        names : iterable of str
+            As in `runs`.
+
+        Returns
+        -------
+        Trials
+            In the order of these, whatever that of the names; a recording without any of them is left out.
+
+        Raises
+        ------
+        InputError
+            If there is no run of a name.
+        """
+        chosen = set(names)
+        for name in sorted(chosen.difference(self.runs)):
+            fix = did_you_mean(name, self.runs)
+            raise InputError("must be a run of the trials", key="run", value=shown(name), fix=fix)
+        recordings = []
+        for recording in self.recordings:
+            pairs = zip(recording.runs, recording.tracks, strict=True)
+            if tracks := tuple(track for name, track in pairs if name in chosen):
+                recordings.append(replace(recording, tracks=tracks))
+        return Trials(tuple(run for run in self.steady if run.name in chosen), tuple(recordings))
+
+    def __add__(self, other: Trials) -> Trials:
+        return Trials(self.steady + other.steady, self.recordings + other.recordings)
+
+
+def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot) -> Trials:
+    """Read trials of a robot.
+
+    Parameters
+    ----------
+    paths : str, Path or sequence of them
+        Each a CSV file of steady runs (`read_steady`), a TOML manifest of tracked ones (`read_manifest`), or a folder
+        of published files (`import_folder`).
+    robot : Robot
+        That swam.
+
+    Returns
+    -------
+    Trials
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, does not fit the robot, or two runs have the same name.
+    """
+    given = [paths] if isinstance(paths, (str, Path)) else list(paths)
+    if not given:
+        raise InputError("must name one file at least", key="trials", fix="give a CSV file, a manifest or a folder")
+    whole = Trials()
+    for path in given:
+        whole += _read(Path(path), robot)
+    return whole
+
+
+def _read(path: Path, robot: Robot) -> Trials:
+    """Read one file or folder."""
+    if os.path.isdir(path):
+        return Trials(*parse_manifest(import_folder(path), robot, folder=Path(), file=str(path)))
+    suffix = path.suffix.lower()
+    if suffix == ".csv":
+        return Trials(read_steady(path, robot))
+    if suffix == ".toml":
+        return Trials(*read_manifest(path, robot))
+    rule = "must be a CSV file of steady runs, a TOML manifest or a folder"
+    raise InputError(rule, file=str(path), fix="rename it, or convert it to one of them")
+
+
+def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:
+    """Check that no two things have the same name; the files are told."""
+    first: dict[str, str] = {}
+    for name, file in names:
+        if name in first:
+            value = f"in {first[name]}, too" if first[name] != file else "given twice"
+            fix = "give the same file once, and each its own name"
+            raise InputError("must be unique", file=file or None, key=f"{what} {name}", value=value, fix=fix)
+        first[name] = file

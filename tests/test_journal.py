@@ -1,0 +1,132 @@
+"""The journal: what was told is known again, whatever ended the run."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna.errors import InputError
+from hypertuna.journal import Journal, journal_header, read_header
+
+HEADER = {"kind": "test", "version": "1", "options": {"seed": 1, "bounds": [0.0, 0.1]}}
+
+
+def summed(journal: Journal, questions: int) -> tuple[list[float], int]:
+    """Ask question after question, each from the last answer; return the answers and how many were worked out."""
+    sums, worked = [0.1], []
+    for _ in range(questions):
+        told = journal.answer([sums[-1]], lambda: worked.append(1) or [sums[-1] ** 2 + 0.1])  # type: ignore[func-returns-value]
+        sums.append(told[0])
+    return sums, len(worked)
+
+
+@pytest.mark.parametrize("kept", range(6))
+def test_resumed_work_ends_like_work_that_never_stopped(tmp_path: Path, kept: int) -> None:
+    with Journal(None, {}) as journal:
+        through, worked = summed(journal, 5)
+    assert worked == 5
+    with Journal(tmp_path / "run.jsonl", HEADER) as journal:
+        summed(journal, kept)
+    with Journal(tmp_path / "run.jsonl", HEADER) as journal:
+        assert journal.known == kept
+        assert summed(journal, 5) == (through, 5 - kept)
+
+
+def test_torn_last_line_is_dropped_at_every_length(tmp_path: Path) -> None:
+    path = tmp_path / "run.jsonl"
+    with Journal(path, HEADER) as journal:
+        through, _ = summed(journal, 3)
+    whole = path.read_bytes()
+    first = len(whole.splitlines(keepends=True)[0])
+    for length in range(first, len(whole), 7):
+        path.write_bytes(whole[:length])
+        with Journal(path, HEADER) as journal:
+            assert summed(journal, 3)[0] == through
+        assert path.read_bytes() == whole
+
+
+def test_every_number_comes_back_as_it_was(tmp_path: Path) -> None:
+    told = {"x": np.array([0.1, math.pi, 5e-324, 1e308, -0.0]), "status": np.int8(3), "bad": [math.nan, math.inf]}
+    with Journal(tmp_path / "run.jsonl", HEADER) as journal:
+        first = journal.answer("q", lambda: told)
+    with Journal(tmp_path / "run.jsonl", HEADER) as journal:
+        again = journal.answer("q", lambda: pytest.fail("the journal knows this"))
+    assert first["x"] == again["x"] == told["x"].tolist()  # type: ignore[union-attr]
+    assert math.copysign(1, again["x"][-1]) == -1
+    assert again["status"] == 3
+    assert math.isnan(again["bad"][0])
+    assert again["bad"][1] == math.inf
+
+
+@pytest.mark.parametrize(
+    ("header", "word"),
+    [
+        (HEADER | {"version": "2"}, "version = '1', but now it is '2'"),
+        (HEADER | {"options": {"seed": 2, "bounds": [0.0, 0.1]}}, "seed = 1, but now it is 2"),
+        (HEADER | {"options": {"seed": 1, "bounds": [0.0, 0.1], "new": True}}, "new = None, but now it is true"),
+        (HEADER | {"options": {"seed": 1}}, "bounds"),
+    ],
+)
+def test_other_work_is_refused_by_the_option_that_differs(tmp_path: Path, header: dict[str, Any], word: str) -> None:
+    Journal(tmp_path / "run.jsonl", HEADER).close()
+    with pytest.raises(InputError, match=word):
+        Journal(tmp_path / "run.jsonl", header)
+
+
+def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
+    for content in (b"", b"precious\n", b'{"a": 1}\n', b"[1]\n", b"\xff\xfe\n"):
+        path = tmp_path / "file"
+        path.write_bytes(content)
+        with pytest.raises(InputError, match="must be a journal"):
+            Journal(path, HEADER)
+        assert path.read_bytes() == content
+
+
+def test_a_broken_line_in_the_middle_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "run.jsonl"
+    with Journal(path, HEADER) as journal:
+        summed(journal, 2)
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(lines[0] + b"{half\n" + lines[2])
+    with pytest.raises(InputError, match=r"run.jsonl:2 must be a line of a journal"):
+        Journal(path, HEADER)
+
+
+def test_another_course_is_no_answer(tmp_path: Path) -> None:
+    with Journal(tmp_path / "run.jsonl", HEADER) as journal:
+        journal.answer([1.0], lambda: [2.0])
+    with (
+        Journal(tmp_path / "run.jsonl", HEADER) as journal,
+        pytest.raises(InputError, match=r"run.jsonl:2 answers another question"),
+    ):
+        journal.answer([1.5], lambda: [2.0])
+
+
+def test_one_run_at_a_time(tmp_path: Path) -> None:
+    with (
+        Journal(tmp_path / "run.jsonl", HEADER),
+        pytest.raises(InputError, match="in use by another run"),
+    ):
+        Journal(tmp_path / "run.jsonl", HEADER)
+    Journal(tmp_path / "run.jsonl", HEADER).close()
+
+
+def test_places_that_cannot_be_written_are_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="must be a writable file"):
+        Journal(tmp_path, HEADER)
+    with pytest.raises(InputError, match="must be a readable file"):
+        read_header(tmp_path / "none.jsonl")
+
+
+def test_header_says_what_the_work_is(tmp_path: Path, tuna: ht.Robot) -> None:
+    header = journal_header("optimize", tuna, {"seed": 1})
+    Journal(tmp_path / "run.jsonl", header).close()
+    assert read_header(tmp_path / "run.jsonl") == json.loads(json.dumps(header))
+    assert header["robot_hash"] == tuna.hash
+    other = journal_header("optimize", tuna.using(joints="ideal"), {"seed": 1})
+    with pytest.raises(InputError, match="robot_hash"):
+        Journal(tmp_path / "run.jsonl", other)

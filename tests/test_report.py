@@ -1,0 +1,102 @@
+"""Pages need nothing else, say every section, and tell what their figures show and how they were made."""
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+
+from hypertuna.drawing import INK
+from hypertuna.errors import InputError
+from hypertuna.report import Fact, Picture, Section, Table, inline, page, write_page
+from hypertuna.style import styled
+
+VOID = {"meta", "br", "hr", "img", "link", "input"}
+
+
+class Page(HTMLParser):
+    """The elements of a page: which are open, what they refer to, and their text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.references: list[str] = []
+        self.identifiers: list[str] = []
+        self.words = ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in VOID:
+            self.open.append(tag)
+        for name, value in attrs:
+            if name in ("src", "href", "xlink:href", "action"):
+                self.references.append(value or "")
+            if name == "id":
+                self.identifiers.append(value or "")
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        self.open.pop()
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag, f"</{tag}> closes another element"
+
+    def handle_data(self, data: str) -> None:
+        self.words += data
+
+
+@styled
+def line() -> Figure:
+    figure = Figure(figsize=(4, 2))
+    figure.subplots().plot([0, 1], [1, 2], color=INK, label="rise & fall")
+    return figure
+
+
+def sections() -> list[Section]:
+    picture = Picture("line", line(), "A line that rises.", "Made by `plot`.")
+    other = Picture("other", line(), "The same.", "Made again.")
+    table = Table(["gait", "speed [m/s]"], [["slow", 0.12345], ["fast", "0.5 ± 0.1"]], "Two speeds.", "Computed.")
+    return [
+        Section("First", ["Some **words** of `code`.\n\nA second paragraph.", picture, other]),
+        Section("Second", [table]),
+    ]
+
+
+def test_a_page_holds_everything_and_needs_nothing_else() -> None:
+    text = page("Title", sections(), lede="What it is about.", facts=[Fact("5 %", "of all")])
+    found = Page(text)
+    assert not found.open
+    assert len(set(found.identifiers)) == len(found.identifiers)
+    assert all(reference.startswith("#") for reference in found.references)
+    assert {reference[1:] for reference in found.references} <= set(found.identifiers)
+    assert not re.search(r"url\((?!#)|@import|https?://(?!www\.w3\.org)", text)
+    texts = ("Title", "What it is about.", "5\N{NO-BREAK SPACE}%", "First", "A second paragraph.", "A line that rises.")
+    for words in (*texts, "Made by plot.", "Second", "0.123", "0.5 ± 0.1", "Two speeds.", "Computed."):
+        assert words in found.words
+    assert "<strong>words</strong>" in text
+    assert "<code>plot</code>" in text
+
+
+def test_light_and_dark() -> None:
+    text = page("Title", sections())
+    assert "@media (prefers-color-scheme: dark)" in text
+    svg = inline(sections()[0].parts[1])  # type: ignore[arg-type]
+    assert INK.lower() not in svg.lower()
+    assert "var(--ink)" in svg
+
+
+def test_what_a_page_shows_is_escaped() -> None:
+    bad = "<script>alert(1)</script>"
+    parts = [bad, Picture("line", line(), bad, bad), Table([bad], [[bad]], bad, bad)]
+    text = page(bad, [Section(bad, parts)], lede=bad, facts=[Fact(bad, bad)])
+    assert "<script>" not in text
+    assert not Page(text).open
+
+
+def test_a_page_is_written_whole(tmp_path: Path) -> None:
+    path = write_page("Title", sections(), tmp_path / "page.html")
+    assert path.read_text() == page("Title", sections())
+    with pytest.raises(InputError):
+        write_page("Title", sections(), path / "below a file.html")

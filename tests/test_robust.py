@@ -1,0 +1,149 @@
+"""Robust goals: means and tails over robots, by hand and against the plain problem."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna.coefficients import draws, free
+from hypertuna.errors import InputError
+from hypertuna.limits import gait_limits
+from hypertuna.objective import Problem, goal
+from hypertuna.pareto import pareto
+from hypertuna.robot_file import with_fit
+from hypertuna.robust import over_fit, robust_problem
+from hypertuna.space import gait_bounds
+from models import changed
+
+GOALS = (goal("speed"), goal("cost_of_transport"))
+
+
+@pytest.fixture(scope="module")
+def problem(tuna: ht.Robot) -> Problem:
+    return Problem(tuna, gait_bounds(tuna), GOALS, gait_limits(tuna, speed=0.05, joint_rate=8.0))
+
+
+@pytest.fixture(scope="module")
+def robots(tuna: ht.Robot) -> list[ht.Robot]:
+    return [changed(tuna, {"water.density_kg_m3": density}) for density in (900.0, 1000.0, 1100.0)]
+
+
+def points(problem: Problem, count: int = 5) -> np.ndarray:
+    rng = np.random.default_rng(1)
+    return problem.space.lower + rng.uniform(0.3, 1, (count, 4)) * (problem.space.upper - problem.space.lower)
+
+
+@pytest.mark.parametrize("how", ["mean", "worst5"])
+def test_equal_robots_are_worth_what_one_is(problem: Problem, tuna: ht.Robot, how: str) -> None:
+    x = points(problem)
+    one, many = problem.evaluate(x, slopes=True), robust_problem(problem, [tuna] * 4, how).evaluate(x, slopes=True)
+    for name in ("value", "violation", "value_slopes", "violation_slopes", "speed_slopes"):
+        np.testing.assert_allclose(getattr(many, name), getattr(one, name), rtol=1e-13, err_msg=name)
+    for name, found in one.found.items():
+        np.testing.assert_allclose(many.found[name], found, rtol=1e-13, err_msg=name)
+
+
+def test_mean_and_tail_of_three_by_hand(problem: Problem, robots: list[ht.Robot]) -> None:
+    robust = robust_problem(problem, robots, "mean")
+    x = points(problem, 1)
+    found = {name: np.stack([value] * 3) for name, value in problem.swim(x).items()}
+    found["speed"] = np.array([[0.2], [0.5], [0.3]])
+    found["cost_of_transport"] = np.array([[1.0], [4.0], [2.5]])
+    np.testing.assert_allclose(robust.judge(x, found).value, [[-1 / 3, 2.5]])
+    # ceil(0.05 * 3) = 1: the slowest for speed, the costliest for cost, though they are two different robots.
+    np.testing.assert_array_equal(robust_problem(problem, robots, "worst5").judge(x, found).value, [[-0.2, 4.0]])
+
+
+@pytest.mark.parametrize(("count", "tail"), [(1, 1), (20, 1), (21, 2), (32, 2), (41, 3)])
+def test_worst_five_percent_are_rounded_up(problem: Problem, tuna: ht.Robot, count: int, tail: int) -> None:
+    x = points(problem, 1)
+    found = {name: np.stack([value] * count) for name, value in problem.swim(x).items()}
+    found["cost_of_transport"] = np.arange(1.0, count + 1)[:, np.newaxis]
+    value = robust_problem(problem, [tuna] * count, "worst5").judge(x, found).value
+    assert value[0, 1] == pytest.approx(np.mean(np.arange(count - tail + 1, count + 1)))
+
+
+@pytest.mark.parametrize("how", ["mean", "worst5"])
+def test_slopes_are_those_of_the_values(problem: Problem, robots: list[ht.Robot], how: str) -> None:
+    robust, x, step = robust_problem(problem, robots, how), points(problem, 2), 1e-5
+    told = robust.evaluate(x, slopes=True)
+    for k in range(4):
+        shift = step * np.eye(4)[k]
+        ahead, behind = robust.evaluate(x + shift), robust.evaluate(x - shift)
+        for name in ("value", "violation"):
+            difference = (getattr(ahead, name) - getattr(behind, name)) / (2 * step)
+            slopes = getattr(told, f"{name}_slopes")[:, :, k]
+            np.testing.assert_allclose(slopes, difference, rtol=1e-5, atol=1e-6, err_msg=f"{name} {k}")
+
+
+def test_limits_hold_for_every_robot_and_one_unusable_is_enough(problem: Problem, robots: list[ht.Robot]) -> None:
+    robust, x = robust_problem(problem, robots, "mean"), points(problem)
+    alone = np.stack([p.evaluate(x).violation for p in robust.problems])
+    np.testing.assert_array_equal(robust.evaluate(x).violation, alone.max(axis=0))
+    found = robust.swim(x)
+    found["status"] = np.array(found["status"])
+    found["status"][1, 2] = 1  # one robot does not settle at one point
+    judged = robust.judge(x, found)
+    assert np.isinf(judged.value[2]).all()
+    assert not judged.feasible[2]
+    assert judged.found["status"][2] == 1
+
+
+def test_worst_is_no_better_than_mean(problem: Problem, robots: list[ht.Robot]) -> None:
+    x = points(problem)
+    mean, worst = (robust_problem(problem, robots, how).evaluate(x).value for how in ("mean", "worst5"))
+    assert (worst >= mean).all()
+    assert (worst > mean).any()
+
+
+def test_bad_input_is_told(problem: Problem, tuna: ht.Robot) -> None:
+    with pytest.raises(InputError, match="robust must be mean or worst5, but is 'median'"):
+        robust_problem(problem, [tuna], "median")
+    with pytest.raises(InputError, match="must hold one robot at least"):
+        robust_problem(problem, [], "mean")
+
+
+# --- over a fit
+
+
+@pytest.fixture(scope="module")
+def fitted(tuna: ht.Robot) -> ht.Robot:
+    """HyperTuna, whose drag of the head and added mass of the fin are uncertain by a tenth."""
+    frees = free(tuna, ["water.drag[0]", "water.added_mass[7]"])
+    values = np.array([f.start for f in frees])
+    covariance = np.diag((0.1 * values) ** 2)
+    return with_fit(tuna, frees, values, covariance=covariance, trials="none", seed=1, text="made up for the test")
+
+
+def test_robots_are_drawn_from_the_fit(problem: Problem, fitted: ht.Robot) -> None:
+    ours = Problem(fitted, problem.space, GOALS)
+    robust = over_fit(ours, "mean", samples=5, seed=3)
+    assert robust.robot is fitted
+    assert [p.robot.water for p in robust.problems] == [robot.water for robot in draws(fitted, 5, 3)]
+    x = points(problem)
+    # A tenth of uncertainty is felt, and its mean stays within a few percent.
+    one, mean, worst = (p.evaluate(x).value for p in (ours, robust, over_fit(ours, "worst5", samples=5, seed=3)))
+    assert (np.abs(mean / one - 1) < 0.1).all()
+    assert (worst > mean).all()
+
+
+def test_robust_fronts(fitted: ht.Robot) -> None:
+    sizes = {"population": 4, "generations": 2, "samples": 4, "seed": 2}
+    plain, mean, worst = (pareto(fitted, robust=how, **sizes) for how in (None, "mean", "worst5"))
+    assert (plain.robust, mean.robust, worst.robust) == (None, "mean", "worst5")
+    assert worst.hypervolume >= worst.hypervolume_evolved
+    found = worst.points
+    assert (found.speed_worst5 < found.speed).all()
+    assert (found.cost_of_transport_worst5 > found.cost_of_transport).any()
+    assert (found.speed_worst5 >= 0.1 * fitted.body.length).all()
+    assert mean.evaluations % 4 == 0
+    # The fastest gait of the worst robots is slower than that of all on average.
+    assert worst.values[:, 0].max() < mean.values[:, 0].max()
+
+
+def test_bad_draws_are_told(tuna: ht.Robot, problem: Problem) -> None:
+    with pytest.raises(InputError, match="hypertuna identify"):
+        over_fit(problem, "mean", samples=4, seed=1)
+    with pytest.raises(InputError, match="samples must be from 1 to 10000, but is 0"):
+        over_fit(problem, "mean", samples=0, seed=1)

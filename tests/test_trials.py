@@ -1,0 +1,517 @@
+"""Trials: files of steady runs, manifests of tracked ones, published folders, and what bad ones are told."""
+
+import json
+import math
+import runpy
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+import hypertuna as ht
+from hypertuna.cli import app
+from hypertuna.importers import import_folder
+from hypertuna.manifest import Manifest, parse_manifest, read_manifest
+from hypertuna.steady import read_steady
+from hypertuna.trials import Trials, read_trials
+
+TANK = Path(__file__).parents[1] / "examples" / "tank"
+HEAD = "frequency_hz,amplitude_I_deg,amplitude_II_deg,phase_II_deg,speed_m_s"
+
+
+def write(path, *lines):
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def told(call, *arguments, **options):
+    """What a call says is wrong, in one line."""
+    with pytest.raises(ht.InputError) as error:
+        call(*arguments, **options)
+    sentence = str(error.value)
+    assert "\n" not in sentence
+    return sentence
+
+
+def tried(call, *arguments):
+    """What a call returns, or says is wrong."""
+    try:
+        return call(*arguments), ""
+    except ht.InputError as error:
+        return None, str(error)
+
+
+# Steady runs
+
+
+def test_steady_runs_in_si_and_radians(tmp_path, tuna):
+    head = f"run,{HEAD},bias_I_deg,speed_sd_m_s,cost_of_transport_j_per_kg_m,cost_of_transport_sd_j_per_kg_m,repeats"
+    path = write(
+        tmp_path / "tank.csv", "# a tank", "", head, "fast,6,16,25,40,0.58,90,0.01,2.5,0.1,3", ",2,9,18,0,,0,,1.5,,"
+    )
+    fast, slow = read_steady(path, tuna)
+    assert fast.name == "fast"
+    assert fast.gait == ht.Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 40), bias=(90, 0))
+    assert fast.gait.bias[0] == pytest.approx(math.pi / 2)
+    assert (fast.speed, fast.speed_sd, fast.cost_of_transport, fast.cost_of_transport_sd) == (0.58, 0.01, 2.5, 0.1)
+    assert (fast.repeats, fast.line, fast.file) == (3, 4, str(path))
+    assert (slow.name, slow.speed, slow.cost_of_transport, slow.repeats) == ("tank.csv:5", None, 1.5, 1)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        f"{HEAD}\r\n6,16,25,40,0.58\r\n",
+        f"\ufeff{HEAD}\n6,16,25,40,0.58",
+        f" {HEAD.replace(',', ' , ')}\n 6, 16 ,25,40,0.58\n\n# the end\n",
+        f'"{HEAD.replace(",", chr(34) + "," + chr(34))}"\n6,16,25,40,0.58\n',
+        "speed_m_s,phase_2_deg,amplitude_2_deg,amplitude_1_deg,frequency_hz\n0.58,40,25,16,6\n",
+    ],
+    ids=["CRLF", "BOM", "spaces", "quoted", "by number in any order"],
+)
+def test_the_same_run_however_it_is_written(tmp_path, tuna, content):
+    path = tmp_path / "tank.csv"
+    path.write_bytes(content.encode())
+    (run,) = read_steady(path, tuna)
+    assert run.gait == ht.Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 40))
+    assert run.speed == 0.58
+
+
+def test_names_of_joint_groups_win_over_their_numbers(tmp_path, tuna):
+    document = tuna.document()
+    for group, name in zip(document["joints"], "21", strict=True):
+        group["name"] = name
+    swapped = ht.description.parse(document)
+    head = "frequency_hz,amplitude_1_deg,amplitude_2_deg,phase_1_deg,speed_m_s"
+    (run,) = read_steady(write(tmp_path / "tank.csv", head, "6,25,16,40,0.58"), swapped)
+    assert run.gait == ht.Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 40))
+
+
+@pytest.mark.parametrize(
+    ("row", "sentence"),
+    [
+        ("x,16,25,40,0.58", "line 3, frequency_hz must be a number, but is 'x': give a number."),
+        (",16,25,40,0.58", "line 3, frequency_hz must be a number, but is empty: fill the cell, or remove the line."),
+        ("-6,16,25,40,0.58", "line 3, frequency_hz must be greater than 0, but is -6: give it in Hz."),
+        ("6,16,-25,40,0.58", "line 3, amplitude_II_deg must not be negative, but is -25: add half a turn to its phase"),
+        ("6,16,250,40,0.58", "line 3, amplitude_II_deg must be at most 180 deg, but is 250: check its unit."),
+        (
+            "6,16,25,inf,0.58",
+            "line 3, phase_II_deg must be a finite number, but is inf: give one angle per joint group.",
+        ),
+        ("6,16,25,40,nan", "line 3, speed_m_s must be a finite number, but is nan: leave it out if it is not known."),
+        ("6,16,25,40,", "line 3, speed_m_s must be given, or cost_of_transport: a run has one of the two at least."),
+        (
+            "6,16,25,40",
+            "line 3 must have 5 cells, as the line of names has, but is 4 long: complete the line or remove",
+        ),
+        (
+            '6,16,25,40,"0.58',
+            "line 3 must be cells separated by commas, but is not (unexpected end of data): close its",
+        ),
+    ],
+)
+def test_bad_rows_are_told_by_line(tmp_path, tuna, row, sentence):
+    path = write(tmp_path / "tank.csv", HEAD, "6,16,25,40,0.58", row)
+    assert told(read_steady, path, tuna).startswith(f"{path}: {sentence}")
+
+
+@pytest.mark.parametrize(
+    ("columns", "cells", "sentence"),
+    [
+        ("speed_sd_m_s", "0", "line 3, speed_sd_m_s must be greater than 0, but is 0"),
+        ("repeats", "0", "line 3, repeats must be 1 or more, but is 0: give the number of swims"),
+        ("repeats", "1.5", "line 3, repeats must be a whole number, but is '1.5': write digits only."),
+        ("run", "one", "line 3, run must be unique, but is 'one', as in line 2: give each run its own name."),
+        (
+            "cost_of_transport_j_per_kg_m",
+            "-1",
+            "line 3, cost_of_transport_j_per_kg_m must be greater than 0, but is -1",
+        ),
+        (
+            "cost_of_transport_sd_j_per_kg_m",
+            "0.1",
+            "line 3, cost_of_transport_sd_j_per_kg_m must have cost_of_transport",
+        ),
+    ],
+)
+def test_bad_optional_cells_are_told(tmp_path, tuna, columns, cells, sentence):
+    first = "one" if columns == "run" else "1" if columns == "repeats" else ""
+    path = write(tmp_path / "tank.csv", f"{HEAD},{columns}", f"6,16,25,40,0.58,{first}", f"6,16,25,40,0.58,{cells}")
+    assert told(read_steady, path, tuna).startswith(f"{path}: {sentence}")
+
+
+def test_many_bad_rows_are_told_together(tmp_path, tuna):
+    path = write(tmp_path / "tank.csv", HEAD, "6,16,25,40,0.58", *["6,x,25,40,0.58"] * 6, "0,16,25,40,0.58")
+    sentence = told(read_steady, path, tuna)
+    assert sentence.startswith(
+        f"{path} has 7 rows that cannot be used: line 3, amplitude_I_deg must be a number, but is "
+    )
+    assert "line 7, " in sentence
+    assert "line 8, " not in sentence
+    assert sentence.endswith("; and 2 more.")
+
+
+@pytest.mark.parametrize(
+    ("lines", "sentence"),
+    [
+        ([], "must be a table, but is empty"),
+        ([HEAD], "must be a table, but is empty"),
+        (
+            [HEAD.replace(",", ";"), "6;16;25;40;0,58"],
+            "must be separated by commas, but is separated by semicolons: save it",
+        ),
+        (
+            [HEAD.replace("speed", "sped"), "6,16,25,40,1"],
+            "line 1, sped_m_s is not a known column: did you mean speed_m_s?",
+        ),
+        (
+            [HEAD.replace("_I_", "_Y_"), "6,16,25,40,1"],
+            "line 1, amplitude_Y_deg is not a known column: in KIND_GROUP_deg, GROUP is a joint group of hypertuna by "
+            "name or number (I, II): did you mean amplitude_I_deg?",
+        ),
+        ([f"{HEAD},phase_2_deg", "6,16,25,40,1,40"], "line 1, phase_2_deg must stand once, but is phase_II_deg, too"),
+        (["frequency_hz,amplitude_I_deg,amplitude_II_deg,speed_m_s", "6,16,25,1"], "phase_II_deg must be a column"),
+        (["amplitude_I_deg,amplitude_II_deg,phase_II_deg,speed_m_s", "16,25,0,1"], "frequency_hz must be a column"),
+        (
+            ["frequency_hz,amplitude_I_deg,amplitude_II_deg,phase_II_deg", "6,16,25,1"],
+            "speed_m_s or cost_of_transport_j_per_kg_m must be a column, but is missing: add what was measured.",
+        ),
+    ],
+)
+def test_bad_files_are_told(tmp_path, tuna, lines, sentence):
+    path = write(tmp_path / "tank.csv", *lines)
+    assert told(read_steady, path, tuna).removeprefix(str(path)).lstrip(": ").startswith(sentence)
+
+
+def test_what_is_no_text_file_is_told(tmp_path, tuna):
+    (tmp_path / "words.csv").write_bytes("Frequenz;Höhe".encode("utf-16"))
+    (tmp_path / "folder.csv").mkdir()
+    assert "words.csv must be readable, but is not (UnicodeDecodeError)" in told(
+        read_trials, tmp_path / "words.csv", tuna
+    )
+    assert "folder.csv is a folder: give the path of a CSV file" in told(read_steady, tmp_path / "folder.csv", tuna)
+    assert "nowhere.csv must be a file, but is missing" in told(read_trials, tmp_path / "nowhere.csv", tuna)
+    assert "nowhere.toml must be a file, but is missing" in told(read_trials, tmp_path / "nowhere.toml", tuna)
+    assert "data.xls must be a CSV file of steady runs, a TOML manifest" in told(read_trials, "data.xls", tuna)
+    assert "trials must name one file at least" in told(read_trials, [], tuna)
+
+
+CELLS = st.sampled_from(
+    ["6", "16", "0.58", "", "x", "-1", "nan", "1e999", '"', "1;2", "#", "\r", "\0", "é", *HEAD.split(",")]
+)
+TABLE = st.lists(st.lists(CELLS, max_size=7).map(",".join), max_size=6).map(lambda rows: "\n".join([HEAD, *rows]))
+
+
+@given(
+    content=st.one_of(
+        st.binary(max_size=200),
+        st.text(max_size=200).map(lambda s: s.encode("utf-8", "replace")),
+        TABLE.map(str.encode),
+    )
+)
+def test_any_bytes_are_runs_or_one_sentence(tmp_path_factory, tuna, content):
+    path = tmp_path_factory.getbasetemp() / "any.csv"
+    path.write_bytes(content)
+    runs, sentence = tried(read_steady, path, tuna)
+    assert runs or str(path) in sentence
+    assert all(math.isfinite(run.speed) and run.gait.frequency > 0 for run in runs or ())
+
+
+# Manifests
+
+
+def document():
+    """The manifest of the example."""
+    return tomllib.loads((TANK / "tank.toml").read_text())
+
+
+def parsed(whole, robot, folder=TANK):
+    return Trials(*parse_manifest(whole, robot, folder=folder, file="tank.toml"))
+
+
+def test_manifest_of_the_example(tuna):
+    trials = read_trials(TANK / "tank.toml", tuna)
+    assert len(trials.steady) == 24
+    (recording,) = trials.recordings
+    assert trials.runs[-4:] == ("tank.csv:26", "start/a", "start/b", "start/c")
+    assert recording.noise == pytest.approx(math.radians(0.1))
+    assert recording.joints.angle.shape == (201, 2)
+    first = recording.tracks[0]
+    assert first.pose[0] == pytest.approx([0.5, 1.0, math.radians(10)])  # the start given, not the frame tracked
+    assert first.pose[1] == pytest.approx([0.49928, 0.99839, math.radians(10.295)])
+    nose = 0.5 + 0.281 / 2 * math.cos(math.radians(10))  # half a head's length ahead
+    assert recording.start.x == pytest.approx(nose)
+
+
+def test_example_is_what_its_script_makes(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["make.py", str(tmp_path)])
+    runpy.run_path(str(TANK / "make.py"))
+    for name in ("tank.csv", "angles.csv", "poses.csv"):
+        made, kept = ((folder / name).read_text().splitlines() for folder in (tmp_path, TANK))
+        assert made[:2] == kept[:2]
+        for ours, theirs in zip(made[2:], kept[2:], strict=True):
+            for a, b in zip(ours.split(","), theirs.split(","), strict=True):
+                assert a == b or float(a) == pytest.approx(float(b), abs=0.011)  # the last digit that is written
+
+
+def test_first_frame_without_a_start_and_a_frame_that_turns_clockwise(tuna):
+    whole = document()
+    del whole["recordings"][0]["start"]
+    plain = parsed(whole, tuna).recordings[0].tracks[0]
+    assert plain.pose[0] == pytest.approx([0.50122, 0.99887, math.radians(9.832)])
+    whole["recordings"][0]["poses"] |= {"yaw_zero_deg": 90.0, "clockwise": True}
+    whole["recordings"][0]["start"] = {"x_m": 0.5, "y_m": 1.0, "yaw_deg": 450.0}
+    compass = parsed(whole, tuna).recordings[0].tracks[0]
+    assert compass.pose[1:, 2] == pytest.approx(math.pi / 2 - plain.pose[1:, 2])
+    assert compass.pose[0, 2] == pytest.approx(0)  # 90 - 450 = -360 deg, but no whole turn before the second frame
+
+
+def test_window_and_clock(tuna):
+    """Of joints logged from 0 to 2 s, half a second before the poses' clock: 0.5 to 2.5 s there."""
+    whole = document()
+    del whole["recordings"][0]["start"]
+    whole["recordings"][0] |= {"time_offset_s": 0.5, "window_s": [0.6, 1.5]}
+    (recording,) = parsed(whole, tuna).recordings
+    assert recording.joints.time[[0, -1]] == pytest.approx([0.1, 1.0])
+    assert recording.joints.lines[0] == 13
+    assert recording.tracks[2].time[[0, -1]] == pytest.approx([0.6, 1.5])
+
+
+def with_recording(**changes):
+    """The manifest of the example with other values in its recording, by dotted key; None removes a key."""
+    whole = document()
+    for key, value in changes.items():
+        *tables, last = key.split("__")
+        table = whole["recordings"][0]
+        for name in tables:
+            table = table[name]
+        if value is None:
+            del table[last]
+        else:
+            table[last] = value
+    return whole
+
+
+@pytest.mark.parametrize(
+    ("whole", "sentence"),
+    [
+        ({"format": 2}, "format must be 1, but is 2: give the version of this format, 1."),
+        ({"format": 1}, "steady or recordings must be given: name what was measured."),
+        ({"format": 1, "steddy": []}, "steddy is not a known key: did you mean steady?"),
+        (
+            document() | {"robot": "rexeel"},
+            "robot must be the robot's name, hypertuna, but is 'rexeel': choose the robot",
+        ),
+        (with_recording(name="a/b"), "recordings[0].name must be a name without /, not of dots alone, but is 'a/b'"),
+        (with_recording(joints__unit="grad"), "recordings[0].joints.unit must be 'deg' or 'rad', but is 'grad'"),
+        (with_recording(joints__noise_deg=-0.1), "recordings[0].joints.noise_deg must be greater than or equal to 0"),
+        (
+            with_recording(joints__columns=["joint_I"]),
+            "recordings[0].joints.columns must be 2 long, one column per joint",
+        ),
+        (with_recording(joints__clock="t"), "recordings[0].joints.clock is not a known key"),
+        (
+            with_recording(poses__length_unit=None),
+            "recordings[0].poses.length_unit is missing: give the unit of x and y",
+        ),
+        (with_recording(poses__files=[]), "recordings[0].poses.files must not be empty"),
+        (with_recording(poses__files=["poses.csv"] * 2), "recordings[0]: run a must be unique, but is in two files"),
+        (with_recording(poses__clockwise="no"), "recordings[0].poses.clockwise must be true or false, but is 'no'"),
+        (
+            with_recording(window_s=[2.0, 1.0]),
+            "recordings[0].window_s must be two times, the first earlier, but is [2.0",
+        ),
+        (with_recording(window_s=[1.0]), "recordings[0].window_s must be two times"),
+        (
+            with_recording(window_s=[5.0, 9.0]),
+            f"{TANK}/angles.csv: the series must overlap the window, 5 to 9 s of the",
+        ),
+        (
+            with_recording(time_offset_s=9.0, window_s=None),
+            "recordings[0]: run a must have two frames at least, the second",
+        ),
+        (with_recording(time_offset_s="1"), "recordings[0].time_offset_s must be a number, but is '1': give the time"),
+        (with_recording(repeats=0), "recordings[0].repeats must be greater than 0, but is 0: give the number of swims"),
+        (
+            with_recording(start__yaw_deg=None),
+            "recordings[0].start.yaw_deg is missing: give the direction that the head",
+        ),
+        (
+            with_recording(joints__file="angels.csv"),
+            f"{TANK}/angels.csv must be a file, but is missing: check the path.",
+        ),
+        (with_recording(joints__columns=["joint_I", "joint_2"]), f"{TANK}/angles.csv: column joint_2 must be a column"),
+        (
+            document() | {"recordings": document()["recordings"] * 2},
+            "recordings[1].name must be unique, but is 'start'",
+        ),
+    ],
+)
+def test_bad_manifests_are_told(tuna, whole, sentence):
+    assert told(parsed, whole, tuna).removeprefix("tank.toml: ").startswith(sentence)
+
+
+def test_broken_toml_is_told(tmp_path, tuna):
+    path = write(tmp_path / "tank.toml", "format = 1", "steady = [")
+    assert told(read_manifest, path, tuna).startswith(
+        f"{path} must be valid TOML, but is not (Invalid value (at end of"
+    )
+    write(path, "format = 0x" + "f" * 5000)
+    assert "format must be a smaller number, but is a number of more than 4300" in told(read_manifest, path, tuna)
+
+
+KEYS = [
+    "format",
+    "robot",
+    "steady",
+    "recordings",
+    "name",
+    "joints",
+    "poses",
+    "start",
+    "window_s",
+    "repeats",
+    "file",
+    "unit",
+]
+VALUES = st.recursive(
+    st.one_of(
+        st.integers(), st.floats(), st.booleans(), st.none(), st.sampled_from(["deg", "tank.csv", "", "\0", "/"])
+    ),
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(st.sampled_from(KEYS), inner, max_size=4)),
+    max_leaves=12,
+)
+
+
+@given(
+    value=VALUES,
+    keys=st.lists(st.sampled_from(["recordings", 0, "joints", "poses", "files", "start", *KEYS]), max_size=3),
+)
+def test_any_document_is_trials_or_one_sentence(tuna, value, keys):
+    """The manifest of the example with anything in any place."""
+    whole = place = document()
+    for key in keys[:-1]:
+        inner = place.get(key) if isinstance(place, dict) else place[0] if key == 0 and place else None
+        if not isinstance(inner, (dict, list)):
+            break
+        place = inner
+    if isinstance(place, dict):
+        place[keys[-1] if keys else "format"] = value
+    trials, sentence = tried(parsed, whole, tuna)
+    assert sentence or trials.runs
+
+
+@given(content=st.one_of(st.binary(max_size=100), st.text(max_size=200).map(lambda s: s.encode("utf-8", "replace"))))
+def test_any_bytes_are_a_manifest_or_one_sentence(tmp_path_factory, tuna, content):
+    path = tmp_path_factory.getbasetemp() / "any.toml"
+    path.write_bytes(content)
+    assert str(path) in told(read_manifest, path, tuna)  # none of them is a whole manifest
+
+
+# Trials
+
+
+def test_runs_are_chosen_and_joined_by_name(tmp_path, tuna):
+    trials = read_trials([TANK / "tank.toml"], tuna)
+    some = trials.only(["start/c", "tank.csv:3", "start/a"])
+    assert some.runs == ("tank.csv:3", "start/a", "start/c")
+    assert trials.only(["tank.csv:3"]).recordings == ()
+    other = write(tmp_path / "other.csv", HEAD, "6,16,25,40,0.58")
+    assert (some + read_trials(other, tuna)).runs == ("tank.csv:3", "other.csv:2", "start/a", "start/c")
+    assert told(trials.only, ["start/d"]) == "run must be a run of the trials, but is 'start/d': did you mean start/c?"
+    assert "run tank.csv:3 must be unique, but is given twice" in told(
+        read_trials, [TANK / "tank.csv", TANK / "tank.toml"], tuna
+    )
+
+
+# A published folder
+
+
+@pytest.fixture
+def eels(tmp_path):
+    """A folder laid out as the robot eel's files are, with two swims at two amplitudes."""
+    folder = tmp_path / "eels"
+    folder.mkdir()
+    time = np.arange(60) / 44
+    joints = ",".join(f"target_{j},actual_{j}" for j in range(1, 6))
+    for amplitude in (5, 10):
+        bends = amplitude * np.sin(3 * time)
+        rows = (f"{t:.4f},{','.join(['0', f'{a:.3f}'] * 5)},130" for t, a in zip(time, bends, strict=True))
+        log = ("# a log", "", f"time_s,{joints},sample_rate_hz", *rows)
+        write(folder / f"{amplitude}deg_hardware_motor_angles.csv", *log)
+        head = "video,frame,timestamp,x_cm,y_cm,robot_yaw,interpolated"
+        rows = (f"{v},{k},{k / 30},61,{61 + k / 10},{90 - k},0" for v in "pq" for k in range(30))
+        write(folder / f"{amplitude}deg_hardware_trajectories.csv", head, *rows)
+    return folder
+
+
+def test_published_folder_is_read_as_it_stands(eels, tmp_path):
+    eel = ht.load("rexeel")
+    trials = read_trials(eels, eel)
+    assert trials.runs == ("5deg/p", "5deg/q", "10deg/p", "10deg/q")
+    pose = trials.recordings[0].tracks[1].pose
+    assert pose[0] == pytest.approx([0.61, 0.61, math.pi / 2])  # faces +y
+    assert pose[29] == pytest.approx([0.61, 0.639, math.radians(180 - 61)])  # yaw counts clockwise
+    (eels / "5deg_hardware_trajectories.csv").unlink()
+    assert "5deg_hardware_trajectories.csv must be there, but is missing" in told(read_trials, eels, eel)
+    assert "holds no published files that are known: give a CSV" in told(read_trials, tmp_path, eel)
+    assert "format must be a known format, but is 'eel': did you mean rexeel?" in told(import_folder, eels, "eel")
+    assert "nowhere must be a folder, but is missing" in told(import_folder, tmp_path / "nowhere")
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def test_import_writes_a_manifest_that_finds_the_files(eels, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    eel = ht.load("rexeel")
+    whole = read_trials("eels", eel)
+    assert run("trials", "import", "eels", "-o", "eel.toml").output == "written: eel.toml\n"
+    assert "eels/5deg_hardware_motor_angles.csv" in (tmp_path / "eel.toml").read_text()
+    (tmp_path / "sub").mkdir()
+    assert run("trials", "import", "eels", "-o", "sub/eel.toml").exit_code == 0
+    assert f'"{eels.resolve()}/5deg' in (tmp_path / "sub" / "eel.toml").read_text()  # not below the manifest
+    for path in ("eel.toml", "sub/eel.toml"):
+        found = read_trials(path, eel)
+        assert found.runs == whole.runs
+        assert np.array_equal(found.recordings[1].tracks[0].pose, whole.recordings[1].tracks[0].pose)
+    assert isinstance(run("trials", "import", ".", "-o", "none.toml").exception, ht.InputError)
+    assert not (tmp_path / "none.toml").exists()
+
+
+def test_check_says_what_is_there(tmp_path):
+    said = json.loads(run("trials", "check", TANK / "tank.toml", "--robot", "hypertuna", "--json").output)
+    assert said["valid"]
+    assert said["runs"] == 27
+    assert said["steady"][0] | {"swims": 72, "frequency_hz": [1, 6], "bias_II_deg": [0, 0]} == said["steady"][0]
+    assert said["recordings"][0]["frames"] == [60, 60, 60]
+    # From the file: three drifts with 1 deg/s and noise of 0.3 deg, about their mean.
+    assert 0.1 < said["recordings"][0]["repeatability"]["yaw_deg"] < 1
+    assert (
+        "tank.csv: 24 steady runs of 72 swims"
+        in run("trials", "check", TANK / "tank.toml", "--robot", "hypertuna").output
+    )
+    bad = run("trials", "check", write(tmp_path / "bad.csv", HEAD, "6,16,25,40,x"), "--robot", "hypertuna", "--json")
+    assert isinstance(bad.exception, ht.InputError)
+    assert json.loads(bad.output)["key"] == "line 2, speed_m_s"
+
+
+def test_every_key_of_the_manifest_is_in_the_example():
+    """So that the page that shows it shows every key."""
+
+    def keys(schema, table):
+        for name, field in schema.model_fields.items():
+            assert field.alias in table, f"{schema.__name__}.{name}"
+            inner = ht.errors.nested_model(field.annotation)
+            if inner is not None:
+                value = table[field.alias]
+                keys(inner, value[0] if isinstance(value, list) else value)
+
+    keys(Manifest, document())
