@@ -17,8 +17,10 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -34,9 +36,10 @@ from hypertuna.drawing import BODY, COLORS, EDGE, INK, draw, save
 from hypertuna.ledger import published
 from hypertuna.limits import gait_limits
 from hypertuna.manifest import reference as manifest_keys
-from hypertuna.optimize import optimize
+from hypertuna.optimize import METHODS, Optimum, optimize
 from hypertuna.pareto import OBJECTIVES, Front, pareto
 from hypertuna.plots import plot_swim
+from hypertuna.plots_optimize import plot_convergence
 from hypertuna.plots_pareto import plot_pareto
 from hypertuna.published_swims import SPEEDS, Trial, swim_published
 from hypertuna.report import Table
@@ -45,7 +48,7 @@ from hypertuna.reproduce_fit import bandwidth_table, coefficient_table
 from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table
 from hypertuna.steady import COLUMNS
-from hypertuna.swim import Swim
+from hypertuna.swim import Swim, swim
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
@@ -451,6 +454,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/swim.svg": lambda: plot_swim(swum("unoptimised-max", "joint bandwidth")),
     "docs/frames.svg": draw_frames,
     "docs/pareto.svg": lambda: plot_pareto(front()),
+    "docs/convergence.svg": lambda: plot_convergence([optimum(MODELS[1], m, speed=0.4) for m in METHODS]),
     "docs/minnow.svg": lambda: draw(load(ROOT / "examples/minnow.toml")),
 }
 

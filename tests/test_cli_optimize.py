@@ -112,6 +112,19 @@ def test_convergence_is_drawn(run: Run, tmp_path: Path) -> None:
     assert "gaits swum" in picture
 
 
+def test_best_gait_swims_from_the_file_written(run: Run, tmp_path: Path) -> None:
+    path = str(tmp_path / "best.toml")
+    wish = ("--maximize", "speed", "--method", "gradient", "--joints", "ideal")
+    best = strict(run("optimize", "--robot", "hypertuna", *wish, "-o", path, "--json")[1])
+    swum = strict(run("swim", "--robot", path, "--gait", "best", "--json")[1])
+    assert swum["speed_m_s"] == pytest.approx(best["speed_m_s"], rel=1e-9)
+    assert "# Table II" in Path(path).read_text()  # comments stay
+    again = ht.load(path)
+    assert again.gaits.keys() - {"best"} == ht.load("hypertuna").gaits.keys()
+    assert "hypertuna optimize" in (again.source("gaits.best.frequency_hz") or "")
+    assert run("optimize", "--robot", path, *wish, "-o", path)[0] == 0  # once more over the same file
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
+import hypertuna as ht
 from hypertuna.drawing import INK
 from hypertuna.errors import InputError
+from hypertuna.identify import identify
 from hypertuna.report import Fact, Picture, Section, Table, inline, page, write_page
 from hypertuna.style import styled
 
@@ -91,8 +93,37 @@ def test_what_a_page_shows_is_escaped() -> None:
     bad = "<script>alert(1)</script>"
     parts = [bad, Picture("line", line(), bad, bad), Table([bad], [[bad]], bad, bad)]
     text = page(bad, [Section(bad, parts)], lede=bad, facts=[Fact(bad, bad)])
-    assert "<script>" not in text
+    assert "<script>alert" not in text
     assert not Page(text).open
+
+
+def test_columns_of_numbers() -> None:
+    table = Table(
+        ["name", "value", "unit", "error"], [["2 Hz", "0, its bound", "1", ""], ["", 0.5, "Hz", "-3 %"]], "", ""
+    )
+    assert table.numeric == (False, True, False, True)
+
+
+def test_results_of_every_kind_on_one_page(tmp_path: Path) -> None:
+    fish = ht.load("hypertuna")
+    gait = ht.named_gait(fish, "unoptimised-max")
+    best = ht.optimize(fish, maximize="speed", method="gradient", particles=1)
+    front = ht.pareto(fish, population=8, generations=2, polish=False)
+    speeds = [(name, ht.swim(fish, ht.named_gait(fish, name)).speed) for name in ("unoptimised-0.3", "unoptimised-max")]
+    runs = tuple(ht.SteadyRun(name, ht.named_gait(fish, name), speed=speed) for name, speed in speeds)
+    fit = identify(fish, ht.Trials(runs), ["joints.bandwidth"], validate=0, starts=1)
+    text = ht.report([ht.swim(fish, gait), best, fit, front], tmp_path / "fish.html").read_text()
+    found = Page(text)
+    assert not found.open
+    assert len(set(found.identifiers)) == len(found.identifiers)
+    assert f"{best.speed:.3g}" in found.words
+    for words in ("A swim at 6", "The best gait for speed", "Coefficients", "Pareto front of speed"):
+        assert words in found.words
+    with pytest.raises(InputError, match="one result at least"):
+        ht.report([], tmp_path / "none.html")
+    with pytest.raises(InputError, match="Swim, Fit, Optimum or Front"):
+        ht.report([3], tmp_path / "none.html")  # type: ignore[list-item]
+    assert not (tmp_path / "none.html").exists()
 
 
 def test_a_page_is_written_whole(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from hypertuna.coefficients import draws, free
 from hypertuna.errors import InputError
 from hypertuna.limits import gait_limits
 from hypertuna.objective import Problem, goal
+from hypertuna.optimize import optimize
 from hypertuna.pareto import pareto
 from hypertuna.robot_file import with_fit
 from hypertuna.robust import over_fit, robust_problem
@@ -140,6 +141,19 @@ def test_robust_fronts(fitted: ht.Robot) -> None:
     assert mean.evaluations % 4 == 0
     # The fastest gait of the worst robots is slower than that of all on average.
     assert worst.values[:, 0].max() < mean.values[:, 0].max()
+
+
+def test_robust_optima(fitted: ht.Robot) -> None:
+    how = {"maximize": "speed", "method": "gradient", "particles": 2, "seed": 1, "samples": 4}
+    plain, mean, worst = (optimize(fitted, robust=robust, **how) for robust in (None, "mean", "worst5"))
+    assert plain.value == pytest.approx(-plain.speed)
+    # The swim is that of the robot itself; the value is the speed over the robots drawn.
+    problem = Problem(fitted, gait_bounds(fitted), (goal("speed"),))
+    for best, robust in ((mean, "mean"), (worst, "worst5")):
+        value = over_fit(problem, robust, samples=4, seed=1).evaluate(problem.space.point(best.gait)[np.newaxis]).value
+        assert best.value == pytest.approx(value[0, 0])
+        assert best.speed <= plain.speed * (1 + 1e-6)
+    assert worst.value > mean.value
 
 
 def test_bad_draws_are_told(tuna: ht.Robot, problem: Problem) -> None:

@@ -4,16 +4,19 @@ from hypertuna.comparison import compare_recording, replay_recording
 from hypertuna.description import Robot, load, robots
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, named_gait
+from hypertuna.identify import Fit, identify
 from hypertuna.limits import Limit, gait_limits
 from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
 from hypertuna.optimize import Optimum, optimize
 from hypertuna.pareto import Front, pareto
 from hypertuna.replay import Pose, SmoothSeries, replay, residuals, rmse, smooth
+from hypertuna.results_page import report
 from hypertuna.sweep import Gaits, Gradient, gradient, sweep
 from hypertuna.swim import Swim, swim
 from hypertuna.trials import Recording, SteadyRun, Trials, read_trials
 
 __all__ = [
+    "Fit",
     "Front",
     "Gait",
     "Gaits",
@@ -33,6 +36,7 @@ __all__ = [
     "compare_recording",
     "gait_limits",
     "gradient",
+    "identify",
     "load",
     "named_gait",
     "optimize",
@@ -42,6 +46,7 @@ __all__ = [
     "read_trials",
     "replay",
     "replay_recording",
+    "report",
     "residuals",
     "rmse",
     "robots",

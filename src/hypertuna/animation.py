@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import io
 from pathlib import Path
 
@@ -102,7 +103,7 @@ def swimming_svg(swim: Swim) -> str:
     Returns
     -------
     str
-        An ``<svg>`` element; classes ``body`` and ``water`` leave the colors to the page.
+        An ``<svg>`` element; classes ``fish``, ``body`` and ``water`` leave the colors to the page.
     """
     shapes, step = outlines(swim)
     scale = 1000
@@ -113,7 +114,8 @@ def swimming_svg(swim: Swim) -> str:
         f'<circle cx="{x * scale:.0f}" cy="{-y * scale:.0f}" r="3.5"/>' for x, y in _specks(step, reach / scale)
     )
     return (
-        f'<svg viewBox="-170 {-reach:.0f} 1340 {2 * reach:.0f}" role="img" aria-label="{swim.robot.name} swimming">'
+        f'<svg class="fish" viewBox="-170 {-reach:.0f} 1340 {2 * reach:.0f}" role="img" '
+        f'aria-label="{html.escape(swim.robot.name)} swimming">'
         f'<g class="water">{specks}<animateTransform attributeName="transform" type="translate" from="0 0" '
         f'to="{step[0] * scale:.1f} {-step[1] * scale:.1f}" dur="{seconds}" repeatCount="indefinite"/></g>'
         f'<path class="body" d="{paths[0]}"><animate attributeName="d" dur="{seconds}" repeatCount="indefinite" '

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ CONFIDENCE = 0.95
 ON_BOUND = 1e-4  # of the allowed range: so near, a value sits on its bound
 LEAST_SCALE = 0.1  # of the allowed range: a value nearer to 0 is not asked to be known to a fraction of itself
 WEIGHTY = 0.35  # of the largest entry of a direction: what has less is not named
+SLIGHT = 0.05  # the same of a direction that is open
 WOULD_BE = 0.05  # relative noise of what could be measured as well
 FLOOR = 1e-12  # of the largest singular value: what is below is zero
 MEASURED = {"speed": "speed", "cost_of_transport": "cost of transport", "x": "tracks", "y": "tracks", "yaw": "tracks"}
@@ -175,11 +176,11 @@ def certainty(
     ]
     shown = np.where((np.abs(vectors[silent]) > WEIGHTY).any(axis=0), np.inf, sd)
     help_by = _helpful(data, found, slope * unit / factor, unit, told, quantile)
+    determined = tuple((2 * quantile * sd < unit).tolist())
     directions = tuple(
-        Direction(d.vector, d.singular_value, d.determined, _sentence(data, frees, values, unit, d, quantile, text))
+        replace(d, sentence=_sentence(data, frees, d, determined, quantile, text))
         for d, text in zip(told, help_by, strict=True)
     )
-    determined = tuple((2 * quantile * sd < unit).tolist())
     correlation = covariance / np.outer(sd, sd)
     return Certainty(shown, low, high, covariance, correlation, unit, determined, bound, directions, factor, freedom)
 
@@ -323,26 +324,33 @@ def _helpful(
 def _sentence(
     data: Experiment,
     frees: Sequence[Free],
-    values: Array,
-    unit: Array,
     direction: Direction,
+    determined: Sequence[bool],
     quantile: float,
     help_by: str,
 ) -> str:
     """Say in words what the data know along a direction."""
     size = np.abs(direction.vector)
-    order = [int(i) for i in np.argsort(-size, kind="stable") if size[i] > WEIGHTY * size.max()]
-    names = [frees[i].name for i in order]
-    listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    order = [int(i) for i in np.argsort(-size, kind="stable")]
     kinds = dict.fromkeys(MEASURED[KINDS[k]] for k in np.unique(data.kind))
     source = " and ".join(kinds)
     if direction.determined:
-        half = 100 * quantile / direction.singular_value
-        what = listed if len(names) == 1 else f"a combination of {listed}"
-        return (
-            f"{source.capitalize()} determine{'s' * (len(kinds) == 1 and source != 'tracks')} {what} to {half:.2g} %."
-        )
+        named = [i for i in order if size[i] > WEIGHTY * size[order[0]]]
+        if len(named) == 1 and determined[named[0]]:
+            what = frees[named[0]].name
+        else:  # one alone would not be true: a combination is known, no coefficient of it
+            what = f"a combination of {_listed([frees[i].name for i in (named if len(named) > 1 else order[:2])])}"
+        verb = "determines" if source in ("speed", "cost of transport") else "determine"
+        return f"{source.capitalize()} {verb} {what} to {100 * quantile / direction.singular_value:.2g} %."
+    # those that move by their unit, or more, within the interval along the direction
+    moved = 2 * quantile * size > direction.singular_value
+    named = [i for i in order if moved[i] and size[i] > SLIGHT * size[order[0]]]
     rest = f"; {help_by}" if help_by else "; other gaits, or recordings of transients, may"
-    if len(names) == 1:
-        return f"{listed} is not determined by {source} alone{rest.replace('them', 'it')}."
-    return f"{listed} cannot be told apart from {source} alone{rest}."
+    if len(named) == 1:
+        return f"{frees[named[0]].name} is not determined by {source} alone{rest.replace('them', 'it')}."
+    return f"{_listed([frees[i].name for i in named])} cannot be told apart from {source} alone{rest}."
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Write names as a list."""
+    return " and ".join(", ".join(names).rsplit(", ", 1))

@@ -11,6 +11,7 @@ import typer
 
 from hypertuna import _core
 from hypertuna.cli_experiment import ask_command, tell_command
+from hypertuna.cli_identify import identify_command
 from hypertuna.cli_optimize import optimize_app
 from hypertuna.cli_pareto import pareto_command
 from hypertuna.cli_replay import replay_command
@@ -32,6 +33,7 @@ app = typer.Typer(
 app.command("swim")(swim_command)
 app.command("sweep")(sweep_command)
 app.command("replay")(replay_command)
+app.command("identify")(identify_command)
 app.command("reproduce")(reproduce_command)
 optimize_app.command("ask")(ask_command)
 optimize_app.command("tell")(tell_command)

@@ -266,14 +266,15 @@ def _print(fits: Mapping[str, Fit], best: str, sampled: Posterior | None) -> Non
     runs = [len(trials.runs) for trials in fit.trials]
     head = f"{fit.robot.name}, {best} water: {runs[0]} runs fitted, {runs[1]} kept for validation"
     console.print(Text(head, style="bold"))
-    table = Table("coefficient", box=None, pad_edge=False, header_style="bold")
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("coefficient", no_wrap=True)
     for name in ("value", "95 % interval", *(["posterior"] if sampled else [])):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("unit")
     table.add_column("")
     drawn = _posterior_record(fit, sampled)["parameters"] if sampled else []
     for k, row in enumerate(_parameters(fit)):
-        remark = f"on its {row['bound']} bound" if row["bound"] else "" if row["determined"] else "not determined"
+        remark = f"{row['bound']} bound" if row["bound"] else "" if row["determined"] else "open"
         interval = f"{row['low']:.4g} .. {row['high']:.4g}"
         beside = [f"{drawn[k]['low']:.4g} .. {drawn[k]['high']:.4g}"] if sampled else []
         cells = (f"{row['value']:.5g}", interval, *beside, row["unit"])

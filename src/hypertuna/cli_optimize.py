@@ -19,12 +19,13 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
-from hypertuna.description import Robot, load
+from hypertuna.description import Robot, load, parse
 from hypertuna.errors import InputError, shown
 from hypertuna.gait import Gait
 from hypertuna.objective import Limit, gait_limits
 from hypertuna.optimize import Margin, Optimum, optimize
 from hypertuna.results import provenance
+from hypertuna.robot_file import write_robot
 
 __all__ = ["bounds_of", "gait_record", "limits_of", "optimize_app"]
 
@@ -49,6 +50,10 @@ Bounds = Annotated[
     list[str] | None,
     typer.Option("--bounds", help="NAME=LOW:HIGH, such as frequency_hz=1:4 or phase_II_deg=0:90; may be given again."),
 ]
+Robust = Annotated[
+    str | None, typer.Option("--robust", help="mean or worst5: the goal over robots drawn from the fit of --robot.")
+]
+Samples = Annotated[str, typer.Option("--samples", help="Robots to draw, with --robust.")]
 Seed = Annotated[str, typer.Option("--seed", help="The same seed gives the same result.")]
 Rate = Annotated[str | None, typer.Option("--max-joint-rate", help="Largest rate of a joint group in deg/s.")]
 Torque = Annotated[str | None, typer.Option("--max-torque", help="Largest torque of a joint in N m.")]
@@ -75,6 +80,8 @@ def optimize_command(
     particles: Particles = None,
     iterations: Iterations = None,
     bounds: Bounds = None,
+    robust: Robust = None,
+    samples: Samples = "32",
     seed: Seed = "1",
     max_joint_rate: Rate = None,
     max_torque: Torque = None,
@@ -90,6 +97,10 @@ def optimize_command(
     plot: Annotated[
         str | None, typer.Option("--plot", help="Draw the convergence to this .svg, .png or .pdf file.")
     ] = None,
+    output: Annotated[
+        str | None,
+        typer.Option("-o", "--output", help="Write the robot with the gait, named best, to this .toml file."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Find the gait that fulfills a wish best: the highest speed, or an expected speed at low cost of transport.
@@ -103,6 +114,7 @@ def optimize_command(
             raise InputError(rule, key=f"--{given[0].replace('_', '-')}", fix="see its --help")
         return
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
+    check_suffix(output, (".toml",), "--output")
     if robot is None:
         raise InputError("is missing", key="--robot", fix="give a robot's name or the path of its file")
     fish = load(robot).using(joints=joints, areas=areas, water=water)
@@ -119,6 +131,8 @@ def optimize_command(
             method=method,
             particles=None if particles is None else whole_number(particles, "--particles"),
             iterations=None if iterations is None else whole_number(iterations, "--iterations"),
+            robust=robust,
+            samples=whole_number(samples, "--samples"),
             seed=whole_number(seed, "--seed"),
             checkpoint=checkpoint,
             progress=progress,
@@ -129,10 +143,12 @@ def optimize_command(
         _print(best)
     if plot is not None:
         _plot(best, plot)
-    if not as_json:
-        tell_written(plot)
     if best.gait is None:
         raise typer.Exit(1)
+    if output is not None:
+        write_robot(_with_gait(best.robot, best.gait), output)
+    if not as_json:
+        tell_written(output, plot)
 
 
 def bounds_of(texts: list[str] | None) -> dict[str, tuple[float, float]]:
@@ -325,6 +341,14 @@ def _rows(best: Optimum, gait: Gait) -> list[tuple[str, str, str]]:
         name = record["name"].replace("_", " ")
         rows.append((name, f"{record['value']:.4g}", f"{unit.strip()} ({side} {record['limit']:g}{active})".strip()))
     return rows
+
+
+def _with_gait(robot: Robot, gait: Gait) -> Robot:
+    """Return the robot with one more gait in its file, and where that is from."""
+    document = robot.document()
+    gaits = document.get("gaits", {}) | {"best": gait_record(gait)}
+    sources = document.get("sources", {}) | {"gaits.best": command_line()}
+    return parse(document | {"gaits": gaits, "sources": sources}, file=robot.file)
 
 
 def _plot(best: Optimum, plot: str) -> None:

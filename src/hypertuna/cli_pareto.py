@@ -17,6 +17,8 @@ from hypertuna.cli_optimize import (
     Joints,
     Rate,
     Reach,
+    Robust,
+    Samples,
     Seed,
     Strouhal,
     Torque,
@@ -77,10 +79,8 @@ def pareto_command(
     min_speed: Annotated[
         str | None, typer.Option("--min-speed", help=f"Slowest speed in m/s.  [default: {SLOW:g} body lengths/s]")
     ] = None,
-    robust: Annotated[
-        str | None, typer.Option("--robust", help="mean or worst5: objectives over draws of the robot's fit.")
-    ] = None,
-    samples: Annotated[str, typer.Option("--samples", help="Robots to draw from the fit, with --robust.")] = "32",
+    robust: Robust = None,
+    samples: Samples = "32",
     seed: Seed = "1",
     no_polish: Annotated[bool, typer.Option("--no-polish", help="Leave the front as NSGA-II found it.")] = False,
     joints: Joints = None,
@@ -105,16 +105,16 @@ def pareto_command(
         front = pareto(
             fish,
             [name.strip() for name in objectives.split(",")],
-            population=whole_number(population, "population"),
-            generations=whole_number(generations, "generations"),
+            population=whole_number(population, "--population"),
+            generations=whole_number(generations, "--generations"),
             bounds=bounds_of(bounds),
             limits=limits_of(fish, max_joint_rate, max_torque, amplitude_by_bandwidth, strouhal, None),
-            min_speed=None if min_speed is None else number(min_speed, "min_speed", "m/s"),
+            min_speed=None if min_speed is None else number(min_speed, "--min-speed", "m/s"),
             polish=not no_polish,
             robust=robust,
-            samples=whole_number(samples, "samples"),
-            seed=whole_number(seed, "seed"),
-            steps=whole_number(steps, "steps"),
+            samples=whole_number(samples, "--samples"),
+            seed=whole_number(seed, "--seed"),
+            steps=whole_number(steps, "--steps"),
             checkpoint=checkpoint,
             progress=progress,
         )

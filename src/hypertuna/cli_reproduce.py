@@ -63,13 +63,13 @@ def _print(ledger: Ledger) -> None:
         any_entry = next(iter(row.values()))
         cells = [_answer(row[model]) if model in row else Text() for model in ledger.trials]
         if any(cells):
-            table.add_row(key, f"{any_entry.published:g} {any_entry.unit}", *cells)
+            table.add_row(key, any_entry.told, *cells)
     console = Console()
     console.print(table)
     console.print()
     for entry in ledger.entries:
         if entry.model not in ledger.trials:
-            told = f" {entry.id}, {entry.published:g} {entry.unit}; {entry.model}: "
+            told = f" {entry.id}, {entry.told}; {entry.model}: "
             console.print(Text.assemble(_answer(entry), told, (f"{entry.note}.", "dim")))
     console.print()
     for model, errors in ledger.summary["speeds"].items():

@@ -106,9 +106,9 @@ def _source_table(sources: dict[str, int]) -> Table:
 
 
 def _written_value(value: Any) -> str:
-    """Write a value to six digits, a list with commas."""
+    """Write a value to six digits, a list with commas and lists in it in brackets."""
     if isinstance(value, list):
-        return ", ".join(_written_value(part) for part in value)
+        return ", ".join(f"[{_written_value(x)}]" if isinstance(x, list) else _written_value(x) for x in value)
     return f"{value:.6g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
 
 

@@ -47,7 +47,7 @@ class Descents(Optimizer):
     """
 
     needs_slopes = True
-    PRECISION = 1e-9  # of the value, in scales
+    PRECISION = 1e-8  # of the value, in scales
     MARGIN = 1e-8  # limits are kept with so much to spare: SLSQP only nears them
     STEEP = 1e3  # what a gait that cannot be used is told to cost, in scales
 
@@ -77,7 +77,8 @@ class Descents(Optimizer):
         ends = [min((p.value for p in known.values() if p.kept), default=np.inf) for known in self._known]
         least = min(ends)
         same = sum(end <= least + SAME * abs(least) for end in ends) if np.isfinite(least) else 0
-        cut = f"; {self._cut} were cut off after {self._iterations} points" if self._cut else ""
+        verb = "was" if self._cut == 1 else "were"
+        cut = f"; {self._cut} {verb} cut off after {self._iterations} points" if self._cut else ""
         return f"All {len(ends)} gradient descents have ended, {same} of them at the best value{cut}."
 
     def _propose(self) -> Array:

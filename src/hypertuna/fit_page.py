@@ -71,11 +71,10 @@ def fit_sections(fit: Fit, *, sampled: Posterior | None = None) -> list[Section]
 def _laws(fits: Mapping[str, Fit], best: str) -> Section:
     """Compare water laws."""
     keys = [key for key in LABELS if any(key in fit.train.rms for fit in fits.values())]
-    rows: list[list[str | float]] = [
-        [law, len(fit.free), *_criteria(fit)]
-        + [LABELS[key][2] * (fit.validation or fit.train).rms.get(key, np.nan) for key in keys]
-        for law, fit in fits.items()
-    ]
+    rows: list[list[str | float]] = []
+    for law, fit in fits.items():
+        judged = (fit.validation or fit.train).rms
+        rows.append([law, len(fit.free), *_criteria(fit), *(LABELS[key][2] * judged.get(key, np.nan) for key in keys)])
     columns = ["law", "coefficients", "AICc", "BIC", *(f"{LABELS[key][0]}, rms ({LABELS[key][1]})" for key in keys)]
     shows = f"Water laws fitted to the same runs; the {best} law has the lower criterion."
     made = (

@@ -31,6 +31,7 @@ __all__ = ["Fit", "compare", "digest", "identify", "split"]
 Array = NDArray[np.float64]
 
 STARTS = 4
+SNAP = 1e-6  # of the allowed range
 
 
 @dataclass(frozen=True)
@@ -286,7 +287,7 @@ def _result(
 ) -> Fit:
     """Say what came out of a fit."""
     data, frees, robot = search.data, search.frees, search.data.robot
-    values = from_scale(frees, found["x"])
+    values = _snapped(frees, from_scale(frees, found["x"]))
     how: dict[str, Any] = {"steps": search.steps, "slope_steps": search.steps, "threads": search.threads}
     at_end = predict(data, frees, values, **how)
     sure = certainty(data, frees, values, at_end, levels, search.loss)
@@ -319,6 +320,13 @@ def _result(
         loss=search.loss,
         trials=trials,
     )
+
+
+def _snapped(frees: Sequence[Free], values: Array) -> Array:
+    """Put values on their bounds that differ from them by what the search, which stays inside, leaves."""
+    lower, upper = (np.array([getattr(f, side) for f in frees]) for side in ("lower", "upper"))
+    near = SNAP * (upper - lower)
+    return np.where(values - lower < near, lower, np.where(upper - values < near, upper, values))
 
 
 def _warnings(

@@ -91,7 +91,7 @@ RULES = (
     Rule("optimum/max/*", "*", 0.01, False, "at its bound, as near as a swarm of 60 iterations comes to it"),
     Rule("optimum/*/phase", "*", 8.0, True, "as for the maximum"),
     Rule("optimum/*", "*", 0.10, False, "many gaits have nearly the same speed and cost"),
-    Rule("cost-of-transport/normalized-error-max", "*", 0.0, False, "an upper bound is kept or not", bound=True),
+    Rule("cost-of-transport/model-error", "*", 0.0, False, "an upper bound is kept or not", bound=True),
     Rule("turning/radius", "*", 0.10, False, "measured in snapshots of one turn"),
     Rule("range/*", "*", 0.01, False, "arithmetic on numbers of three digits"),
     Rule("*", "*", 0.05, False, "the accuracy that the paper claims for its own model, section III.E"),
@@ -133,7 +133,14 @@ class Entry:
     @property
     def error(self) -> str:
         """The relative error as text; empty for percentages and angles, whose difference says more."""
-        return "" if self.relative_error is None or self.unit in ("%", "deg") else f"{100 * self.relative_error:+.1f} %"
+        if self.relative_error is None or self.unit in ("%", "deg") or self.verdict == "undetermined":
+            return ""
+        return f"{100 * self.relative_error:+.1f} %"
+
+    @property
+    def told(self) -> str:
+        """The published number with its unit."""
+        return f"{self.published:g}" if self.unit == "1" else f"{self.published:g} {self.unit}"
 
     @property
     def answer(self) -> str:

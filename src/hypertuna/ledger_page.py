@@ -16,7 +16,7 @@ from hypertuna.results import write_atomically
 __all__ = ["ledger_html", "write_ledger"]
 
 NAMES = dict(zip(VERDICTS, VERDICTS, strict=True)) | {"not-computed": "to come"}
-LONG = 20  # entries of a chapter of the ledger
+CLOSED = ("coefficient", "optimum")  # chapters of the ledger that are closed at first: they repeat tables
 
 
 def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
@@ -94,7 +94,7 @@ books: {count} published numbers, each with what the model says and a verdict.""
 
 
 def _chapters(ledger: Ledger) -> list[dict[str, Any]]:
-    """Group the entries by the first word of their id, then by id; long chapters are closed at first."""
+    """Group the entries by the first word of their id, then by id."""
     chapters: dict[str, dict[str, list[Entry]]] = {}
     for entry in ledger.entries:
         chapters.setdefault(entry.id.partition("/")[0], {}).setdefault(entry.id, []).append(entry)
@@ -103,7 +103,7 @@ def _chapters(ledger: Ledger) -> list[dict[str, Any]]:
         verdicts = [entry.verdict for group in entries.values() for entry in group]
         counts = {verdict: verdicts.count(verdict) for verdict in VERDICTS if verdict in verdicts}
         title = name.replace("-", " ").capitalize()
-        told.append({"name": title, "entries": entries, "verdicts": counts, "open": len(verdicts) <= LONG})
+        told.append({"name": title, "entries": entries, "verdicts": counts, "open": name not in CLOSED})
     return told
 
 
@@ -130,7 +130,7 @@ def _facts(ledger: Ledger) -> list[Fact]:
         Fact(
             f"{verdicts['reproduced']} of {judged}",
             f"answers reproduce the paper; {verdicts['deviates']} deviate, {verdicts['contradicted']} contradict it, "
-            f"{verdicts['not-computed']} more are to come",
+            f"{verdicts['undetermined']} are left open by what is published, {verdicts['not-computed']} are to come",
         ),
     ]
 

@@ -33,6 +33,7 @@ __all__ = ["OBJECTIVES", "Front", "pareto"]
 Array = NDArray[np.float64]
 
 SLOW = 0.1  # body lengths per second: the slowest gait of a front, where the user says no other
+WIDE = 1.5  # of the mean distance between neighbors: wider gaps of a front are filled
 MOST = 10_000  # gaits of a generation, and generations
 BEYOND = 0.1  # of its range: how far the reference point lies beyond the worst of the front
 
@@ -150,7 +151,8 @@ def pareto(
     """Find the best compromises between two or three objectives.
 
     NSGA-II (Deb et al., 2002) swims each generation in one batch. Each point of its front then descends in the last
-    objective with the others held, by exact derivatives, and the ends of the front go as far as they can.
+    objective with the others held, by exact derivatives, the ends of the front go as far as they can, and
+    wide gaps between two objectives are filled.
 
     Parameters
     ----------
@@ -258,7 +260,7 @@ class _Recorded:
         self, problem: Problem | RobustProblem, journal: Journal, progress: Callable[[int, int], None], batches: int
     ) -> None:
         self.problem, self.space, self.evaluations = problem, problem.space, 0
-        self._journal, self._progress, self._done, self._total = journal, progress, 0, batches + MOST_ROUNDS
+        self._journal, self._progress, self._done, self._total = journal, progress, 0, batches + 2 * MOST_ROUNDS
 
     def evaluate(self, x: Array, *, slopes: bool = False) -> Evaluation:
         """Evaluate, or take from the journal."""
@@ -305,15 +307,36 @@ def _evolve(problem: _Recorded, population: int, generations: int, seed: int) ->
 
 
 def _polished(problem: _Recorded, evolved: Evaluation) -> Evaluation:
-    """Send the ends of a front as far as they go, and let every point descend with the other objectives held."""
+    """Send the ends of a front as far as they go, let every point descend with the other objectives held, fill gaps."""
     goals = evolved.value.shape[1]
-    scale, free = _scale(evolved), np.full(goals, np.inf)
-    descents = [Descent(evolved.x[np.argmin(evolved.value[:, k])], k, free) for k in range(goals)]
-    last = np.arange(goals) == goals - 1
-    descents += [
-        Descent(x, goals - 1, np.where(last, np.inf, value)) for x, value in zip(evolved.x, evolved.value, strict=True)
-    ]
-    found = evolved.followed_by(problem.evaluate(descend(problem, descents, scale)))
+    descents = [Descent(evolved.x[np.argmin(evolved.value[:, k])], k, np.full(goals, np.inf)) for k in range(goals)]
+    descents += [_held(x, value) for x, value in zip(evolved.x, evolved.value, strict=True)]
+    found = _best(evolved, problem.evaluate(descend(problem, descents, _scale(evolved))))
+    if goals > 2 or not (gaps := _gaps(found)):  # the points of a surface have no neighbors to look between
+        return found
+    return _best(found, problem.evaluate(descend(problem, gaps, _scale(found))))
+
+
+def _held(x: Array, value: Array) -> Descent:
+    """Descent in the last objective with the others held at what they are."""
+    return Descent(x, len(value) - 1, np.append(value[:-1], np.inf))
+
+
+def _gaps(found: Evaluation) -> list[Descent]:
+    """Descents from between neighbors of a curve that are far apart: as many as make that distance usual."""
+    found = found.rows(np.argsort(found.value[:, 0], kind="stable"))
+    apart = np.linalg.norm(np.diff(found.value, axis=0) / _scale(found), axis=1)
+    descents = []
+    for k, parts in enumerate(np.ceil(apart / (WIDE * apart.mean())).astype(int)) if len(apart) else ():
+        for part in np.arange(1, parts) / parts:
+            x, value = (ends[k] + part * (ends[k + 1] - ends[k]) for ends in (found.x, found.value))
+            descents.append(_held(x, value))
+    return descents
+
+
+def _best(one: Evaluation, other: Evaluation) -> Evaluation:
+    """Keep of two fronts what keeps all limits and nothing dominates."""
+    found = one.followed_by(other)
     kept = np.flatnonzero(found.feasible)
     return found.rows(kept[nondominated(found.value[kept])])
 

@@ -142,8 +142,6 @@ def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
     kinds = [
         kind for kind in AXES if any(f"{kind}_measured" in run for part in _parts(fit).values() for run in part.runs)
     ]
-    if not kinds:
-        return None
     figure = Figure(figsize=(width, width / len(kinds) + 0.4), layout="constrained")
     for axes, kind in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
         ends: list[float] = []
@@ -192,7 +190,7 @@ def plot_errors(fit: Fit, *, width: float = WIDTH) -> Figure:
         axes.set_ylabel(label)
         if key in relative:
             axes.axhline(0, color=FAINT, lw=1, zorder=0)
-    axes.set_xlabel("run, in the order of the trials")
+    axes.set_xlabel("run: training, then validation")
     figure.legend(loc="outside upper left", ncols=2, **TIGHT)
     return figure
 

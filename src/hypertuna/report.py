@@ -48,7 +48,7 @@ class Table:
     ----------
     columns : sequence of str
     rows : sequence of sequences of str or float
-        Numbers are written to three digits; they stand to the right, as texts do that begin like one.
+        Numbers are written to three digits. Columns of them, and of texts that begin like one, stand to the right.
     shows, made : str
         What it shows, and how it was made: a sentence each.
     """
@@ -57,6 +57,11 @@ class Table:
     rows: Sequence[Sequence[str | float]]
     shows: str
     made: str = ""
+
+    @property
+    def numeric(self) -> tuple[bool, ...]:
+        """Whether each column holds numbers or nothing; the first one names the rows."""
+        return tuple(k > 0 and all(_numeric(row[k]) for row in self.rows) for k in range(len(self.columns)))
 
 
 @dataclass(frozen=True)
@@ -151,8 +156,7 @@ def page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"short": "{:.3g}".format, "prose": _prose, "words": _words}
-    environment.filters |= {"cell": _cell, "numeric": _numeric}
+    environment.filters |= {"short": "{:.3g}".format, "prose": _prose, "words": _words, "cell": _cell}
     environment.tests |= {"picture": lambda part: isinstance(part, Picture), "table": lambda p: isinstance(p, Table)}
     text = environment.get_template(template).render(
         title=title, lede=lede, facts=facts, sections=sections, inline=inline, version=version(), **(values or {})
@@ -225,5 +229,5 @@ def _cell(value: str | float) -> str:
 
 
 def _numeric(value: str | float) -> bool:
-    """Tell whether a cell holds a number or nothing, which stands to the right."""
+    """Tell whether a cell holds a number or nothing, and may stand to the right."""
     return not isinstance(value, str) or re.match(r"[-+−±<>≤≥≈✓≠✗]?\s?\d|–?$", value) is not None

@@ -112,6 +112,7 @@ def ledger_sections(ledger: Ledger) -> list[Section]:
         *reproduce_fig12.sections(ledger.fits.nine, trials, paper),
         *reproduce_optima.sections(ledger.optima, trials, paper),
         *reproduce_turning.sections(trials, paper),
+        reproduce_gaits.range_section(trials, paper),
         *reproduce_others.sections(trials, paper),
     ]
 

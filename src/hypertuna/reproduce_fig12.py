@@ -56,12 +56,14 @@ def _path(fits: Mapping[str, Fit], paper: Mapping[str, Any]) -> Picture:
     low, high = (np.array([getattr(one, side) for one in frees]) for side in ("lower", "upper"))
     places = {model: (fit.path - low) / (high - low) for model, fit in fits.items()}
     names = [one.name.rpartition(".")[2].replace("added_mass", "added mass") for one in frees]
+    begin = "the paper's start values" if len(next(iter(fits.values())).costs) == 1 else "the best of several starts"
     rounds = " and ".join(f"{len(fit.path) - 1} with {model}" for model, fit in fits.items())
     return Picture(
         "fig12a",
         plot_paths(places, names, width=WIDTH),
-        "Fig. 12(a): the nine coefficients on their way from the paper's start values to the best fit of the eight "
-        f"published speeds, in {rounds}; the authors' needed 210 rounds on their own data. Most end on a bound.",
+        f"Fig. 12(a): the nine coefficients on their way from {begin} to the best fit of the eight "
+        f"published speeds, in {rounds}; the authors' needed {paper['identification']['rounds']} rounds on their own "
+        "data. Most end on a bound.",
         "`hypertuna.identify` with exact derivatives: SciPy's trust region method.",
     )
 

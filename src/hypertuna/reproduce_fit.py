@@ -106,9 +106,10 @@ def findings(fits: Fits) -> Iterator[Finding]:
         sure = fit.certainty
         for k, one in enumerate(fit.free):
             interval = (float(sure.low[k]), float(sure.high[k]))
-            side = f", at its {sure.bound[k]} bound" if sure.bound[k] else ""
-            note = f"95 % interval {interval[0]:.3g} to {interval[1]:.3g}{side}"
-            yield Finding(f"coefficient/{one.name.rpartition('.')[2]}", model, float(fit.values[k]), note, interval)
+            end = {"lower": one.lower, "upper": one.upper, None: None}[sure.bound[k]]
+            value = float(fit.values[k]) if end is None else end
+            note = f"95 % interval {interval[0]:.3g} to {interval[1]:.3g}{'' if end is None else ', at its bound'}"
+            yield Finding(f"coefficient/{one.name.rpartition('.')[2]}", model, value, note, interval)
 
 
 def sections(fits: Fits, trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> list[Section]:
@@ -178,19 +179,15 @@ rms and {_percent(ours.train.largest)} at most, within the {bound:g} % that the 
 the nine then sit on their bounds, far from Table III. Of the direction that is known best the program says:
 {ours.certainty.directions[0].sentence}
 
-The searches began at {_starts(fits)}."""
+{_starts(fits)}"""
 
 
 def _starts(fits: Fits) -> str:
-    """Say where the searches began."""
-    count = len(fits.nine[PAPER].costs)
-    if count == 1:
-        return "the paper's start values alone; `hypertuna reproduce --full` searches from three more places"
-    costs = fits.nine[PAPER].costs
-    same = sum(cost <= min(costs) * (1 + 1e-3) for cost in costs)
-    return (
-        f"{count} places, the paper's start values among them; with ideal joints {same} of them ended at the same error"
-    )
+    """Say where the searches began, and how the one with ideal joints ended."""
+    fit = fits.nine[PAPER]
+    alone = "the paper's start values alone (`hypertuna reproduce --full` takes others, too)"
+    others = f"the paper's start values and others, {len(fit.costs)} in all"
+    return f"The searches began at {alone if len(fit.costs) == 1 else others}. With ideal joints: {fit.stop}"
 
 
 def _percent(errors: Mapping[str, float]) -> str:

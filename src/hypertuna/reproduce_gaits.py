@@ -14,7 +14,7 @@ from hypertuna.published_swims import OURS, PAPER, SPEEDS, WISHES, Trial, bandwi
 from hypertuna.report import WIDTH, Picture, Section
 from hypertuna.swim import Swim
 
-__all__ = ["findings", "sections"]
+__all__ = ["findings", "range_section", "sections"]
 
 ARITHMETIC = "the paper's own numbers"
 COSTS = WISHES[:3]  # wishes whose costs of transport the paper compares
@@ -100,6 +100,24 @@ a disturbance shrinks to {100 * best.spectral_radius:.0f} % of itself in a beat.
     return [Section("Eight gaits, and the fastest of them", [speeds, text, motion, fast])]
 
 
+def range_section(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> Section:
+    """Tell of the range on one charge.
+
+    Parameters
+    ----------
+    trials : mapping of str to Trial
+    paper : mapping
+
+    Returns
+    -------
+    Section
+    """
+    found = _range(trials[PAPER].robot, paper)
+    entry = judge(paper, found)
+    text = f"**{entry.published:g} km is {entry.verdict} by the paper's own numbers**: they give {entry.answer} km."
+    return Section("Range", [f"{text} {found.note}."])
+
+
 def _largest_error(own: Trial, paper: Mapping[str, Any]) -> Finding:
     """Compare the largest error of the eight speeds with what the paper says of its validation set."""
     errors = [abs(own.gaits[name].speed / paper["values"][f"speed/{name}"]["value"] - 1) for name in SPEEDS]
@@ -123,7 +141,7 @@ def _largest_cost_error(own: Trial, paper: Mapping[str, Any]) -> Finding:
         "over the optimized gaits, each normalized by its unoptimized one, as the paper's validation set is not "
         f"published: {', '.join(f'{100 * change:+.0f} %' for change in changes)} at {', '.join(COSTS)} m/s"
     )
-    return Finding("cost-of-transport/normalized-error-max", PAPER, 100 * max(map(abs, changes)), note)
+    return Finding("cost-of-transport/model-error", PAPER, 100 * max(map(abs, changes)), note)
 
 
 def _to_come(trials: Mapping[str, Trial]) -> Iterator[Finding]:

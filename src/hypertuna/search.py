@@ -18,16 +18,18 @@ from hypertuna.journal import Journal
 from hypertuna.predict import FIRST_LEVEL, KINDS, Experiment, loss_terms, predict, weighted
 from hypertuna.trials import Trials
 
-__all__ = ["CONVERGED", "Search", "sketch", "fit", "search_from", "start_points", "stop_sentence"]
+__all__ = ["CONVERGED", "Search", "fit", "search_from", "sketch", "start_points", "stop_sentence"]
 
 Array = NDArray[np.float64]
 
-TOLERANCE = 1e-10  # relative change of the error, and of the coefficients, that ends a search
-ROUGH = 1e-5  # the same of the first stage of a search
-SKETCH = 4  # runs for each free coefficient in the first stage
+TOLERANCE = 1e-10  # relative change of the coefficients that ends a search
+SAME_ERROR = 1e-8  # the same of the error: far less than a standard deviation of any coefficient
+ROUGH = 1e-3  # the same in a rough search
+SKETCH = 4  # steady runs for each free coefficient in a rough search
 MOST_EVALUATIONS = 300  # of one search
 ROUNDS = 12  # of estimating unknown noise
 SAME_NOISE = 1e-2  # relative change of a noise level that is no change
+SAME_COST = 0.05  # starts that come this near to each other have found the same minimum
 LEAST_LEVEL = 1e-6  # no speed is known better than it is computed
 STOPS = {
     0: f"The search was stopped after {MOST_EVALUATIONS} evaluations before it had converged",
@@ -47,7 +49,7 @@ class Search:
     ----------
     data : Experiment
     sketch : Experiment
-        Of part of the steady runs, for the first stage.
+        Of part of the steady runs, for rough searches.
     frees : tuple of Free
     loss : str
         As for `hypertuna.predict.loss_terms`.
@@ -64,7 +66,7 @@ class Search:
 
 
 def sketch(trials: Trials, count: int) -> Trials:
-    """Choose part of the steady runs, evenly, for the first stage of a search; of recordings keep all.
+    """Choose part of the steady runs, evenly, for rough searches; of recordings keep all.
 
     Parameters
     ----------
@@ -110,7 +112,7 @@ def start_points(frees: Sequence[Free], count: int, seed: int) -> list[Array]:
 def fit(
     search: Search, starts: Sequence[Array], journal: Journal, progress: Callable[[int, int], None] | None
 ) -> tuple[dict[str, Any], dict[str, float], list[float], int]:
-    """Search from every start, then estimate unknown noise in turn with the coefficients.
+    """Search roughly from every start; go on from the best, estimating unknown noise in turn with the coefficients.
 
     Parameters
     ----------
@@ -134,29 +136,28 @@ def fit(
     """
     unknown = search.data.unknown_kinds
     levels = {name: FIRST_LEVEL[name] for name in unknown}
-    total = len(starts) + bool(unknown)
     found = []
     for k, x in enumerate(starts):
-        found.append(journal.answer({"start": x, "noise": levels}, partial(search_from, search, x, levels)))
+        work = partial(search_from, search, x, levels, rough=True)
+        found.append(journal.answer({"start": x, "noise": levels}, work))
         if progress is not None:
-            progress(k + 1, total)
+            progress(k + 1, len(starts) + 1)
     best = min(found, key=lambda one: float(one["cost"]))
-    path = best["path"]  # to the minimum: later searches begin there
-    evaluations = sum(one["evaluations"] for one in found)
-    for _ in range(ROUNDS if unknown else 0):
+    path, evaluations = list(best["path"]), sum(one["evaluations"] for one in found)
+    for k in range(ROUNDS):
         now = _levels(search, best, levels)
-        if all(abs(now[name] / levels[name] - 1) < SAME_NOISE for name in unknown):
+        if k and all(abs(now[name] / levels[name] - 1) < SAME_NOISE for name in unknown):
             break
         levels, begin = now, np.array(best["x"])
-        work = partial(search_from, search, begin, levels, near=True)
-        best = journal.answer({"start": begin, "noise": levels}, work)
+        best = journal.answer({"start": begin, "noise": levels}, partial(search_from, search, begin, levels))
+        path += best["path"]
         evaluations += best["evaluations"]
     if progress is not None:
-        progress(total, total)
+        progress(len(starts) + 1, len(starts) + 1)
     return best | {"path": path}, levels, [float(one["cost"]) for one in found], evaluations
 
 
-def search_from(search: Search, start: Array, levels: dict[str, float], *, near: bool = False) -> dict[str, Any]:
+def search_from(search: Search, start: Array, levels: dict[str, float], *, rough: bool = False) -> dict[str, Any]:
     """Search from one start by SciPy's trust region method, with exact derivatives.
 
     Parameters
@@ -179,44 +180,47 @@ def search_from(search: Search, start: Array, levels: dict[str, float], *, near:
     bounds = tuple(to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
     path: list[list[float]] = []
 
-    def at(x: Array, data: Experiment, slope_steps: int | None) -> tuple[Array, Array]:
+    data, slope_steps, tolerance = search.data, search.steps, SAME_ERROR
+    if rough:
+        data, slope_steps, tolerance = search.sketch, search.steps // 8 * 4, ROUGH
+
+    def at(x: Array, slope_steps: int | None) -> tuple[Array, Array]:
         found = predict(
             data, frees, from_scale(frees, x), steps=search.steps, slope_steps=slope_steps, threads=search.threads
         )
         return weighted(data, found, levels)
 
-    def slope(x: Array, data: Experiment, slope_steps: int) -> Array:
+    def slope(x: Array) -> Array:
         path.append(x.tolist())  # slopes are asked for once in an iteration
-        return at(x, data, slope_steps)[1]
+        return at(x, slope_steps)[1]
 
-    def loss(square: Array, data: Experiment) -> Array:
+    def loss(square: Array) -> Array:
         # all elements of a sample share its loss; its curvature is kept where that is diagonal
         terms = loss_terms(search.loss, np.bincount(data.sample, square, minlength=len(data.kind)).astype(float))
         terms[0] /= data.count
         terms[2][data.count > 1] = 0.0
         return terms[:, data.sample]
 
-    # far from the end part of the runs, and slopes of half the steps, which are right to 1e-5, are as good
-    stages = [(search.data, search.steps, TOLERANCE)]
-    if not near:
-        stages.insert(0, (search.sketch, search.steps // 8 * 4, ROUGH))
-    x, evaluations = start, 0
-    for data, slope_steps, tolerance in stages:
-        done = least_squares(
-            lambda x, data=data: at(x, data, None)[0],
-            x,
-            jac=partial(slope, data=data, slope_steps=slope_steps),
-            bounds=bounds,
-            method="trf",
-            x_scale=bounds[1] - bounds[0],
-            loss="linear" if search.loss == "linear" else partial(loss, data=data),
-            ftol=tolerance,
-            gtol=tolerance / 100,
-            xtol=tolerance,
-            max_nfev=MOST_EVALUATIONS,
-        )
-        x, evaluations = done.x, evaluations + int(done.nfev + done.njev)
-    return {"x": x, "path": path, "cost": done.cost, "status": done.status, "evaluations": evaluations}
+    done = least_squares(
+        lambda x: at(x, None)[0],
+        start,
+        jac=slope,
+        bounds=bounds,
+        method="trf",
+        x_scale=bounds[1] - bounds[0],
+        loss="linear" if search.loss == "linear" else loss,
+        ftol=tolerance,
+        gtol=TOLERANCE / 100,
+        xtol=TOLERANCE,
+        max_nfev=MOST_EVALUATIONS,
+    )
+    return {
+        "x": done.x,
+        "path": path,
+        "cost": done.cost,
+        "status": done.status,
+        "evaluations": int(done.nfev + done.njev),
+    }
 
 
 def _levels(search: Search, best: Mapping[str, Any], levels: dict[str, float]) -> dict[str, float]:
@@ -225,7 +229,11 @@ def _levels(search: Search, best: Mapping[str, Any], levels: dict[str, float]) -
     The level at which the mean of z rho'(z) is what it is for normal errors, counted with n - p degrees of freedom.
     """
     data, frees = search.data, search.frees
-    found = predict(data, frees, from_scale(frees, best["x"]), slope_steps=None, steps=search.steps, threads=search.threads)
+    if not levels:
+        return levels
+    found = predict(
+        data, frees, from_scale(frees, best["x"]), slope_steps=None, steps=search.steps, threads=search.threads
+    )
     z = squares(data, found, levels)
     if len(z) <= len(frees):
         return levels  # every run is met exactly: the residuals tell nothing
@@ -261,6 +269,6 @@ def stop_sentence(found: Mapping[str, Any], costs: Sequence[float], evaluations:
     -------
     str
     """
-    same = sum(cost <= min(costs) * (1 + 1e-3) + 1e-12 for cost in costs)
-    starts = f"; {same} of {len(costs)} starts came to this minimum" if len(costs) > 1 else ""
+    same = sum(cost <= min(costs) * (1 + SAME_COST) + SAME_COST**2 for cost in costs)
+    starts = f"; {same} of {len(costs)} starts came to the same minimum" if len(costs) > 1 else ""
     return f"{STOPS[found['status']]} ({evaluations} evaluations{starts})."

@@ -1,0 +1,162 @@
+"""One page on results of any kind: swims, fits, optima and Pareto fronts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from hypertuna.errors import InputError
+from hypertuna.gait import Gait
+from hypertuna.identify import Fit
+from hypertuna.optimize import Optimum
+from hypertuna.pareto import Front
+from hypertuna.report import WIDTH, Part, Picture, Section, Table, write_page
+from hypertuna.swim import Swim
+
+__all__ = ["report"]
+
+Result: TypeAlias = Swim | Fit | Optimum | Front
+
+
+def report(results: Result | Sequence[Result], path: str | Path, *, title: str = "") -> Path:
+    """Write results as one self-contained HTML page, for wide screens and phones, light and dark.
+
+    Parameters
+    ----------
+    results : Swim, Fit, Optimum, Front, or sequence of them
+        A section or several for each, in their order.
+    path : str or Path
+        Of the page; replaced if it exists.
+    title : str
+        Of the page; the names of the robots if left out.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If there is no result, one is of another kind, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import hypertuna as ht
+    >>> fish = ht.load("hypertuna")
+    >>> page = ht.report(ht.swim(fish, ht.named_gait(fish, "unoptimised-max")), getfixture("tmp_path") / "fish.html")
+    >>> page.name
+    'fish.html'
+    """
+    every = [results] if isinstance(results, Result) else list(results)
+    if not every:
+        raise InputError("must hold one result at least", key="results", value="empty", fix="give a swim, or a fit")
+    sections = [_apart(section, k) for k, result in enumerate(every) for section in _sections(result)]
+    robots = dict.fromkeys(result.robot.description for result in every)
+    title = title or " and ".join(dict.fromkeys(result.robot.name for result in every))
+    return write_page(title, sections, path, lede="\n\n".join(f"{text}." for text in robots))
+
+
+def _sections(result: Result) -> list[Section]:
+    """Tell of one result."""
+    if isinstance(result, Swim):
+        return [_swim(result)]
+    if isinstance(result, Fit):
+        from hypertuna.fit_page import fit_sections
+
+        return fit_sections(result)
+    if isinstance(result, Optimum):
+        return [_optimum(result)]
+    if isinstance(result, Front):
+        return [_front(result)]
+    rule = "must be a Swim, Fit, Optimum or Front"
+    raise InputError(rule, key="results", value=type(result).__name__, fix="leave it out")
+
+
+def _apart(section: Section, k: int) -> Section:
+    """Give the pictures of a result names of their own."""
+    parts = [replace(p, name=f"result-{k}-{p.name}") if isinstance(p, Picture) else p for p in section.parts]
+    return Section(section.title, parts)
+
+
+def _swim(swim: Swim) -> Section:
+    """Tell how a gait swims."""
+    from hypertuna.animation import slowed, swimming_svg
+
+    parts: list[Part] = [_numbers(swim)]
+    if swim.status != "diverged":
+        fish = swimming_svg(swim)
+        shows = f"The body through {'the' if swim.duration is None else 'its last'} beat, {slowed(swim)}."
+        parts.append(Picture("body", fish, shows, "The motion is computed; the body's thickness is schematic."))
+        parts.append(_motion(swim))
+    return Section(f"A swim at {swim.gait.frequency:.4g} Hz", parts)
+
+
+def _motion(swim: Swim) -> Picture:
+    """Draw a swim."""
+    from hypertuna.plots import plot_swim
+
+    how = "The settled beat." if swim.duration is None else f"From rest, {swim.duration:g} s."
+    shows = "Paths of nose and tail tip, midlines, forward speed and mechanical power."
+    return Picture("swim", plot_swim(swim, width=WIDTH), shows, f"{how} {swim.status_text}")
+
+
+def _numbers(swim: Swim) -> Table:
+    """Tabulate gait and swim."""
+    rows: list[list[str | float]] = [
+        *_gait_rows(swim.gait),
+        ["speed", swim.speed, "m/s"],
+        ["speed", swim.speed_bl, "body lengths/s"],
+        ["mechanical power", swim.power, "W"],
+        ["cost of transport", swim.cost_of_transport, "J/(kg m)"],
+        ["Strouhal number", swim.strouhal, "1"],
+        ["efficiency", swim.efficiency, "1"],
+    ]
+    if np.isfinite(swim.turn_radius):
+        rows.append(["turning radius", swim.turn_radius, "m"])
+    model = swim.robot.model
+    return Table(
+        ["quantity", "value", "unit"],
+        rows,
+        f"The gait, and how {swim.robot.name} swims it.",
+        f"{model.joints.capitalize()} joints, {model.water} water law. {swim.status_text}",
+    )
+
+
+def _gait_rows(gait: Gait) -> list[list[str | float]]:
+    """Write a gait."""
+    rows: list[list[str | float]] = [["frequency", gait.frequency, "Hz"]]
+    for name in ("amplitude", "phase", "bias"):
+        angles = np.degrees(getattr(gait, name))
+        if name != "bias" or angles.any():
+            rows.append([name, ", ".join(f"{angle:.4g}" for angle in angles), "deg"])
+    return rows
+
+
+def _optimum(best: Optimum) -> Section:
+    """Tell of an optimum."""
+    ends = ", ".join(f"`{name}` at its {side} bound" for name, side in best.bounds.items())
+    text = [
+        f"{best.stop} {best.evaluations} gaits were swum, seed {best.seed}.",
+        best.remark,
+        f"{ends}." if ends else "",
+    ]
+    parts: list[Part] = ["\n\n".join(filter(None, text))]
+    if best.swim is not None:
+        parts += [_numbers(best.swim), _motion(best.swim)]
+    wish = best.goal.name if best.goal.expected is None else f"{best.goal.expected:g} m/s"
+    return Section(f"The best gait for {wish.replace('_', ' ')}, by {best.method}", parts)
+
+
+def _front(front: Front) -> Section:
+    """Tell of a Pareto front."""
+    from hypertuna.plots_pareto import plot_pareto
+
+    names = " and ".join(name.replace("_", " ") for name in front.objectives)
+    shows = f"{len(front.x)} gaits of which none is better than another in every objective."
+    made = f"NSGA-II{', then polished by exact derivatives' if front.polished else ''}; {front.evaluations} gaits swum."
+    picture = Picture("front", plot_pareto(front, width=WIDTH), shows, made)
+    return Section(f"Pareto front of {names}", [front.stop, picture])

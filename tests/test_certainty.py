@@ -1,0 +1,206 @@
+"""Certainty: intervals, open directions and criteria of problems whose answers are known."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import hypertuna as ht
+from hypertuna.certainty import certainty, criteria, errors, squares
+from hypertuna.coefficients import Free, free
+from hypertuna.predict import Experiment, Prediction, experiment, loss_terms, predict, weighted
+from hypertuna.trials import Trials
+from synthetic import grid, steady
+
+Array = NDArray[np.float64]
+
+T95 = 2.0452  # Student's t, 29 degrees of freedom, from a table
+
+
+@cache
+def some_runs(count: int) -> tuple[ht.Robot, Trials]:
+    """So many runs, whose speeds do not matter."""
+    tuna = ht.load("hypertuna")
+    return tuna, steady(tuna, grid([2.0], [(16, 25)], np.linspace(0, 90, count)), cost=False)
+
+
+def straight_line(noise: Array, *, told: bool = True) -> tuple[Experiment, tuple[Free, ...], Prediction, Array]:
+    """Runs whose speeds lie on a line a + b t, fitted by its normal equations: a problem whose covariance is known."""
+    tuna, runs = some_runs(len(noise))
+    t = np.linspace(-1, 1, len(noise))
+    slope = np.column_stack([np.ones_like(t), t])
+    measured = slope @ [1.0, 0.5] + noise
+    values = np.linalg.lstsq(slope, measured, rcond=None)[0]
+    none = np.zeros(len(t), dtype=bool)
+    samples = np.arange(len(t))
+    data = Experiment(
+        tuna, runs, measured, samples, 0 * samples, samples, np.full(len(t), 0.1), ~none if told else none, 1 + none, ()
+    )
+    frees = (Free("water.lumped.drag[0]", 0.0, 30.0, 1.0), Free("water.lumped.drag[7]", 0.0, 30.0, 0.5))
+    return data, frees, Prediction(slope @ values, slope, none, none, {}), values
+
+
+def test_intervals_of_a_straight_line() -> None:
+    """Var a = sd^2 / n and var b = sd^2 / sum t^2, uncorrelated: with residuals of exactly the stated noise."""
+    noise = 0.1 * np.resize([1.0, -1.0], 31)
+    data, frees, found, values = straight_line(noise)
+    sure = certainty(data, frees, values, found, {}, "linear")
+    t = np.linspace(-1, 1, 31)
+    expected = np.array([0.1 / math.sqrt(31), 0.1 / math.sqrt((t**2).sum())])
+    assert sure.freedom == 29
+    assert sure.sd == pytest.approx(sure.factor * expected, rel=1e-12)
+    assert sure.factor == pytest.approx(math.sqrt(31 / 29), rel=1e-2)  # the line takes two degrees of freedom
+    assert sure.high - sure.low == pytest.approx(2 * T95 * sure.sd, rel=1e-4)
+    assert sure.correlation == pytest.approx(np.eye(2), abs=1e-12)
+    assert [d.determined for d in sure.directions] == [True, True]
+    assert np.exp(np.log([d.singular_value for d in sure.directions]).sum()) == pytest.approx(
+        np.prod(sure.unit / sure.sd)
+    )
+
+
+def test_residuals_beyond_the_stated_noise_widen_the_intervals_and_none_narrows_them() -> None:
+    noise = 0.1 * np.resize([1.0, -1.0], 31)
+    for times, factor in ((3.0, 3 * math.sqrt(31 / 29)), (0.1, 1.0)):
+        data, frees, found, values = straight_line(times * noise)
+        assert certainty(data, frees, values, found, {}, "linear").factor == pytest.approx(factor, rel=1e-2)
+
+
+def test_intervals_hold_the_truth_in_19_of_20_cases() -> None:
+    """By Monte Carlo with a fixed seed: 400 lines, each with 2 coefficients; 3 sd of the count are 2.3 %."""
+    rng = np.random.default_rng(0)
+    held = 0
+    for _ in range(400):
+        data, frees, found, values = straight_line(0.1 * rng.standard_normal(31))
+        sure = certainty(data, frees, values, found, {}, "linear")
+        held += ((sure.low <= [1.0, 0.5]) & (sure.high >= [1.0, 0.5])).sum()
+    assert 0.927 < held / 800 < 0.985
+
+
+def test_two_coefficients_that_do_the_same_cannot_be_told_apart() -> None:
+    data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
+    same = Prediction(found.computed, found.slope[:, :1].repeat(2, axis=1), found.failed, found.unstable, {})
+    sure = certainty(data, frees, np.array([1.0, 1.0]), same, {}, "linear")
+    assert [d.determined for d in sure.directions] == [True, False]
+    assert sure.directions[1].singular_value < 1e-6
+    assert sure.directions[1].sentence == (
+        "water.lumped.drag[0] and water.lumped.drag[7] cannot be told apart from speed alone; "
+        "other gaits, or recordings of transients, may."
+    )
+    assert np.isinf(sure.sd).all()
+    assert (sure.low == 0).all()
+    assert (sure.high == 30).all()
+    assert sure.correlation[0, 1] == pytest.approx(-1)
+
+
+def test_a_coefficient_without_effect_is_open() -> None:
+    data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
+    idle = Prediction(found.computed, found.slope * [1.0, 0.0], found.failed, found.unstable, {})
+    sure = certainty(data, frees, np.array([1.0, 1.0]), idle, {}, "linear")
+    assert sure.determined == (True, False)
+    assert sure.directions[1].sentence.startswith("water.lumped.drag[7] is not determined by speed alone")
+
+
+def test_values_on_their_bounds_are_told() -> None:
+    data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
+    assert certainty(data, frees, np.array([0.0, 30.0]), found, {}, "linear").bound == ("lower", "upper")
+    assert certainty(data, frees, np.array([0.1, 29.9]), found, {}, "linear").bound == (None, None)
+
+
+def test_added_mass_and_mass_of_the_tail(tuna: ht.Robot) -> None:
+    """Both are inertia of the same link, m (1 + c_m): only their sum is seen, but for the link's moment of inertia."""
+    frees = free(tuna, ["water.added_mass[7]", "links.mass[7]"])
+    values = np.array([f.start for f in frees])
+    data = experiment(tuna, steady(tuna, grid([2, 4, 6], [(16, 25)], [0, 30, 60]), cost=False), frees)
+    found = predict(data, frees, values)
+    sure = certainty(data, frees, values, found, {"speed": 0.01}, "linear")
+    assert not sure.directions[1].determined
+    assert sure.directions[1].sentence.startswith(
+        "water.lumped.added_mass[7] and links.mass[7] cannot be told apart from speed alone"
+    )
+    mass, added = tuna.links.mass[7], values[0]
+    along = sure.directions[1].vector * sure.unit
+    assert along[1] * (1 + added) / (mass * along[0]) == pytest.approx(
+        -1, abs=0.1
+    )  # m (1 + c_m) stays, but for m l^2/12
+
+
+def test_a_measurement_that_would_help_is_named(tuna: ht.Robot) -> None:
+    frees = free(tuna, ["water.added_mass", "links.mass"])
+    values = np.array([f.start for f in frees])
+    gaits = grid([2, 4, 6], [(16, 25)], [0, 30, 60])
+    sentences = []
+    for cost in (False, True):
+        data = experiment(tuna, steady(tuna, gaits, cost=cost), frees)
+        sure = certainty(
+            data, frees, values, predict(data, frees, values), {"speed": 0.01, "cost_of_transport": 0.05}, "linear"
+        )
+        sentences.append(sure.directions[0].sentence)
+    assert "the cost of transport of the same runs, known to 5 %, would determine it" in sentences[0]
+    assert sentences[1].startswith("Speed and cost of transport determine a combination of")
+
+
+def test_aicc_of_a_normal_sample() -> None:
+    """-2 ln L = sum z + n ln(2 pi sd^2) where the noise is told; n (ln(2 pi s^2) + 1), s^2 = mean r^2, where not."""
+    noise = 0.1 * np.resize([1.0, -1.0], 31)
+    data, _, found, _ = straight_line(noise)
+    told = criteria(data, found, {}, "linear", 2)
+    residual = found.computed - data.measured
+    total = (residual**2).sum() / 0.01 + 31 * math.log(2 * math.pi * 0.01)
+    assert told["minus_2_log_likelihood"] == pytest.approx(total)
+    assert told["aicc"] == pytest.approx(total + 4 + 12 / 28)
+    assert told["bic"] == pytest.approx(total + 2 * math.log(31))
+    data, _, found, _ = straight_line(noise, told=False)
+    total = 31 * (math.log(2 * math.pi * (residual**2).mean()) + 1)
+    for level in (0.5, 2.0):  # whatever it is taken for
+        assert criteria(data, found, {"speed": level}, "linear", 2)["minus_2_log_likelihood"] == pytest.approx(total)
+    assert criteria(data, found, {"speed": 1.0}, "linear", 2)["parameters"] == 3
+
+
+@pytest.mark.parametrize("loss", ["linear", "soft_l1", "huber", "cauchy"])
+def test_losses_are_those_of_scipy(loss: str) -> None:
+    """SciPy's cost is half the sum of rho; the derivatives agree with differences."""
+    from scipy.optimize import least_squares
+
+    residual = np.array([0.0, 0.3, 0.9, 1.1, 4.0])
+    cost = least_squares(lambda x: residual + 0 * x, [0.0], loss=loss, max_nfev=1).cost
+    z, step = residual**2, 1e-6
+    value, first, second = loss_terms(loss, z)
+    assert 0.5 * value.sum() == pytest.approx(cost, rel=1e-12)
+    up, down = loss_terms(loss, z + step), loss_terms(loss, z - step)
+    assert first == pytest.approx((up[0] - down[0]) / (2 * step), rel=1e-6)
+    assert second == pytest.approx((up[1] - down[1]) / (2 * step), rel=1e-6, abs=1e-9)
+
+
+def test_frames_of_a_track_share_one_loss() -> None:
+    """Two samples, of 1 and of 4 elements, all off by their standard deviation times 0, 1 and sqrt(4)."""
+    data, _, _, _ = straight_line(np.zeros(5))
+    grouped = Experiment(
+        data.robot,
+        data.trials,
+        np.array([0.0, 2.0, 2.0, 2.0, 2.0]),
+        np.array([0, 1, 1, 1, 1]),
+        np.array([0, 2]),
+        np.array([0, 1]),
+        np.ones(2),
+        np.ones(2, dtype=bool),
+        np.array([1, 4]),
+        (),
+    )
+    none = np.zeros(5, dtype=bool)
+    found = Prediction(np.zeros(5), np.ones((5, 1)), none, none, {})
+    assert squares(grouped, found, {}) == pytest.approx([0, 4])
+    assert weighted(grouped, found, {})[0] == pytest.approx([0, -1, -1, -1, -1])
+
+
+def test_errors_are_relative_for_steady_runs() -> None:
+    data, _, found, _ = straight_line(np.zeros(5))
+    off = Prediction(1.1 * data.measured, found.slope, found.failed | (np.arange(5) == 2), found.unstable, {})
+    told = errors(data, off)
+    assert told.rms == pytest.approx({"speed_relative": 0.1})
+    assert told.largest == pytest.approx({"speed_relative": 0.1})
+    assert told.runs[0]["speed_measured"] == data.measured[0]
+    assert [run.get("status") for run in told.runs] == [None, None, "not settled", None, None]
