@@ -5,6 +5,7 @@
 #include <system_error>
 #include <thread>
 
+#include "hypertuna/parameters.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
@@ -119,18 +120,32 @@ static Output settle_batch(const Model& model, const Frequency& frequency, const
     return rows;
 }
 
+/// Sort directions by whether they change parameters that the shape of the body depends on, with a gait or without.
+static Directions sort_directions(const Model& model, const Input<2>& along, bool of_gait) {
+    check_extent("directions", along.shape(0), parameter_count(model));
+    const int count = static_cast<int>(along.shape(1));
+    Directions directions{along.data(), count, {}, {}};
+    if (of_gait) directions.still = {-3, -2, -1};
+    const int end = shape_parameters(model.groups, model.links), begin = of_gait ? 0 : end - 2 * model.links;
+    for (int k = 0; k < count; ++k) {
+        bool moves = false;
+        for (int i = begin; i < end; ++i) moves |= along.data()[i * count + k] != 0;
+        (moves ? directions.moving : directions.still).push_back(k);
+    }
+    return directions;
+}
+
 static Output gradient(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
                        const PerGroup& bias, const Input<2>& momentum, const Input<2>& along, int steps, int threads) {
     const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
     check_steps(steps);
     check_extent("momentum", momentum.shape(0), frequency.shape(0));
     check_extent("momentum", momentum.shape(1), 3);
-    check_extent("directions", along.shape(0), parameter_count(model));
-    const Directions directions{along.data(), static_cast<int>(along.shape(1))};
+    const Directions directions = sort_directions(model, along, true);
     const Kernel& use = kernel();
     Output rows = zeros({frequency.shape(0), names(use.gradient_output).size(), 3 + along.shape(1)});
     const nb::gil_scoped_release unlocked;
-    in_parallel(static_cast<int>(frequency.shape(0)), 4, threads, [&](int begin, int end) {
+    in_parallel(static_cast<int>(frequency.shape(0)), 16, threads, [&](int begin, int end) {
         use.gradient(model, gaits, directions, begin, end, momentum.data(), steps, rows.data());
     });
     return rows;
@@ -140,14 +155,13 @@ static NamedArrays track(const Model& model, const Input<3>& joints, const Input
     if (joints.shape(0) % 2 != 1) throw nb::value_error("joints: needs two instants a step and one more");
     check_extent("joints", joints.shape(1), model.links);
     check_extent("joints", joints.shape(2), 3);
-    check_extent("directions", along.shape(0), parameter_count(model));
+    const Directions directions = sort_directions(model, along, false);
     const std::size_t steps = joints.shape(0) / 2;
     Output pose = zeros({steps + 1, 3}), rate = zeros({steps + 1, 3}), slope = zeros({steps + 1, 3, along.shape(1)});
     const Kernel& use = kernel();
     {
         const nb::gil_scoped_release unlocked;
-        use.track(model, {joints.data(), steps, step}, {along.data(), static_cast<int>(along.shape(1))},
-                  {pose.data(), rate.data(), slope.data()});
+        use.track(model, {joints.data(), steps, step}, directions, {pose.data(), rate.data(), slope.data()});
     }
     NamedArrays out;
     out["pose"] = pose;

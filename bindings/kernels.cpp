@@ -163,44 +163,56 @@ constexpr int output_count = sizeof(outputs) / sizeof(outputs[0]);
 
 const char* gradient_output(int k) { return k < output_count ? outputs[k].name : nullptr; }
 
-/// Point the lanes into directions first, first + 1, ... where there are such, else nowhere.
-void point(const Directions& directions, int first, std::vector<Slope>& parameters) {
-    for (int k = 0; k < lanes; ++k) {
-        const int direction = first + k;
-        const bool there = direction >= 0 && direction < directions.count;
+/// Point the lanes into directions first, first + 1, ... of a list; beyond the last, the last is repeated.
+void point(const Directions& directions, const std::vector<int>& list, std::size_t first, Momentum<Slope>& start,
+           std::vector<Slope>& parameters) {
+    Slope* const axes[3] = {&start.x, &start.y, &start.z};
+    for (int k = 0; k < lanes && !list.empty(); ++k) {
+        const int direction = list[std::min(first + k, list.size() - 1)];
+        for (int i = 0; i < 3; ++i) set_lane(axes[i]->d[0], k, direction == i - 3 ? 1.0 : 0.0);
         for (std::size_t i = 0; i < parameters.size(); ++i)
-            set_lane(parameters[i].d[0], k, there ? directions.along[i * directions.count + direction] : 0.0);
+            set_lane(parameters[i].d[0], k, direction < 0 ? 0.0 : directions.along[i * directions.count + direction]);
     }
 }
 
-template <class Law>
-void gradient_of(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
-                 const double* momentum, int steps, double* rows) {
-    Tank<Slope, Law> tank(model, steps);
+/// Derivatives along a list of directions. G has derivatives where the directions change the shape.
+template <class Law, class G>
+void gradient_along(const Model& model, const GaitBatch& gaits, const Directions& directions,
+                    const std::vector<int>& list, int begin, int end, const double* momentum, int steps, double* rows) {
+    if (list.empty()) return;
+    Tank<Slope, Law, G> tank(model, steps);
     const int count = 3 + directions.count;
     std::vector<Real> parameters(gait_parameters(model.groups), Real(0.0));
     for (int gait = begin; gait < end; ++gait) {
         load_gaits(model, gaits, gait, gait + 1, parameters);
         for (std::size_t i = 0; i < parameters.size(); ++i) tank.parameters[i] = Slope(parameters[i]);
         const double* const P = momentum + 3 * gait;
+        Momentum<Slope> start{Slope(Real(P[0])), Slope(Real(P[1])), Slope(Real(P[2]))};
         double* const out = rows + static_cast<std::size_t>(gait) * output_count * count;
-        for (int first = 0; first < count; first += lanes) {
-            // The first three directions are those of the momentum.
-            Momentum<Slope> start{Slope(Real(P[0])), Slope(Real(P[1])), Slope(Real(P[2]))};
-            Slope* const axes[3] = {&start.x, &start.y, &start.z};
-            for (int i = first; i < std::min(3, first + lanes); ++i) set_lane(axes[i]->d[0], i - first, 1.0);
-            point(directions, first - 3, tank.parameters);
-            tank.fill();
+        for (std::size_t first = 0; first < list.size(); first += lanes) {
+            point(directions, list, first, start, tank.parameters);
+            if (first == 0 || std::same_as<G, Slope>)
+                tank.fill();
+            else
+                tank.refill();
             const Beat<Slope> beat = measure_beat(tank.fish, tank.joints.data(), tank.table,
                                                   Slope(Real(1.0)) / tank.frequency, start, tank.scratch);
             const Measured m{beat, mean_speed(beat, tank.frequency),
                              largest_rate(model.groups, tank.groups.data(), tank.frequency)};
             for (int o = 0; o < output_count; ++o) {
                 const Real slope = outputs[o].of(m).d[0];
-                for (int k = 0; k < lanes && first + k < count; ++k) out[o * count + first + k] = lane(slope, k);
+                for (std::size_t k = 0; k < lanes && first + k < list.size(); ++k)
+                    out[o * count + 3 + list[first + k]] = lane(slope, static_cast<int>(k));
             }
         }
     }
+}
+
+template <class Law>
+void gradient_of(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
+                 const double* momentum, int steps, double* rows) {
+    gradient_along<Law, Real>(model, gaits, directions, directions.still, begin, end, momentum, steps, rows);
+    gradient_along<Law, Slope>(model, gaits, directions, directions.moving, begin, end, momentum, steps, rows);
 }
 
 void gradient_any(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
@@ -211,25 +223,26 @@ void gradient_any(const Model& model, const GaitBatch& gaits, const Directions& 
         gradient_of<Strip<Slope>>(model, gaits, directions, begin, end, momentum, steps, rows);
 }
 
-template <class Law>
-void track_of(const Model& model, const JointSeries& series, const Directions& directions, const Track& track) {
-    Tank<Slope, Law> tank(model, block_steps + 1);
-    std::vector<JointMotion<Slope>> joints(model.links);
+template <class Law, class G>
+void track_along(const Model& model, const JointSeries& series, const Directions& directions,
+                 const std::vector<int>& list, const Track& track) {
+    Tank<Slope, Law, G> tank(model, block_steps + 1);
+    std::vector<JointMotion<G>> joints(model.links);
     const auto joints_at = [&](std::size_t k) {
         const double* at = series.motion + 3 * model.links * k;
-        for (JointMotion<Slope>& joint : joints) {
-            joint = {Slope(Real(at[0])), Slope(Real(at[1])), Slope(Real(at[2]))};
+        for (JointMotion<G>& joint : joints) {
+            joint = {G(Real(at[0])), G(Real(at[1])), G(Real(at[2]))};
             at += 3;
         }
         return joints.data();
     };
     const Slope zero(Real(0.0));
-    const Motion<Slope> rest{{zero, zero, zero}, {zero, zero, zero}};
-    for (int first = 0; first == 0 || first < directions.count; first += lanes) {
-        point(directions, first, tank.parameters);
+    Momentum<Slope> rest{zero, zero, zero};
+    for (std::size_t first = 0; first == 0 || first < list.size(); first += lanes) {
+        point(directions, list, first, rest, tank.parameters);
         tank.read();
-        swim_joints(tank, series.steps, Slope(Real(series.step)), rest, joints_at,
-                    [&](std::size_t k, const Instant<Slope>& now, const Motion<Slope>& motion) {
+        swim_joints(tank, series.steps, Slope(Real(series.step)), {rest, {zero, zero, zero}}, joints_at,
+                    [&](std::size_t k, const Instant<Slope, G>& now, const Motion<Slope>& motion) {
                         const Pose<Slope>& pose = motion.pose;
                         const Pose<Slope> rate = pose_rate(pose, twist(now, motion.momentum));
                         const Slope at[3] = {pose.x, pose.y, pose.heading};
@@ -238,11 +251,19 @@ void track_of(const Model& model, const JointSeries& series, const Directions& d
                             const std::size_t place = 3 * k + axis;
                             track.pose[place] = lane(at[axis].v, 0);
                             track.rate[place] = lane(going[axis].v, 0);
-                            for (int i = 0; i < lanes && first + i < directions.count; ++i)
-                                track.slope[place * directions.count + first + i] = lane(at[axis].d[0], i);
+                            for (std::size_t i = 0; i < lanes && first + i < list.size(); ++i)
+                                track.slope[place * directions.count + list[first + i]] =
+                                    lane(at[axis].d[0], static_cast<int>(i));
                         }
                     });
     }
+}
+
+template <class Law>
+void track_of(const Model& model, const JointSeries& series, const Directions& directions, const Track& track) {
+    if (directions.moving.empty() || !directions.still.empty())  // once at least, for the pose itself
+        track_along<Law, Real>(model, series, directions, directions.still, track);
+    if (!directions.moving.empty()) track_along<Law, Slope>(model, series, directions, directions.moving, track);
 }
 
 void track_any(const Model& model, const JointSeries& series, const Directions& directions, const Track& track) {

@@ -42,10 +42,11 @@ struct Track {
     double *pose, *rate, *slope;
 };
 
-/// Directions in the space of all parameters: parameters x count, row-major.
+/// Directions in the space of all parameters: parameters x count, row-major; -3, -2, -1 are those of the momentum.
 struct Directions {
     const double* along;
     int count;
+    std::vector<int> still, moving;  // those that leave the shape of the body as it is, and those that do not
 };
 
 struct Kernel {

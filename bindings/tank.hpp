@@ -1,6 +1,5 @@
 inline constexpr int block_steps = 63;  // of a long motion whose shapes are tabulated at a time
 
-/// A tank to swim in: all the memory that the core needs for one gait (or one set of lanes), kept between gaits.
 #pragma once
 
 #include <algorithm>
@@ -12,17 +11,30 @@ inline constexpr int block_steps = 63;  // of a long motion whose shapes are tab
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-template <class S, class Law>
+/// A scalar without the derivatives that a shape of scalars G has not.
+template <class G, class S>
+G narrow(const S& x) {
+    if constexpr (std::same_as<G, S>)
+        return x;
+    else
+        return value(x);
+}
+
+/// A tank to swim in: all the memory that the core needs for one gait (or one set of lanes), kept between gaits.
+///
+/// The shape is made of scalars G: numbers without derivatives where the parameters' ones leave the shape alone.
+template <class S, class Law, class G = S>
 struct Tank {
     std::vector<S> parameters;
-    std::vector<JointShare<S>> joints;
+    std::vector<JointShare<G>> joints;
     std::vector<Harmonic<S>> groups;
-    std::vector<Swing<S>> swings;
+    std::vector<Swing<G>> swings;
     std::vector<Link<S>> link;
+    std::vector<Link<G>> geometry;
     std::vector<typename Law::Coefficients> coefficients;
     S frequency;
-    Swimmer<S, Law> fish;
-    ShapeTable<S> table;
+    Swimmer<S, Law, G> fish;
+    ShapeTable<S, G> table;
     BeatScratch<S> scratch;
 
     /// Memory for a beat of `steps` steps; the gait's parameters are left at zero.
@@ -31,6 +43,7 @@ struct Tank {
           groups(model.groups),
           swings(model.groups),
           link(model.links),
+          geometry(model.links),
           coefficients(model.links),
           cross_flow_(model.cross_flow),
           motion_(model.links),
@@ -44,7 +57,7 @@ struct Tank {
           tail_(steps),
           nose_(steps) {
         for (int i = 0; i < model.links; ++i)
-            joints.push_back({model.joint_group[i], S(base_t<S>(model.joint_share[i]))});
+            joints.push_back({model.joint_group[i], G(base_t<G>(model.joint_share[i]))});
         for (std::size_t i = 0; i < model.robot.size(); ++i)
             parameters[gait_parameters(model.groups) + i] = S(base_t<S>(model.robot[i]));
         table = {model.links, 2 * steps, shape_.data(), acceleration_.data(), mobility_.data(), momentum_.data()};
@@ -58,24 +71,35 @@ struct Tank {
     void read() {
         Columns<S> in{parameters.data()};
         frequency = read_gait(static_cast<int>(groups.size()), in, groups.data());
-        for (std::size_t g = 0; g < groups.size(); ++g) swings[g] = response(groups[g], frequency);
+        for (std::size_t g = 0; g < groups.size(); ++g) {
+            const Swing<S> swing = response(groups[g], frequency);
+            swings[g] = {narrow<G>(swing.bias), narrow<G>(swing.sine), narrow<G>(swing.cosine)};
+        }
         const int links = static_cast<int>(link.size());
         const S density = read_body(links, in, link.data());
         const Law water = read_water(links, in, link.data(), density, cross_flow_, coefficients.data());
-        fish = {links, link.data(), water};
+        for (int i = 0; i < links; ++i)
+            geometry[i] = {narrow<G>(link[i].length), narrow<G>(link[i].com), narrow<G>(link[i].mass),
+                           narrow<G>(link[i].inertia)};
+        fish = {links, geometry.data(), water};
     }
     /// The same, and tabulate the beat.
     void fill() {
         read();
-        tabulate_beat(fish, joints.data(), swings.data(), frequency, motion_.data(), table);
+        tabulate_beat(fish, joints.data(), swings.data(), narrow<G>(frequency), motion_.data(), table);
+    }
+    /// The same once more, with parameters that leave the shape as it is.
+    void refill() {
+        read();
+        for (int k = 0; k < table.instants; ++k) weigh(fish, k, table);
     }
 
   private:
     bool cross_flow_;
-    std::vector<JointMotion<S>> motion_;
+    std::vector<JointMotion<G>> motion_;
     std::vector<S> torque_, group_power_, load_;
-    std::vector<LinkShape<S>> shape_;
-    std::vector<LinkAcceleration<S>> acceleration_;
+    std::vector<LinkShape<G>> shape_;
+    std::vector<LinkAcceleration<G>> acceleration_;
     std::vector<Symmetric<S>> mobility_;
     std::vector<Momentum<S>> momentum_;
     std::vector<Planar<S>> tail_, nose_;
@@ -83,8 +107,8 @@ struct Tank {
 
 /// Swim a joint motion from a momentum and a pose: joints_at(k) are the joints at half step k = 0 ... 2 steps, and
 /// record(k, now, motion) is called at every step. The tank holds block_steps + 1 steps or more.
-template <class S, class Law, class Joints, class Record>
-void swim_joints(Tank<S, Law>& tank, std::size_t steps, const S& step, Motion<S> motion, const Joints& joints_at,
+template <class S, class Law, class G, class Joints, class Record>
+void swim_joints(Tank<S, Law, G>& tank, std::size_t steps, const S& step, Motion<S> motion, const Joints& joints_at,
                  const Record& record) {
     for (std::size_t first = 0;; first += block_steps) {
         const std::size_t here = std::min<std::size_t>(block_steps, steps - first);

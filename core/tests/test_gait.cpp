@@ -21,6 +21,20 @@ static void lag_by_hand() {
     const Swing<double> late = response(Harmonic<double>{0.3, pi / 2, 0.0, infinite}, 2.0);  // -0.3 cos(p)
     CHECK_NEAR(late.sine, 0, 1e-16);
     CHECK_NEAR(late.cosine, -0.3, 1e-16);
+
+    // A phase offset is the same again, on top of the first-order lag.
+    const Swing<double> offset = response(Harmonic<double>{0.3, pi / 2, 0.0, 2.0, pi / 4}, 2.0);
+    CHECK_NEAR(std::hypot(offset.sine, offset.cosine), 0.3 / std::sqrt(2), 1e-16);
+    CHECK_NEAR(std::atan2(-offset.cosine, offset.sine), pi, 1e-15);
+}
+
+/// The group that makes the larger amplitude is the faster one: here the one that was told the smaller.
+static void largest_rate_by_hand() {
+    const double infinite = std::numeric_limits<double>::infinity();
+    const Harmonic<double> groups[2] = {{0.4, 0.0, 0.1, 1.0}, {0.3, 0.0, 0.0, infinite}};
+    CHECK_NEAR(largest_rate(1, groups, 1.0), 2 * pi * 0.4 / std::sqrt(2), 1e-15);
+    CHECK_NEAR(largest_rate(2, groups, 1.0), 2 * pi * 0.3, 1e-15);
+    CHECK(largest_rate(0, groups, 1.0) == 0);
 }
 
 static void joint_motions() {
@@ -47,6 +61,7 @@ static void joint_motions() {
 
 int main() {
     lag_by_hand();
+    largest_rate_by_hand();
     joint_motions();
     return failures();
 }

@@ -109,7 +109,46 @@ static void moving_shape(bool cross_flow) {
     }
 }
 
+/// Straight ahead at 2 m/s only the friction acts, 1/2 rho c_f S U^2 of each link.
+static void towing() {
+    const Fish<double, Lumped<double>> fish(2.0, 0.2);
+    double power = 0;
+    for (int i = 0; i < fish.links; ++i) power += 8 * fish.coefficients[i].friction;
+    CHECK_NEAR(towing_power(fish.swimmer, 2.0), power, 1e-13 * power);
+    CHECK_NEAR(towing_power(fish.swimmer, -2.0), power, 1e-13 * power);
+}
+
+/// Derivatives by an added mass are the same whether the shape carries derivatives (all zero) or none.
+static void plain_shape() {
+    using D = Dual<double, 1>;
+    Fish<D, Lumped<D>> fish(D(2.0), D(0.2));
+    fish.coefficients[2].inertia_mass.d[0] = 1;
+    Fish<double, Lumped<double>> plain(2.0, 0.2);
+    const Instant<D> now = fish.at_phase(D(1.0));
+    const Swimmer<D, Lumped<D>, double> swimmer{fish.links, plain.link, fish.swimmer.water};
+    const Instant<double> shape = plain.at_phase(1.0);
+    Symmetric<D> mobility;
+    Momentum<D> momentum;
+    const ShapeTable<D, double> table{fish.links, 1, plain.table.shape, plain.table.acceleration, &mobility, &momentum};
+    weigh(swimmer, 0, table);
+    const Twist<D> xi{D(-0.5), D(0.1), D(0.3)};
+    const Wrench<D> whole = now.mobility * water_wrench(fish.swimmer, now.shape, xi);
+    const Wrench<D> mixed = mobility * water_wrench(swimmer, shape.shape, xi);
+    D of_whole[4], of_mixed[4];
+    joint_torques(fish.swimmer, now, xi, of_whole);
+    joint_torques(swimmer, table[0], xi, of_mixed);
+    CHECK(whole.y.d[0] != 0);
+    CHECK_NEAR(whole.y.v, mixed.y.v, 1e-14 * std::fabs(whole.y.v));
+    CHECK_NEAR(whole.y.d[0], mixed.y.d[0], 1e-14 * std::fabs(whole.y.d[0]));
+    for (int i = 1; i < fish.links; ++i) {
+        CHECK(of_whole[i].d[0] != 0);
+        CHECK_NEAR(of_whole[i].d[0], of_mixed[i].d[0], 1e-13 * std::fabs(of_whole[i].d[0]));
+    }
+}
+
 int main() {
+    towing();
+    plain_shape();
     kirchhoff();
     parallel_axes();
     tail();

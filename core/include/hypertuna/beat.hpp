@@ -30,8 +30,8 @@ struct BeatScratch {
 };
 
 /// Mechanical power of all joints at one instant: net, and with the negative power of each joint group left out.
-template <class S, class Law>
-HYPERTUNA_INLINE void joint_power(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const Instant<S>& now,
+template <class S, class Law, class G>
+HYPERTUNA_INLINE void joint_power(const Swimmer<S, Law, G>& fish, const JointShare<G>* joints, const Instant<S, G>& now,
                                   const Twist<S>& xi, const BeatScratch<S>& scratch, Beat<S>& beat) {
     joint_torques(fish, now, xi, scratch.torque);
     for (int i = 0; i < fish.links; ++i) scratch.group_power[i] = S(0);
@@ -44,8 +44,8 @@ HYPERTUNA_INLINE void joint_power(const Swimmer<S, Law>& fish, const JointShare<
 }
 
 /// Largest magnitude of any driven joint's torque.
-template <class S>
-HYPERTUNA_INLINE S largest_torque(int links, const JointShare<S>* joints, const S* torque) {
+template <class S, class G>
+HYPERTUNA_INLINE S largest_torque(int links, const JointShare<G>* joints, const S* torque) {
     S largest(0);
     for (int i = 1; i < links; ++i)
         if (joints[i].group >= 0) largest = max(largest, abs(torque[i]));
@@ -103,9 +103,9 @@ void measure_path(int steps, const BeatScratch<S>& scratch, Beat<S>& beat) {
 }
 
 /// Swim one beat from momentum P and measure it.
-template <class S, class Law>
-HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law>& fish, const JointShare<S>* joints,
-                                        const ShapeTable<S>& table, const S& period, const Momentum<S>& P,
+template <class S, class Law, class G>
+HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law, G>& fish, const JointShare<G>* joints,
+                                        const ShapeTable<S, G>& table, const S& period, const Momentum<S>& P,
                                         const BeatScratch<S>& scratch) {
     using T = base_t<S>;
     const int steps = table.instants / 2;
@@ -113,18 +113,18 @@ HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law>& fish, const Joint
     Beat<S> beat{P, {zero, zero, zero}, zero, zero, zero, zero, zero, zero, zero, zero};
     Motion<S> motion{P, {zero, zero, zero}};
     for (int k = 0; k < steps; ++k) {
-        const Instant<S> now = table[2 * k];
+        const Instant<S, G> now = table[2 * k];
         const Twist<S> xi = twist(now, motion.momentum);
         joint_power(fish, joints, now, xi, scratch, beat);
         scratch.load[k] = largest_torque(fish.links, joints, scratch.torque);
         beat.loss += water_loss(fish, now.shape, xi);
         beat.advance -= xi.x * step;
-        const LinkShape<S>& last = now.shape[fish.links - 1];
-        const Link<S>& link = fish.link[fish.links - 1];
-        const Planar<S> joint = joint_position(last, link);
+        const LinkShape<G>& last = now.shape[fish.links - 1];
+        const Link<G>& link = fish.link[fish.links - 1];
+        const Planar<G> joint = joint_position(last, link);
         scratch.nose[k] = {motion.pose.x, motion.pose.y, zero};
         scratch.tail[k] =
-            place(motion.pose, Planar<S>{joint.x + link.length * last.c, joint.y + link.length * last.s, zero});
+            place(motion.pose, Planar<G>{joint.x + link.length * last.c, joint.y + link.length * last.s, G(0)});
         motion = swim_step(fish, table, 2 * k, 1, step, motion);
     }
     const S mean(T(1.0 / steps));

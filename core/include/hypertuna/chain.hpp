@@ -37,6 +37,11 @@ struct LinkShape {
     S a_t, a_n;  // velocity of the center of mass by the change of shape, m/s
     S w;         // rate of psi, rad/s
 
+    /// J xi: velocity of the link as a part of the rigid body.
+    template <class V>
+    HYPERTUNA_INLINE Along<V> along(const Twist<V>& xi) const {
+        return {c * xi.x + s * xi.y + h_t * xi.z, c * xi.y - s * xi.x + h_n * xi.z, xi.z};
+    }
     template <class V>
     HYPERTUNA_INLINE Along<V> velocity(const Twist<V>& xi) const {
         return {c * xi.x + s * xi.y + h_t * xi.z + a_t, c * xi.y - s * xi.x + h_n * xi.z + a_n, xi.z + w};

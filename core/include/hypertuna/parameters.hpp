@@ -27,6 +27,9 @@ struct Columns {
 
 inline constexpr int gait_parameters(int groups) { return 1 + 3 * groups; }  // the rest is the robot's
 
+/// The shape of the body depends on these first ones alone: gait, lags of the joints, lengths and centers of mass.
+inline constexpr int shape_parameters(int groups, int links) { return 1 + 5 * groups + 2 * links; }
+
 /// Frequency, and each group's harmonic with the lags of its joints.
 template <class S>
 S read_gait(int groups, Columns<S>& in, Harmonic<S>* out) {

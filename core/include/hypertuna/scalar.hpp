@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <concepts>
+#include <utility>
 
 // Each instruction set compiles the whole core inside a namespace of its own: otherwise the linker
 // would merge equal template names and a machine could run code made for another.
@@ -33,6 +34,10 @@ struct Base {
 };
 template <class S>
 using base_t = typename Base<S>::type;
+
+/// What a product of two scalars is, e.g. a Dual where one of them is a Dual and the other is what that is made of.
+template <class A, class B>
+using product_t = decltype(std::declval<A>() * std::declval<B>());
 
 template <std::floating_point S>
 HYPERTUNA_INLINE S select(bool mask, S yes, S no) {

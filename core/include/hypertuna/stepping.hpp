@@ -9,37 +9,43 @@
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
 /// Instants of a moving shape, two a step. A beat repeats itself: instant `instants` is instant 0 again.
-template <class S>
+template <class S, class G = S>
 struct ShapeTable {
     int links;
     int instants;
-    LinkShape<S>* shape;                // instants x links
-    LinkAcceleration<S>* acceleration;  // instants x links
+    LinkShape<G>* shape;                // instants x links
+    LinkAcceleration<G>* acceleration;  // instants x links
     Symmetric<S>* mobility;             // instants
     Momentum<S>* momentum;              // instants
 
-    HYPERTUNA_INLINE Instant<S> operator[](int k) const {
+    HYPERTUNA_INLINE Instant<S, G> operator[](int k) const {
         k = k < instants ? k : k - instants;
         return {shape + k * links, acceleration + k * links, mobility[k], momentum[k]};
     }
 };
 
-/// Enter the shape that the joints make at instant k.
-template <class S, class Law>
-void tabulate(const Swimmer<S, Law>& fish, const JointMotion<S>* joint, int k, const ShapeTable<S>& table) {
-    LinkShape<S>* at = table.shape + k * fish.links;
-    shape(fish.links, fish.link, joint, at, table.acceleration + k * fish.links);
-    const Composite<S> body = composite(fish, at);
+/// Enter what the body weighs in the shape of instant k.
+template <class S, class Law, class G>
+HYPERTUNA_INLINE void weigh(const Swimmer<S, Law, G>& fish, int k, const ShapeTable<S, G>& table) {
+    const Composite<S> body = composite(fish, table.shape + k * fish.links);
     table.mobility[k] = inverse(body.inertia);
     table.momentum[k] = body.momentum;
 }
 
+/// Enter the shape that the joints make at instant k, and what the body weighs in it.
+template <class S, class Law, class G>
+void tabulate(const Swimmer<S, Law, G>& fish, const JointMotion<G>* joint, int k, const ShapeTable<S, G>& table) {
+    shape(fish.links, fish.link, joint, table.shape + k * fish.links, table.acceleration + k * fish.links);
+    weigh(fish, k, table);
+}
+
 /// Enter a whole beat of a harmonic gait. `joint` is scratch for one instant.
-template <class S, class Law>
-HYPERTUNA_NOINLINE void tabulate_beat(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const Swing<S>* swings,
-                                      const S& frequency, JointMotion<S>* joint, const ShapeTable<S>& table) {
+template <class S, class Law, class G>
+HYPERTUNA_NOINLINE void tabulate_beat(const Swimmer<S, Law, G>& fish, const JointShare<G>* joints,
+                                      const Swing<G>* swings, const G& frequency, JointMotion<G>* joint,
+                                      const ShapeTable<S, G>& table) {
     for (int k = 0; k < table.instants; ++k) {
-        const SinCos<S> clock = sincos(S(base_t<S>(2 * pi * k / table.instants)));
+        const SinCos<G> clock = sincos(G(base_t<G>(2 * pi * k / table.instants)));
         joint_motion(fish.links, joints, swings, frequency, clock, joint);
         tabulate(fish, joint, k, table);
     }
@@ -66,10 +72,10 @@ HYPERTUNA_INLINE Pose<S> pose_rate(const Pose<S>& pose, const Twist<S>& xi) {
 }
 
 /// A point of the body, given in body axes, in the frame of the water.
-template <class S>
-HYPERTUNA_INLINE Planar<S> place(const Pose<S>& pose, const Planar<S>& point) {
+template <class S, class G>
+HYPERTUNA_INLINE Planar<S> place(const Pose<S>& pose, const Planar<G>& point) {
     const auto [s, c] = sincos(pose.heading);
-    return {pose.x + c * point.x - s * point.y, pose.y + s * point.x + c * point.y, point.z};
+    return {pose.x + c * point.x - s * point.y, pose.y + s * point.x + c * point.y, S(point.z)};
 }
 
 /// A swimming body: its momentum and its pose.
@@ -99,29 +105,29 @@ HYPERTUNA_INLINE Y runge_kutta_4(const A& step, const Y& y, const Rate& rate) {
 }
 
 /// Momentum after one step that starts at instant k; `stride` instants make half a step.
-template <class S, class Law, class V>
-HYPERTUNA_INLINE Momentum<V> swim_step(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, int k, int stride,
+template <class S, class Law, class G, class V>
+HYPERTUNA_INLINE Momentum<V> swim_step(const Swimmer<S, Law, G>& fish, const ShapeTable<S, G>& table, int k, int stride,
                                        const S& step, const Momentum<V>& P) {
     return runge_kutta_4(step, P, [&](int half, const Momentum<V>& p) {
-        const Instant<S> now = table[k + half * stride];
+        const Instant<S, G> now = table[k + half * stride];
         return momentum_rate(fish, now, p, twist(now, p));
     });
 }
 
 /// The same with the pose.
-template <class S, class Law>
-HYPERTUNA_INLINE Motion<S> swim_step(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, int k, int stride,
+template <class S, class Law, class G>
+HYPERTUNA_INLINE Motion<S> swim_step(const Swimmer<S, Law, G>& fish, const ShapeTable<S, G>& table, int k, int stride,
                                      const S& step, const Motion<S>& motion) {
     return runge_kutta_4(step, motion, [&](int half, const Motion<S>& m) {
-        const Instant<S> now = table[k + half * stride];
+        const Instant<S, G> now = table[k + half * stride];
         const Twist<S> xi = twist(now, m.momentum);
         return Motion<S>{momentum_rate(fish, now, m.momentum, xi), pose_rate(m.pose, xi)};
     });
 }
 
 /// Momentum after one beat. With stride 2 every second instant is used: half the steps, a quarter of the trouble.
-template <class S, class Law, class V>
-HYPERTUNA_NOINLINE Momentum<V> swim_beat(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, int stride,
+template <class S, class Law, class G, class V>
+HYPERTUNA_NOINLINE Momentum<V> swim_beat(const Swimmer<S, Law, G>& fish, const ShapeTable<S, G>& table, int stride,
                                          const S& period, Momentum<V> P) {
     const S step = period * S(base_t<S>(2.0 * stride / table.instants));
     for (int k = 0; k < table.instants; k += 2 * stride) P = swim_step(fish, table, k, stride, step, P);

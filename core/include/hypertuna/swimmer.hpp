@@ -3,6 +3,7 @@
 /// Its state is the momentum P of body and entrained water in body axes, taken at the nose. With the composite
 /// inertia M and the momentum b that the change of shape brings along, P = M xi + b, and Kirchhoff's equations say
 ///     dp/dt + r x p = F,    dl/dt + (u, v) x p = N.
+/// A shape is made of scalars G, which are plain numbers where the rest, S, has derivatives that leave the shape alone.
 /// This form needs no acceleration of the joints and no derivative of M: those cancel.
 #pragma once
 
@@ -10,10 +11,10 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-template <class S, class Law>
+template <class S, class Law, class G = S>
 struct Swimmer {
     int links;
-    const Link<S>* link;
+    const Link<G>* link;
     Law water;
 };
 
@@ -25,46 +26,46 @@ struct Composite {
 };
 
 /// One instant of a moving shape, as the swimming equations need it.
-template <class S>
+template <class S, class G = S>
 struct Instant {
-    const LinkShape<S>* shape;
-    const LinkAcceleration<S>* acceleration;
+    const LinkShape<G>* shape;
+    const LinkAcceleration<G>* acceleration;
     const Symmetric<S>& mobility;  // inverse of the composite inertia
     const Momentum<S>& momentum;   // b
 };
 
 /// M = sum J^T Lambda J and b = sum J^T Lambda a over the links.
-template <class S, class Law>
-Composite<S> composite(const Swimmer<S, Law>& fish, const LinkShape<S>* shape) {
+template <class S, class Law, class G>
+Composite<S> composite(const Swimmer<S, Law, G>& fish, const LinkShape<G>* shape) {
     const S zero(0);
     Composite<S> body{{zero, zero, zero, zero, zero, zero}, {zero, zero, zero}};
     for (int i = 0; i < fish.links; ++i) {
-        const LinkShape<S>& at = shape[i];
-        const LinkInertia<S> inertia = fish.water.inertia(i);
+        const LinkShape<G>& at = shape[i];
+        const LinkInertia<S>& inertia = fish.water.inertia(i);
         // Columns of J^T Lambda J: the momentum of this link at unit u, v and r.
-        const Momentum<S> u = at.wrench(inertia * Along<S>{at.c, -at.s, zero});
-        const Momentum<S> v = at.wrench(inertia * Along<S>{at.s, at.c, zero});
-        const Momentum<S> r = at.wrench(inertia * Along<S>{at.h_t, at.h_n, S(1)});
+        const Momentum<S> u = at.wrench(inertia * Along<G>{at.c, -at.s, G(0)});
+        const Momentum<S> v = at.wrench(inertia * Along<G>{at.s, at.c, G(0)});
+        const Momentum<S> r = at.wrench(inertia * Along<G>{at.h_t, at.h_n, G(1)});
         body.inertia.xx += u.x;
         body.inertia.xy += v.x;
         body.inertia.xz += r.x;
         body.inertia.yy += v.y;
         body.inertia.yz += r.y;
         body.inertia.zz += r.z;
-        body.momentum = body.momentum + at.wrench(inertia * Along<S>{at.a_t, at.a_n, at.w});
+        body.momentum = body.momentum + at.wrench(inertia * Along<G>{at.a_t, at.a_n, at.w});
     }
     return body;
 }
 
 /// Velocity of the tail end of the last link.
-template <class S, class V>
-HYPERTUNA_INLINE Along<V> tail_velocity(const Link<S>& last, const Along<V>& v) {
+template <class G, class V>
+HYPERTUNA_INLINE Along<V> tail_velocity(const Link<G>& last, const Along<V>& v) {
     return {v.t, v.n + (last.length - last.com) * v.w, v.w};
 }
 
 /// Force of the water on link i at its velocity: drag, and at the tail what the wake takes along.
-template <class S, class Law, class V>
-HYPERTUNA_INLINE Along<V> water_force(const Swimmer<S, Law>& fish, int i, const Along<V>& v) {
+template <class S, class Law, class G, class V>
+HYPERTUNA_INLINE Along<V> water_force(const Swimmer<S, Law, G>& fish, int i, const Along<V>& v) {
     Along<V> f = fish.water.drag(i, v);
     if constexpr (Law::sheds)
         if (i == fish.links - 1) {
@@ -75,72 +76,81 @@ HYPERTUNA_INLINE Along<V> water_force(const Swimmer<S, Law>& fish, int i, const 
 }
 
 /// Wrench of the water on the body at twist xi.
-template <class S, class Law, class V>
-HYPERTUNA_INLINE Wrench<V> water_wrench(const Swimmer<S, Law>& fish, const LinkShape<S>* shape, const Twist<V>& xi) {
+template <class S, class Law, class G, class V>
+HYPERTUNA_INLINE Wrench<V> water_wrench(const Swimmer<S, Law, G>& fish, const LinkShape<G>* shape, const Twist<V>& xi) {
     Wrench<V> sum{V(S(0)), V(S(0)), V(S(0))};
     for (int i = 0; i < fish.links; ++i) shape[i].add_wrench(water_force(fish, i, shape[i].velocity(xi)), sum);
     return sum;
 }
 
-template <class S, class V>
-HYPERTUNA_INLINE Twist<V> twist(const Instant<S>& now, const Momentum<V>& P) {
+template <class S, class G, class V>
+HYPERTUNA_INLINE Twist<V> twist(const Instant<S, G>& now, const Momentum<V>& P) {
     return now.mobility * Momentum<V>{P.x - now.momentum.x, P.y - now.momentum.y, P.z - now.momentum.z};
 }
 
 /// The equations of swimming: rate of momentum in body axes.
-template <class S, class Law, class V>
-HYPERTUNA_INLINE Momentum<V> momentum_rate(const Swimmer<S, Law>& fish, const Instant<S>& now, const Momentum<V>& P,
-                                           const Twist<V>& xi) {
+template <class S, class Law, class G, class V>
+HYPERTUNA_INLINE Momentum<V> momentum_rate(const Swimmer<S, Law, G>& fish, const Instant<S, G>& now,
+                                           const Momentum<V>& P, const Twist<V>& xi) {
     const Wrench<V> f = water_wrench(fish, now.shape, xi);
     return {f.x + xi.z * P.y, f.y - xi.z * P.x, f.z - (xi.x * P.y - xi.y * P.x)};
 }
 
-/// What must act on link i, beyond the water's drag, for it to move so: its inertial force with added mass
-/// (Lambda dv/dt and the momentum turning with the link) less the force of the water, as a wrench at the nose.
-template <class S, class Law, class V>
-HYPERTUNA_INLINE Wrench<V> link_load(const Swimmer<S, Law>& fish, const Instant<S>& now, int i, const Twist<V>& xi,
-                                     const Twist<V>& xi_rate) {
-    const LinkShape<S>& at = now.shape[i];
-    const LinkAcceleration<S>& g = now.acceleration[i];
-    const LinkInertia<S> inertia = fish.water.inertia(i);
+/// What must act on link i, beyond the water's drag, for it to move so while the twist stays as it is: its inertial
+/// force with added mass (Lambda dv/dt and the momentum turning with the link) less the force of the water, as a wrench
+/// at the nose.
+template <class S, class Law, class G, class V>
+HYPERTUNA_INLINE Wrench<V> link_load(const Swimmer<S, Law, G>& fish, const Instant<S, G>& now, int i,
+                                     const Twist<V>& xi) {
+    const LinkShape<G>& at = now.shape[i];
+    const LinkAcceleration<G>& g = now.acceleration[i];
+    const LinkInertia<S>& inertia = fish.water.inertia(i);
     const Along<V> v = at.velocity(xi);
-    // d/dt of v = J xi + a, in the link's turning axes: J d(xi)/dt, and what turning of head and link adds.
+    // d/dt of v = J xi + a, in the link's turning axes: what turning of head and link adds.
     const V w = v.w;
     const V head_t = at.c * xi.x + at.s * xi.y, head_n = at.c * xi.y - at.s * xi.x;
-    const Along<V> rate = {at.c * xi_rate.x + at.s * xi_rate.y + at.h_t * xi_rate.z + at.w * head_n +
-                               (at.w * at.h_n - at.a_n) * xi.z + g.t + at.w * at.a_n,
-                           at.c * xi_rate.y - at.s * xi_rate.x + at.h_n * xi_rate.z - at.w * head_t +
-                               (at.a_t - at.w * at.h_t) * xi.z + g.n - at.w * at.a_t,
-                           xi_rate.z + g.w};
+    const Along<V> rate = {at.w * head_n + (at.w * at.h_n - at.a_n) * xi.z + g.t + at.w * at.a_n,
+                           (at.a_t - at.w * at.h_t) * xi.z - at.w * head_t + g.n - at.w * at.a_t, V(S(g.w))};
     const Along<V> momentum = inertia * v, inertial = inertia * rate, drag = water_force(fish, i, v);
     return at.wrench(Along<V>{inertial.t - w * momentum.n - drag.t, inertial.n + w * momentum.t - drag.n,
                               inertial.w + v.t * momentum.n - v.n * momentum.t - drag.w});
 }
 
 /// Acceleration of the nose in body axes and of the heading, d(xi)/dt: forward dynamics.
-template <class S, class Law, class V>
-Twist<V> acceleration(const Swimmer<S, Law>& fish, const Instant<S>& now, const Twist<V>& xi) {
+template <class S, class Law, class G, class V>
+Twist<V> acceleration(const Swimmer<S, Law, G>& fish, const Instant<S, G>& now, const Twist<V>& xi) {
     const Twist<V> zero{V(S(0)), V(S(0)), V(S(0))};
     Wrench<V> load = zero;
-    for (int i = 0; i < fish.links; ++i) load = load + link_load(fish, now, i, xi, zero);
+    for (int i = 0; i < fish.links; ++i) load = load + link_load(fish, now, i, xi);
     return now.mobility * (zero - load);
 }
 
 /// Torque that each joint must give, link i - 1 on link i, counter-clockwise: inverse dynamics, tail to nose.
-template <class S, class Law, class V>
-void joint_torques(const Swimmer<S, Law>& fish, const Instant<S>& now, const Twist<V>& xi, V* torque) {
-    const Twist<V> xi_rate = acceleration(fish, now, xi);
-    Wrench<V> load{V(S(0)), V(S(0)), V(S(0))};
+template <class S, class Law, class G, class V>
+void joint_torques(const Swimmer<S, Law, G>& fish, const Instant<S, G>& now, const Twist<V>& xi, V* torque) {
+    const Wrench<V> zero{V(S(0)), V(S(0)), V(S(0))};
+    const auto moment = [&](int i, const Wrench<V>& load) {
+        const Planar<G> joint = joint_position(now.shape[i], fish.link[i]);
+        return load.z - (joint.x * load.y - joint.y * load.x);
+    };
+    Wrench<V> load = zero;
     for (int i = fish.links - 1; i >= 0; --i) {
-        load = load + link_load(fish, now, i, xi, xi_rate);
-        const Planar<S> joint = joint_position(now.shape[i], fish.link[i]);
-        torque[i] = load.z - (joint.x * load.y - joint.y * load.x);
+        load = load + link_load(fish, now, i, xi);
+        torque[i] = moment(i, load);
+    }
+    // Nothing but the water acts on the whole: the body accelerates, and each link with it.
+    const Twist<V> xi_rate = now.mobility * (zero - load);
+    load = zero;
+    for (int i = fish.links - 1; i >= 0; --i) {
+        const LinkShape<G>& at = now.shape[i];
+        load = load + at.wrench(fish.water.inertia(i) * at.along(xi_rate));
+        torque[i] += moment(i, load);
     }
 }
 
 /// Kinetic energy of body and entrained water, J.
-template <class S, class Law, class V>
-V kinetic_energy(const Swimmer<S, Law>& fish, const LinkShape<S>* shape, const Twist<V>& xi) {
+template <class S, class Law, class G, class V>
+V kinetic_energy(const Swimmer<S, Law, G>& fish, const LinkShape<G>* shape, const Twist<V>& xi) {
     V twice(S(0));
     for (int i = 0; i < fish.links; ++i) {
         const Along<V> v = shape[i].velocity(xi), p = fish.water.inertia(i) * v;
@@ -150,8 +160,8 @@ V kinetic_energy(const Swimmer<S, Law>& fish, const LinkShape<S>* shape, const T
 }
 
 /// Power that the water takes out of the motion: minus the sum of force times velocity over the links.
-template <class S, class Law, class V>
-V water_loss(const Swimmer<S, Law>& fish, const LinkShape<S>* shape, const Twist<V>& xi) {
+template <class S, class Law, class G, class V>
+V water_loss(const Swimmer<S, Law, G>& fish, const LinkShape<G>* shape, const Twist<V>& xi) {
     V power(S(0));
     for (int i = 0; i < fish.links; ++i) {
         const Along<V> v = shape[i].velocity(xi), f = water_force(fish, i, v);

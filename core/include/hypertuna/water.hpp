@@ -21,7 +21,7 @@ struct LinkInertia {
     S rotary;              // kg m^2
 
     template <class V>
-    HYPERTUNA_INLINE Along<V> operator*(const Along<V>& v) const {
+    HYPERTUNA_INLINE Along<product_t<S, V>> operator*(const Along<V>& v) const {
         return {tangential * v.t, normal * v.n + coupling * v.w, coupling * v.n + rotary * v.w};
     }
 };
@@ -67,7 +67,8 @@ struct Strip {
     static constexpr double node[pairs] = {0.33998104358485626, 0.86113631159405258};
     static constexpr double weight[pairs] = {0.32607257743127307, 0.17392742256872693};
 
-    HYPERTUNA_INLINE LinkInertia<S> inertia(int i) const { return links[i].inertia; }
+    // By reference: a copy takes longer than what is done with it.
+    HYPERTUNA_INLINE const LinkInertia<S>& inertia(int i) const { return links[i].inertia; }
 
     template <class V>
     HYPERTUNA_INLINE Along<V> drag(int i, const Along<V>& v) const {
