@@ -57,7 +57,7 @@ def test_derivatives_of_residuals(model: str) -> None:
         "hypertuna-strip-shedding": ["water.drag_normal[7]", "water.tail_shedding", "joints.bandwidth"],
         "rexeel-strip-linear": ["water.drag_tangential", "water.linear_normal[1-5]"],
     }[model]
-    trials = steady(robot, FEW[:4] if robot.name == "hypertuna" else [gait_of_eel(robot)]) + swims(robot, late=0.013)
+    trials = steady(robot, FEW[:2] if robot.name == "hypertuna" else [gait_of_eel(robot)]) + swims(robot, late=0.013)
     offsets = {recording.name: 0.02 for recording in trials.recordings}
     frees = free(robot, names, log=["cost_factor", "links.mass", "water.density"], recordings=offsets)
     data, x = experiment(robot, trials, frees), to_scale(frees, [f.start for f in frees])
@@ -88,11 +88,11 @@ def test_recordings_give_coefficients_and_the_offset_of_their_clock() -> None:
 
 
 def test_both_kinds_of_trials_in_one_fit(tuna: ht.Robot) -> None:
-    trials = steady(tuna, FEW, noise=0.01, told=True) + swims(tuna, noise=0.01)
-    fit = identify(tuna, trials, ["water.drag[7]", "water.friction"], validate=0.2, seed=1, starts=1)
+    trials = steady(tuna, FEW, noise=0.01, told=True) + swims(tuna, runs=8, noise=0.01)
+    fit = identify(tuna, trials, ["water.drag[7]", "water.friction[1-6]"], validate=0.2, seed=1, starts=1)
     assert set(fit.train.rms) == {"speed_relative", "cost_of_transport_relative", "x_m", "y_m", "yaw_deg"}
-    assert (fit.certainty.low < [20.7766, 0.16]).all()
-    assert (fit.certainty.high > [20.7766, 0.16]).all()
+    assert (fit.certainty.low < [20.7766, 0.16131]).all()
+    assert (fit.certainty.high > [20.7766, 0.16131]).all()
     assert not fit.noise
 
 
@@ -190,8 +190,8 @@ def test_validation_runs_are_not_seen(tuna: ht.Robot) -> None:
 
 
 def test_threads_and_repetition_change_nothing(tuna: ht.Robot) -> None:
-    trials = steady(tuna, FEW, noise=0.01)
-    fits = [identify(tuna, trials, THREE, starts=3, threads=threads) for threads in (1, 2, 2)]
+    trials = steady(tuna, FEW[::3], noise=0.01)
+    fits = [identify(tuna, trials, ["water.drag[1-6,7]"], starts=3, threads=threads) for threads in (1, 2, 2)]
     for fit in fits[1:]:
         assert (fit.values == fits[0].values).all()
         assert fit.costs == fits[0].costs
@@ -222,12 +222,12 @@ def test_laws_are_compared(tuna: ht.Robot) -> None:
 
 
 def test_posterior_agrees_with_the_linear_interval(tuna: ht.Robot) -> None:
-    """One well-determined coefficient: both intervals are as long as each other, but for 20 % of sampling."""
+    """One well-determined coefficient: both intervals are as long as each other, but for what few steps leave."""
     fit = identify(
-        tuna, steady(tuna, FEW[::3], noise=0.01, told=True), ["water.drag[7]"], validate=0, starts=1, loss="linear"
+        tuna, steady(tuna, FEW[::6], noise=0.01, told=True), ["water.drag[7]"], validate=0, starts=1, loss="linear"
     )
-    sampled = posterior(fit, 150)
-    assert (sampled.high - sampled.low) / (fit.certainty.high - fit.certainty.low) == pytest.approx(1, abs=0.2)
+    sampled = posterior(fit, 80)
+    assert (sampled.high - sampled.low) / (fit.certainty.high - fit.certainty.low) == pytest.approx(1, abs=0.25)
     assert 0.3 < sampled.acceptance < 0.9
     assert sampled.sentence.startswith("The chain is ")
     assert with_posterior(fit, sampled).fit.covariance[0][0] == sampled.covariance[0, 0]  # type: ignore[union-attr]
@@ -286,8 +286,8 @@ FIT = """
     from synthetic import grid, steady
 
     robot = ht.load("hypertuna")
-    gaits = grid([2, 4, 6], [(8, 15), (16, 25)], [0, 30, 60])
-    fit = identify(robot, steady(robot, gaits, noise=0.01), ["water.drag[0,1-6,7]"], starts=6, checkpoint={path!r},
+    gaits = grid([2, 4, 6], [(16, 25)], [0, 40])
+    fit = identify(robot, steady(robot, gaits, noise=0.01), ["water.drag[1-6,7]"], starts=4, checkpoint={path!r},
                    progress=lambda done, total: print(done, flush=True))
     print("values", fit.values.tolist(), fit.evaluations, flush=True)
 """
@@ -314,7 +314,7 @@ def test_kill_in_the_middle_and_resume(tmp_path: Path) -> None:
     resumed = subprocess.run(program("killed.jsonl"), capture_output=True, text=True, check=True).stdout.splitlines()[
         -1
     ]
-    assert resumed == alone
+    assert resumed.splitlines()[-1] == alone
     assert alone.startswith("values")
 
 

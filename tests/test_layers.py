@@ -14,7 +14,7 @@ HEADERS = ROOT / "core" / "include" / "hypertuna"
 # The reading order of the package: each module may import only those before it. The commands use what users use.
 LAYERS = (
     *("_core", "errors", "frames", "schema", "reference", "description", "gait", "model", "metrics", "beats"),
-    *("results", "swim", "sweep", "measured", "replay"),
+    *("results", "swim", "sweep", "measured", "smoothing", "replay"),
     *("steady", "manifest", "importers", "trials", "comparison", "journal"),
     *(
         "free_names",

@@ -209,6 +209,13 @@ def test_polishing_raises_the_hypervolume_and_leaves_stationary_points(tuna: ht.
     assert np.median(front.stationarity) < 1e-4 < 1e-2 < np.median(rough.stationarity)
 
 
+def test_polishing_fills_gaps(tuna: ht.Robot, front: Front) -> None:
+    ends = front.values[[0, -1], 0]  # they lie beyond those of the search
+    before, after = np.diff(np.sort([*front.evolved[:, 0], *ends])), np.diff(front.values[:, 0])
+    assert len(front.x) > len(front.evolved) + 2
+    assert after.max() < 0.6 * before.max()
+
+
 def test_each_gait_of_the_front_is_the_cheapest_at_its_speed(tuna: ht.Robot, front: Front) -> None:
     rng = np.random.default_rng(1)
     x = front.space.lower + rng.random((300, 4)) * (front.space.upper - front.space.lower)

@@ -30,13 +30,15 @@ def ledger() -> Ledger:
 
 
 @pytest.fixture(scope="module")
-def folder(ledger: Ledger, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_ledger(ledger, tmp_path_factory.mktemp("reproduce") / "demo").parent
+def sections(ledger: Ledger) -> list[Section]:
+    return ledger_sections(ledger)
 
 
 @pytest.fixture(scope="module")
-def sections(ledger: Ledger) -> list[Section]:
-    return ledger_sections(ledger)
+def folder(ledger: Ledger, sections: list[Section], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hypertuna.ledger_page.ledger_sections", lambda _: sections)  # drawn once
+        return write_ledger(ledger, tmp_path_factory.mktemp("reproduce") / "demo").parent
 
 
 def found(ledger: Ledger, key: str, model: str | None = None) -> Entry:

@@ -9,8 +9,9 @@ from hypertuna.limits import Limit, gait_limits
 from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
 from hypertuna.optimize import Optimum, optimize
 from hypertuna.pareto import Front, pareto
-from hypertuna.replay import Pose, SmoothSeries, replay, residuals, rmse, smooth
+from hypertuna.replay import Pose, replay, residuals, rmse
 from hypertuna.results_page import report
+from hypertuna.smoothing import SmoothSeries, smooth
 from hypertuna.sweep import Gaits, Gradient, gradient, sweep
 from hypertuna.swim import Swim, swim
 from hypertuna.trials import Recording, SteadyRun, Trials, read_trials

@@ -39,13 +39,13 @@ Minimize = Annotated[str | None, typer.Option("--minimize", help="A quantity to 
 Speed = Annotated[str | None, typer.Option("--speed", help="Expected speed in m/s, at low cost of transport (Eq. 42).")]
 Weight = Annotated[
     str | None,
-    typer.Option("--weight", help="k of Eq. 42, in m/s per J/(kg m)  [default: small enough to hold the speed]"),
+    typer.Option("--weight", help="k of Eq. 42, in m/s per J/(kg m) (default: small enough to hold the speed)"),
 ]
 Method = Annotated[str, typer.Option("--method", help="pso, cma, gradient or de.")]
 Particles = Annotated[
-    str | None, typer.Option("--particles", help="Gaits per batch; starts of gradient  [default: 15; gradient 6]")
+    str | None, typer.Option("--particles", help="Gaits per batch; starts of gradient (default: 15; gradient 6)")
 ]
-Iterations = Annotated[str | None, typer.Option("--iterations", help="Batches at most  [default: 60; cma 200]")]
+Iterations = Annotated[str | None, typer.Option("--iterations", help="Batches at most (default: 60; cma 200)")]
 Bounds = Annotated[
     list[str] | None,
     typer.Option("--bounds", help="NAME=LOW:HIGH, such as frequency_hz=1:4 or phase_II_deg=0:90; may be given again."),
@@ -63,9 +63,9 @@ Reach = Annotated[
 ]
 Strouhal = Annotated[str | None, typer.Option("--strouhal", help="LOW:HIGH of the Strouhal number.")]
 Least = Annotated[str | None, typer.Option("--min-speed", help="Least speed in m/s.")]
-Joints = Annotated[str | None, typer.Option("--joints", help="ideal or bandwidth  [default: the robot's choice]")]
-Areas = Annotated[str | None, typer.Option("--areas", help="consistent or as-printed  [default: the robot's choice]")]
-Water = Annotated[str | None, typer.Option("--water", help="lumped or strip  [default: the robot's choice]")]
+Joints = Annotated[str | None, typer.Option("--joints", help="ideal or bandwidth (default: the robot's choice)")]
+Areas = Annotated[str | None, typer.Option("--areas", help="consistent or as-printed (default: the robot's choice)")]
+Water = Annotated[str | None, typer.Option("--water", help="lumped or strip (default: the robot's choice)")]
 
 
 @optimize_app.callback()

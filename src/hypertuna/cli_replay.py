@@ -19,8 +19,9 @@ from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.manifest import Recording
 from hypertuna.measured import Track, read_joints, read_tracks
-from hypertuna.replay import AXES, Pose, head_center, replay, rmse, smooth
+from hypertuna.replay import AXES, Pose, head_center, replay, rmse
 from hypertuna.results import provenance, write_netcdf
+from hypertuna.smoothing import smooth
 from hypertuna.trials import read_trials
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from hypertuna.description import Robot
 from hypertuna.manifest import Recording
 from hypertuna.measured import Track
-from hypertuna.replay import Pose, head_center, replay, rmse, seen_from_start, smooth
+from hypertuna.replay import Pose, head_center, replay, rmse, seen_from_start
+from hypertuna.smoothing import smooth
 
 if TYPE_CHECKING:
     import xarray as xr

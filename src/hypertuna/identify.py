@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from hypertuna.beats import DEFAULT_STEPS, check_steps
 from hypertuna.certainty import Certainty, Errors, certainty, criteria, errors
-from hypertuna.coefficients import Free, free, from_scale
+from hypertuna.coefficients import Free, column_of, free, from_scale
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.free_names import free_of
+from hypertuna.free_names import NUISANCES, free_of
 from hypertuna.journal import Journal, journal_header
 from hypertuna.predict import LOSSES, Experiment, experiment, predict
 from hypertuna.results import version
@@ -339,6 +339,12 @@ def _warnings(
 ) -> list[str]:
     """Sentences on what a reader should not overlook."""
     told = []
+    for f in frees:
+        if f.column not in NUISANCES:
+            before = np.array(column_of(data.robot, f.column), dtype=float)[list(f.indices)]
+            if np.ptp(before) > SNAP * np.abs(before).max():
+                ends = f"{before.min():.4g} to {before.max():.4g} {f.unit}"
+                told.append(f"{f.name} is one value in place of several, {ends}.")
     for f, value, bound in zip(frees, values, sure.bound, strict=True):
         if bound:
             told.append(f"{f.name} sits on its {bound} bound, {value:.4g} {f.unit}: the runs would have it further.")

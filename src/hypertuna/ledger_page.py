@@ -38,8 +38,6 @@ def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
     InputError
         If the folder cannot be written to.
     """
-    from hypertuna.drawing import save
-
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -48,9 +46,7 @@ def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
         raise InputError("must be a folder to write to", file=str(folder), value=reason, fix="choose another") from None
     sections = [*ledger_sections(ledger), _robot(ledger)]
     for picture in (part for section in sections for part in section.parts if isinstance(part, Picture)):
-        if not isinstance(picture.figure, str):
-            save(picture.figure, folder / f"{picture.name}.svg")
-            picture.figure.set_layout_engine("none")  # it is laid out now
+        write_atomically(folder / f"{picture.name}.svg", picture.svg.encode())
     write_atomically(folder / "ledger.json", (json.dumps(ledger_record(ledger), indent=2) + "\n").encode())
     return write_atomically(folder / "index.html", _html(ledger, sections).encode())
 

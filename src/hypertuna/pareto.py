@@ -360,4 +360,4 @@ def _told(evolved: Evaluation, found: Evaluation, polish: bool, rough: Sequence[
         return f"Its front was left unpolished: there are no exact derivatives of {' and '.join(rough)}."
     kept = {x.tobytes() for x in evolved.x}
     moved = sum(x.tobytes() not in kept for x in found.x)
-    return f"Gradients polished its {len(evolved.x)} points: {moved} of the front's {len(found.x)} are new."
+    return f"Gradients made of its {len(evolved.x)} gaits a front of {len(found.x)}, {moved} of them new."

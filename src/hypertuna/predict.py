@@ -18,7 +18,8 @@ from hypertuna.errors import InputError
 from hypertuna.manifest import Recording
 from hypertuna.measured import Track
 from hypertuna.model import core_model, parameter_names
-from hypertuna.replay import joint_grid, replay_slopes, seen_from_start, smooth
+from hypertuna.replay import joint_grid, replay_slopes, seen_from_start
+from hypertuna.smoothing import smooth
 from hypertuna.trials import Trials
 
 __all__ = ["KINDS", "Experiment", "Prediction", "experiment", "loss_terms", "predict", "weighted"]
@@ -31,6 +32,7 @@ KINDS = ("speed", "cost_of_transport", "x", "y", "yaw")
 # Noise to begin with where neither a file nor repeated runs tell it: relative for steady runs, in m and rad for tracks.
 FIRST_LEVEL = {"speed": 0.05, "cost_of_transport": 0.05, "x": 0.01, "y": 0.01, "yaw": 0.03}
 FAILED = 10.0  # times what was measured, or body lengths, or rad: how wrong a run that has no settled beat counts
+ENOUGH = 4  # runs of a recording that tell their own noise; of fewer it is estimated with the fit
 USABLE = (0, 2)  # settled, and periodic but unstable: both have derivatives
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 
@@ -304,7 +306,8 @@ def _steady(
     found = settle(data.robot, *arrays, model=model, steps=steps[0], threads=threads)
     by: dict[str, Array] = dict.fromkeys(KINDS[:2], np.zeros((len(gaits), len(frees))))
     if along is not None:
-        by = slopes(data.robot, *arrays, found, along, model=model, steps=steps[1], threads=threads)
+        with np.errstate(all="ignore"):  # of gaits without a settled beat, which have none
+            by = slopes(data.robot, *arrays, found, along, model=model, steps=steps[1], threads=threads)
     usable = np.isin(found["status"], USABLE) & np.isfinite(found["cost_of_transport"]) & (found["speed"] != 0)
     status = np.where(usable, found["status"], 3)
     table = {
@@ -392,8 +395,8 @@ def _replayed(robot: Robot, recording: Recording, frees: Sequence[Free]) -> tupl
 
 
 def _spread_of(recording: Recording) -> Array:
-    """Return the standard deviation of runs about their mean along each axis; not a number for a single run."""
+    """Return the standard deviation of runs about their mean along each axis; not a number for few."""
     tracks: Sequence[Track] = recording.tracks
-    if len(tracks) < 2:
+    if len(tracks) < ENOUGH:
         return np.full(3, np.nan)
     return repeatability(tracks) * math.sqrt(len(tracks) / (len(tracks) - 1))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
@@ -16,14 +15,13 @@ from hypertuna.errors import InputError, shown
 from hypertuna.measured import JointSeries, Track
 from hypertuna.model import core_model, twist_from_rest
 from hypertuna.results import dataset, trajectory
+from hypertuna.smoothing import SmoothSeries, smooth
 
 if TYPE_CHECKING:
     import xarray as xr
-    from scipy.interpolate import BSpline
 
 __all__ = [
     "Pose",
-    "SmoothSeries",
     "head_center",
     "joint_grid",
     "replay",
@@ -31,13 +29,10 @@ __all__ = [
     "residuals",
     "rmse",
     "seen_from_start",
-    "smooth",
 ]
 
 Array = NDArray[np.float64]
 
-DEGREE = 5  # of the smoothing splines: accelerations are three times differentiable
-NEIGHBORS = np.array([-3, -2, -1, 1, 2, 3])  # of a sample whose noise is estimated
 MOST_STEPS = 1_000_000
 STEPS_PER_SAMPLE = 2  # Runge-Kutta steps per median interval of the series
 FASTEST = 1e3  # body lengths or radians per second: what moves faster has diverged
@@ -73,73 +68,6 @@ class Pose(NamedTuple):
 
 
 ORIGIN = Pose()
-
-
-@dataclass(frozen=True)
-class SmoothSeries:
-    """A joint series as functions of time that have rates and accelerations.
-
-    Attributes
-    ----------
-    series : JointSeries
-        What was smoothed.
-    noise : ndarray, shape (groups,)
-        Standard deviation that was taken for noise [rad].
-    splines : tuple of scipy.interpolate.BSpline
-        Angle of each joint group [rad] by time [s].
-    """
-
-    series: JointSeries
-    noise: Array
-    splines: tuple[BSpline, ...]
-
-    def __call__(self, time: Array) -> Array:
-        """Evaluate the joint groups.
-
-        Parameters
-        ----------
-        time : ndarray, shape (times,)
-            Within the series [s].
-
-        Returns
-        -------
-        ndarray, shape (times, groups, 3)
-            Angle [rad], rate [rad/s] and acceleration [rad/s^2].
-        """
-        derivatives = [[spline.derivative(order)(time) for order in range(3)] for spline in self.splines]
-        return np.moveaxis(np.array(derivatives), -1, 0)
-
-
-def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
-    """Smooth a joint series by quintic splines (FITPACK), as smooth as its noise allows.
-
-    Each spline has the fewest knots with which the sum of squared residuals is K sigma^2 + sqrt(2 K) sigma^2 or less:
-    the upper end of the range where K residuals of noise sigma lie. A replayed motion depends on angles and rates;
-    accelerations, which suffer most from noise, enter only the joint torques.
-
-    Parameters
-    ----------
-    series : JointSeries
-    noise : float, optional
-        Standard deviation sigma of the measured angles [rad]; 0 interpolates. Left out, it is estimated for each
-        joint group from what polynomials through three samples on either side miss of the sample between them.
-
-    Returns
-    -------
-    SmoothSeries
-
-    Raises
-    ------
-    InputError
-        If the noise is negative or not finite.
-    """
-    if noise is not None and not 0 <= noise < math.inf:
-        fix = "give the standard deviation of the measured angles in radians"
-        raise InputError("must not be negative", key="noise", value=shown(noise), fix=fix)
-    groups = series.angle.shape[1]
-    sigma = _noise(series) if noise is None else np.full(groups, float(noise))
-    splines = tuple(_spline(series.time, series.angle[:, g], sigma[g]) for g in range(groups))
-    return SmoothSeries(series, sigma, splines)
 
 
 def replay(
@@ -394,32 +322,6 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
         {"axis": list(AXES), "unit": ("axis", list(AXES.values())), "run": [track.run for track in tracks]},
         result.attrs,
     )
-
-
-def _noise(series: JointSeries) -> Array:
-    """Estimate the noise of each joint group from its samples and the quintics through their neighbors."""
-    reach = NEIGHBORS.max()
-    middle = np.arange(reach, len(series.time) - reach)
-    near = middle[:, np.newaxis] + NEIGHBORS
-    arm = series.time[near] - series.time[middle, np.newaxis]
-    # Lagrange's weights at the sample: prod_m arm_m / (arm_m - arm_j)
-    weights = np.empty_like(arm)
-    for j in range(len(NEIGHBORS)):
-        others = np.delete(arm, j, axis=1)
-        weights[:, j] = np.prod(others / (others - arm[:, j : j + 1]), axis=1)
-    missed = series.angle[middle] - np.einsum("kj,kjg->kg", weights, series.angle[near])
-    return _rms(missed / np.sqrt(1 + (weights**2).sum(axis=1, keepdims=True)))
-
-
-def _spline(time: Array, angle: Array, sigma: float) -> BSpline:
-    """Fit a smoothing spline."""
-    from scipy.interpolate import BSpline, splrep  # here, because it takes longer to import than a swim takes
-
-    bound = (len(time) + math.sqrt(2 * len(time))) * sigma**2
-    spline, _, trouble, _ = splrep(time, angle, k=DEGREE, s=bound, full_output=1)
-    if trouble > 0:  # so little noise that FITPACK cannot reach it: there is nothing to smooth
-        spline = splrep(time, angle, k=DEGREE, s=0)
-    return BSpline(*spline)
 
 
 def _spread(robot: Robot, motion: Array) -> Array:

@@ -7,6 +7,7 @@ import io
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -38,6 +39,18 @@ class Picture:
     figure: Figure | str
     shows: str
     made: str
+
+    @cached_property
+    def svg(self) -> str:
+        """The figure as an SVG file, its letters as text."""
+        if isinstance(self.figure, str):
+            return self.figure
+        import matplotlib
+
+        text = io.StringIO()
+        with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": self.name}):
+            self.figure.savefig(text, format="svg", metadata={"Date": None})
+        return text.getvalue()
 
 
 @dataclass(frozen=True)
@@ -177,13 +190,7 @@ def inline(picture: Picture) -> str:
     """
     if isinstance(picture.figure, str):
         return picture.figure
-    import matplotlib
-
-    text = io.StringIO()
-    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": picture.name}):
-        picture.figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
-    svg = text.getvalue()
-    svg = svg[svg.index("<svg") :]
+    svg = picture.svg[picture.svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
     label = html.escape(picture.shows).replace("\\", r"\\")
     svg = re.sub(r'(<svg[^>]*?) width="[^"]*"', rf'\1 role="img" aria-label="{label}"', svg, count=1)

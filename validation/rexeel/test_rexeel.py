@@ -9,7 +9,8 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.measured import read_joints, read_tracks
-from hypertuna.replay import replay, rmse, smooth
+from hypertuna.replay import replay, rmse
+from hypertuna.smoothing import smooth
 
 DATA = Path(os.environ.get("HYPERTUNA_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rexeel"
 BORDER = np.array([100, 100, 180 / math.pi])  # cm, cm, deg

@@ -1,0 +1,169 @@
+"""The command `identify`: from files to files, and what it says of bad input."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna.cli import main
+from synthetic import grid, steady
+
+Run = Callable[..., tuple[int, str, str]]
+GAITS = grid([2, 4, 6], [(8, 15), (16, 25)], [0, 30])
+COLUMNS = ("frequency_hz", "amplitude_I_deg", "amplitude_II_deg", "phase_I_deg", "phase_II_deg", "speed_m_s")
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run `hypertuna identify` with arguments: exit code, output, errors."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["hypertuna", "identify", *arguments])
+        with pytest.raises(SystemExit) as exit_:
+            main()
+        code = exit_.value.code
+        assert isinstance(code, int) or code is None
+        return code or 0, *capsys.readouterr()
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def tank(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A CSV file of twelve steady runs with 1 % noise on speed and cost of transport."""
+    path = tmp_path_factory.mktemp("tank") / "tank.csv"
+    with path.open("w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow([*COLUMNS, "cost_of_transport_j_per_kg_m"])
+        for run in steady(ht.load("hypertuna"), GAITS, noise=0.01).steady:
+            angles = np.degrees([*run.gait.amplitude, *run.gait.phase]).round(9)
+            rows.writerow([run.gait.frequency, *angles, run.speed, run.cost_of_transport])
+    return str(path)
+
+
+def test_from_a_file_of_runs_to_a_robot_that_other_commands_take(run: Run, tank: str, tmp_path: Path) -> None:
+    output, report = tmp_path / "fit.toml", tmp_path / "fit.html"
+    options = (
+        "--robot",
+        "hypertuna",
+        "--free",
+        "water.drag[0,7],joints.phase_offset[II]",
+        "--starts",
+        "2",
+        "--seed",
+        "3",
+    )
+    code, text, errors = run(tank, *options, "-o", str(output), "--report", str(report), "--json")
+    assert (code, errors) == (0, "")
+    told = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+    names = [row["name"] for row in told["parameters"]]
+    assert names == ["water.lumped.drag[0]", "water.lumped.drag[7]", "joints.phase_offset[1]"]
+    keys = ("name", "value", "sd", "low", "high", "unit", "scale", "lower", "upper", "bound", "determined")
+    assert tuple(told["parameters"][0]) == keys
+    assert [row["unit"] for row in told["parameters"]] == ["1", "1", "deg"]
+    assert told["parameters"][2]["upper"] == 90
+    assert len(told["correlation"]) == len(told["directions"]) == 3
+    assert {"singular_value", "determined", "sentence"} <= set(told["directions"][0])
+    assert len(told["train"]["runs"]) == 10
+    assert len(told["validation"]["runs"]) == 2
+    assert told["validation"]["rms"]["speed_relative"] < 0.05
+    assert told["stop"].startswith("The search converged")
+    assert told["robot"] == str(output)
+    robot = ht.load(output)
+    assert np.degrees(robot.joints[1].phase_offset) == pytest.approx(told["parameters"][2]["value"])
+    assert robot.water.lumped is not None
+    assert robot.water.lumped.drag[7] == told["parameters"][1]["value"]
+    page = report.read_text()
+    assert page.count("<svg") == 4
+    assert all(name in page for name in names)
+
+
+def test_what_people_read(run: Run, tank: str) -> None:
+    code, text, _ = run(tank, "--robot", "hypertuna", "--free", "water.drag[0]", "--starts", "1", "--posterior", "10")
+    assert code == 0
+    for words in (
+        "10 runs fitted, 2 kept for validation",
+        "water.lumped.drag[0]",
+        "validation rms",
+        "The search converged",
+    ):
+        assert words in text
+    assert "autocorrelation times long" in text
+
+
+def test_laws_beside_each_other(run: Run, tank: str, tmp_path: Path) -> None:
+    report = tmp_path / "fit.html"
+    options = ("--robot", "hypertuna", "--free", "water.drag[7],water.drag_normal[7]", "--water", "lumped,strip")
+    code, text, _ = run(tank, *options, "--starts", "1", "--json", "--report", str(report))
+    told = json.loads(text)
+    assert code == 0
+    assert told["best"] == "lumped"  # which made the runs
+    assert told["laws"]["lumped"]["criteria"]["aicc"] < told["laws"]["strip"]["criteria"]["aicc"]
+    assert "Which water law" in report.read_text()
+
+
+def test_resumes_from_a_checkpoint(run: Run, tank: str, tmp_path: Path) -> None:
+    path = tmp_path / "fit.jsonl"
+    options = (
+        tank,
+        "--robot",
+        "hypertuna",
+        "--free",
+        "water.drag[7]",
+        "--starts",
+        "2",
+        "--checkpoint",
+        str(path),
+        "--json",
+    )
+    first, again = (json.loads(run(*options)[1]) for _ in range(2))
+    assert again["seconds"] < first["seconds"]
+    for told in (first, again):
+        del told["seconds"]
+    assert again == first
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--free", "water.dragg"), "free water.dragg is not a coefficient that can be free: did you mean water.drag?"),
+        (("--free", "water.strip.drag_normal"), "choose --water strip"),
+        (("--free", "water.drag[8]"), "must have indices from 0 to 7"),
+        (("--free", ""), "free must name one coefficient at least"),
+        (("--free", "water.drag", "--validate", "1"), "validate must be 0 or more and less than 1, but is 1.0"),
+        (("--free", "water.drag", "--validate", "most"), "--validate must be a number, but is 'most'"),
+        (("--free", "water.drag", "--loss", "l1"), "loss must be a known loss, but is 'l1': did you mean"),
+        (("--free", "water.drag", "--bounds", "water.drag"), "--bounds must be NAME=LOW:HIGH, but is water.drag"),
+        (("--free", "water.drag", "--bounds", "water.drag=3"), "--bounds water.drag must be LOW:HIGH, but is 3"),
+        (("--free", "water.drag", "--bounds", "water.friction=0:1"), "must be a free coefficient"),
+        (("--free", "water.drag", "--start", "water.drag=99"), "must start within its bounds, 0 to 30, but is 99"),
+        (("--free", "water.drag", "--water", "lump"), "--water must be a water law, but is lump: did you mean lumped?"),
+        (("--free", "water.drag", "--posterior", "3"), "posterior must be 10 at least"),
+        (("--free", "water.drag", "-o", "fit.txt"), "--output must end in .toml"),
+        (("--free", "time_offset"), "the trials have none"),
+        (("--free", "joints.bandwidth", "--joints", "ideal"), "is not used by model.joints = 'ideal'"),
+    ],
+)
+def test_bad_input(run: Run, tank: str, options: tuple[str, ...], sentence: str) -> None:
+    code, output, errors = run(tank, "--robot", "hypertuna", "--starts", "1", *options)
+    assert (code, output) == (2, "")
+    assert sentence in errors
+    assert "Traceback" not in errors
+
+
+def test_bad_rows_are_named_by_file_and_line(run: Run, tank: str, tmp_path: Path) -> None:
+    lines = Path(tank).read_text().splitlines()
+    lines[4] = lines[4].replace(lines[4].split(",")[5], "fast")
+    bad = tmp_path / "bad.csv"
+    bad.write_text("\n".join(lines))
+    code, _, errors = run(str(bad), "--robot", "hypertuna", "--free", "water.drag")
+    assert code == 2
+    assert f"{bad}: line 5" in errors
