@@ -40,7 +40,7 @@ def _strip_variants(robot: ht.Robot) -> dict[str, ht.Robot]:
 
 
 def _models() -> dict[str, ht.Robot]:
-    tuna, eel = ht.load("hypertuna"), ht.load("rexeel")
+    tuna, eel = ht.load("hypertuna"), ht.load("rexeel-theory")
     lumped = {
         "lumped": tuna,
         "lumped-ideal": tuna.using(joints="ideal"),
@@ -52,7 +52,7 @@ def _models() -> dict[str, ht.Robot]:
 
 MODELS = _models()
 
-FASTEST = {"hypertuna": "unoptimised-max", "rexeel": "wave-30"}
+FASTEST = {"hypertuna": "unoptimised-max", "rexeel-theory": "wave-30"}
 
 
 def fastest(robot: ht.Robot) -> ht.Gait:

@@ -10,7 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 import hypertuna as ht
-from hypertuna.certainty import certainty, criteria, errors, squares
+from hypertuna.agreement import criteria, errors, squares
+from hypertuna.certainty import certainty
 from hypertuna.coefficients import Free, free
 from hypertuna.predict import Experiment, Prediction, experiment, loss_terms, predict, weighted
 from hypertuna.trials import Trials
@@ -133,11 +134,11 @@ def test_a_measurement_that_would_help_is_named(tuna: ht.Robot) -> None:
     values, levels = np.array([f.start for f in frees]), {"speed": 0.01, "cost_of_transport": 0.01}
     sentences = []
     for cost in (False, True):
-        data = experiment(robot, steady(robot, grid([2, 3, 4, 5], [(16, 25)], [40]), cost=cost), frees)
+        data = experiment(robot, steady(robot, grid(np.arange(2, 6, 0.5), [(16, 25)], [40]), cost=cost), frees)
         sure = certainty(data, frees, values, predict(data, frees, values), levels, "linear")
         sentences.append(sure.directions[1].sentence)
     assert sentences[0].endswith(
-        "cannot be told apart from speed alone; the cost of transport of the same runs, known to 5 %, "
+        "cannot be told apart from speed alone; the cost of transport of the same runs, known to 2 %, "
         "would determine them."
     )
     assert sentences[1].startswith("Speed and cost of transport determine ")

@@ -140,7 +140,7 @@ def test_resumes_from_a_checkpoint(run: Run, tank: str, tmp_path: Path) -> None:
         (("--free", ""), "free must name one coefficient at least"),
         (("--free", "water.drag", "--validate", "1"), "validate must be 0 or more and less than 1, but is 1.0"),
         (("--free", "water.drag", "--validate", "most"), "--validate must be a number, but is 'most'"),
-        (("--free", "water.drag", "--loss", "l1"), "loss must be a known loss, but is 'l1': did you mean"),
+        (("--free", "water.drag", "--loss", "l1"), "loss must be a known loss, but is 'l1': use one of linear"),
         (("--free", "water.drag", "--bounds", "water.drag"), "--bounds must be NAME=LOW:HIGH, but is water.drag"),
         (("--free", "water.drag", "--bounds", "water.drag=3"), "--bounds water.drag must be LOW:HIGH, but is 3"),
         (("--free", "water.drag", "--bounds", "water.friction=0:1"), "must be a free coefficient"),

@@ -432,7 +432,7 @@ def ittc(speed: float, length: float) -> float:
 
 
 def test_estimates_follow_from_their_arithmetic() -> None:
-    fish, eel = load("hypertuna"), load("rexeel")
+    fish, eel = load("hypertuna"), load("rexeel-theory")
     assert fish.water.strip is not None
     assert eel.water.strip is not None
 

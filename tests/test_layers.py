@@ -27,7 +27,6 @@ LAYERS = (
         "identify",
         "posterior",
     ),
-    "published_fits",
     *("space", "limits", "objective", "robust", "optimizers", "descents", "optimum", "optimize", "experiment"),
     *("evolution", "polish", "pareto"),
     *("drawing", "style", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),

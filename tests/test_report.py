@@ -4,6 +4,7 @@ import re
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -11,6 +12,7 @@ import hypertuna as ht
 from hypertuna.drawing import INK
 from hypertuna.errors import InputError
 from hypertuna.identify import identify
+from hypertuna.plots_report import plot_dots, plot_map
 from hypertuna.report import Fact, Picture, Section, Table, inline, page, write_page
 from hypertuna.style import styled
 
@@ -102,6 +104,28 @@ def test_columns_of_numbers() -> None:
         ["name", "value", "unit", "error"], [["2 Hz", "0, its bound", "1", ""], ["", 0.5, "Hz", "-3 %"]], "", ""
     )
     assert table.numeric == (False, True, False, True)
+
+
+def test_a_map_marks_the_best_phase_of_each_frequency() -> None:
+    fish = ht.load("hypertuna")
+    phases = [(0.0, phase) for phase in np.radians([0, 40, 80])]
+    levels = np.radians([(8, 15), (16, 25)]).tolist()
+    tank = ht.sweep(fish, ht.Gaits.grid(frequency=[2.0, 6.0], amplitude=levels, phase=phases))
+    figure = plot_map(tank, "speed", "speed [m/s]", {"small": 20.0, "large": None})
+    for k, axes in enumerate(figure.axes[:2]):
+        speed = tank.speed.isel(amplitude=k, bias=0).transpose("phase", "frequency").values
+        assert list(axes.lines[0].get_ydata()) == pytest.approx([(0, 40, 80)[row] for row in speed.argmax(axis=0)])
+    assert [len(axes.lines) for axes in figure.axes[:2]] == [2, 1]  # the published phase, where there is one
+
+
+def test_dots_stand_in_order_with_their_numbers() -> None:
+    figure = plot_dots(
+        [("cheap", 1.0, "fish"), ("dear", 5621.0, "other"), ("ours", 2.5, "computed")], "cost [J]", log=True
+    )
+    (axes,) = figure.axes
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["cheap", "dear", "ours"]
+    assert [text.get_text() for text in axes.texts] == ["1", "5621", "2.5"]
+    assert axes.get_ylim()[0] > axes.get_ylim()[1]  # the first on top
 
 
 def test_results_of_every_kind_on_one_page(tmp_path: Path) -> None:

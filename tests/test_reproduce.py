@@ -113,8 +113,10 @@ def test_speeds_alone_leave_the_nine_coefficients_open(ledger: Ledger) -> None:
     entries = [entry for entry in ledger.entries if entry.id.startswith("coefficient/")]
     assert len(entries) == 18
     assert {entry.verdict for entry in entries} == {"undetermined"}
+    assert {entry.interval for entry in entries} == {(0.0, 1.0), (0.0, 30.0)}  # all that Table III's bounds allow
     for fit in ledger.fits.nine.values():
         assert not fit.certainty.directions[-1].determined
+        assert all(direction.sentence.startswith("water.lumped.") for direction in fit.certainty.directions)
     assert ledger.fits.nine[PAPER].train.rms["speed_relative"] > 0.1  # no coefficients mend ideal joints
     assert ledger.fits.nine[OURS].train.largest["speed_relative"] < 0.05  # what the paper claims
 

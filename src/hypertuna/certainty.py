@@ -1,19 +1,19 @@
-"""How certain a fit is: intervals, correlations, the directions that the data leave open, errors and criteria."""
+"""How certain a fit is: intervals, correlations, and the directions that the data leave open."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.agreement import squares
 from hypertuna.coefficients import Free, from_scale, to_scale
 from hypertuna.predict import KINDS, Experiment, Prediction, loss_terms, weighted
 
-__all__ = ["ERRORS", "LABELS", "Certainty", "Direction", "Errors", "certainty", "criteria", "errors", "squares"]
+__all__ = ["Certainty", "Direction", "certainty"]
 
 Array = NDArray[np.float64]
 
@@ -22,19 +22,10 @@ ON_BOUND = 1e-4  # of the allowed range: so near, a value sits on its bound
 LEAST_SCALE = 0.1  # of the allowed range: a value nearer to 0 is not asked to be known to a fraction of itself
 WEIGHTY = 0.35  # of the largest entry of a direction: what has less is not named
 SLIGHT = 0.05  # the same of a direction that is open
-WOULD_BE = 0.05  # relative noise of what could be measured as well
+WOULD_BE = 0.02  # relative noise of what could be measured as well
+LOOSE = 0.2  # length of the 95 % interval along a direction from which on bending is looked for
 FLOOR = 1e-12  # of the largest singular value: what is below is zero
 MEASURED = {"speed": "speed", "cost_of_transport": "cost of transport", "x": "tracks", "y": "tracks", "yaw": "tracks"}
-# Errors by kind: the name that says the unit, and how people read it (name, unit, how many of it are one of these).
-ERRORS = {"speed": "speed_relative", "cost_of_transport": "cost_of_transport_relative", "x": "x_m", "y": "y_m"}
-ERRORS |= {"yaw": "yaw_deg"}
-LABELS = {
-    "speed_relative": ("speed", "%", 100.0),
-    "cost_of_transport_relative": ("cost of transport", "%", 100.0),
-    "x_m": ("x", "cm", 100.0),
-    "y_m": ("y", "cm", 100.0),
-    "yaw_deg": ("yaw", "deg", 1.0),
-}
 
 
 @dataclass(frozen=True)
@@ -46,7 +37,9 @@ class Direction:
     vector : ndarray, shape (n,)
         Unit vector; each coefficient is counted in its own scale (see `certainty`).
     singular_value : float
-        Inverse of the standard deviation along it.
+        Of the weighted Jacobian: inverse of the standard deviation along it that a linear problem would have.
+    sd : float
+        Standard deviation along it.
     determined : bool
         Whether the 95 % interval along it is shorter than 1.
     sentence : str
@@ -54,6 +47,7 @@ class Direction:
 
     vector: Array
     singular_value: float
+    sd: float
     determined: bool
     sentence: str
 
@@ -99,26 +93,38 @@ class Certainty:
 
 
 @dataclass(frozen=True)
-class Errors:
-    """Computed minus measured, of some runs.
+class _Linear:
+    """The problem about its result: the weighted Jacobian in units of the coefficients, and its decomposition."""
 
-    Attributes
-    ----------
-    rms, largest : dict of float
-        By quantity, the unit in its name: ``speed_relative``, ``cost_of_transport_relative``, ``x_m``, ``yaw_deg`` ...
-    runs : tuple of dict
-        Of each run: its name, and for every quantity what was measured and computed, or the rms over its frames.
-    """
+    frees: tuple[Free, ...]
+    scaled: Array
+    lower: Array
+    upper: Array
+    unit: Array
+    jacobian: Array
+    left: Array
+    singular: Array  # descending
+    vectors: Array  # (directions, n)
+    factor: float
+    quantile: float
 
-    rms: dict[str, float]
-    largest: dict[str, float]
-    runs: tuple[dict[str, Any], ...]
+    @property
+    def held(self) -> Array:
+        """Singular values, kept from zero."""
+        return np.maximum(self.singular, FLOOR * max(float(self.singular[0]), 1.0))
 
 
 def certainty(
-    data: Experiment, frees: Sequence[Free], values: Array, found: Prediction, levels: dict[str, float], loss: str
+    data: Experiment,
+    frees: Sequence[Free],
+    values: Array,
+    found: Prediction,
+    levels: dict[str, float],
+    loss: str,
+    *,
+    look: Callable[[Array], Prediction] | None = None,
 ) -> Certainty:
-    """Linearize the fit about its result.
+    """Tell how far the runs determine a fit.
 
     Parameters
     ----------
@@ -132,6 +138,8 @@ def certainty(
         As for `hypertuna.predict.weighted` [1, m and rad].
     loss : str
         As for `hypertuna.predict.loss_terms`.
+    look : callable, optional
+        Predicts all runs with other values [SI]; without it the problem is taken for linear.
 
     Returns
     -------
@@ -146,142 +154,101 @@ def certainty(
 
     A coefficient's unit is its value, at least a tenth and at most the whole of its allowed range; in log scale 1, if
     the range is not less. Directions are those of the singular value decomposition of J in these units.
+
+    Along an open direction the truth may lie so far off that the valley of equally good fits bends: the other
+    directions then belong elsewhere than a linear problem has them. One standard deviation away, to either side but
+    within the bounds, the runs are predicted anew. What they differ by from the linear prediction shifts each direction
+    by some q; as it grows with the square of the way, its mean square is 3 q^2 for a normal error. That is added to
+    the variance.
     """
+    linear = _linearize(data, frees, values, found, levels, loss)
+    unit, quantile, vectors = linear.unit, linear.quantile, linear.vectors
+    length = 1 / linear.held
+    if look is not None:
+        length = np.sqrt(length**2 + _bending(data, found, levels, linear, look))
+    covariance = np.outer(unit, unit) * (vectors.T * length**2 @ vectors)
+    sd = np.sqrt(np.diag(covariance))
+    x, lower, upper = linear.scaled, linear.lower, linear.upper
+    low, high = (from_scale(frees, np.clip(x + side * quantile * sd, lower, upper)) for side in (-1, 1))
+    silent = linear.singular <= FLOOR * max(float(linear.singular[0]), 1.0)
+    determined = tuple((2 * quantile * sd < unit).tolist())
+    told = [
+        Direction(v, 0.0 if none else float(s), float(d), bool(2 * quantile * d < 1), "")
+        for v, s, d, none in zip(vectors, linear.singular, length, silent, strict=True)
+    ]
+    help_by = _helpful(data, found, linear, told)
+    return Certainty(
+        sd=np.where((np.abs(vectors[silent]) > WEIGHTY).any(axis=0), np.inf, sd),
+        low=low,
+        high=high,
+        covariance=covariance,
+        correlation=covariance / np.outer(sd, sd),
+        unit=unit,
+        determined=determined,
+        bound=_on_bound(linear),
+        directions=tuple(
+            replace(d, sentence=_sentence(data, frees, d, determined, quantile, text))
+            for d, text in zip(told, help_by, strict=True)
+        ),
+        factor=linear.factor,
+        freedom=max(len(data.kind) - len(frees), 1),
+    )
+
+
+def _linearize(
+    data: Experiment, frees: Sequence[Free], values: Array, found: Prediction, levels: dict[str, float], loss: str
+) -> _Linear:
+    """Decompose the weighted Jacobian."""
     _, slope = weighted(data, found, levels)
-    z = squares(data, found, levels)
-    samples, n = len(z), len(frees)
-    freedom = max(samples - n, 1)
+    z, n = squares(data, found, levels), len(frees)
+    freedom = max(len(z) - n, 1)
     _, first, second = loss_terms(loss, z)
     bend = max(float(np.mean(first + 2 * z * second)), 1e-3)
     factor = max(1.0, math.sqrt(float(np.sum(z * first**2)) / freedom) / bend)
     lower, upper = (to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
-    scaled, unit = to_scale(frees, values), _units(frees, values, upper - lower)
-    _, singular, vectors = np.linalg.svd(slope * unit / factor, full_matrices=False)
-    if len(singular) < n:  # fewer numbers than coefficients
-        singular, vectors = np.append(singular, np.zeros(n - len(singular))), np.linalg.svd(slope * unit)[2]
-    held = np.maximum(singular, FLOOR * max(singular[0], 1.0))
-    covariance = np.outer(unit, unit) * (vectors.T / held**2 @ vectors)
-    sd = np.sqrt(np.diag(covariance))
-    quantile = _quantile(freedom)
-    low, high = (from_scale(frees, np.clip(scaled + side * quantile * sd, lower, upper)) for side in (-1, 1))
-    near = ON_BOUND * (upper - lower)
-    bound = tuple(
+    unit = _units(frees, values, upper - lower)
+    # where there are fewer numbers than coefficients, rows of zeros leave directions open
+    jacobian = np.concatenate([slope * unit / factor, np.zeros((max(n - len(slope), 0), n))])
+    left, singular, vectors = np.linalg.svd(jacobian, full_matrices=False)
+    scaled, quantile = to_scale(frees, values), _quantile(freedom)
+    return _Linear(
+        tuple(frees), scaled, lower, upper, unit, jacobian[: len(slope)], left, singular, vectors, factor, quantile
+    )
+
+
+def _bending(
+    data: Experiment,
+    found: Prediction,
+    levels: dict[str, float],
+    linear: _Linear,
+    look: Callable[[Array], Prediction],
+) -> Array:
+    """Return the variance of each direction that comes from the way of the others: see the notes of `certainty`."""
+    here, _ = weighted(data, found, levels)
+    extent, unit = linear.upper - linear.lower, linear.unit
+    variance = np.zeros(len(unit))
+    for k in np.flatnonzero(2 * linear.quantile / linear.held > LOOSE):
+        way = unit * linear.vectors[k]
+        way *= min(1 / linear.held[k], 1 / float(np.max(np.abs(way) / extent)))  # no further than from bound to bound
+        for side in (-1, 1):
+            x = np.clip(linear.scaled + side * way, linear.lower, linear.upper)
+            there = look(from_scale(linear.frees, x))
+            if not (there.failed & ~found.failed).any():
+                residual, _ = weighted(data, there, levels)
+                off = (residual - here) / linear.factor - linear.jacobian @ ((x - linear.scaled) / unit)
+                shift = linear.left[: len(off)].T @ off / linear.held
+                shift[k] = 0.0
+                variance += 3 * shift**2 / 2
+    return variance
+
+
+def _on_bound(linear: _Linear) -> tuple[str | None, ...]:
+    """Tell which values sit on a bound."""
+    near = ON_BOUND * (linear.upper - linear.lower)
+    return tuple(
         "lower" if x - a < e else "upper" if b - x < e else None
-        for x, a, b, e in zip(scaled, lower, upper, near, strict=True)
+        for x, a, b, e in zip(linear.scaled, linear.lower, linear.upper, near, strict=True)
     )
-    silent = singular <= FLOOR * max(singular[0], 1.0)
-    told = [
-        Direction(v, 0.0 if none else float(s), bool(2 * quantile / h < 1), "")
-        for v, s, h, none in zip(vectors, singular, held, silent, strict=True)
-    ]
-    shown = np.where((np.abs(vectors[silent]) > WEIGHTY).any(axis=0), np.inf, sd)
-    help_by = _helpful(data, found, slope * unit / factor, unit, told, quantile)
-    determined = tuple((2 * quantile * sd < unit).tolist())
-    directions = tuple(
-        replace(d, sentence=_sentence(data, frees, d, determined, quantile, text))
-        for d, text in zip(told, help_by, strict=True)
-    )
-    correlation = covariance / np.outer(sd, sd)
-    return Certainty(shown, low, high, covariance, correlation, unit, determined, bound, directions, factor, freedom)
-
-
-def squares(data: Experiment, found: Prediction, levels: dict[str, float]) -> Array:
-    """Return the squared residual of every sample, in units of its variance.
-
-    Parameters
-    ----------
-    data : Experiment
-    found : Prediction
-    levels : dict of float
-        As for `hypertuna.predict.weighted` [1, m and rad].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [1].
-    """
-    residual, _ = weighted(data, found, levels)
-    return np.bincount(data.sample, residual**2, minlength=len(data.kind)).astype(np.float64)
-
-
-def criteria(data: Experiment, found: Prediction, levels: dict[str, float], loss: str, count: int) -> dict[str, Any]:
-    """Compute Akaike's corrected and the Bayesian information criterion.
-
-    Parameters
-    ----------
-    data : Experiment
-    found : Prediction
-    levels : dict of float
-        As for `hypertuna.predict.weighted` [1, m and rad].
-    loss : str
-        Stands for -2 ln of the likelihood of a sample, but for a constant.
-    count : int
-        Number of free coefficients. Every unknown noise level counts as one more.
-
-    Returns
-    -------
-    dict
-        ``samples``, ``parameters``, ``minus_2_log_likelihood``, ``aicc`` (None where there are too few samples) and
-        ``bic``; lower is better, and only differences between fits to the same runs mean anything.
-    """
-    z = squares(data, found, levels)
-    level = np.array([levels.get(name, 1.0) for name in KINDS])[data.kind]
-    variance = np.where(data.known, data.sd, data.sd * level) ** 2
-    # an unknown level takes the value that makes its samples likeliest
-    for k in range(len(KINDS)):
-        mine = ~data.known & (data.kind == k)
-        if mine.any() and (best := float(loss_terms(loss, z[mine])[0].mean())) > 0:
-            variance[mine] *= best
-            z[mine] /= best
-    total = float(np.sum(loss_terms(loss, z)[0] + np.log(2 * math.pi * variance)))
-    n, k = len(z), count + len(data.unknown_kinds)
-    aicc = total + 2 * k + 2 * k * (k + 1) / (n - k - 1) if n > k + 1 else None
-    return {
-        "samples": n,
-        "parameters": k,
-        "minus_2_log_likelihood": total,
-        "aicc": aicc,
-        "bic": total + k * math.log(n),
-    }
-
-
-def errors(data: Experiment, found: Prediction) -> Errors:
-    """Compare what was computed with what was measured.
-
-    Parameters
-    ----------
-    data : Experiment
-    found : Prediction
-
-    Returns
-    -------
-    Errors
-        Relative for steady runs, except where a measured speed is 0, which is left out.
-    """
-    difference = found.computed - data.measured
-    kinds = data.kind[data.sample]
-    per_run: list[dict[str, Any]] = [{"run": name} for name in data.trials.runs]
-    rms, largest = {}, {}
-    for k, name in enumerate(KINDS):
-        mine = np.flatnonzero((kinds == k) & ((k > 1) | (data.measured != 0)))
-        if not len(mine):
-            continue
-        error = difference[mine] / data.measured[mine] if k < 2 else difference[mine]
-        error = np.degrees(error) if name == "yaw" else error
-        label = ERRORS[name]
-        rms[label], largest[label] = float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())
-        run = data.run[data.sample[mine]]
-        for r in np.unique(run):
-            here = error[run == r]
-            if k < 2:
-                at = mine[run == r][0]
-                pair = {"measured": float(data.measured[at]), "computed": float(found.computed[at])}
-                per_run[r] |= {f"{name}_{key}": value for key, value in pair.items()} | {label: float(here[0])}
-            else:
-                per_run[r] |= {f"{label}_rms": float(np.sqrt(np.mean(here**2)))}
-    for r in np.flatnonzero(found.failed | found.unstable):
-        per_run[r]["status"] = "not settled" if found.failed[r] else "unstable"
-    return Errors(rms, largest, tuple(per_run))
 
 
 def _quantile(freedom: int) -> float:
@@ -298,10 +265,8 @@ def _units(frees: Sequence[Free], values: Array, extent: Array) -> Array:
     return unit
 
 
-def _helpful(
-    data: Experiment, found: Prediction, slope: Array, unit: Array, told: Sequence[Direction], quantile: float
-) -> list[str]:
-    """Say of each direction which measurement of the same gaits would determine it."""
+def _helpful(data: Experiment, found: Prediction, linear: _Linear, told: Sequence[Direction]) -> list[str]:
+    """Say of each open direction which measurement of the same gaits would determine it."""
     missing = [
         name
         for k, name in enumerate(KINDS[:2])
@@ -311,12 +276,12 @@ def _helpful(
     for name in missing:
         value, by = found.others[name]
         sound = np.isfinite(value) & (value != 0)
-        more = by[sound] * unit / (WOULD_BE * np.abs(value[sound]))[:, np.newaxis]
-        _, singular, vectors = np.linalg.svd(np.concatenate([slope, more]), full_matrices=False)
-        held = np.maximum(singular, FLOOR * max(singular[0], 1.0))
+        more = by[sound] * linear.unit / (WOULD_BE * np.abs(value[sound]))[:, np.newaxis]
+        _, singular, vectors = np.linalg.svd(np.concatenate([linear.jacobian, more]), full_matrices=False)
+        held = np.maximum(singular, FLOOR * max(float(singular[0]), 1.0))
         for k, d in enumerate(told):
             sd = math.sqrt(float(np.sum((vectors @ d.vector / held) ** 2)))
-            if not d.determined and not texts[k] and 2 * quantile * sd < 1:
+            if not d.determined and not texts[k] and 2 * linear.quantile * sd < 1:
                 texts[k] = f"the {MEASURED[name]} of the same runs, known to {100 * WOULD_BE:g} %, would determine them"
     return texts
 
@@ -341,10 +306,11 @@ def _sentence(
         else:  # one alone would not be true: a combination is known, no coefficient of it
             what = f"a combination of {_listed([frees[i].name for i in (named if len(named) > 1 else order[:2])])}"
         verb = "determines" if source in ("speed", "cost of transport") else "determine"
-        return f"{source.capitalize()} {verb} {what} to {100 * quantile / direction.singular_value:.2g} %."
+        return f"{source.capitalize()} {verb} {what} to {100 * quantile * direction.sd:.2g} %."
     # those that move by their unit, or more, within the interval along the direction
-    moved = 2 * quantile * size > direction.singular_value
+    moved = 2 * quantile * size * direction.sd > 1
     named = [i for i in order if moved[i] and size[i] > SLIGHT * size[order[0]]]
+    named = named or [i for i in order if size[i] > WEIGHTY * size[order[0]]]  # none moves so far, all together do
     rest = f"; {help_by}" if help_by else "; other gaits, or recordings of transients, may"
     if len(named) == 1:
         return f"{frees[named[0]].name} is not determined by {source} alone{rest.replace('them', 'it')}."

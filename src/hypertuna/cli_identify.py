@@ -13,13 +13,13 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.certainty import LABELS
+from hypertuna.agreement import LABELS
 from hypertuna.console import check_suffix, number, print_json, progress_bar, tell_written, whole_number
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.free_names import split_names
 from hypertuna.identify import Fit, compare, identify
-from hypertuna.posterior import Posterior, posterior, with_posterior
+from hypertuna.posterior import Posterior, check_draws, posterior, with_posterior
 from hypertuna.results import provenance
 from hypertuna.robot_file import write_robot
 from hypertuna.trials import Trials, read_trials
@@ -76,6 +76,9 @@ def identify_command(
     check_suffix(output, (".toml",), "--output")
     check_suffix(report, (".html",), "--report")
     laws = _laws(water)
+    steps = 0 if draws is None else whole_number(draws, "--posterior")
+    if draws is not None:
+        check_draws(steps)
     fish = load(robot).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
     options: dict[str, Any] = {
@@ -93,7 +96,7 @@ def identify_command(
         fits = _fits(fish, runs, split_names(free), laws, options | {"progress": progress})
     best = min(fits, key=lambda law: _rank(fits[law]))
     fit = fits[best]
-    sampled = None if draws is None else _draw(fit, whole_number(draws, "--posterior"), options)
+    sampled = None if draws is None else _draw(fit, steps, options)
     if output is not None:
         write_robot(fit.robot if sampled is None else with_posterior(fit, sampled), output)
     if report is not None:
@@ -223,6 +226,7 @@ def _record(fit: Fit, path: str | None) -> dict[str, Any]:
             "directions": [
                 {
                     "singular_value": d.singular_value,
+                "sd": d.sd,
                     "determined": d.determined,
                     "sentence": d.sentence,
                     "vector": d.vector,

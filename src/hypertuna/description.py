@@ -82,7 +82,9 @@ class Robot(Part):
     servos: tuple[Servo, ...] = entry("servos", "list of servos", default=())
     sensors: tuple[Sensor, ...] = entry("sensors", "list of sensors", default=())
     materials: dict[str, Material] = entry("materials", "materials by name", default_factory=dict)
-    fit: Fitted | None = entry("fit", "table that `hypertuna identify` leaves in the files that it writes", default=None)
+    fit: Fitted | None = entry(
+        "fit", "table that `hypertuna identify` leaves in the files that it writes", default=None
+    )
     sources: dict[str, Text] = entry(
         "sources", "origin of each value, by key or by the start of a key", default_factory=dict
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hypertuna.certainty import ERRORS, LABELS
+from hypertuna.agreement import ERRORS, LABELS
 from hypertuna.identify import Fit
 from hypertuna.plots_fit import plot_correlation, plot_errors, plot_intervals, plot_measured
 from hypertuna.posterior import Posterior

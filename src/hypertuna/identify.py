@@ -7,14 +7,16 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.agreement import Errors, criteria, errors
 from hypertuna.beats import DEFAULT_STEPS, check_steps
-from hypertuna.certainty import Certainty, Errors, certainty, criteria, errors
+from hypertuna.certainty import Certainty, certainty
 from hypertuna.coefficients import Free, column_of, free, from_scale
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
@@ -290,7 +292,8 @@ def _result(
     values = _snapped(frees, from_scale(frees, found["x"]))
     how: dict[str, Any] = {"steps": search.steps, "slope_steps": search.steps, "threads": search.threads}
     at_end = predict(data, frees, values, **how)
-    sure = certainty(data, frees, values, at_end, levels, search.loss)
+    look = partial(predict, data, frees, steps=search.steps, slope_steps=None, threads=search.threads)
+    sure = certainty(data, frees, values, at_end, levels, search.loss, look=look)
     judged = None
     if trials[1].runs:
         unseen = experiment(robot, trials[1], frees)

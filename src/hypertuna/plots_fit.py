@@ -11,7 +11,7 @@ from matplotlib.colors import LinearSegmentedColormap, to_rgba
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hypertuna.certainty import Errors
+from hypertuna.agreement import Errors
 from hypertuna.coefficients import Free, to_scale
 from hypertuna.drawing import COLORS, INK
 from hypertuna.identify import Fit

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.certainty import squares
+from hypertuna.agreement import squares
 from hypertuna.coefficients import from_scale, to_scale
 from hypertuna.description import Robot, parse
 from hypertuna.errors import InputError
@@ -21,7 +21,7 @@ from hypertuna.identify import Fit, digest
 from hypertuna.journal import Journal, journal_header
 from hypertuna.predict import Experiment, experiment, loss_terms, predict
 
-__all__ = ["Posterior", "posterior", "with_posterior"]
+__all__ = ["Posterior", "check_draws", "posterior", "with_posterior"]
 
 Array = NDArray[np.float64]
 
@@ -101,8 +101,7 @@ def posterior(
     """
     import emcee  # here, because only posteriors need it
 
-    if steps < 10:
-        raise InputError("must be 10 at least", key="posterior", value=str(steps), fix="give steps, such as 1000")
+    check_draws(steps)
     frees, n = fit.free, len(fit.free)
     data = experiment(fit.described, fit.trials[0], frees)
     lower, upper = (to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
@@ -125,6 +124,22 @@ def posterior(
             if progress is not None:
                 progress(first + here, steps)
     return _posterior(fit, np.array(chain), accepted / (steps * walkers))
+
+
+def check_draws(steps: int) -> None:
+    """Check a number of steps.
+
+    Parameters
+    ----------
+    steps : int
+
+    Raises
+    ------
+    InputError
+        If there are fewer than 10.
+    """
+    if steps < 10:
+        raise InputError("must be 10 at least", key="posterior", value=str(steps), fix="give steps, such as 1000")
 
 
 def with_posterior(fit: Fit, sampled: Posterior) -> Robot:

@@ -42,14 +42,6 @@ def report(results: Result | Sequence[Result], path: str | Path, *, title: str =
     ------
     InputError
         If there is no result, one is of another kind, or the file cannot be written.
-
-    Examples
-    --------
-    >>> import hypertuna as ht
-    >>> fish = ht.load("hypertuna")
-    >>> page = ht.report(ht.swim(fish, ht.named_gait(fish, "unoptimised-max")), getfixture("tmp_path") / "fish.html")
-    >>> page.name
-    'fish.html'
     """
     every = [results] if isinstance(results, Result) else list(results)
     if not every:

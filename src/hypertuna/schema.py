@@ -238,7 +238,9 @@ class Fitted(Part):
     text: Text = entry("text", "sentence that says what was fitted to what")
     trials: Text = entry("trials", "files of the runs")
     seed: Index = entry("seed", "seed of the fit", default=0)
-    names: tuple[Text, ...] = entry("names", "free coefficients, as `hypertuna identify --free` names them", min_length=1)
+    names: tuple[Text, ...] = entry(
+        "names", "free coefficients, as `hypertuna identify --free` names them", min_length=1
+    )
     units: tuple[str, ...] = entry("units", "unit of each")
     scale: tuple[Literal["natural", "log"], ...] = entry("scale", "scale of each, in which its error is normal")
     value: tuple[Real, ...] = entry("value", "value of each")

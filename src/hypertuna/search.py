@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.certainty import squares
+from hypertuna.agreement import squares
 from hypertuna.coefficients import Free, from_scale, to_scale
 from hypertuna.free_names import default_bounds
 from hypertuna.journal import Journal

@@ -1,0 +1,94 @@
+"""Do 95 % intervals hold the truth 95 times in 100? Fits of synthetic runs with noise, over and over.
+
+    python validation/identify/study.py [repeats] [-o FILE]
+
+180 gaits of HyperTuna, speed and cost of transport with 1 % noise that the fit is not told, nine free coefficients,
+default options. Every fit starts at the truth, for speed: what is studied are the intervals, not the search.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.special import stdtrit
+
+import hypertuna as ht
+from hypertuna.identify import identify
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
+
+from synthetic import NINE, steady, tank
+
+NOISE = 0.01
+
+
+def repeat(robot: ht.Robot, gaits: Sequence[ht.Gait], names: Sequence[str], seed: int) -> dict[str, Any]:
+    """Fit once, and say how far the truth lies from the result along every direction, in standard deviations."""
+    fit = identify(robot, steady(robot, gaits, noise=NOISE, seed=seed), names, validate=0, starts=1, threads=1)
+    truth = np.array([f.start for f in fit.free])
+    sure = fit.certainty
+    along = [float(d.vector @ ((fit.values - truth) / sure.unit)) for d in sure.directions]
+    return {
+        "seed": seed,
+        "off": [x / d.sd for x, d in zip(along, sure.directions, strict=True)],
+        "linear_off": [x * d.singular_value for x, d in zip(along, sure.directions, strict=True)],
+        "sd": [d.sd for d in sure.directions],
+        "determined": [d.determined for d in sure.directions],
+        "coefficient_held": ((sure.low <= truth) & (truth <= sure.high)).tolist(),
+        "coefficient_determined": list(sure.determined),
+        "quantile": float(stdtrit(sure.freedom, 0.975)),
+        "noise": fit.noise,
+        "converged": fit.converged,
+        "values": fit.values.tolist(),
+    }
+
+
+def summary(records: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Coverage of the directions reported as determined: together, and by rank from the best known."""
+    off = np.abs([record["off"] for record in records])
+    determined = np.array([record["determined"] for record in records])
+    held = off < np.array([record["quantile"] for record in records])[:, np.newaxis]
+    known = determined.sum(axis=0)
+    coefficients = np.array([record["coefficient_held"] for record in records])
+    named = np.array([record["coefficient_determined"] for record in records])
+    with np.errstate(invalid="ignore"):
+        return {
+            "repeats": len(records),
+            "converged": int(sum(record["converged"] for record in records)),
+            "coverage": float(held[determined].mean()),
+            "reported_as_determined": known.tolist(),
+            "coverage_by_direction": ((held & determined).sum(axis=0) / known).round(3).tolist(),
+            "coverage_of_open_directions": float(held[~determined].mean()) if (~determined).any() else None,
+            "coverage_of_determined_coefficients": float(coefficients[named].mean()),
+            "coverage_of_coefficients": coefficients.mean(axis=0).round(3).tolist(),
+            "coefficients_reported_as_determined": named.sum(axis=0).tolist(),
+            "noise": {
+                kind: float(np.mean([record["noise"][kind] for record in records])) for kind in records[0]["noise"]
+            },
+        }
+
+
+def main() -> None:
+    """Run the study; what is done is kept, and taken up again."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("repeats", nargs="?", type=int, default=200)
+    parser.add_argument("-o", "--output", type=Path, default=Path("study.jsonl"))
+    given = parser.parse_args()
+    robot, gaits = ht.load("hypertuna"), tank()
+    records = [json.loads(line) for line in given.output.read_text().splitlines()] if given.output.exists() else []
+    with given.output.open("a") as file:
+        for seed in range(len(records), given.repeats):
+            records.append(repeat(robot, gaits, NINE, seed))
+            file.write(json.dumps(records[-1]) + "\n")
+            file.flush()
+    print(json.dumps(summary(records[: given.repeats]), indent=2))
+
+
+if __name__ == "__main__":
+    main()
