@@ -1,5 +1,4 @@
-inline constexpr int block_steps = 63;  // of a long motion whose shapes are tabulated at a time
-
+/// The memory that the core needs to swim, and what is swum in it: beats and long motions.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +9,8 @@ inline constexpr int block_steps = 63;  // of a long motion whose shapes are tab
 #include "kernels.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
+
+inline constexpr int block_steps = 63;  // of a long motion whose shapes are tabulated at a time
 
 /// A scalar without the derivatives that a shape of scalars G has not.
 template <class G, class S>

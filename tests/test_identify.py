@@ -40,7 +40,7 @@ def test_coefficients_come_back_exactly(tuna: ht.Robot) -> None:
     assert not fit.warnings
 
 
-@pytest.mark.parametrize("model", ["hypertuna-lumped", "hypertuna-strip-shedding", "rexeel-strip-linear"])
+@pytest.mark.parametrize("model", ["hypertuna-lumped", "hypertuna-strip-shedding", "rexeel-theory-strip-linear"])
 def test_derivatives_of_residuals(model: str) -> None:
     """Every kind of coefficient and of run, in natural and log scale, against differences."""
     robot = MODELS[model]
@@ -55,7 +55,7 @@ def test_derivatives_of_residuals(model: str) -> None:
     names += {
         "hypertuna-lumped": ["water.drag[1-6]", "joints.bandwidth"],
         "hypertuna-strip-shedding": ["water.drag_normal[7]", "water.tail_shedding", "joints.bandwidth"],
-        "rexeel-strip-linear": ["water.drag_tangential", "water.linear_normal[1-5]"],
+        "rexeel-theory-strip-linear": ["water.drag_tangential", "water.linear_normal[1-5]"],
     }[model]
     trials = steady(robot, FEW[:2] if robot.name == "hypertuna" else [gait_of_eel(robot)]) + swims(robot, late=0.013)
     offsets = {recording.name: 0.02 for recording in trials.recordings}
@@ -79,7 +79,7 @@ def gait_of_eel(robot: ht.Robot) -> ht.Gait:
 
 
 def test_recordings_give_coefficients_and_the_offset_of_their_clock() -> None:
-    eel = MODELS["rexeel-strip"]
+    eel = MODELS["rexeel-theory-strip"]
     trials = swims(eel, late=0.05)
     names = ["water.drag_normal", "water.drag_tangential", "time_offset"]
     fit = identify(eel, trials, names, validate=0, starts=1, start={"water.drag_normal": 3.0})
@@ -247,7 +247,7 @@ def test_posterior_resumes_to_the_same_draws(tuna: ht.Robot, tmp_path: Path) -> 
         ({"validate": 1.0}, "validate must be 0 or more and less than 1, but is 1.0"),
         ({"validate": float("nan")}, "validate must be 0 or more"),
         ({"loss": "soft"}, "loss must be a known loss, but is 'soft': did you mean soft_l1?"),
-        ({"starts": 0}, "starts must be 1 at least"),
+        ({"starts": 0}, "starts must be from 1 to 4096"),
         ({"seed": -1}, "seed must not be negative"),
     ],
 )

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from hypertuna.predict import KINDS, Experiment, Prediction, loss_terms, weighted
 
-__all__ = ["ERRORS", "LABELS", "Errors", "criteria", "errors", "squares"]
+__all__ = ["ERRORS", "LABELS", "Errors", "criteria", "curvature", "errors", "misfit", "squares"]
 
 Array = NDArray[np.float64]
 
+LEVEL_ROUNDS, SAME_LEVEL = 200, 1e-6  # of looking for the likeliest level of noise
 # Errors by kind: the name that says the unit, and how people read it (name, unit, how many of it are one of these).
 ERRORS = {"speed": "speed_relative", "cost_of_transport": "cost_of_transport_relative", "x": "x_m", "y": "y_m"}
 ERRORS |= {"yaw": "yaw_deg"}
@@ -63,6 +64,53 @@ def squares(data: Experiment, found: Prediction, levels: dict[str, float]) -> Ar
     return np.bincount(data.sample, residual**2, minlength=len(data.kind)).astype(np.float64)
 
 
+def curvature(data: Experiment, z: Array, loss: str) -> float:
+    """Tell how much less than a square a loss bends on average, where a fit ended.
+
+    Parameters
+    ----------
+    data : Experiment
+    z : ndarray, shape (samples,)
+        Squared residuals, from `squares` [1].
+    loss : str
+        As for `hypertuna.predict.loss_terms`.
+
+    Returns
+    -------
+    float
+        Mean of psi', 1 for a linear loss; of a sample of many elements, across its residual.
+    """
+    _, first, second = loss_terms(loss, z)
+    return max(float(np.mean(np.where(data.count > 1, first, first + 2 * z * second))), 1e-3)
+
+
+def misfit(data: Experiment, z: Array) -> float:
+    """Tell how far the model is from the mean of a recording's runs, which no number of runs makes smaller.
+
+    R runs that scatter about their mean by sd have mean squares z of (R - 1)/R + e^2/sd^2 about a model that is e off
+    the mean. The mean itself is known to sd/sqrt(R): in units of that, e^2 is R e^2/sd^2 = R mean(z) - (R - 1).
+
+    Parameters
+    ----------
+    data : Experiment
+    z : ndarray, shape (samples,)
+        Squared residuals, from `squares` [1].
+
+    Returns
+    -------
+    float
+        Mean of that over recordings and axes [1]: 1 for a sound model, 0 without recordings whose noise is known.
+    """
+    first, found = len(data.trials.steady), []
+    for swim in data.swims:
+        for kind in range(2, len(KINDS)):
+            mine = data.known & (data.kind == kind) & (data.run >= first) & (data.run < first + swim.runs)
+            if mine.any():
+                found.append(swim.runs * float(z[mine].mean()) - (swim.runs - 1))
+        first += swim.runs
+    return max(float(np.mean(found)), 0.0) if found else 0.0
+
+
 def criteria(data: Experiment, found: Prediction, levels: dict[str, float], loss: str, count: int) -> dict[str, Any]:
     """Compute Akaike's corrected and the Bayesian information criterion.
 
@@ -81,15 +129,22 @@ def criteria(data: Experiment, found: Prediction, levels: dict[str, float], loss
     -------
     dict
         ``samples``, ``parameters``, ``minus_2_log_likelihood``, ``aicc`` (None where there are too few samples) and
-        ``bic``; lower is better, and only differences between fits to the same runs mean anything.
+        ``bic``; lower is better, and only differences between fits to the same runs mean anything. Every run of a
+        recording counts: where a model misses the mean of the runs by more than they scatter, differences are
+        overstated. All are None for the loss "cauchy", which is no likelihood.
     """
+    if loss == "cauchy":  # 1/sqrt(1 + z) has no finite integral: no likelihood
+        return dict.fromkeys(("samples", "parameters", "minus_2_log_likelihood", "aicc", "bic"))
     z = squares(data, found, levels)
     level = np.array([levels.get(name, 1.0) for name in KINDS])[data.kind]
     variance = np.where(data.known, data.sd, data.sd * level) ** 2
-    # an unknown level takes the value that makes its samples likeliest
+    # an unknown level takes the value that makes its samples likeliest: where the mean of z rho'(z) is 1
     for k in range(len(KINDS)):
         mine = ~data.known & (data.kind == k)
-        if mine.any() and (best := float(loss_terms(loss, z[mine])[0].mean())) > 0:
+        for _ in range(LEVEL_ROUNDS if mine.any() else 0):
+            best = float(np.mean(z[mine] * loss_terms(loss, z[mine])[1]))
+            if best <= 0 or abs(best - 1) < SAME_LEVEL:
+                break
             variance[mine] *= best
             z[mine] /= best
     total = float(np.sum(loss_terms(loss, z)[0] + np.log(2 * math.pi * variance)))

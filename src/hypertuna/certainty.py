@@ -9,9 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.agreement import squares
+from hypertuna.agreement import curvature, misfit, squares
 from hypertuna.coefficients import Free, from_scale, to_scale
 from hypertuna.predict import KINDS, Experiment, Prediction, loss_terms, weighted
+from hypertuna.valley import Valley, lengths
 
 __all__ = ["Certainty", "Direction", "certainty"]
 
@@ -23,7 +24,6 @@ LEAST_SCALE = 0.1  # of the allowed range: a value nearer to 0 is not asked to b
 WEIGHTY = 0.35  # of the largest entry of a direction: what has less is not named
 SLIGHT = 0.05  # the same of a direction that is open
 WOULD_BE = 0.02  # relative noise of what could be measured as well
-LOOSE = 0.2  # length of the 95 % interval along a direction from which on bending is looked for
 FLOOR = 1e-12  # of the largest singular value: what is below is zero
 MEASURED = {"speed": "speed", "cost_of_transport": "cost of transport", "x": "tracks", "y": "tracks", "yaw": "tracks"}
 
@@ -64,6 +64,8 @@ class Certainty:
         95 % interval in SI units, held within the bounds.
     covariance, correlation : ndarray, shape (n, n)
         Of the coefficients in their scales.
+    spread : ndarray, shape (n, n)
+        Covariance with the bounds as a weak prior, for draws.
     unit : ndarray, shape (n,)
         What counts as 1 in `Direction`.
     determined : tuple of bool
@@ -84,6 +86,7 @@ class Certainty:
     high: Array
     covariance: Array
     correlation: Array
+    spread: Array
     unit: Array
     determined: tuple[bool, ...]
     bound: tuple[str | None, ...]
@@ -122,7 +125,7 @@ def certainty(
     levels: dict[str, float],
     loss: str,
     *,
-    look: Callable[[Array], Prediction] | None = None,
+    look: tuple[Experiment, Callable[..., Prediction]] | None = None,
 ) -> Certainty:
     """Tell how far the runs determine a fit.
 
@@ -138,8 +141,8 @@ def certainty(
         As for `hypertuna.predict.weighted` [1, m and rad].
     loss : str
         As for `hypertuna.predict.loss_terms`.
-    look : callable, optional
-        Predicts all runs with other values [SI]; without it the problem is taken for linear.
+    look : tuple of Experiment and callable, optional
+        Part of the runs, and what predicts them with other values [SI]; without it the problem is taken for linear.
 
     Returns
     -------
@@ -155,17 +158,14 @@ def certainty(
     A coefficient's unit is its value, at least a tenth and at most the whole of its allowed range; in log scale 1, if
     the range is not less. Directions are those of the singular value decomposition of J in these units.
 
-    Along an open direction the truth may lie so far off that the valley of equally good fits bends: the other
-    directions then belong elsewhere than a linear problem has them. One standard deviation away, to either side but
-    within the bounds, the runs are predicted anew. What they differ by from the linear prediction shifts each direction
-    by some q; as it grows with the square of the way, its mean square is 3 q^2 for a normal error. That is added to
-    the variance.
+    Along an open direction the truth may lie so far off that the valley of equally good fits bends: the better known
+    directions then belong elsewhere than a linear problem has them: `hypertuna.valley.lengths` allows for that.
     """
     linear = _linearize(data, frees, values, found, levels, loss)
     unit, quantile, vectors = linear.unit, linear.quantile, linear.vectors
     length = 1 / linear.held
     if look is not None:
-        length = np.sqrt(length**2 + _bending(data, found, levels, linear, look))
+        length = lengths(_valley(linear, levels, *look, samples=len(data.kind)))
     covariance = np.outer(unit, unit) * (vectors.T * length**2 @ vectors)
     sd = np.sqrt(np.diag(covariance))
     x, lower, upper = linear.scaled, linear.lower, linear.upper
@@ -183,6 +183,7 @@ def certainty(
         high=high,
         covariance=covariance,
         correlation=covariance / np.outer(sd, sd),
+        spread=_spread(linear),
         unit=unit,
         determined=determined,
         bound=_on_bound(linear),
@@ -202,9 +203,9 @@ def _linearize(
     _, slope = weighted(data, found, levels)
     z, n = squares(data, found, levels), len(frees)
     freedom = max(len(z) - n, 1)
-    _, first, second = loss_terms(loss, z)
-    bend = max(float(np.mean(first + 2 * z * second)), 1e-3)
-    factor = max(1.0, math.sqrt(float(np.sum(z * first**2)) / freedom) / bend)
+    _, first, _ = loss_terms(loss, z)
+    scatter = math.sqrt(float(np.sum(z * first**2)) / freedom) / curvature(data, z, loss)
+    factor = max(1.0, scatter, math.sqrt(misfit(data, z)))
     lower, upper = (to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
     unit = _units(frees, values, upper - lower)
     # where there are fewer numbers than coefficients, rows of zeros leave directions open
@@ -216,30 +217,34 @@ def _linearize(
     )
 
 
-def _bending(
-    data: Experiment,
-    found: Prediction,
-    levels: dict[str, float],
-    linear: _Linear,
-    look: Callable[[Array], Prediction],
-) -> Array:
-    """Return the variance of each direction that comes from the way of the others: see the notes of `certainty`."""
-    here, _ = weighted(data, found, levels)
-    extent, unit = linear.upper - linear.lower, linear.unit
-    variance = np.zeros(len(unit))
-    for k in np.flatnonzero(2 * linear.quantile / linear.held > LOOSE):
-        way = unit * linear.vectors[k]
-        way *= min(1 / linear.held[k], 1 / float(np.max(np.abs(way) / extent)))  # no further than from bound to bound
-        for side in (-1, 1):
-            x = np.clip(linear.scaled + side * way, linear.lower, linear.upper)
-            there = look(from_scale(linear.frees, x))
-            if not (there.failed & ~found.failed).any():
-                residual, _ = weighted(data, there, levels)
-                off = (residual - here) / linear.factor - linear.jacobian @ ((x - linear.scaled) / unit)
-                shift = linear.left[: len(off)].T @ off / linear.held
-                shift[k] = 0.0
-                variance += 3 * shift**2 / 2
-    return variance
+def _valley(
+    linear: _Linear, levels: dict[str, float], sketch: Experiment, look: Callable[..., Prediction], *, samples: int
+) -> Valley:
+    """Describe the valley about the result of a fit by part of the runs."""
+    scale = math.sqrt(samples / len(sketch.kind)) / linear.factor
+    scaled, unit = linear.scaled, linear.unit
+
+    def at(x: Array) -> Array:
+        there = look(from_scale(linear.frees, np.clip(scaled + unit * x, linear.lower, linear.upper)), slope_steps=None)
+        return scale * weighted(sketch, there, levels)[0]
+
+    slope = scale * weighted(sketch, look(from_scale(linear.frees, scaled)), levels)[1] * unit
+    ends = (np.minimum(linear.lower - scaled, 0.0) / unit, np.maximum(linear.upper - scaled, 0.0) / unit)
+    return Valley(at, slope, *ends, linear.vectors, 1 / linear.held, linear.quantile)
+
+
+def _spread(linear: _Linear) -> Array:
+    """Covariance with the bounds as a prior: a normal distribution of a uniform one's variance, (upper - lower)^2 / 12.
+
+    The prior enters as one more measurement of each coefficient, before the inversion: where the runs are silent, an
+    infinite variance would take the digits of what they do tell.
+    """
+    root = (linear.upper - linear.lower) / math.sqrt(12)
+    _, singular, vectors = np.linalg.svd(
+        np.concatenate([linear.jacobian * (root / linear.unit), np.eye(len(root))]), full_matrices=False
+    )
+    spread: Array = np.outer(root, root) * (vectors.T / singular**2 @ vectors)
+    return spread
 
 
 def _on_bound(linear: _Linear) -> tuple[str | None, ...]:

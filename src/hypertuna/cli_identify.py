@@ -226,7 +226,7 @@ def _record(fit: Fit, path: str | None) -> dict[str, Any]:
             "directions": [
                 {
                     "singular_value": d.singular_value,
-                "sd": d.sd,
+                    "sd": d.sd,
                     "determined": d.determined,
                     "sentence": d.sentence,
                     "vector": d.vector,

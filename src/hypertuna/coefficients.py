@@ -41,6 +41,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
+FARTHEST = 1e12  # bound: no coefficient in SI units is so large
 LOG_DECADES = 4  # in log scale a default lower bound of 0 lies so many decades below the upper one
 
 
@@ -315,9 +316,9 @@ def draws(robot: Robot, count: int, seed: int) -> list[Robot]:
 
     Notes
     -----
-    The bounds count as a weak prior, a normal distribution of a uniform one's variance (upper - lower)^2 / 12: a
-    direction that the runs left undetermined is drawn from that. What falls outside the bounds is not drawn, so that
-    directions that the runs determine stay determined.
+    Normal with the covariance of ``[fit]``, in which the bounds count as a weak prior: a direction that the runs left
+    undetermined is drawn from that. What falls outside the bounds is not drawn, so that directions that the runs
+    determine stay determined.
     """
     fit = robot.fit
     if fit is None:
@@ -328,12 +329,8 @@ def draws(robot: Robot, count: int, seed: int) -> list[Robot]:
         for name, lower, upper, value, scale in zip(fit.names, fit.lower, fit.upper, fit.value, fit.scale, strict=True)
     ]
     lower, upper, middle = (to_scale(frees, values) for values in (fit.lower, fit.upper, fit.value))
-    prior = (upper - lower) ** 2 / 12
-    whole = np.array(fit.covariance)
-    # The product of both distributions, in a form that takes a singular covariance as well: C (C + P)^-1 P.
-    spread = whole @ np.linalg.solve(whole + np.diag(prior), np.diag(prior))
     rng = np.random.default_rng(seed)
-    drawn = truncated_normal(middle, (spread + spread.T) / 2, lower, upper, count=count, rng=rng)
+    drawn = truncated_normal(middle, np.array(fit.covariance), lower, upper, count=count, rng=rng)
     return [with_values(robot, frees, from_scale(frees, x)) for x in drawn]
 
 
@@ -353,8 +350,8 @@ def _make(
     lower, upper = bounds or (table.get("lower", factor["lower"] * value), table.get("upper", factor["upper"] * value))
     if log and lower == 0 and bounds is None:
         lower = upper * 10.0**-LOG_DECADES
-    if not (math.isfinite(lower) and math.isfinite(upper) and lower < upper):
-        rule = "must have a lower bound below its upper one, both finite"
+    if not (-FARTHEST <= lower < upper <= FARTHEST):
+        rule = f"must have a lower bound below its upper one, both at most {FARTHEST:g} in magnitude"
         raise InputError(rule, key=f"bounds {name}", value=f"{lower:g} to {upper:g}", fix="give LOW:HIGH")
     if log and lower <= 0:
         rule, fix = "must have bounds greater than 0 in log scale", "give such bounds, or leave it in natural scale"

@@ -32,6 +32,7 @@ __all__ = ["Fit", "compare", "digest", "identify", "split"]
 
 Array = NDArray[np.float64]
 
+MOST_STARTS = 4096
 STARTS = 4
 SNAP = 1e-6  # of the allowed range
 
@@ -70,6 +71,8 @@ class Fit:
     warnings : tuple of str
     seed : int
     loss : str
+    steps : int
+        Runge-Kutta steps per beat.
     trials : tuple of Trials
         For training, and for validation.
     """
@@ -92,6 +95,7 @@ class Fit:
     warnings: tuple[str, ...]
     seed: int
     loss: str
+    steps: int
     trials: tuple[Trials, Trials]
 
 
@@ -256,6 +260,8 @@ def _frees(
     if names and all(isinstance(name, Free) for name in names):
         return tuple(name for name in names if isinstance(name, Free))
     texts = [name for name in names if isinstance(name, str)]
+    if len(texts) < len(names):
+        raise InputError("must be names, or all of them of type Free", key="free", fix="give one kind of both")
     offsets = {recording.name: recording.time_offset for recording in trials.recordings}
     frees = free(robot, texts, bounds=bounds, log=log, start=start, recordings=offsets)
     if any(f.column == "cost_factor" for f in frees) and all(r.cost_of_transport is None for r in trials.steady):
@@ -273,8 +279,8 @@ def _check(validate: float, seed: int, loss: str, starts: int) -> None:
         raise InputError("must not be negative", key="seed", value=str(seed), fix="give 0 or more")
     if loss not in LOSSES:
         raise InputError("must be a known loss", key="loss", value=shown(loss), fix=did_you_mean(loss, LOSSES))
-    if starts < 1:
-        raise InputError("must be 1 at least", key="starts", value=str(starts), fix="leave it out")
+    if not 1 <= starts <= MOST_STARTS:
+        raise InputError(f"must be from 1 to {MOST_STARTS}", key="starts", value=str(starts), fix="leave it out")
 
 
 def _result(
@@ -292,8 +298,8 @@ def _result(
     values = _snapped(frees, from_scale(frees, found["x"]))
     how: dict[str, Any] = {"steps": search.steps, "slope_steps": search.steps, "threads": search.threads}
     at_end = predict(data, frees, values, **how)
-    look = partial(predict, data, frees, steps=search.steps, slope_steps=None, threads=search.threads)
-    sure = certainty(data, frees, values, at_end, levels, search.loss, look=look)
+    look = partial(predict, search.sketch, frees, **how)
+    sure = certainty(data, frees, values, at_end, levels, search.loss, look=(search.sketch, look))
     judged = None
     if trials[1].runs:
         unseen = experiment(robot, trials[1], frees)
@@ -301,7 +307,7 @@ def _result(
     named = [run.file for t in trials for run in t.steady] + [part.file for t in trials for part in t.recordings]
     files = list(dict.fromkeys(Path(file).name or "memory" for file in named))
     text = f"identified by hypertuna {version()} from {len(trials[0].runs)} runs of {', '.join(files)}"
-    fitted = with_fit(robot, frees, values, covariance=sure.covariance, trials=", ".join(files), seed=seed, text=text)
+    fitted = with_fit(robot, frees, values, covariance=sure.spread, trials=", ".join(files), seed=seed, text=text)
     return Fit(
         robot=fitted,
         described=robot,
@@ -318,9 +324,10 @@ def _result(
         costs=tuple(costs),
         evaluations=evaluations,
         seconds=seconds,
-        warnings=tuple(_warnings(data, frees, values, sure, at_end.failed, at_end.unstable)),
+        warnings=(*_warnings(data, frees, values, sure, at_end.failed, at_end.unstable), *_repeated(*trials)),
         seed=seed,
         loss=search.loss,
+        steps=search.steps,
         trials=trials,
     )
 
@@ -370,6 +377,21 @@ def _warnings(
     if all(d.determined for d in sure.directions):
         return told
     told.append("The runs leave some coefficients open: see the directions that are not determined.")
+    return told
+
+
+def _repeated(training: Trials, validation: Trials) -> list[str]:
+    """Say where the runs for validation repeat motions that were trained on."""
+    recordings = [one.name for one in validation.recordings if one.name in {two.name for two in training.recordings}]
+    gaits = {run.gait for run in training.steady}
+    told = []
+    if recordings:
+        told.append(
+            f"The validation runs of {', '.join(recordings)} repeat joint motions that were fitted: they tell noise from "
+            "model, but not how well other motions are predicted. Fit one recording and replay another to see that."
+        )
+    if count := sum(run.gait in gaits for run in validation.steady):
+        told.append(f"{count} of {len(validation.steady)} steady runs for validation repeat gaits that were fitted.")
     return told
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.agreement import squares
+from hypertuna.agreement import curvature, squares
 from hypertuna.coefficients import from_scale, to_scale
 from hypertuna.description import Robot, parse
 from hypertuna.errors import InputError
@@ -92,7 +92,7 @@ def posterior(
     Raises
     ------
     InputError
-        If there are fewer steps than 10.
+        If there are fewer steps than 10, or the fit's loss is "cauchy", which is no likelihood.
 
     Notes
     -----
@@ -102,14 +102,26 @@ def posterior(
     import emcee  # here, because only posteriors need it
 
     check_draws(steps)
+    if fit.loss == "cauchy":
+        rule, fix = "must be a likelihood for a posterior", "fit with soft_l1, huber or linear"
+        raise InputError(rule, key="loss", value="'cauchy', whose integral is infinite", fix=fix)
     frees, n = fit.free, len(fit.free)
     data = experiment(fit.described, fit.trials[0], frees)
     lower, upper = (to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
     workers = threads or len(os.sched_getaffinity(0))
     walkers = max(16, WALKERS * n)
     begin = _begin(fit, lower, upper, walkers)
-    sampler = emcee.EnsembleSampler(walkers, n, lambda x: _log_posterior(data, fit, x, lower, upper, workers))
-    options = {"trials": digest(fit.trials[0]), "seed": fit.seed, "loss": fit.loss, "values": fit.values.tolist()}
+    # as wide about the fit as its covariance, which holds what the loss makes less of and what residuals exceed
+    best = predict(data, frees, fit.values, steps=fit.steps, slope_steps=None, threads=workers)
+    share = 1 / (fit.certainty.factor**2 * curvature(data, squares(data, best, fit.noise), fit.loss))
+    sampler = emcee.EnsembleSampler(walkers, n, lambda x: _log_posterior(data, fit, share, x, lower, upper, workers))
+    options = {
+        "trials": digest(fit.trials[0]),
+        "seed": fit.seed,
+        "loss": fit.loss,
+        "values": fit.values.tolist(),
+        "steps": fit.steps,
+    }
     header = journal_header("posterior", fit.described, options)
     chain: list[Any] = []
     accepted, at = 0.0, {"x": begin, "log": None}
@@ -117,7 +129,7 @@ def posterior(
         for first in range(0, steps, BLOCK):
             here = min(BLOCK, steps - first)
             work = partial(_block, sampler, at, here, fit.seed + first)
-            told = journal.answer({"first": first, "x": at["x"]}, work)
+            told = journal.answer({"first": first, "steps": here, "x": at["x"]}, work)
             chain += told["chain"]
             accepted += told["accepted"]
             at = {"x": np.array(told["chain"][-1]), "log": np.array(told["log"])}
@@ -175,13 +187,14 @@ def _begin(fit: Fit, lower: Array, upper: Array, walkers: int) -> Array:
     return start
 
 
-def _log_posterior(data: Experiment, fit: Fit, x: Array, lower: Array, upper: Array, threads: int) -> float:
+def _log_posterior(
+    data: Experiment, fit: Fit, share: float, x: Array, lower: Array, upper: Array, threads: int
+) -> float:
     """Logarithm of the posterior density, but for a constant."""
     if not ((x >= lower) & (x <= upper)).all():
         return -math.inf
-    found = predict(data, fit.free, from_scale(fit.free, x), slope_steps=None, threads=threads)
-    z = squares(data, found, fit.noise) / fit.certainty.factor**2
-    return -0.5 * float(loss_terms(fit.loss, z)[0].sum())
+    found = predict(data, fit.free, from_scale(fit.free, x), steps=fit.steps, slope_steps=None, threads=threads)
+    return -0.5 * share * float(loss_terms(fit.loss, squares(data, found, fit.noise))[0].sum())
 
 
 def _block(sampler: Any, at: dict[str, Any], steps: int, seed: int) -> dict[str, Any]:

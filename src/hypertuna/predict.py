@@ -153,7 +153,7 @@ def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = ()) -> Expe
     measured = [np.array([value for _, _, value, _, _ in steady], dtype=float)]
     sample = [np.arange(len(steady))]
     samples = [
-        (kind, r, abs(value) if sd is None else sd / math.sqrt(repeats), sd is not None, 1)
+        (kind, r, (abs(value) if sd is None else sd) / math.sqrt(repeats), sd is not None, 1)
         for kind, r, value, sd, repeats in steady
     ]
     swims, first = [], len(trials.steady)
@@ -164,7 +164,7 @@ def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = ()) -> Expe
             sample.append(len(samples) + np.repeat(np.arange(len(sizes)), sizes))
             measured.append(poses[:, axis])
             known = bool(np.isfinite(spread[axis]) and spread[axis] > 0)
-            sd = float(spread[axis]) if known else 1.0
+            sd = float(spread[axis]) if known else 1 / math.sqrt(recording.repeats)
             samples += [(2 + axis, first + r, sd, known, size) for r, size in enumerate(sizes)]
         first += len(sizes)
         swims.append(replayed)
@@ -224,7 +224,8 @@ def predict(
             both = np.stack([others[name][table] for name in KINDS[:2]])
             parts.append(both[here, at])
         wrong = failed[at]
-        computed[0][wrong] = FAILED * data.measured[: len(here)][wrong]
+        size = np.maximum(np.abs(data.measured[: len(here)]), data.sd[: len(here)])
+        computed[0][wrong] = FAILED * size[wrong]
         slopes_by[0][wrong] = 0.0
     first = len(steady)
     for swim in data.swims:

@@ -247,7 +247,8 @@ class Fitted(Part):
     lower: tuple[Real, ...] = entry("lower", "lower bound of each")
     upper: tuple[Real, ...] = entry("upper", "upper bound of each")
     covariance: tuple[tuple[Real, ...], ...] = entry(
-        "covariance", "covariance of the values, of the logarithms of those in log scale"
+        "covariance",
+        "covariance of the values, or of their logarithms in log scale; the bounds count as a weak prior",
     )
 
     @model_validator(mode="after")
