@@ -37,7 +37,8 @@ from hypertuna.ledger import published
 from hypertuna.limits import gait_limits
 from hypertuna.manifest import reference as manifest_keys
 from hypertuna.optimize import METHODS, Optimum, optimize
-from hypertuna.pareto import OBJECTIVES, Front, pareto
+from hypertuna.objective import OBJECTIVES
+from hypertuna.pareto import Front, pareto
 from hypertuna.plots import plot_swim
 from hypertuna.plots_optimize import plot_convergence
 from hypertuna.plots_pareto import plot_pareto

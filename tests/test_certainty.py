@@ -10,12 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 import hypertuna as ht
-from hypertuna.agreement import criteria, errors, squares
+from hypertuna.agreement import criteria, errors, misfit, squares
 from hypertuna.certainty import certainty
-from hypertuna.coefficients import Free, free
+from hypertuna.coefficients import Free, draws, free
 from hypertuna.predict import Experiment, Prediction, experiment, loss_terms, predict, weighted
 from hypertuna.trials import Trials
-from synthetic import grid, steady
+from synthetic import NINE, grid, steady, swims
 
 Array = NDArray[np.float64]
 
@@ -205,3 +205,40 @@ def test_errors_are_relative_for_steady_runs() -> None:
     assert told.largest == pytest.approx({"speed_relative": 0.1})
     assert told.runs[0]["speed_measured"] == data.measured[0]
     assert [run.get("status") for run in told.runs] == [None, None, "not settled", None, None]
+
+
+@pytest.mark.parametrize("loss", ["linear", "soft_l1", "huber", "cauchy"])
+def test_residuals_thirty_times_the_stated_noise_make_intervals_thirty_times_as_wide(loss: str) -> None:
+    """Whatever the loss: what is an outlier is told by the noise that there is."""
+    noise = np.random.default_rng(2).normal(scale=0.1, size=31)
+
+    def sure(scale: float):
+        data, frees, found, values = straight_line(scale * noise)
+        return certainty(data, frees, values, found, {}, loss)
+
+    assert sure(300.0).excess == pytest.approx(10 * sure(30.0).excess, rel=1e-4)
+    assert sure(30.0).excess == pytest.approx(30, rel=0.3)
+    assert sure(30.0).factor / sure(30.0).excess == pytest.approx(1.1, abs=0.25)
+
+
+def test_more_runs_of_one_recording_do_not_hide_that_the_model_is_off() -> None:
+    """e off the mean of R runs that scatter by sd: z = (R - 1)/R + e^2/sd^2, so R e^2/sd^2 whatever the scatter."""
+    tuna = ht.load("hypertuna")
+    for runs in (4, 20):
+        data = experiment(tuna, swims(tuna, runs=runs, noise=0.02), ())
+        for off in (0.0, 3.0):
+            z = np.full(len(data.kind), (runs - 1) / runs + off**2)
+            assert misfit(data, z) == pytest.approx(runs * off**2, abs=1e-9)
+
+
+def test_draws_keep_what_few_runs_determine() -> None:
+    """Nine coefficients from three speeds: six directions are open, and yet every draw swims those three speeds."""
+    tuna = ht.load("hypertuna")
+    runs = steady(tuna, grid([2.0, 4.0, 6.0], [(16, 25)], [20.0]), noise=0.01, cost=False, told=True)
+    fit = ht.identify(tuna, runs, NINE, validate=0, starts=1)
+    measured = np.array([run.speed for run in runs.steady])
+    gaits = [run.gait for run in runs.steady]
+    swum = np.array([ht.sweep(drawn, gaits, threads=1)["speed"] for drawn in draws(fit.robot, 24, 1)])
+    assert np.sqrt(np.mean((swum / measured - 1) ** 2)) < 0.04
+    spread = np.array([drawn.water.lumped.drag[0] for drawn in draws(fit.robot, 24, 1)])
+    assert np.ptp(spread) > 10  # the open ones go from bound to bound

@@ -18,7 +18,8 @@ import xarray as xr
 import hypertuna as ht
 from hypertuna.cli import main
 from hypertuna.evolution import nondominated
-from hypertuna.pareto import OBJECTIVES, Front, pareto
+from hypertuna.objective import OBJECTIVES
+from hypertuna.pareto import Front, pareto
 from hypertuna.plots_pareto import plot_pareto
 
 Run = Callable[..., tuple[int, str, str]]

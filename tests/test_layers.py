@@ -22,6 +22,8 @@ LAYERS = (
         "coefficients",
         "robot_file",
         "predict",
+        "agreement",
+        "valley",
         "certainty",
         "search",
         "identify",

@@ -12,8 +12,8 @@ import hypertuna as ht
 from hypertuna.errors import InputError
 from hypertuna.evolution import Evolution, hypervolume, nondominated
 from hypertuna.limits import Limit
-from hypertuna.objective import Evaluation
-from hypertuna.pareto import OBJECTIVES, Front, pareto
+from hypertuna.objective import OBJECTIVES, Evaluation
+from hypertuna.pareto import Front, pareto
 from hypertuna.polish import Descent, descend, stationarity
 
 

@@ -23,14 +23,14 @@ def banana(bend: float, *, upper: float = 10.0) -> Valley:
 
 @pytest.mark.parametrize("bend", [0.0, 0.01, 1.0, -3.0])
 def test_a_bent_valley_widens_the_narrow_direction(bend: float) -> None:
-    """E (bend x^2)^2 = 3 bend^2 WIDE^4 for a normal x: what the fit does not know of y by itself."""
-    expected = np.hypot(NARROW, np.sqrt(3) * abs(bend) * WIDE**2)
+    """One standard deviation along the valley, y is off by bend WIDE^2: what the fit does not know of y by itself."""
+    expected = np.hypot(NARROW, abs(bend) * WIDE**2)
     assert lengths(banana(bend)) == pytest.approx([expected, WIDE], rel=0.02)
 
 
 def test_a_bound_ends_the_way() -> None:
     """From the bound only one side is open: half of the mean."""
-    expected = np.hypot(NARROW, np.sqrt(3 / 2) * WIDE**2)
+    expected = np.hypot(NARROW, np.sqrt(1 / 2) * WIDE**2)
     assert lengths(banana(1.0, upper=0.0))[0] == pytest.approx(expected, rel=0.02)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hypertuna.predict import KINDS, Experiment, Prediction, loss_terms, weighted
 
-__all__ = ["ERRORS", "LABELS", "Errors", "criteria", "curvature", "errors", "misfit", "squares"]
+__all__ = ["ERRORS", "LABELS", "Errors", "criteria", "curvature", "errors", "excess", "misfit", "squares"]
 
 Array = NDArray[np.float64]
 
@@ -62,6 +62,35 @@ def squares(data: Experiment, found: Prediction, levels: dict[str, float]) -> Ar
     """
     residual, _ = weighted(data, found, levels)
     return np.bincount(data.sample, residual**2, minlength=len(data.kind)).astype(np.float64)
+
+
+def excess(z: Array, loss: str, count: int = 0) -> float:
+    """Tell how many times larger residuals are than their stated noise.
+
+    Parameters
+    ----------
+    z : ndarray, shape (samples,)
+        Squared residuals, from `squares` [1].
+    loss : str
+        As for `hypertuna.predict.loss_terms`; outliers count as little as there.
+    count : int
+        Number of coefficients that were fitted to them.
+
+    Returns
+    -------
+    float
+        The s at which the mean of (z/s^2) rho'(z/s^2) is what it is for normal errors, n - count degrees of freedom.
+    """
+    node, weight = np.polynomial.hermite_e.hermegauss(60)
+    normal = float(weight @ (node**2 * loss_terms(loss, node**2)[1]) / weight.sum())
+    freedom = max(len(z) - count, 1) / len(z)
+    square = float(np.mean(z)) or 1.0
+    for _ in range(LEVEL_ROUNDS):
+        ratio = float(np.mean(z / square * loss_terms(loss, z / square)[1])) / (normal * freedom)
+        square *= ratio
+        if square == 0 or abs(ratio - 1) < SAME_LEVEL:
+            break
+    return math.sqrt(square)
 
 
 def curvature(data: Experiment, z: Array, loss: str) -> float:

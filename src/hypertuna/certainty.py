@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.agreement import curvature, misfit, squares
+from hypertuna.agreement import curvature, excess, misfit, squares
 from hypertuna.coefficients import Free, from_scale, to_scale
 from hypertuna.predict import KINDS, Experiment, Prediction, loss_terms, weighted
 from hypertuna.valley import Valley, lengths
@@ -77,6 +77,8 @@ class Certainty:
     factor : float
         What the standard deviations were multiplied by, because residuals exceed the stated noise or a robust loss
         makes less of them.
+    excess : float
+        How many times larger residuals are than the stated noise, 1 at least.
     freedom : int
         Degrees of freedom of the t distribution.
     """
@@ -92,6 +94,7 @@ class Certainty:
     bound: tuple[str | None, ...]
     directions: tuple[Direction, ...]
     factor: float
+    excess: float
     freedom: int
 
 
@@ -109,6 +112,7 @@ class _Linear:
     singular: Array  # descending
     vectors: Array  # (directions, n)
     factor: float
+    excess: float
     quantile: float
 
     @property
@@ -151,9 +155,10 @@ def certainty(
     Notes
     -----
     Covariance of an M-estimate (Huber 1981, section 7.6): factor^2 (J^T J)^-1 with the Jacobian J of the weighted
-    residuals and factor^2 = mean(psi^2) n / (n - p) / mean(psi')^2, though never less than 1: a stated noise that the
-    residuals exceed is taken for too small (Birge 1932). All frames of a run along one axis count as one sample. By the
-    inequality of Cauchy and Schwarz no correlation among them can make the variance larger than that.
+    residuals and factor^2 = s^2 mean(psi^2) n / (n - p) / mean(psi')^2, psi of residuals over s, though never less than
+    1: a stated noise that the residuals exceed s times is taken for too small (Birge 1932). All frames of a run along
+    one axis count as one sample. By the inequality of Cauchy and Schwarz no correlation among them can make the
+    variance larger than that. The runs of a recording share the model's error, see `hypertuna.agreement.misfit`.
 
     A coefficient's unit is its value, at least a tenth and at most the whole of its allowed range; in log scale 1, if
     the range is not less. Directions are those of the singular value decomposition of J in these units.
@@ -192,6 +197,7 @@ def certainty(
             for d, text in zip(told, help_by, strict=True)
         ),
         factor=linear.factor,
+        excess=linear.excess,
         freedom=max(len(data.kind) - len(frees), 1),
     )
 
@@ -203,8 +209,10 @@ def _linearize(
     _, slope = weighted(data, found, levels)
     z, n = squares(data, found, levels), len(frees)
     freedom = max(len(z) - n, 1)
-    _, first, _ = loss_terms(loss, z)
-    scatter = math.sqrt(float(np.sum(z * first**2)) / freedom) / curvature(data, z, loss)
+    over = max(1.0, excess(z, loss, n))
+    z_own = z / over**2  # in units of the noise that there is: a loss tells outliers by it
+    _, first, _ = loss_terms(loss, z_own)
+    scatter = over * math.sqrt(float(np.sum(z_own * first**2)) / freedom) / curvature(data, z_own, loss)
     factor = max(1.0, scatter, math.sqrt(misfit(data, z)))
     lower, upper = (to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
     unit = _units(frees, values, upper - lower)
@@ -213,7 +221,18 @@ def _linearize(
     left, singular, vectors = np.linalg.svd(jacobian, full_matrices=False)
     scaled, quantile = to_scale(frees, values), _quantile(freedom)
     return _Linear(
-        tuple(frees), scaled, lower, upper, unit, jacobian[: len(slope)], left, singular, vectors, factor, quantile
+        tuple(frees),
+        scaled,
+        lower,
+        upper,
+        unit,
+        jacobian[: len(slope)],
+        left,
+        singular,
+        vectors,
+        factor,
+        over,
+        quantile,
     )
 
 

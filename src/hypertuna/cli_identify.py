@@ -78,7 +78,7 @@ def identify_command(
     laws = _laws(water)
     steps = 0 if draws is None else whole_number(draws, "--posterior")
     if draws is not None:
-        check_draws(steps)
+        check_draws(steps, loss)
     fish = load(robot).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
     options: dict[str, Any] = {
@@ -135,8 +135,8 @@ def _draw(fit: Fit, steps: int, options: Mapping[str, Any]) -> Posterior:
 
 def _rank(fit: Fit) -> float:
     """Return what laws are compared by: Akaike's criterion, or the Bayesian one where there are too few runs for it."""
-    aicc = fit.criteria["aicc"]
-    return float(fit.criteria["bic"] if aicc is None else aicc)
+    values = (fit.criteria["aicc"], fit.criteria["bic"], 0.0)  # a loss that is no likelihood has neither
+    return next(float(value) for value in values if value is not None)
 
 
 def _laws(text: str | None) -> list[str]:
@@ -325,9 +325,7 @@ def _comparison(fits: Mapping[str, Fit]) -> Table:
         table.add_column(f"{LABELS[key][0]}, validation rms", justify="right")
     for law, fit in fits.items():
         judged = (fit.validation or fit.train).rms
-        aicc = fit.criteria["aicc"]
+        told = ("-" if fit.criteria[name] is None else f"{fit.criteria[name]:.1f}" for name in ("aicc", "bic"))
         cells = [f"{LABELS[key][2] * judged.get(key, np.nan):.3g} {LABELS[key][1]}" for key in keys]
-        table.add_row(
-            law, str(len(fit.free)), "-" if aicc is None else f"{aicc:.1f}", f"{fit.criteria['bic']:.1f}", *cells
-        )
+        table.add_row(law, str(len(fit.free)), *told, *cells)
     return table

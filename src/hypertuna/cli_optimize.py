@@ -26,6 +26,7 @@ from hypertuna.objective import Limit, gait_limits
 from hypertuna.optimize import Margin, Optimum, optimize
 from hypertuna.results import provenance
 from hypertuna.robot_file import write_robot
+from hypertuna.robust import WAYS
 
 __all__ = ["bounds_of", "gait_record", "limits_of", "optimize_app"]
 
@@ -254,9 +255,11 @@ def _record(best: Optimum) -> dict[str, Any]:
             "weight_threshold_m_s_per_j_per_kg_m": best.weight_threshold,
         },
         "value": best.value,
+        "robust": best.robust,
         "history": best.history,
         "constraints": [_margin_record(margin) for margin in best.margins],
         "on_bounds": dict(best.bounds),
+        "near_best": {name: np.round(ends, 10) for name, ends in best.near_best.items()},
         "command": command_line(),
     } | provenance(best.robot)
 
@@ -305,17 +308,18 @@ def _print(best: Optimum) -> None:
         console.print(table)
     console.print(Text(best.stop, style="green" if best.gait is not None else "bold red"))
     if best.remark:
-        console.print(Text(best.remark, style="yellow"))
+        console.print(Text(best.remark, style="" if best.near_best else "yellow"))
     console.print(Text(f"{best.evaluations} gaits by {best.method}, seed {best.seed}", style="dim"))
 
 
 def _wished(best: Optimum) -> str:
     """Write the goal in words."""
     target = best.goal
-    if target.expected is not None:
-        return f"expected speed {target.expected:g} m/s at low cost of transport, weight {target.terms[0][1]:g}"
     name, factor = target.terms[0]
-    return f"{'largest' if factor < 0 else 'least'} {name.replace('_', ' ')}"
+    words = f"{'largest' if factor < 0 else 'least'} {name.replace('_', ' ')}"
+    if target.expected is not None:
+        words = f"expected speed {target.expected:g} m/s at low cost of transport, weight {factor:g}"
+    return words if best.robust is None else f"{words}; over the robots drawn, {WAYS[best.robust]}"
 
 
 def _rows(best: Optimum, gait: Gait) -> list[tuple[str, str, str]]:

@@ -37,7 +37,8 @@ from hypertuna.console import (
     whole_number,
 )
 from hypertuna.description import load
-from hypertuna.pareto import OBJECTIVES, SLOW, Front, pareto
+from hypertuna.objective import OBJECTIVES
+from hypertuna.pareto import SLOW, Front, pareto
 from hypertuna.results import provenance, write_atomically, write_netcdf
 from hypertuna.robust import WAYS
 
@@ -53,8 +54,11 @@ SHOWN = {
     "cost_of_transport_positive_j_per_kg_m": "cost_of_transport_positive",
     "mechanical_power_w": "power",
     "mechanical_power_positive_w": "power_positive",
+    "power_loss_w": "loss",
     "torque_peak_n_m": "torque_peak",
+    "rate_peak_rad_s": "rate_peak",
     "strouhal": "strouhal",
+    "tail_excursion_m": "excursion",
     "stride_length": "stride_length",
     "efficiency": "efficiency",
     "turn_radius_m": "turn_radius",

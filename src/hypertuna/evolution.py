@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.objective import Evaluation
+from hypertuna.objective import UNUSABLE, Evaluation
 
 __all__ = ["Evolution", "hypervolume", "nondominated"]
 
 Array = NDArray[np.float64]
-
-LARGE, UNUSABLE = 1e30, 1e6  # value and violation of a point without finite values, where pymoo wants numbers
 
 
 class Evolution:
@@ -68,7 +66,7 @@ class Evolution:
         usable = np.all(np.isfinite(told.value), axis=1, keepdims=True)
         # One more limit, so that a point without finite values is infeasible whatever the others are.
         violation = np.column_stack([told.violation, np.where(usable, -1.0, UNUSABLE)])
-        self._asked.set("F", np.where(usable, told.value, LARGE), "G", violation)
+        self._asked.set("F", np.where(usable, told.value, UNUSABLE), "G", violation)
         self._asked.set("H", np.zeros((len(told.x), 0)))
         for individual in self._asked:
             individual.evaluated.update("FGH")

@@ -183,5 +183,6 @@ def _made(fit: Fit, sampled: Posterior | None) -> Section:
             f"taken. {sampled.sentence}"
         )
     aicc, bic = _criteria(fit)
-    texts.append(f"AICc {aicc}, BIC {bic} with {fit.criteria['samples']} independent measurements.")
+    if fit.criteria["samples"] is not None:  # a loss that is no likelihood has no criteria
+        texts.append(f"AICc {aicc}, BIC {bic} with {fit.criteria['samples']} independent measurements.")
     return Section("How it was made", texts)

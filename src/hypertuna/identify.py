@@ -212,8 +212,11 @@ def compare(robot: Robot, trials: Trials, free: Sequence[str], laws: Sequence[st
     Raises
     ------
     InputError
-        As `identify` does, or if a law has none of the coefficients.
+        As `identify` does, or if a law has none of the coefficients, or the loss is "cauchy", which is no likelihood.
     """
+    if options.get("loss") == "cauchy":
+        rule, fix = "must be a likelihood to compare laws by", "take soft_l1, huber or linear"
+        raise InputError(rule, key="loss", value="'cauchy', whose integral is infinite", fix=fix)
     fits = {}
     for law in laws:
         mine = robot.using(water=law)
@@ -369,10 +372,10 @@ def _warnings(
             names = [data.trials.runs[k] for k in np.flatnonzero(flags)]
             more = f" and {len(names) - 5} more" if len(names) > 5 else ""
             told.append(f"With the fitted values these runs {what}: {', '.join(names[:5])}{more}.")
-    if sure.factor > 1.5 and not data.unknown_kinds:
+    if sure.excess > 1.5 and not data.unknown_kinds:
         told.append(
-            f"Residuals are {sure.factor:.2g} times what the stated noise explains; the intervals are as much wider. "
-            "The model misses something, or the noise is understated."
+            f"Residuals are {sure.excess:.2g} times what the stated noise explains: the model cannot meet all runs "
+            "with these coefficients, or the noise is understated. The intervals allow for it."
         )
     if all(d.determined for d in sure.directions):
         return told
@@ -387,8 +390,9 @@ def _repeated(training: Trials, validation: Trials) -> list[str]:
     told = []
     if recordings:
         told.append(
-            f"The validation runs of {', '.join(recordings)} repeat joint motions that were fitted: they tell noise from "
-            "model, but not how well other motions are predicted. Fit one recording and replay another to see that."
+            f"The validation runs of {', '.join(recordings)} repeat joint motions that were fitted: they tell "
+            "noise from model, but not how well other motions are predicted. Fit one recording and replay another "
+            "to see that."
         )
     if count := sum(run.gait in gaits for run in validation.steady):
         told.append(f"{count} of {len(validation.steady)} steady runs for validation repeat gaits that were fitted.")

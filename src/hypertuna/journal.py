@@ -17,7 +17,7 @@ from typing import Any, Self
 from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, shown
-from hypertuna.results import version, write_atomically
+from hypertuna.results import version
 
 __all__ = ["Journal", "journal_header", "read_header"]
 
@@ -100,10 +100,9 @@ class Journal:
         self._path = Path() if path is None else Path(path)
         if path is None:
             return
-        if not self._path.exists():
-            write_atomically(self._path, _line({"journal": MARK} | dict(header)))
         try:
-            self._file = io.FileIO(self._path, "r+")
+            # Made by opening and begun under the lock: of two runs that start at once, one is refused.
+            self._file = io.FileIO(self._path, "r+", opener=lambda file, how: os.open(file, how | os.O_CREAT, 0o666))
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             self.close()
@@ -153,7 +152,7 @@ class Journal:
             return json.loads(_line({"told": work()}))["told"]
         if self._next < len(self.records):
             record = self.records[self._next]
-            if record.get("asked") != json.loads(_line({"asked": asked}))["asked"]:
+            if "told" not in record or record.get("asked") != json.loads(_line({"asked": asked}))["asked"]:
                 rule = "answers another question than is asked now: the run that wrote it took another course"
                 raise InputError(rule, file=self._place(self._next), fix=ANOTHER)
         else:
@@ -188,7 +187,11 @@ class Journal:
     def _take_up(self, header: Mapping[str, Any]) -> list[dict[str, Any]]:
         """Check the header and read the records; drop the torn end of the file."""
         assert self._file is not None
-        content = self._file.readall()
+        content, first = self._file.readall(), _line({"journal": MARK} | dict(header))
+        if content != first and first.startswith(content):  # empty, or a kill has torn the header
+            self._file.seek(0)
+            _write(self._file, first)
+            content = first
         whole = content[: content.rfind(b"\n") + 1]
         lines = whole.splitlines(keepends=True)
         _check_same(self._path, _header(self._path, lines), json.loads(_line(header)))
@@ -232,6 +235,8 @@ def _header(path: Path, lines: list[bytes]) -> dict[str, Any]:
     try:
         header = json.loads(lines[0]) if lines else None
     except ValueError:
+        header = None
+    if isinstance(header, dict) and not isinstance(header.get("options", {}), dict):
         header = None
     if not isinstance(header, dict) or header.pop("journal", None) != MARK:
         raise InputError("must be a journal of hypertuna", file=str(path), fix="give another file")

@@ -17,9 +17,9 @@ from hypertuna.space import Space
 from hypertuna.sweep import Gaits
 
 __all__ = [
-    "BEST_LARGE",
-    "BEST_SMALL",
+    "OBJECTIVES",
     "SLOPED",
+    "UNUSABLE",
     "Evaluation",
     "Goal",
     "Limit",
@@ -32,13 +32,26 @@ __all__ = [
 Array = NDArray[np.float64]
 
 STILL = 1e-3  # body lengths per beat: a gait that makes less way stands still
-UNUSABLE = 1e3  # violation of a gait that does not settle: more than any that does
+UNUSABLE = 1e30  # value or violation of a gait that cannot be used, where a number is wanted: larger than any other
 
-# Quantities to wish for: large ones and small ones; and those of them that have exact derivatives.
-BEST_LARGE = ("speed", "speed_bl", "efficiency", "stride_length")
-COSTS = ("power", "power_positive", "loss", "cost_of_transport", "cost_of_transport_positive")
-BEST_SMALL = (*COSTS, "strouhal", "excursion", "torque_peak", "rate_peak")
-SLOPED = (*BEST_LARGE[:2], "stride_length", *BEST_SMALL)
+# Quantities to wish for, and whether the larger one is better.
+OBJECTIVES = {
+    "speed": True,
+    "speed_bl": True,
+    "efficiency": True,
+    "stride_length": True,
+    "power": False,
+    "power_positive": False,
+    "loss": False,
+    "cost_of_transport": False,
+    "cost_of_transport_positive": False,
+    "strouhal": False,
+    "excursion": False,
+    "torque_peak": False,
+    "rate_peak": False,
+    "turn_radius": False,
+}
+SLOPED = tuple(name for name in OBJECTIVES if name not in ("efficiency", "turn_radius"))  # with exact derivatives
 
 
 @dataclass(frozen=True)
@@ -60,15 +73,17 @@ class Goal:
     expected: float | None = None
 
 
-def goal(name: str, *, largest: bool | None = None) -> Goal:
+def goal(name: str, *, largest: bool | None = None, key: str = "goal") -> Goal:
     """Wish for the best of a quantity.
 
     Parameters
     ----------
     name : str
-        One of `hypertuna.beats.QUANTITIES`.
+        One of `OBJECTIVES`.
     largest : bool, optional
-        Whether large is good; left out, as the quantity usually is: speeds and efficiency large, costs small.
+        Whether large is good; left out, `OBJECTIVES` says it.
+    key : str
+        What an error calls it.
 
     Returns
     -------
@@ -79,10 +94,10 @@ def goal(name: str, *, largest: bool | None = None) -> Goal:
     InputError
         If there is no such quantity to wish for.
     """
-    if name not in (*BEST_LARGE, *BEST_SMALL):
-        fix = did_you_mean(name, (*BEST_LARGE, *BEST_SMALL))
-        raise InputError("must be a quantity to wish for", key="goal", value=shown(name), fix=fix)
-    large = name in BEST_LARGE if largest is None else largest
+    if name not in OBJECTIVES:
+        fix = did_you_mean(name, OBJECTIVES)
+        raise InputError("must be a quantity to wish for", key=key, value=shown(name), fix=fix)
+    large = OBJECTIVES[name] if largest is None else largest
     return Goal(name, ((name, -1.0 if large else 1.0),))
 
 
@@ -230,6 +245,11 @@ class Problem:
         Evaluation
         """
         return self.judge(x, self.swim(x, slopes=slopes))
+
+    @property
+    def robots(self) -> tuple[Robot, ...]:
+        """All robots that a gait is swum by: the one."""
+        return (self.robot,)
 
     @property
     def rough(self) -> tuple[str, ...]:

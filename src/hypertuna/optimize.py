@@ -23,7 +23,7 @@ from hypertuna.optimum import Margin, Optimum, concluded
 from hypertuna.robust import over_fit
 from hypertuna.space import gait_bounds
 
-__all__ = ["METHODS", "WEIGHT", "Margin", "Optimum", "make_optimizer", "optimize", "options_of", "wish"]
+__all__ = ["METHODS", "WEIGHT", "Margin", "Optimum", "make_optimizer", "optimize", "wish"]
 
 Array = NDArray[np.float64]
 
@@ -153,7 +153,7 @@ def optimize(
     problem = Problem(robot, gait_bounds(robot, bounds), (target,), tuple(limits), steps)
     optimizer, most = make_optimizer(problem, method, particles, iterations, seed)
     posed = problem if robust is None else over_fit(problem, robust, samples=samples, seed=seed)
-    options = options_of(problem, method, particles, iterations, seed)
+    options = _options(problem, method, particles, iterations, seed)
     options |= {} if robust is None else {"robust": robust, "samples": samples}
     with Journal(checkpoint, journal_header("optimize", robot, options)) as journal:
         while (stop := optimizer.stop) is None:
@@ -161,8 +161,9 @@ def optimize(
             found = journal.answer(x, partial(posed.swim, x, slopes=optimizer.needs_slopes))
             optimizer.tell(posed.judge(x, found))
             if progress is not None:
-                progress(optimizer.evaluations, max(most, optimizer.evaluations))
-    return concluded(problem, optimizer, method=method, seed=seed, stop=stop, seconds=time.monotonic() - started)
+                done = optimizer.evaluations
+                progress(done * len(posed.robots), max(most, done) * len(posed.robots))
+    return concluded(posed, optimizer, method=method, seed=seed, stop=stop, seconds=time.monotonic() - started)
 
 
 def make_optimizer(
@@ -204,6 +205,9 @@ def make_optimizer(
     assert batches is not None
     lower, upper = problem.space.lower, problem.space.upper
     if method == "cma":
+        if len(lower) < 2:
+            rule, fix = "must fit a search with one free value of the gait", "take pso, gradient or de, or free another"
+            raise InputError(rule, key="method", value="'cma', which varies two at least", fix=fix)
         strategy = CovarianceAdaptation(lower, upper, particles=size, iterations=batches, seed=seed)
         return strategy, strategy.particles * batches
     assert size is not None  # the others have a number of their own
@@ -220,21 +224,8 @@ def make_optimizer(
     return make(lower, upper, particles=size, iterations=batches, seed=seed), size * batches
 
 
-def options_of(
-    problem: Problem, method: str, particles: int | None, iterations: int | None, seed: int
-) -> dict[str, Any]:
-    """Return everything that the course of a search depends on, beside the robot, for its journal.
-
-    Parameters
-    ----------
-    problem : Problem
-    method, particles, iterations, seed
-        As for `make_optimizer`.
-
-    Returns
-    -------
-    dict
-    """
+def _options(problem: Problem, method: str, particles: int | None, iterations: int | None, seed: int) -> dict[str, Any]:
+    """Return everything that the course of a search depends on, beside the robot, for its journal."""
     space = problem.space
     bounds = {name: [low, high] for name, low, high in zip(space.columns, space.low, space.high, strict=True)}
     goals = [asdict(target) for target in problem.goals]

@@ -9,15 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
-from hypertuna.objective import Evaluation
+from hypertuna.objective import UNUSABLE, Evaluation
 
-__all__ = ["CovarianceAdaptation", "Optimizer", "Population", "de", "pso"]
+__all__ = ["CovarianceAdaptation", "Optimizer", "de", "pso"]
 
 Array = NDArray[np.float64]
 
 # Of a particle swarm that converges: Clerc and Kennedy (2002), constriction of phi = 4.1.
 INERTIA, LEARNING = 0.7298, 1.49618
-LARGE = 1e30  # value of a gait that cannot be used, where a library wants a number
 
 
 class Optimizer(ABC):
@@ -98,7 +97,7 @@ class Optimizer(ABC):
 
 
 @final
-class Population(Optimizer):
+class _Population(Optimizer):
     """An evolutionary algorithm of pymoo.
 
     Parameters
@@ -130,12 +129,12 @@ class Population(Optimizer):
 
     def _learn(self, told: Evaluation) -> None:
         # All limits are one constraint: by how much they are passed in all.
-        values = np.where(np.isfinite(told.value), told.value, LARGE)
+        values = np.where(np.isfinite(told.value), told.value, UNUSABLE)
         self._infills.set("F", values, "CV", told.excess[:, np.newaxis])
         self._algorithm.tell(infills=self._infills)
 
 
-def pso(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60, seed: int = 1) -> Population:
+def pso(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60, seed: int = 1) -> Optimizer:
     """Search by a particle swarm (Kennedy and Eberhart, 1995) with constant inertia and learning factors.
 
     v <- w v + c1 r1 (p_best - p) + c2 r2 (g_best - p),  p <- p + v, with fresh random numbers r1 and r2 in [0, 1] for
@@ -149,7 +148,7 @@ def pso(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60
 
     Returns
     -------
-    Population
+    Optimizer
     """
     from pymoo.algorithms.soo.nonconvex.pso import PSO
     from pymoo.operators.repair.to_bound import ToBoundOutOfBoundsRepair
@@ -165,10 +164,10 @@ def pso(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60
         seed=seed,
     )
     done = f"All {iterations} iterations of {particles} particles are done."
-    return Population(algorithm, lower, upper, iterations=iterations, done=done)
+    return _Population(algorithm, lower, upper, iterations=iterations, done=done)
 
 
-def de(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60, seed: int = 1) -> Population:
+def de(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60, seed: int = 1) -> Optimizer:
     """Search by differential evolution (Storn and Price, 1997), DE/best/1/bin.
 
     Parameters
@@ -179,7 +178,7 @@ def de(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60,
 
     Returns
     -------
-    Population
+    Optimizer
     """
     from pymoo.algorithms.soo.nonconvex.de import DE
     from pymoo.operators.repair.to_bound import ToBoundOutOfBoundsRepair
@@ -195,7 +194,7 @@ def de(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60,
         seed=seed,
     )
     done = f"All {iterations} generations of {particles} gaits are done."
-    return Population(algorithm, lower, upper, iterations=iterations, done=done)
+    return _Population(algorithm, lower, upper, iterations=iterations, done=done)
 
 
 def _clipped_problem(lower: Array, upper: Array) -> Any:

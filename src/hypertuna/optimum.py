@@ -11,16 +11,21 @@ from numpy.typing import NDArray
 from hypertuna.description import Robot
 from hypertuna.gait import Gait
 from hypertuna.limits import Limit
-from hypertuna.objective import Evaluation, Goal, Problem, goal
+from hypertuna.objective import UNUSABLE, Evaluation, Goal, Problem, goal
 from hypertuna.optimizers import Optimizer
+from hypertuna.robust import RobustProblem
+from hypertuna.space import Space
 from hypertuna.swim import Swim, swim
 
-__all__ = ["Margin", "Optimum", "concluded", "weight_threshold"]
+__all__ = ["Margin", "Optimum", "concluded"]
 
 Array = NDArray[np.float64]
 
 NEAR = 5e-3  # a limit or bound so near, relative, is active
 MET = 5e-3  # an expected speed so near, relative, is met
+FLAT = 5e-3  # values so near the best, relative, are told to be near it
+WIDE = 0.1  # part of its bounds over which a coordinate near the best is worth a remark
+PLACES = 25  # that are tried for that from the best to each bound
 
 
 @dataclass(frozen=True)
@@ -31,7 +36,7 @@ class Margin:
     ----------
     limit : Limit
     value : float
-        Of the gait [unit of the quantity].
+        Of the gait; over robots drawn, of the one that keeps the limit least [unit of the quantity].
     margin : float
         What is left to the limit, relative to it; negative where it is passed [1].
     """
@@ -59,11 +64,13 @@ class Optimum:
     swim : Swim or None
         How it swims.
     value : float
-        Of the goal, minimized.
+        Of the goal, minimized; over the robots drawn in a robust search.
+    robust : {"mean", "worst5"} or None
+        How the goal is taken over robots drawn from the fit. Swim, speed and cost are those of the robot itself.
     method : str
     seed : int
     evaluations : int
-        Gaits that were swum, those of a checkpoint included.
+        Gaits swum by the search, of a robust one by every robot drawn, those of a checkpoint included.
     seconds : float
         Taken by this run.
     stop : str
@@ -71,14 +78,18 @@ class Optimum:
     history : ndarray, shape (batches,)
         Least value of the goal after each batch; infinite before a gait keeps all limits.
     swum : ndarray, shape (batches,)
-        Gaits swum until then.
+        Gaits swum until then, counted as `evaluations`.
     margins : tuple of Margin
         Of the limits.
     bounds : mapping
         Which end of its bounds the gait lies on, "lower" or "upper", by the names of `hypertuna.space.gait_columns`.
+    near_best : mapping
+        How flat the best is: by the same names, the lowest and highest value between which, all others held, the value
+        of the goal stays within 0.5 % of the best and all limits are kept [Hz or deg]; empty where a speed is expected.
     weight_threshold : float or None
         Up to this k of Eq. 42 the speed stays exactly as expected, judged by the slopes at this gait
-        [m/s per J/(kg m)]; None where no speed is expected, or it is not met.
+        [m/s per J/(kg m)]; None where no speed is expected or it is not met, over robots drawn, and with limits that
+        have no derivatives.
     remark : str
         What else there is to know about the result; empty if nothing.
     """
@@ -88,6 +99,7 @@ class Optimum:
     gait: Gait | None
     swim: Swim | None
     value: float
+    robust: str | None
     method: str
     seed: int
     evaluations: int
@@ -97,6 +109,7 @@ class Optimum:
     swum: NDArray[np.int_]
     margins: tuple[Margin, ...]
     bounds: Mapping[str, str]
+    near_best: Mapping[str, tuple[float, float]]
     weight_threshold: float | None
     remark: str
 
@@ -111,12 +124,14 @@ class Optimum:
         return np.nan if self.swim is None else self.swim.cost_of_transport
 
 
-def concluded(problem: Problem, optimizer: Optimizer, *, method: str, seed: int, stop: str, seconds: float) -> Optimum:
+def concluded(
+    problem: Problem | RobustProblem, optimizer: Optimizer, *, method: str, seed: int, stop: str, seconds: float
+) -> Optimum:
     """Make the result of a search that has ended.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem or RobustProblem
     optimizer : Optimizer
     method : str
     seed : int
@@ -130,53 +145,86 @@ def concluded(problem: Problem, optimizer: Optimizer, *, method: str, seed: int,
     """
     best, space, target = optimizer.result, problem.space, problem.goals[0]
     assert best is not None  # every method asks for one batch at least
-    margins = tuple(
-        Margin(limit, float(best.found[limit.quantity][0]), -float(best.violation[0, k]))
-        for k, limit in enumerate(problem.limits)
-    )
+    margins = tuple(_margin(limit, float(over)) for limit, over in zip(problem.limits, best.violation[0], strict=True))
     feasible = bool(best.feasible[0])
     ends = zip(space.names, best.x[0] - space.lower, space.upper - best.x[0], space.upper - space.lower, strict=True)
     bounds = {name: "lower" if low < high else "upper" for name, low, high, w in ends if min(low, high) < NEAR * w}
-    missed = _missed(target, float(best.found["speed"][0])) if feasible else ""
-    threshold = weight_threshold(problem, best) if feasible and target.expected is not None and not missed else None
     gait = space.gait(best.x[0]) if feasible else None
+    swum = None if gait is None else swim(problem.robot, gait, steps=problem.steps)
+    robust = problem.how if isinstance(problem, RobustProblem) else None
+    missed = "" if swum is None else _missed(target, float(best.found["speed"][0]), swum.speed if robust else None)
+    near = _near_best(problem, best) if feasible and target.expected is None else {}
+    threshold = None
+    if isinstance(problem, Problem) and feasible and target.expected is not None and not (missed or problem.rough):
+        threshold = _weight_threshold(problem, best)
     return Optimum(
         robot=problem.robot,
         goal=target,
         gait=gait,
-        swim=None if gait is None else swim(problem.robot, gait, steps=problem.steps),
+        swim=swum,
         value=float(best.value[0, 0]) if feasible else np.nan,
+        robust=robust,
         method=method,
         seed=seed,
-        evaluations=optimizer.evaluations,
+        evaluations=optimizer.evaluations * len(problem.robots),
         seconds=seconds,
         stop=stop if feasible else f"{stop} {_infeasible(margins)}",
         history=np.array(optimizer.history),
-        swum=np.cumsum(optimizer.batches),
+        swum=np.cumsum(optimizer.batches) * len(problem.robots),
         margins=margins[1:],
         bounds=bounds if feasible else {},
+        near_best=near,
         weight_threshold=threshold,
-        remark=missed,
+        remark=missed or _flat(space, near),
     )
 
 
-def weight_threshold(problem: Problem, best: Evaluation) -> float:
-    """Return the k of Eq. 42 up to which |U - U_e| holds the speed exactly (exact penalty).
+def _near_best(problem: Problem | RobustProblem, best: Evaluation) -> dict[str, tuple[float, float]]:
+    """Find how far every coordinate alone can go until the value is worse by 0.5 %, or a limit is passed."""
+    space, at = problem.space, best.x[0]
+    edges = np.stack([space.lower, space.upper])
+    way = np.linspace(0, 1, PLACES + 1)[1:] ** 2  # places from the best to an edge, closer where it matters
+    x = np.tile(at, (*edges.shape, PLACES, 1))
+    for k, edge in enumerate(edges.T):
+        x[:, k, :, k] += np.outer(edge - at[k], way)
+    ahead = edges != at
+    found = problem.evaluate(x[ahead].reshape(-1, len(at)))
+    # What is left of what the value may lose: 1 at the best, 0 at the end of the range.
+    left = 1 - (found.value[:, 0] - best.value[0, 0]) / (FLAT * abs(best.value[0, 0]))
+    left[~found.feasible] = -np.inf
+    reach = np.ones(edges.shape)
+    reach[ahead] = [_reach(way, parts) for parts in left.reshape(-1, PLACES)]
+    low, high = (at + reach * (edges - at)) / space.unit[space.free]
+    return {name: (float(low[k]), float(high[k])) for k, name in enumerate(space.names)}
+
+
+def _reach(way: Array, left: Array) -> float:
+    """Return where what is left comes to 0 for the first time, on lines between places; 1 if it never does."""
+    gone = np.flatnonzero(left < 0)
+    if not len(gone):
+        return 1.0
+    k = gone[0]
+    place, part = (way[k - 1], left[k - 1]) if k else (0.0, 1.0)
+    return float(place + part / (part - left[k]) * (way[k] - place))  # no step further where a limit ends it
+
+
+def _flat(space: Space, near: Mapping[str, tuple[float, float]]) -> str:
+    """Say where the best is flat: which coordinates may go over a tenth of their bounds or more."""
+    width = dict(zip(space.names, (space.upper - space.lower) / space.unit[space.free], strict=True))
+    wide = []
+    for name, (low, high) in near.items():
+        if high - low > WIDE * width[name]:
+            *words, unit = name.split("_")
+            wide.append(f"{' '.join(words)} from {low:.3g} to {high:.3g} {'Hz' if unit == 'hz' else unit}")
+    return f"The best is flat: within {100 * FLAT:g} % of it for {' and '.join(wide)}." if wide else ""
+
+
+def _weight_threshold(problem: Problem, best: Evaluation) -> float:
+    """Return the k of Eq. 42 up to which |U - U_e| holds the speed exactly (exact penalty); infinite if any does.
 
     Where the speed is as expected, k COT pulls along the cheapest gaits with k dCOT/dU and |U - U_e| holds with 1. That
     slope is the multiplier of the speed in the conditions of Karush, Kuhn and Tucker, here by least squares over what
     is not on its bounds.
-
-    Parameters
-    ----------
-    problem : Problem
-    best : Evaluation
-        One row, at the optimum.
-
-    Returns
-    -------
-    float
-        [m/s per J/(kg m)]; infinite where a higher speed costs nothing.
     """
     space = problem.space
     width = space.upper - space.lower
@@ -193,6 +241,12 @@ def weight_threshold(problem: Problem, best: Evaluation) -> float:
     return 1 / multiplier if multiplier > 0 else np.inf
 
 
+def _margin(limit: Limit, over: float) -> Margin:
+    """Tell how a limit is kept, from how far it is passed; not numbers of a gait that cannot be used."""
+    part = np.nan if over == UNUSABLE else over
+    return Margin(limit, limit.limit * (1 + part if limit.upper else 1 - part), -part)
+
+
 def _infeasible(margins: Sequence[Margin]) -> str:
     """Say which limits the nearest gait does not keep."""
     forward, *others = margins
@@ -202,11 +256,17 @@ def _infeasible(margins: Sequence[Margin]) -> str:
     return f"No gait was found that keeps all limits: the nearest one passes {' and '.join(passed)}."
 
 
-def _missed(target: Goal, speed: float) -> str:
-    """Say so if the expected speed is not met."""
+def _missed(target: Goal, speed: float, own: float | None) -> str:
+    """Say so if the expected speed is not met: over robots drawn the mean, beside the robot's own speed."""
     if target.expected is None or abs(speed / target.expected - 1) < MET:
         return ""
+    weight = f"the weight of {target.terms[0][1]:g} lets the cost of transport prevail"
+    if own is None:
+        return (
+            f"The gait swims at {speed:.4g} m/s instead of the expected {target.expected:.4g} m/s: that speed is out "
+            f"of reach, or {weight}."
+        )
     return (
-        f"The gait swims at {speed:.4g} m/s instead of the expected {target.expected:.4g} m/s: that speed is out of "
-        f"reach, or the weight of {target.terms[0][1]:g} lets the cost of transport prevail."
+        f"The robots drawn swim the gait at {speed:.4g} m/s on average, the robot itself at {own:.4g} m/s, instead of "
+        f"the expected {target.expected:.4g} m/s: no gait brings all of them to that speed, or {weight}."
     )

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, check_steps
 from hypertuna.description import Robot
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError, shown
 from hypertuna.evolution import Evolution, hypervolume, nondominated
 from hypertuna.gait import Gait
 from hypertuna.journal import Journal, journal_header
 from hypertuna.limits import Limit, gait_limits
-from hypertuna.objective import Evaluation, Goal, Problem
+from hypertuna.objective import Evaluation, Goal, Problem, goal
 from hypertuna.polish import MOST_ROUNDS, Descent, descend, stationarity
 from hypertuna.robust import WAYS, How, RobustProblem, over_fit
 from hypertuna.space import Space, gait_bounds
@@ -28,7 +28,7 @@ from hypertuna.sweep import sweep
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["OBJECTIVES", "Front", "pareto"]
+__all__ = ["Front", "pareto"]
 
 Array = NDArray[np.float64]
 
@@ -36,20 +36,6 @@ SLOW = 0.1  # body lengths per second: the slowest gait of a front, where the us
 WIDE = 1.5  # of the mean distance between neighbors: wider gaps of a front are filled
 MOST = 10_000  # gaits of a generation, and generations
 BEYOND = 0.1  # of its range: how far the reference point lies beyond the worst of the front
-
-# Quantities of which one can say which is better, and whether that is the larger one.
-OBJECTIVES = {
-    "speed": True,
-    "speed_bl": True,
-    "efficiency": True,
-    "stride_length": True,
-    "power": False,
-    "power_positive": False,
-    "cost_of_transport": False,
-    "cost_of_transport_positive": False,
-    "torque_peak": False,
-    "turn_radius": False,
-}
 
 
 @dataclass(frozen=True)
@@ -62,7 +48,7 @@ class Front:
     space : Space
         Where they were sought.
     objectives : tuple of str
-        Their names, of `OBJECTIVES`.
+        Their names, of `hypertuna.objective.OBJECTIVES`.
     x : ndarray, shape (points, dim)
         Points of the space, by the first objective from worst to best [Hz or rad].
     values : ndarray, shape (points, objectives)
@@ -79,7 +65,7 @@ class Front:
     polished : bool
         Whether the points were polished.
     evaluations : int
-        Gaits swum, for robust fronts by every draw.
+        Gaits swum by the search, of a robust one by every robot drawn, those of a checkpoint included.
     seconds : float
         Time that it took [s].
     stop : str
@@ -158,7 +144,7 @@ def pareto(
     ----------
     robot : Robot
     objectives : sequence of str
-        Two or three of `OBJECTIVES`, which says whether large or small is good.
+        Two or three of `hypertuna.objective.OBJECTIVES`, which says whether large or small is good.
     population, generations : int
         Of NSGA-II.
     bounds : mapping, optional
@@ -196,7 +182,8 @@ def pareto(
     """
     start = time.perf_counter()
     check_steps(steps)
-    names = _checked(objectives)
+    names = tuple(objectives)
+    goals = _goals(names)
     for key, value, least, most in (
         ("population", population, 2, MOST),
         ("generations", generations, 1, MOST),
@@ -208,7 +195,6 @@ def pareto(
     if not (np.isfinite(slow) and slow >= 0):
         raise InputError("must not be negative", key="min_speed", value=f"{slow:g}", fix="give it in m/s, or 0")
     slowest = gait_limits(robot, speed=slow) if slow > 0 else ()
-    goals = tuple(Goal(name, ((name, -1.0 if OBJECTIVES[name] else 1.0),)) for name in names)
     problem = Problem(robot, gait_bounds(robot, bounds), goals, (*limits, *slowest), steps, threads)
     wished = problem if robust is None else over_fit(problem, robust, samples=samples, seed=seed)
     options = {
@@ -232,7 +218,7 @@ def pareto(
         found = polished.rows(np.argsort(-polished.value[:, 0], kind="stable"))
         rest = np.nan if rough else stationarity(recorded, recorded.evaluate(found.x, slopes=True), _scale(evolved))
         recorded.finish()
-    sign = np.array([-1.0 if OBJECTIVES[name] else 1.0 for name in names])
+    sign = np.array([target.terms[0][1] for target in goals])
     worst = evolved.value.max(axis=0) + BEYOND * _scale(evolved) if len(evolved.x) else np.full(len(names), np.nan)
     return Front(
         robot=robot,
@@ -271,7 +257,7 @@ class _Recorded:
             return {name: getattr(found, name) for name in names}
 
         told = self._journal.answer({"x": x, "slopes": slopes}, work)
-        self.evaluations += len(x) * (len(self.problem.problems) if isinstance(self.problem, RobustProblem) else 1)
+        self.evaluations += len(x) * len(self.problem.robots)
         self._done += 1
         self._progress(self._done, self._total)
         return Evaluation(x, found={}, **{name: np.array(told[name], dtype=np.float64) for name in names})
@@ -281,18 +267,13 @@ class _Recorded:
         self._progress(self._total, self._total)
 
 
-def _checked(objectives: Sequence[str]) -> tuple[str, ...]:
-    """Check the names of the objectives."""
-    names = tuple(objectives)
-    for name in names:
-        if name not in OBJECTIVES:
-            fix = did_you_mean(name, OBJECTIVES)
-            rule = "must be a quantity of which one can say which is better"
-            raise InputError(rule, key="objectives", value=shown(name), fix=fix)
+def _goals(names: Sequence[str]) -> tuple[Goal, ...]:
+    """Make the goals of the objectives."""
+    goals = tuple(goal(name, key="objectives") for name in names)
     if len(names) not in (2, 3) or len(set(names)) < len(names):
         fix = "give them separated by commas, such as speed,cost_of_transport"
         raise InputError("must be two or three different ones", key="objectives", value=shown(",".join(names)), fix=fix)
-    return names
+    return goals
 
 
 def _evolve(problem: _Recorded, population: int, generations: int, seed: int) -> tuple[Evaluation, str]:

@@ -101,10 +101,7 @@ def posterior(
     """
     import emcee  # here, because only posteriors need it
 
-    check_draws(steps)
-    if fit.loss == "cauchy":
-        rule, fix = "must be a likelihood for a posterior", "fit with soft_l1, huber or linear"
-        raise InputError(rule, key="loss", value="'cauchy', whose integral is infinite", fix=fix)
+    check_draws(steps, fit.loss)
     frees, n = fit.free, len(fit.free)
     data = experiment(fit.described, fit.trials[0], frees)
     lower, upper = (to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
@@ -113,7 +110,8 @@ def posterior(
     begin = _begin(fit, lower, upper, walkers)
     # as wide about the fit as its covariance, which holds what the loss makes less of and what residuals exceed
     best = predict(data, frees, fit.values, steps=fit.steps, slope_steps=None, threads=workers)
-    share = 1 / (fit.certainty.factor**2 * curvature(data, squares(data, best, fit.noise), fit.loss))
+    own = squares(data, best, fit.noise) / fit.certainty.excess**2
+    share = (fit.certainty.excess / fit.certainty.factor) ** 2 / curvature(data, own, fit.loss)
     sampler = emcee.EnsembleSampler(walkers, n, lambda x: _log_posterior(data, fit, share, x, lower, upper, workers))
     options = {
         "trials": digest(fit.trials[0]),
@@ -138,20 +136,24 @@ def posterior(
     return _posterior(fit, np.array(chain), accepted / (steps * walkers))
 
 
-def check_draws(steps: int) -> None:
-    """Check a number of steps.
+def check_draws(steps: int, loss: str) -> None:
+    """Check a number of steps, and that a fit's loss has a posterior.
 
     Parameters
     ----------
     steps : int
+    loss : str
 
     Raises
     ------
     InputError
-        If there are fewer than 10.
+        If there are fewer than 10, or the loss is "cauchy".
     """
     if steps < 10:
         raise InputError("must be 10 at least", key="posterior", value=str(steps), fix="give steps, such as 1000")
+    if loss == "cauchy":
+        rule, fix = "must be a likelihood for a posterior", "fit with soft_l1, huber or linear"
+        raise InputError(rule, key="loss", value="'cauchy', whose integral is infinite", fix=fix)
 
 
 def with_posterior(fit: Fit, sampled: Posterior) -> Robot:
@@ -194,7 +196,8 @@ def _log_posterior(
     if not ((x >= lower) & (x <= upper)).all():
         return -math.inf
     found = predict(data, fit.free, from_scale(fit.free, x), steps=fit.steps, slope_steps=None, threads=threads)
-    return -0.5 * share * float(loss_terms(fit.loss, squares(data, found, fit.noise))[0].sum())
+    z = squares(data, found, fit.noise) / fit.certainty.excess**2
+    return -0.5 * share * float(loss_terms(fit.loss, z)[0].sum())
 
 
 def _block(sampler: Any, at: dict[str, Any], steps: int, seed: int) -> dict[str, Any]:

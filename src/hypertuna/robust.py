@@ -53,6 +53,11 @@ class RobustProblem:
         return self.problem.robot
 
     @property
+    def robots(self) -> tuple[Robot, ...]:
+        """All robots that a gait is swum by: those drawn."""
+        return tuple(problem.robot for problem in self.problems)
+
+    @property
     def space(self) -> Space:
         """Where gaits are sought."""
         return self.problem.space
