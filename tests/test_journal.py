@@ -78,7 +78,8 @@ def test_other_work_is_refused_by_the_option_that_differs(tmp_path: Path, header
 
 
 def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
-    for content in (b"", b"precious\n", b'{"a": 1}\n', b"[1]\n", b"\xff\xfe\n"):
+    number = json.dumps({"journal": "hypertuna journal", "kind": "test", "options": 3}).encode() + b"\n"
+    for content in (b"precious", b"precious\n", b'{"a": 1}\n', b"[1]\n", b"\xff\xfe\n", number):
         path = tmp_path / "file"
         path.write_bytes(content)
         with pytest.raises(InputError, match="must be a journal"):
@@ -104,6 +105,36 @@ def test_another_course_is_no_answer(tmp_path: Path) -> None:
         pytest.raises(InputError, match=r"run.jsonl:2 answers another question"),
     ):
         journal.answer([1.5], lambda: [2.0])
+
+
+def test_a_record_without_an_answer_is_no_record(tmp_path: Path) -> None:
+    path = tmp_path / "run.jsonl"
+    with Journal(path, HEADER) as journal:
+        journal.append({"asked": [1.0]})
+    with Journal(path, HEADER) as journal, pytest.raises(InputError, match=r"run.jsonl:2 answers another question"):
+        journal.answer([1.0], lambda: [2.0])
+
+
+def test_a_header_torn_at_any_length_is_begun_again(tmp_path: Path) -> None:
+    path = tmp_path / "run.jsonl"
+    Journal(path, HEADER).close()
+    whole = path.read_bytes()
+    for length in range(len(whole)):
+        path.write_bytes(whole[:length])
+        with Journal(path, HEADER) as journal:
+            assert journal.known == 0
+        assert path.read_bytes() == whole
+
+
+def test_of_two_runs_that_begin_at_once_one_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "run.jsonl"
+    with Journal(path, HEADER) as journal:
+        journal.answer([1.0], lambda: [2.0])
+        before = path.read_bytes()
+        monkeypatch.setattr(Path, "exists", lambda _: False)  # as the other saw it before
+        with pytest.raises(InputError, match="in use by another run"):
+            Journal(path, HEADER)
+        assert path.read_bytes() == before
 
 
 def test_one_run_at_a_time(tmp_path: Path) -> None:

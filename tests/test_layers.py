@@ -29,7 +29,7 @@ LAYERS = (
         "identify",
         "posterior",
     ),
-    *("space", "limits", "objective", "robust", "optimizers", "descents", "optimum", "optimize", "experiment"),
+    *("space", "limits", "objective", "robust", "optimizers", "walk", "descents", "optimum", "optimize", "experiment"),
     *("evolution", "polish", "pareto"),
     *("drawing", "style", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "ledger", "reproduce_*", "reproduce", "ledger_page"),

@@ -103,6 +103,14 @@ def test_gaits_that_do_not_settle_never_win(tuna: ht.Robot, status: int, broken:
         assert not settled.feasible[0]
 
 
+def test_a_limit_passed_however_far_is_better_than_a_gait_that_does_not_settle(tuna: ht.Robot) -> None:
+    """A torque limit of a micronewton meter is passed a hundred thousand times over."""
+    problem = Problem(tuna, gait_bounds(tuna), (goal("speed"),), gait_limits(tuna, torque=1e-6))
+    fast = problem.swim(problem.space.upper[np.newaxis])
+    assert problem.judge(np.zeros((1, 4)), fast).excess > 1e4
+    assert problem.judge(np.zeros((1, 4)), fast).excess < problem.judge(np.zeros((1, 4)), fast | {"status": [1]}).excess
+
+
 def test_threads_and_batches_do_not_change_what_is_found(tuna: ht.Robot, points: np.ndarray) -> None:
     problem = everything(tuna)
     whole = problem.evaluate(points, slopes=True)

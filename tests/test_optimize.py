@@ -15,7 +15,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.errors import InputError
-from hypertuna.limits import gait_limits
+from hypertuna.limits import Limit, gait_limits
 from hypertuna.objective import Problem, goal
 from hypertuna.optimize import METHODS, WEIGHT, Optimum, optimize
 from hypertuna.space import gait_bounds
@@ -59,6 +59,34 @@ def test_gradients_find_what_twenty_swarms_find_with_a_fifth_of_the_gaits(tuna: 
     assert best.evaluations < 900 / 5  # of the paper's 15 particles and 60 iterations
 
 
+def test_how_flat_the_best_is(tuna: ht.Robot, fastest: dict[str, Optimum]) -> None:
+    """At the ends of the ranges the speed is 0.5 % lower, unless they are the bounds."""
+    best, space = fastest["gradient"], gait_bounds(tuna)
+    assert best.gait is not None
+    at, tops = space.point(best.gait), []
+    for k, (name, ends) in enumerate(best.near_best.items()):
+        assert name == space.names[k]
+        for end in ends:
+            x = at.copy()
+            x[k] = end * space.unit[space.free[k]]
+            change = 1 - ht.swim(tuna, space.gait(x)).speed / best.speed
+            tops.append(x[k] == pytest.approx(space.upper[k]))
+            assert change == pytest.approx(0 if tops[-1] else 5e-3, abs=1e-4)
+    assert tops == [False, True, False, True, False, True, False, False]
+    assert best.near_best["phase_II_deg"] == pytest.approx((16.7, 37.4), abs=0.1)
+    assert best.remark == "The best is flat: within 0.5 % of it for phase II from 16.7 to 37.4 deg."
+
+
+def test_near_the_best_all_limits_are_kept(tuna: ht.Robot) -> None:
+    """A limit of the torque ends the ranges where it is passed, not where the speed has fallen."""
+    best = optimize(tuna, maximize="speed", limits=gait_limits(tuna, torque=0.5), method="gradient")
+    assert best.gait is not None
+    assert best.margins[0].active
+    low, high = best.near_best["frequency_hz"]
+    assert low < best.gait.frequency == pytest.approx(high, rel=1e-6)
+    assert optimize(tuna, speed=0.4, method="gradient").near_best == {}
+
+
 @pytest.mark.parametrize("speed", [0.3, 0.5])
 def test_expected_speed_is_met_at_the_cost_of_a_limit_instead(tuna: ht.Robot, speed: float) -> None:
     """|U - U_e| is an exact penalty: below the threshold the gait is that of least cost at that speed."""
@@ -77,6 +105,13 @@ def test_threshold_is_where_the_speed_gives_way(tuna: ht.Robot) -> None:
     below, above = (optimize(tuna, speed=0.4, weight=k * threshold, method="gradient") for k in (0.98, 1.02))
     assert below.speed == pytest.approx(0.4, rel=1e-5)
     assert above.speed < 0.4 * (1 - 1e-3)
+
+
+def test_no_threshold_without_derivatives(tuna: ht.Robot) -> None:
+    best = optimize(tuna, speed=0.4, limits=[Limit("efficiency", 0.01, upper=False)], iterations=20)
+    assert best.speed == pytest.approx(0.4, rel=1e-3)
+    assert best.margins[0].margin > 0
+    assert best.weight_threshold is None
 
 
 def test_no_weight_and_a_speed_out_of_reach_is_the_fastest_gait(tuna: ht.Robot, fastest: dict[str, Optimum]) -> None:
@@ -209,6 +244,10 @@ def test_a_gait_that_does_not_settle_is_not_returned(tuna: ht.Robot) -> None:
         ({"maximize": "speeed"}, "did you mean speed"),
         ({"maximize": "speed", "method": "cmaes"}, "method must be a method, but is 'cmaes': did you mean cma"),
         ({"maximize": "speed", "particles": 1}, "particles must be from 2 to 10000, but is 1"),
+        (
+            {"maximize": "speed", "method": "cma", "bounds": {"frequency": (2, 2), "amplitude": (9, 9)}},
+            "one free value of the gait, but is 'cma', which varies two at least: take pso, gradient or de",
+        ),
         ({"maximize": "speed", "iterations": 0}, "iterations must be from 1 to 10000, but is 0"),
         ({"maximize": "speed", "seed": -1}, "seed must be from 0"),
         ({"maximize": "speed", "steps": 30}, "steps must be a multiple of 4"),

@@ -208,6 +208,21 @@ def test_starts_are_spread_over_every_coordinate() -> None:
     assert starts.tolist() != latin_hypercube(7, 3, seed=5).tolist()
 
 
+def test_a_descent_from_the_expected_speed_knows_its_slope() -> None:
+    """At U = U_e the value has a kink, but not the speed: the first step keeps it, and the way is a short one."""
+    start = latin_hypercube(1, 3, seed=1)[0]
+    toy = Toy(expected=float(((LOWER + start * WIDTH - LOWER) / WIDTH).sum()))
+    optimizer = Descents(LOWER, UPPER, toy.expected, 1.0, starts=1, iterations=40, seed=1)
+    told = toy.evaluate(optimizer.ask())
+    assert told.found["speed"][0] == toy.expected
+    optimizer.tell(told)
+    assert toy.evaluate(optimizer.ask()).found["speed"][0] == pytest.approx(toy.expected, rel=1e-9)
+    assert run(optimizer, toy).evaluations < 10
+    assert best(optimizer).sum() == pytest.approx(toy.expected)
+    # Nearest to the bottom of all points with this sum.
+    assert best(optimizer) == pytest.approx(toy.bottom + (toy.expected - np.sum(toy.bottom)) / 3, abs=1e-4)
+
+
 def test_descent_needs_few_points() -> None:
     """A parabola is what sequential quadratic programming is made for."""
     toy = Toy()

@@ -12,9 +12,11 @@ from typer.testing import CliRunner
 import hypertuna as ht
 from hypertuna.cli import app
 from hypertuna.comparison import best_time_offset, compare_recording, repeatability, replay_recording
+from hypertuna.description import load, parse
 from hypertuna.manifest import Recording
 from hypertuna.measured import JointSeries, Track
 from hypertuna.replay import head_center, replay
+from hypertuna.robot_file import write_robot
 
 TANK = Path(__file__).parents[1] / "examples" / "tank"
 
@@ -155,3 +157,31 @@ def test_a_recording_that_diverges_is_told_and_the_others_are_compared(tmp_path)
     assert (first["status"], late["status"]) == ("completed", "diverged")
     assert "axes" in first
     assert "axes" not in late
+
+
+def test_the_fitted_time_offset_counts(tmp_path):
+    """In place of the recording's own, whose errors stay in the JSON; a recording that the fit leaves out keeps it."""
+    fitted = load("hypertuna").document()
+    one = {
+        "names": ["time_offset[start]"],
+        "units": ["s"],
+        "scale": ["natural"],
+        "value": [0.05],
+        "covariance": [[1e-6]],
+    }
+    fitted["fit"] = one | {"text": "identified", "trials": "tank.toml", "seed": 0, "lower": [-0.25], "upper": [0.25]}
+    robot = write_robot(parse(fitted), tmp_path / "fit.toml")
+    path = two_recordings(tmp_path)
+    plain, moved = (
+        json.loads(CliRunner().invoke(app, ["replay", str(path), "--robot", str(name), "--json"]).output)["recordings"]
+        for name in ("hypertuna", robot)
+    )
+    assert [r["time_offset_source"] for r in plain] == ["trials", "trials"]
+    assert [r["time_offset_source"] for r in moved] == ["fit", "trials"]
+    assert moved[0]["time_offset_s"] == 0.05
+    own = moved[0]["without_fitted_offset"]
+    assert (own["time_offset_s"], own["axes"]) == (plain[0]["time_offset_s"], plain[0]["axes"])
+    assert moved[0]["axes"]["yaw"]["rmse_deg"] > 1.1 * own["axes"]["yaw"]["rmse_deg"]  # the clocks agree without it
+    assert moved[1]["axes"] == plain[1]["axes"]
+    said = CliRunner().invoke(app, ["replay", str(path), "--robot", str(robot)]).output
+    assert "time offset 0.050 s from [fit], in place of 0 s" in said

@@ -156,6 +156,31 @@ def test_robust_optima(fitted: ht.Robot) -> None:
     assert worst.value > mean.value
 
 
+def test_robust_optima_name_both_speeds_and_count_every_swim(fitted: ht.Robot) -> None:
+    how = {"speed": 0.4, "robust": "mean", "samples": 4, "particles": 6, "iterations": 4}
+    told: list[tuple[int, int]] = []
+    best = optimize(fitted, **how, progress=lambda *numbers: told.append(numbers))
+    assert best.robust == "mean"
+    assert best.evaluations == best.swum[-1] == 4 * 6 * 4
+    assert told[-1] == (best.evaluations, best.evaluations)
+    assert best.weight_threshold is None
+    mean = np.mean([ht.swim(robot, best.gait).speed for robot in draws(fitted, 4, 1)])
+    out = optimize(fitted, **how | {"speed": 2.0})
+    drawn = np.mean([ht.swim(robot, out.gait).speed for robot in draws(fitted, 4, 1)])
+    assert abs(mean - 0.4) < abs(drawn - 2.0)
+    said = f"swim the gait at {drawn:.4g} m/s on average, the robot itself at {out.speed:.4g} m/s, instead of"
+    assert said in out.remark
+
+
+def test_robust_margins_are_those_of_the_robot_nearest_to_the_limit(fitted: ht.Robot) -> None:
+    best = optimize(fitted, maximize="speed", robust="mean", samples=4, limits=gait_limits(fitted, torque=0.5))
+    assert best.gait is not None
+    margin = best.margins[0]
+    torque = max(ht.swim(robot, best.gait).torque_peak for robot in draws(fitted, 4, 1))
+    assert margin.value == pytest.approx(torque)
+    assert margin.margin == pytest.approx(1 - torque / 0.5)
+
+
 def test_bad_draws_are_told(tuna: ht.Robot, problem: Problem) -> None:
     with pytest.raises(InputError, match="hypertuna identify"):
         over_fit(problem, "mean", samples=4, seed=1)

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from hypertuna.comparison import compare_recording, replay_recording
+from hypertuna.comparison import compare_recording, replay_recording, with_fitted_clock
 from hypertuna.console import check_suffix, command_line, number, number_list, print_json, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
@@ -95,7 +95,7 @@ def replay_command(
     """Swim measured joint angles, and compare the track of the head with tracked poses.
 
     A manifest tells columns, units, axes, clocks and start; only --step, --water, --plot, --output and --json go with
-    it. Exit code 1 means that a replay diverged.
+    it. A recording's time offset in the robot's [fit] counts. Exit code 1 means that a replay diverged.
     """
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     check_suffix(output, (".nc",), "--output")
@@ -214,27 +214,46 @@ def _replay_recordings(
     if not trials.recordings:
         fix = "only tracked runs are replayed: add [[recordings]]"
         raise InputError("must hold a recording at least", file=path, fix=fix)
-    results = [replay_recording(robot, recording, step=step) for recording in trials.recordings]
+    recordings = [with_fitted_clock(robot, recording) for recording in trials.recordings]
+    results, compared = _compared(robot, recordings, step)
     sound = [result.attrs["status"] == "completed" for result in results]
-    compared = [
-        compare_recording(robot, recording, result) if complete else None
-        for recording, result, complete in zip(trials.recordings, results, sound, strict=True)
-    ]
     if plot is not None:
-        _plot_recordings(robot, trials.recordings, results, plot)
+        _plot_recordings(robot, recordings, results, plot)
     if output is not None:
-        _write({recording.name: result for recording, result in zip(trials.recordings, results, strict=True)}, output)
+        _write({recording.name: result for recording, result in zip(recordings, results, strict=True)}, output)
     if as_json:
-        records = [_record(robot, *parts) for parts in zip(trials.recordings, results, compared, strict=True)]
+        records = [_record(robot, *parts) for parts in zip(recordings, results, compared, strict=True)]
+        for record, given, used in zip(records, trials.recordings, recordings, strict=True):
+            record |= _own_clock(robot, given, used, step)
         print_json(provenance(robot) | {"trials": path, "recordings": records})
     else:
-        for recording, result, found in zip(trials.recordings, results, compared, strict=True):
-            _print(robot, recording, result, found)
+        for recording, given, result, found in zip(recordings, trials.recordings, results, compared, strict=True):
+            _print(robot, recording, result, found, given=given)
         if trials.steady:
-            typer.echo(f"Not replayed: {len(trials.steady)} steady runs.")
+            typer.echo(f"Not replayed: {len(trials.steady)} steady run{'s' * (len(trials.steady) > 1)}.")
         tell_written(plot, output)
     if not all(sound):
         raise typer.Exit(1)
+
+
+def _compared(
+    robot: Robot, recordings: Sequence[Recording], step: float | None
+) -> tuple[list[xr.Dataset], list[xr.Dataset | None]]:
+    """Replay recordings, and compare with its runs each replay that is complete."""
+    results = [replay_recording(robot, recording, step=step) for recording in recordings]
+    return results, [
+        compare_recording(robot, recording, result) if result.attrs["status"] == "completed" else None
+        for recording, result in zip(recordings, results, strict=True)
+    ]
+
+
+def _own_clock(robot: Robot, given: Recording, used: Recording, step: float | None) -> dict[str, Any]:
+    """Say where a time offset is from, for programs; with a fitted one, also the errors with the recording's own."""
+    if used is given:
+        return {"time_offset_source": "trials"}
+    _, (compared,) = _compared(robot, [given], step)
+    own = {"time_offset_s": given.time_offset} | _compared_at_border(compared)
+    return {"time_offset_source": "fit", "without_fitted_offset": own}
 
 
 def _end_of(robot: Robot, result: xr.Dataset) -> dict[str, float]:
@@ -291,14 +310,19 @@ def _record(robot: Robot, recording: Recording, result: xr.Dataset, compared: xr
     return record | {"time_offset_s": recording.time_offset} | offsets
 
 
-def _print(robot: Robot, recording: Recording, result: xr.Dataset, compared: xr.Dataset | None) -> None:
+def _print(
+    robot: Robot, recording: Recording, result: xr.Dataset, compared: xr.Dataset | None, *, given: Recording
+) -> None:
     """Say it on the terminal."""
     Console().print(recording.name, style="bold", highlight=False, markup=False)
     _print_end(robot, result)
+    if recording is not given:
+        text = f"time offset {recording.time_offset:.3f} s from [fit], in place of {given.time_offset:g} s"
+        Console().print(text, highlight=False, markup=False)
     _print_errors(compared, list(HEADS))
     if compared is not None:
-        best, given = compared.attrs["best_time_offset_s"], recording.time_offset
-        text = f"moved: with a time offset of {round(best, 3) + 0.0:g} s, which fits best, in place of {given:g} s"
+        best, used = compared.attrs["best_time_offset_s"], recording.time_offset
+        text = f"moved: with a time offset of {round(best, 3) + 0.0:g} s, which fits best, in place of {used:.3g} s"
         Console().print(text, highlight=False)
     typer.echo()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,7 @@ from hypertuna.smoothing import smooth
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["best_time_offset", "compare_recording", "repeatability", "replay_recording"]
+__all__ = ["best_time_offset", "compare_recording", "repeatability", "replay_recording", "with_fitted_clock"]
 
 Array = NDArray[np.float64]
 
@@ -50,6 +51,25 @@ def replay_recording(robot: Robot, recording: Recording, *, step: float | None =
     curve = smooth(recording.joints, noise=recording.noise)
     result = replay(robot, curve, start=start, step=step, time_offset=recording.time_offset)
     return result.assign_attrs(recording=recording.name, joint_noise_deg=np.degrees(curve.noise))
+
+
+def with_fitted_clock(robot: Robot, recording: Recording) -> Recording:
+    """Move the clock of a recording to where the robot's fit has it.
+
+    Parameters
+    ----------
+    robot : Robot
+    recording : Recording
+
+    Returns
+    -------
+    Recording
+        With the time offset that the table ``[fit]`` holds for a recording of this name; the same where it holds none.
+    """
+    name = f"time_offset[{recording.name}]"
+    if robot.fit is None or name not in robot.fit.names:
+        return recording
+    return replace(recording, time_offset=robot.fit.value[robot.fit.names.index(name)])
 
 
 def compare_recording(robot: Robot, recording: Recording, result: xr.Dataset) -> xr.Dataset:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.objective import Evaluation
 from hypertuna.optimizers import Optimizer
+from hypertuna.walk import MARGIN, STEEP, Stop, Walk
 
 __all__ = ["Descents", "latin_hypercube"]
 
@@ -19,20 +18,12 @@ Array = NDArray[np.float64]
 SAME = 1e-3  # values so near, relative, are the same
 
 
-class _UnknownError(Exception):
-    """SciPy asks for a point that is not known yet."""
-
-    def __init__(self, point: Array) -> None:
-        self.point = point
-
-
 @final
 class Descents(Optimizer):
-    """Gradient descents from several starts by sequential quadratic programming (SciPy's SLSQP; Kraft, 1988).
+    """Gradient descents from several starts by sequential quadratic programming.
 
-    All go in lockstep: a batch has the next point of every one that has not ended. SciPy drives its own loop, so it
-    is started anew for each batch and answered from what is known, until it asks for a point that is not. The kink of
-    |U - U_e| is kept from it: it minimizes a slack s >= U - U_e, s >= U_e - U instead, both smooth.
+    All go in lockstep: a batch has the next point of every one that has not ended. The kink of |U - U_e| is kept from
+    them: they minimize a slack s >= U - U_e, s >= U_e - U instead, both smooth.
 
     Parameters
     ----------
@@ -47,9 +38,6 @@ class Descents(Optimizer):
     """
 
     needs_slopes = True
-    PRECISION = 1e-8  # of the value, in scales
-    MARGIN = 1e-8  # limits are kept with so much to spare: SLSQP only nears them
-    STEEP = 1e3  # what a gait that cannot be used is told to cost, in scales
 
     def __init__(
         self,
@@ -64,9 +52,9 @@ class Descents(Optimizer):
     ) -> None:
         super().__init__(lower, upper)
         self._expected, self._scale, self._iterations = expected, scale, iterations
-        self._starts = latin_hypercube(starts, len(lower), seed)
-        self._known: list[dict[bytes, _Point]] = [{} for _ in range(starts)]
-        self._running = {k: self._starts[k] for k in range(starts)}
+        soft = 0 if expected is None else 2
+        self._walks = [Walk(u, iterations, soft) for u in latin_hypercube(starts, len(lower), seed)]
+        self._running = {walk: walk.start for walk in self._walks}
         self._cut = 0  # descents that had not come to their end
 
     @property
@@ -74,7 +62,7 @@ class Descents(Optimizer):
         """Why there is nothing more to ask."""
         if self._running:
             return None
-        ends = [min((p.value for p in known.values() if p.kept), default=np.inf) for known in self._known]
+        ends = [np.inf if (best := walk.best()) is None else best.worth for walk in self._walks]
         least = min(ends)
         same = sum(end <= least + SAME * abs(least) for end in ends) if np.isfinite(least) else 0
         verb = "was" if self._cut == 1 else "were"
@@ -85,96 +73,31 @@ class Descents(Optimizer):
         return self.lower + np.stack(list(self._running.values())) * (self.upper - self.lower)
 
     def _learn(self, told: Evaluation) -> None:
-        points = _points(told, self._expected, self.upper - self.lower, self._scale, self.STEEP)
-        for (k, u), point in zip(self._running.items(), points, strict=True):
-            self._known[k][u.tobytes()] = point
-        asked = {k: self._next(self._starts[k], self._known[k]) for k in self._running}
-        going = {k: u for k, u in asked.items() if u is not None}
+        for (walk, u), k in zip(self._running.items(), range(len(told.x)), strict=True):
+            walk.learn(self._stop(told, k, u))
+        asked = {walk: walk.ask() for walk in self._running}
+        going = {walk: u for walk, u in asked.items() if u is not None}
         self._running = going if len(self.batches) < self._iterations else {}
         self._cut = len(going) - len(self._running)
 
-    def _next(self, start: Array, known: dict[bytes, _Point]) -> Array | None:
-        """Return the point that SLSQP asks for next on its way from a start, None at its end."""
-        from scipy.optimize import minimize
-
-        def at(z: Array) -> _Point:
-            u = np.clip(z[: len(start)], 0.0, 1.0)
-            if u.tobytes() not in known:
-                raise _UnknownError(u)
-            return known[u.tobytes()]
-
-        slack = self._expected is not None
-        inside = [_inequality(lambda p: -p.violation - self.MARGIN, lambda p: -p.d_violation, at, 0.0, slack)]
-        if slack:
-            inside += [
-                _inequality(lambda p: -p.miss, lambda p: -p.d_miss, at, 1.0, slack),
-                _inequality(lambda p: p.miss, lambda p: p.d_miss, at, 1.0, slack),
-            ]
-        try:
-            minimize(
-                lambda z: at(z).smooth + (z[-1] if slack else 0.0),
-                np.append(start, abs(at(start).miss)) if slack else start,
-                jac=lambda z: np.append(at(z).d_smooth, 1.0) if slack else at(z).d_smooth,
-                bounds=[(0.0, 1.0)] * len(start) + [(0.0, None)] * slack,
-                constraints=inside,
-                method="SLSQP",
-                options={"ftol": self.PRECISION, "maxiter": self._iterations},
-            )
-        except _UnknownError as question:
-            return question.point
-        return None
-
-
-@dataclass(frozen=True)
-class _Point:
-    """What is known of a point, in coordinates scaled to the unit box and values scaled to what matters."""
-
-    value: float
-    kept: bool  # whether it can be used and keeps every limit
-    smooth: float  # value without |U - U_e|
-    miss: float  # U - U_e, 0 if no speed is expected
-    violation: Array  # (limits,)
-    d_smooth: Array  # (dim,)
-    d_miss: Array  # (dim,)
-    d_violation: Array  # (limits, dim)
-
-
-def _points(told: Evaluation, expected: float | None, width: Array, scale: float, steep: float) -> list[_Point]:
-    """Scale what was told; a gait that cannot be used costs much, and has no slope."""
-    assert told.value_slopes is not None
-    assert told.violation_slopes is not None
-    assert told.speed_slopes is not None
-    points = []
-    for k, usable in enumerate(np.isfinite(told.value[:, 0])):
-        miss = 0.0 if expected is None else float(told.found["speed"][k] - expected) / scale
-        side = np.sign(miss)
-        value = float(told.value[k, 0]) / scale if usable else steep
-        d_value = told.value_slopes[k, 0] * width / scale
-        d_miss = side * side * told.speed_slopes[k] * width / scale
-        columns = [d_value - side * d_miss, d_miss, told.violation_slopes[k] * width]
-        d_smooth, d_miss, d_violation = columns if usable else (np.zeros_like(column) for column in columns)
-        kept = bool(told.feasible[k])
-        points.append(_Point(value, kept, value - abs(miss), miss, told.violation[k], d_smooth, d_miss, d_violation))
-    return points
-
-
-def _inequality(
-    value: Callable[[_Point], Any],
-    slope: Callable[[_Point], Any],
-    at: Callable[[Array], _Point],
-    slack: float,
-    has: bool,
-) -> dict[str, Any]:
-    """Return the constraint value + slack s >= 0 as SciPy takes it; s is the last coordinate, if there is one."""
-
-    def values(z: Array) -> Array:
-        return np.asarray(value(at(z)) + slack * z[-1]).reshape(-1)
-
-    def slopes(z: Array) -> Array:
-        rows = np.atleast_2d(np.asarray(slope(at(z)), dtype=np.float64))
-        return np.hstack([rows, np.full((len(rows), 1), slack)]) if has else rows
-
-    return {"type": "ineq", "fun": values, "jac": slopes}
+    def _stop(self, told: Evaluation, k: int, u: Array) -> Stop:
+        """Scale what was told of a point; a gait that cannot be used costs much, and has no slope."""
+        assert told.value_slopes is not None
+        assert told.violation_slopes is not None
+        assert told.speed_slopes is not None
+        width, scale, room = self.upper - self.lower, self._scale, -told.violation[k] - MARGIN
+        slope, room_slopes = told.value_slopes[k, 0] * width / scale, -told.violation_slopes[k] * width
+        value = worth = float(told.value[k, 0]) / scale
+        if self._expected is not None:
+            miss = float(told.found["speed"][k] - self._expected) / scale
+            away = told.speed_slopes[k] * width / scale
+            # The value without |U - U_e|, and the two limits of the slack.
+            value, slope = value - abs(miss), slope - np.sign(miss) * away
+            room, room_slopes = np.append(room, [-miss, miss]), np.vstack([room_slopes, -away, away])
+        if not np.isfinite(worth):
+            gone = np.full_like(room, -STEEP)
+            return Stop(u, STEEP, np.zeros_like(slope), gone, np.zeros_like(room_slopes), STEEP, kept=False)
+        return Stop(u, value, slope, room, room_slopes, worth, kept=bool(told.feasible[k]))
 
 
 def latin_hypercube(count: int, dim: int, seed: int) -> Array:

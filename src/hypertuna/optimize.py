@@ -218,8 +218,8 @@ def make_optimizer(
         target = problem.goals[0]
         # Differences of the value are scaled to what matters in it: to the cost of transport beside |U - U_e|.
         scale = target.terms[0][1] if target.expected is not None and target.terms[0][1] > 0 else 1.0
-        goal_facts = (target.expected, scale)
-        return Descents(lower, upper, *goal_facts, starts=size, iterations=batches, seed=seed), size * batches
+        sizes = {"starts": size, "iterations": batches, "seed": seed}
+        return Descents(lower, upper, target.expected, scale, **sizes), size * batches
     make = pso if method == "pso" else de
     return make(lower, upper, particles=size, iterations=batches, seed=seed), size * batches
 

@@ -55,14 +55,14 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     x, y = np.ptp(np.concatenate([np.stack([path.real, path.imag]) for path in paths.values()], axis=1), axis=1)
     inner = 0.8 * width
     bend = np.ptp(lines[..., 1]) / np.ptp(lines[..., 0])
-    heights = [min(max(0.55, inner * y / x), 0.55 * width) + 0.6, inner * bend + 0.7]
     beside = width > 6  # else below each other
+    heights = [min(max(0.55, inner * y / x), 0.55 * width) + 0.6, max(inner * bend, 0 if beside else 0.9) + 0.7]
     heights += [2.1] if beside else [1.7, 1.7]
     figure = Figure(figsize=(width, sum(heights) + 0.4), layout="constrained")
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     figure.suptitle(_caption(swim), fontsize=8.5, color=FAINT, x=0.01, ha="left")
     _draw_paths(figure.add_subplot(grid[0, :]), paths, "" if swim.duration is None else ", from rest")
-    _draw_midlines(figure.add_subplot(grid[1, :]), lines)
+    _draw_midlines(figure.add_subplot(grid[1, :]), lines, to_scale=beside or bool(inner * bend > 0.9))
     _draw_speed(figure.add_subplot(grid[2, 0] if beside else grid[2, :]), swim)
     _draw_power(figure.add_subplot(grid[2, 1] if beside else grid[3, :]), swim)
     return figure
@@ -346,12 +346,12 @@ def _draw_power(axes: Axes, swim: Swim) -> None:
     _mean_line(axes, swim.power, f"mean {swim.power:.3g} W")
 
 
-def _draw_midlines(axes: Axes, lines: Array) -> None:
+def _draw_midlines(axes: Axes, lines: Array, *, to_scale: bool) -> None:
     """Draw midlines of one beat with a bar of their colors."""
     for line, color in zip(lines, sequence(len(lines)), strict=True):
         axes.plot(*line.T, color=color, lw=1.5, solid_joinstyle="round")
-    axes.set(aspect="equal", xlabel="along the mean path [m]", ylabel="across [m]")
-    axes.set_title("Midlines of one beat")
+    axes.set(aspect="equal" if to_scale else "auto", xlabel="along the mean path [m]", ylabel="across [m]")
+    axes.set_title(f"Midlines of one beat{'' if to_scale else ', stretched across'}")
     axes.locator_params(axis="y", nbins=3)
     bar = ScalarMappable(Normalize(0, 1), SEQUENCE)
     axes.figure.colorbar(bar, cax=axes.inset_axes((1.02, 0, 0.018, 1)), label="part of\nthe beat", ticks=[0, 1])

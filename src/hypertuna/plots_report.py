@@ -360,14 +360,14 @@ def plot_intervals(
 
 @styled
 def plot_paths(paths: Mapping[str, ArrayLike], names: Sequence[str], *, width: float = WIDTH) -> Figure:
-    """Plot how coefficients move as they are identified, one panel for each model.
+    """Plot how coefficients move as they are identified: a column of panels for each model, a row for each kind.
 
     Parameters
     ----------
     paths : mapping of str to array_like, shape (iterations, n)
         Places between the bounds [1].
     names : sequence of str
-        Of the n coefficients.
+        Of the n coefficients: kind and links, such as "drag[0]".
     width : float
         Of the figure [inch].
 
@@ -375,14 +375,20 @@ def plot_paths(paths: Mapping[str, ArrayLike], names: Sequence[str], *, width: f
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(width, 0.42 * width * len(paths) + 0.7), layout="constrained")
-    panels = figure.subplots(len(paths), 1, sharey=True, squeeze=False)[:, 0]
-    for axes, (name, path) in zip(panels, paths.items(), strict=True):
-        for k, values in enumerate(np.asarray(path, dtype=np.float64).T):
-            style = {"color": COLORS[k // 3], "ls": LINES[k % 3]}
-            axes.plot(np.arange(len(values)), values, label=names[k], **style)
-        axes.set(title=name, ylabel="between bounds", ylim=(-0.03, 1.03), yticks=[0, 0.5, 1])
-    panels[-1].set_xlabel("iteration")
-    handles, texts = panels[0].get_legend_handles_labels()
+    kinds = [name.partition("[")[0] for name in names]
+    links = [name.partition("[")[2].rstrip("]") for name in names]
+    rows, lines = list(dict.fromkeys(kinds)), list(dict.fromkeys(links))
+    figure = Figure(figsize=(width, 0.28 * width * len(rows) + 0.7), layout="constrained")
+    panels = figure.subplots(len(rows), len(paths), sharex="col", sharey=True, squeeze=False)
+    for column, (model, path) in zip(panels.T, paths.items(), strict=True):
+        for kind, link, values in zip(kinds, links, np.asarray(path, dtype=np.float64).T, strict=True):
+            k = lines.index(link)
+            style = {"color": COLORS[k], "ls": LINES[k], "lw": 2.4 - 0.5 * k}  # narrow lines on top of wide ones
+            column[rows.index(kind)].plot(np.arange(len(values)), values, label=f"link {link}", **style)
+        column[0].set_title(model)
+        column[-1].set_xlabel("iteration")
+    for kind, axes in zip(rows, panels[:, 0], strict=True):
+        axes.set(ylabel=kind, ylim=(-0.06, 1.06), yticks=[0, 1], yticklabels=["lower", "upper"])
+    handles, texts = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside upper left", ncols=3, **TIGHT)
     return figure

@@ -1,35 +1,32 @@
 """Polish a Pareto front by exact derivatives, and measure how stationary its points are.
 
 Each point descends in one objective while the others are held where they are (epsilon constraints; Haimes, Lasdon and
-Wismer, 1971), by sequential quadratic programming (SciPy's SLSQP; Kraft, 1988). All descents go in lockstep: every
-round evaluates, in one batch, the next point that each of them asks for. SciPy drives its own loop, so a descent is
-started anew every round and answered from what is known, until it asks for a point that is not.
+Wismer, 1971). All descents go in lockstep: every round evaluates, in one batch, the next point that each of them asks
+for.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.objective import Evaluation
 from hypertuna.space import Space
+from hypertuna.walk import MARGIN, STEEP, Stop, Walk
 
-__all__ = ["Descent", "Posed", "descend", "stationarity"]
+__all__ = ["Descent", "descend", "stationarity"]
 
 Array = NDArray[np.float64]
 
 MOST_ROUNDS = 40  # evaluations of one descent
-PRECISION = 1e-8  # of SLSQP: change of the objective, in ranges of the front
-MARGIN = 1e-7  # limits are kept with so much to spare, in ranges of the front: SLSQP only nears them
-STEEP = 1e3  # what a point that cannot be used is told to cost, in ranges of the front
 ON_BOUND = 1e-9  # of the range of a variable
 
 
-class Posed(Protocol):
+class _Posed(Protocol):
     """What can be polished: a `Problem`, or what stands for one."""
 
     @property
@@ -70,20 +67,13 @@ class _Known:
     violation_slopes: Array  # (constraints, dim)
 
 
-class _UnknownError(Exception):
-    """A descent asks for a point that is not known yet."""
-
-    def __init__(self, u: Array) -> None:
-        self.u = u
-
-
-def descend(problem: Posed, descents: Sequence[Descent], scale: Array) -> Array:
+def descend(problem: _Posed, descents: Sequence[Descent], scale: Array) -> Array:
     """Follow every descent to its end.
 
     Parameters
     ----------
-    problem : Posed
-        With slopes of all its objectives and constraints.
+    problem : Problem
+        With slopes of all its objectives and constraints; or what stands for one.
     descents : sequence of Descent
     scale : ndarray, shape (goals,)
         Range of the front in each objective [unit of each objective].
@@ -95,21 +85,22 @@ def descend(problem: Posed, descents: Sequence[Descent], scale: Array) -> Array:
         [unit of each variable].
     """
     lower, width = problem.space.lower, problem.space.upper - problem.space.lower
-    known: list[dict[bytes, _Known]] = [{} for _ in descents]
+    walks = [Walk(np.clip((d.start - lower) / width, 0.0, 1.0), MOST_ROUNDS) for d in descents]
     running = list(range(len(descents)))
     for _ in range(MOST_ROUNDS):
-        asked = {k: u for k in running if (u := _next(descents[k], known[k], lower, width, scale)) is not None}
+        asked = {k: u for k in running if (u := walks[k].ask()) is not None}
         running = list(asked)
         if not running:
             break
         points = np.stack(list(asked.values()))
         told = problem.evaluate(lower + width * points, slopes=True)
         for k, point in zip(running, _scaled(told, points, width, scale), strict=True):
-            known[k][point.u.tobytes()] = point
-    return np.stack([_lowest(d, points, lower, width, scale) for d, points in zip(descents, known, strict=True)])
+            walks[k].learn(_stop(descents[k], point, scale))
+    bests = [walk.best() for walk in walks]
+    return np.stack([d.start if at is None else lower + width * at.u for d, at in zip(descents, bests, strict=True)])
 
 
-def stationarity(problem: Posed, found: Evaluation, scale: Array) -> Array:
+def stationarity(problem: _Posed, found: Evaluation, scale: Array) -> Array:
     """Measure how far points are from stationary, by the conditions of Karush, Kuhn and Tucker.
 
     A point is stationary when no direction lowers all objectives at once: a mean of their slopes is balanced by slopes
@@ -117,7 +108,8 @@ def stationarity(problem: Posed, found: Evaluation, scale: Array) -> Array:
 
     Parameters
     ----------
-    problem : Posed
+    problem : Problem
+        Or what stands for one.
     found : Evaluation
         With slopes.
     scale : ndarray, shape (goals,)
@@ -158,44 +150,19 @@ def _slack(slopes: Array) -> Array:
     return np.asarray(1e-5 * np.linalg.norm(slopes, axis=1) + 1e-12)
 
 
-def _next(descent: Descent, known: dict[bytes, _Known], lower: Array, width: Array, scale: Array) -> Array | None:
-    """Return the point that a descent asks for next, None at its end."""
-    from scipy.optimize import minimize
-
-    def at(u: Array) -> _Known:
-        u = np.minimum(np.maximum(u, 0.0), 1.0)
-        if u.tobytes() not in known:
-            raise _UnknownError(u)
-        return known[u.tobytes()]
-
+def _stop(descent: Descent, point: _Known, scale: Array) -> Stop:
+    """Tell what is known of a point as a descent takes it: the other objectives are limits."""
     held = np.flatnonzero(np.isfinite(descent.limits))
-    limits = descent.limits[held] / scale[held] - MARGIN
-    inside: dict[str, Any] = {
-        "type": "ineq",
-        "fun": lambda u: np.concatenate([limits - at(u).value[held], -at(u).violation - MARGIN]),
-        "jac": lambda u: -np.concatenate([at(u).value_slopes[held], at(u).violation_slopes]),
-    }
-    try:
-        minimize(
-            lambda u: at(u).value[descent.goal],
-            np.clip((descent.start - lower) / width, 0.0, 1.0),
-            jac=lambda u: at(u).value_slopes[descent.goal],
-            bounds=[(0.0, 1.0)] * len(width),
-            constraints=inside,
-            method="SLSQP",
-            options={"ftol": PRECISION, "maxiter": MOST_ROUNDS},
-        )
-    except _UnknownError as question:
-        return question.u
-    return None
-
-
-def _lowest(descent: Descent, known: dict[bytes, _Known], lower: Array, width: Array, scale: Array) -> Array:
-    """Return the lowest of the points that keep to the limits and the constraints."""
-    kept = [p for p in known.values() if (p.value * scale <= descent.limits).all() and (p.violation <= 0).all()]
-    if not kept:
-        return descent.start
-    return lower + width * min(kept, key=lambda p: float(p.value[descent.goal])).u
+    value = point.value[descent.goal]
+    return Stop(
+        point.u,
+        value,
+        point.value_slopes[descent.goal],
+        np.concatenate([descent.limits[held] / scale[held] - point.value[held], -point.violation]) - MARGIN,
+        -np.concatenate([point.value_slopes[held], point.violation_slopes]),
+        worth=value,
+        kept=bool((point.value * scale <= descent.limits).all() and (point.violation <= 0).all()),
+    )
 
 
 def _scaled(found: Evaluation, u: Array, width: Array, scale: Array) -> list[_Known]:

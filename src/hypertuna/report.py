@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby, pairwise, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 __all__ = ["WIDTH", "Fact", "Part", "Picture", "Section", "Table", "inline", "page", "write_page"]
 
 WIDTH = 4.3  # of a plot on a page, inches: its text stays readable on a phone
+COLUMN = 502  # px, of two on a wide page
+MOST = 10  # parts side by side whose every arrangement is tried
 
 
 @dataclass(frozen=True)
@@ -169,7 +172,7 @@ def page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"short": "{:.3g}".format, "prose": _prose, "words": _words, "cell": _cell}
+    environment.filters |= {"short": "{:.3g}".format, "prose": _prose, "words": _words, "cell": _cell, "rows": _rows}
     environment.tests |= {"picture": lambda part: isinstance(part, Picture), "table": lambda p: isinstance(p, Table)}
     text = environment.get_template(template).render(
         title=title, lede=lede, facts=facts, sections=sections, inline=inline, version=version(), **(values or {})
@@ -200,6 +203,51 @@ def inline(picture: Picture) -> str:
     for color, variable in _themed().items():
         svg = re.sub(rf"\b(fill|stroke): {color}", rf"\1: var({variable})", svg, flags=re.IGNORECASE)
     return svg
+
+
+def _rows(parts: Sequence[Part]) -> list[list[list[tuple[int, Part]]]]:
+    """Lay out a section for wide screens: rows of one or two columns of parts, each with its place in reading order."""
+    flat = [p for part in parts for p in (part.strip().split("\n\n") if isinstance(part, str) else [part])]
+    rows = []
+    for wide, group in groupby(enumerate(flat), lambda item: isinstance(item[1], Table) and _wide(item[1])):
+        members = list(group)
+        rows += [[[item]] for item in members] if wide else _columns(members)
+    return rows
+
+
+def _columns(items: list[tuple[int, Part]]) -> list[list[list[tuple[int, Part]]]]:
+    """Part items into two columns of nearly equal height; what comes first stays on the left."""
+    if len(items) == 1:
+        return [[items]]
+    heights = [_height(part) for _, part in items[:MOST]]
+
+    def unequal(sides: tuple[int, ...]) -> tuple[float, int]:
+        right = sum(height for height, side in zip(heights, sides, strict=True) if side)
+        moved = sum(before > after for before, after in pairwise(sides))  # read down, then up again
+        return abs(sum(heights) - 2 * right) // 60, moved
+
+    sides = min(((0, *rest) for rest in product((0, 1), repeat=len(heights) - 1)), key=unequal)
+    columns = [[item for item, at in zip(items, sides, strict=False) if at == side] for side in (0, 1)]
+    return [columns, *(_columns(items[MOST:]) if len(items) > MOST else [])]
+
+
+def _height(part: Part) -> float:
+    """Estimate how high a part is in one of two columns [px]."""
+    if isinstance(part, str):
+        return 26 * (len(part) / 58 + 0.5) + 14
+    words = 20 * ((len(part.shows) + len(part.made)) / 72 + 0.5) + 30
+    if isinstance(part, Table):
+        return 38 * (len(part.rows) + 1) + words
+    box = re.search(r'viewBox="([^"]+)"', part.svg)
+    _, _, wide, high = map(float, box[1].split()) if box else (0, 0, 1, 1)
+    return COLUMN * high / wide + words
+
+
+def _wide(table: Table) -> bool:
+    """Tell whether a table needs more than one of two columns."""
+    cells = [[_cell(value) for value in row] for row in table.rows]
+    widths = [max(map(len, column)) for column in zip(table.columns, *cells, strict=True)]
+    return sum(8 * width + 14 for width in widths) > COLUMN
 
 
 def _themed() -> dict[str, str]:

@@ -63,7 +63,7 @@ def _path(fits: Mapping[str, Fit], paper: Mapping[str, Any]) -> Picture:
         plot_paths(places, names, width=WIDTH),
         f"Fig. 12(a): the nine coefficients on their way from {begin} to the best fit of the eight "
         f"published speeds, in {rounds}; the authors' needed {paper['identification']['rounds']} rounds on their own "
-        "data. Most end on a bound.",
+        "data. Each between its bounds of Table III; most end on one.",
         "`hypertuna.identify` with exact derivatives: SciPy's trust region method.",
     )
 

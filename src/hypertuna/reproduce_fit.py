@@ -176,10 +176,15 @@ What can be told is how well the model can do at all. **With ideal joints no coe
 of Table III that meet the eight speeds**: the best ones miss them by {_percent(ideal.train.rms)} rms and
 {_percent(ideal.train.largest)} at most. With joint bandwidth the best ones miss them by {_percent(ours.train.rms)}
 rms and {_percent(ours.train.largest)} at most, within the {bound:g} % that the paper claims for its model; {ends} of
-the nine then sit on their bounds, far from Table III. Of the direction that is known best the program says:
-{ours.certainty.directions[0].sentence}
+the nine then sit on their bounds, far from Table III.{_best_known(ours)}
 
 {_starts(fits)}"""
+
+
+def _best_known(fit: Fit) -> str:
+    """Say what is known best, of the directions whose sentence names a coefficient."""
+    told = [d.sentence for d in fit.certainty.directions if any(one.name in d.sentence for one in fit.free)]
+    return f" Of the direction that is known best the program says: {told[0]}" if told else ""
 
 
 def _starts(fits: Fits) -> str:

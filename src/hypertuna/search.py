@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 TOLERANCE = 1e-10  # relative change of the coefficients that ends a search
 SAME_ERROR = 1e-8  # the same of the error: far less than a standard deviation of any coefficient
 ROUGH = 1e-3  # the same in a rough search
+NEAR = 3e-3  # of the allowed range: a shorter step has derivatives at all steps of the beat
 SKETCH = 4  # steady runs for each free coefficient in a rough search
 MOST_EVALUATIONS = 300  # of one search
 ROUNDS = 12  # of estimating unknown noise
@@ -180,9 +181,8 @@ def search_from(search: Search, start: Array, levels: dict[str, float], *, rough
     bounds = tuple(to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
     path: list[list[float]] = []
 
-    data, slope_steps, tolerance = search.data, search.steps, SAME_ERROR
-    if rough:
-        data, slope_steps, tolerance = search.sketch, search.steps // 8 * 4, ROUGH
+    data, tolerance = (search.sketch, ROUGH) if rough else (search.data, SAME_ERROR)
+    extent = bounds[1] - bounds[0]
 
     def at(x: Array, slope_steps: int | None) -> tuple[Array, Array]:
         found = predict(
@@ -190,9 +190,11 @@ def search_from(search: Search, start: Array, levels: dict[str, float], *, rough
         )
         return weighted(data, found, levels)
 
-    def slope(x: Array) -> Array:
-        path.append(x.tolist())  # slopes are asked for once in an iteration
-        return at(x, slope_steps)[1]
+    def slope(x: Array) -> Array:  # asked for once in an iteration
+        # half the steps per beat give the way to go well enough until it is short
+        far = rough or not path or np.abs((x - path[-1]) / extent).max() > NEAR
+        path.append(x.tolist())
+        return at(x, search.steps // 8 * 4 if far else search.steps)[1]
 
     def loss(square: Array) -> Array:
         # all elements of a sample share its loss; its curvature is kept where that is diagonal
@@ -207,7 +209,7 @@ def search_from(search: Search, start: Array, levels: dict[str, float], *, rough
         jac=slope,
         bounds=bounds,
         method="trf",
-        x_scale=bounds[1] - bounds[0],
+        x_scale=extent,
         loss="linear" if search.loss == "linear" else loss,
         ftol=tolerance,
         gtol=TOLERANCE / 100,
