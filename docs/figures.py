@@ -36,8 +36,8 @@ from hypertuna.drawing import BODY, COLORS, EDGE, INK, draw, save
 from hypertuna.ledger import published
 from hypertuna.limits import gait_limits
 from hypertuna.manifest import reference as manifest_keys
-from hypertuna.optimize import METHODS, Optimum, optimize
 from hypertuna.objective import OBJECTIVES
+from hypertuna.optimize import METHODS, Optimum, optimize
 from hypertuna.pareto import Front, pareto
 from hypertuna.plots import plot_swim
 from hypertuna.plots_optimize import plot_convergence

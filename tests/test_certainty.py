@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import hypertuna as ht
 from hypertuna.agreement import criteria, errors, misfit, squares
-from hypertuna.certainty import certainty
+from hypertuna.certainty import _units, certainty
 from hypertuna.coefficients import Free, draws, free
 from hypertuna.predict import Experiment, Prediction, experiment, loss_terms, predict, weighted
 from hypertuna.trials import Trials
@@ -242,3 +242,30 @@ def test_draws_keep_what_few_runs_determine() -> None:
     assert np.sqrt(np.mean((swum / measured - 1) ** 2)) < 0.04
     spread = np.array([drawn.water.lumped.drag[0] for drawn in draws(fit.robot, 24, 1)])
     assert np.ptp(spread) > 10  # the open ones go from bound to bound
+
+
+def test_units_of_offsets_are_absolute() -> None:
+    """An offset of 0.001 s +- 0.01 s is known: 0 is no smaller than another time. Relative to its value, it is not."""
+    frees = (
+        Free("time_offset[a]", -0.25, 0.25, 0.001),
+        Free("joints.phase_offset[0]", -1.0, 1.0, 0.0),
+        Free("time_offset[b]", -0.02, 0.02, 0.0),
+        Free("water.lumped.drag[0]", 0.0, 30.0, 20.0),
+    )
+    assert _units(frees, np.array([0.001, 0.0, 0.0, 20.0]), np.array([0.5, 2.0, 0.04, 30.0])) == pytest.approx(
+        [0.1, 0.1, 0.04, 20.0]
+    )
+
+
+def test_no_sentence_names_one_coefficient_as_several() -> None:
+    data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
+    for weak in (1.0, 0.1, 1e-2, 1e-4, 0.0):
+        one = Prediction(found.computed, weak * found.slope[:, :1], found.failed, found.unstable, {})
+        (direction,) = certainty(data, frees[:1], np.array([1.0]), one, {}, "linear").directions
+        start = "Speed determines" if direction.determined else "water.lumped.drag[0] is not determined"
+        assert direction.sentence.startswith(f"{start} ")
+        both = Prediction(found.computed, found.slope * [1.0, weak], found.failed, found.unstable, {})
+        for told in certainty(data, frees, np.array([1.0, 1.0]), both, {}, "linear").directions:
+            assert told.sentence[0] != " "
+            if "told apart" in told.sentence or "combination" in told.sentence:
+                assert "] and water" in told.sentence

@@ -76,8 +76,9 @@ def test_from_a_file_of_runs_to_a_robot_that_other_commands_take(run: Run, tank:
     assert len(told["validation"]["runs"]) == 2
     assert told["validation"]["rms"]["speed_relative"] < 0.05
     assert told["stop"].startswith("The search converged")
-    assert told["robot"] == str(output)
     robot = ht.load(output)
+    assert (told["robot"], told["output"], told["fit_hash"]) == ("hypertuna", str(output), robot.hash)
+    assert told["robot_hash"] == ht.load("hypertuna").hash
     assert np.degrees(robot.joints[1].phase_offset) == pytest.approx(told["parameters"][2]["value"])
     assert robot.water.lumped is not None
     assert robot.water.lumped.drag[7] == told["parameters"][1]["value"]
@@ -167,3 +168,25 @@ def test_bad_rows_are_named_by_file_and_line(run: Run, tank: str, tmp_path: Path
     code, _, errors = run(str(bad), "--robot", "hypertuna", "--free", "water.drag")
     assert code == 2
     assert f"{bad}: line 5" in errors
+
+
+def test_a_narrow_terminal_keeps_remarks_whole(run: Run, tank: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    bounds = ("--bounds", "water.lumped.added_mass[0+2+4+6-7]=0.9:1")
+    code, text, _ = run(
+        tank,
+        *("--robot", "hypertuna", "--free", "water.added_mass[0+2+4+6-7],water.drag[7]", "--starts", "1"),
+        *("--start", "water.added_mass=0.95", "--posterior", "10", *bounds),
+    )
+    assert code == 0
+    assert "lower bound" in text
+    assert "…" not in text
+    assert "1 runs" not in text
+    assert " 1:" not in text  # a number has no unit
+
+
+def test_a_law_without_free_coefficients_of_its_own_is_told(run: Run, tank: str) -> None:
+    options = ("--robot", "hypertuna", "--free", "water.drag_normal[7],joints.bandwidth", "--water", "strip,lumped")
+    told = json.loads(run(tank, *options, "--starts", "1", "--json")[1])
+    for law in ("strip", "lumped"):
+        assert told["laws"][law]["warnings"][0].startswith("The lumped law has no free water coefficient of its own")

@@ -64,6 +64,17 @@ def test_json_says_what_the_function_finds(run: Run) -> None:
     assert told["robot_hash"] == best.robot.hash
 
 
+def test_json_and_table_say_how_flat_the_best_is(run: Run) -> None:
+    wish = (*SMALL[:3], "--maximize", "speed", "--method", "gradient")
+    told = strict(run(*wish, "--json")[1])
+    assert told["near_best"].keys() == {"frequency_hz", "amplitude_I_deg", "amplitude_II_deg", "phase_II_deg"}
+    low, high = told["near_best"]["phase_II_deg"]
+    assert low < told["gait"]["phase_deg"][1] < high
+    sentence = f"The best is flat: within 0.5 % of it for phase II from {low:.3g} to {high:.3g} deg."
+    assert told["remark"] == sentence
+    assert sentence in run(*wish)[1]
+
+
 def test_table_names_bounds_and_limits(run: Run) -> None:
     limits = ("--max-joint-rate", "300", "--amplitude-by-bandwidth", "--min-speed", "0.2", "--strouhal", "0.1:2")
     bounds = ("--bounds", "phase_II=0:20", "--bounds", "amplitude_I_deg=5:9")
@@ -281,6 +292,23 @@ def test_another_search_in_the_same_file_is_refused(run: Run, state: str) -> Non
     code, _, errors = run("optimize", "tell", "--state", state, *("--value", "0.1") * 5)
     assert code == 2
     assert "--value must be given 4 times at most" in errors
+
+
+def test_states_that_were_tampered_with_are_told(run: Run, state: str) -> None:
+    run("optimize", "ask", "--state", state, *TANK)
+    run("optimize", "tell", "--state", state, *("--value", "0.1") * 4)
+    header, record = map(json.loads, Path(state).read_text().splitlines())
+    for changes, sentence in (
+        ({"options": 3}, "must be a journal of hypertuna"),
+        ({"options": {"robot": "hypertuna"}}, ":1 does not say what is searched for"),
+    ):
+        Path(state).write_text(json.dumps(header | changes) + "\n")
+        code, _, errors = run("optimize", "ask", "--state", state)
+        assert (code, sentence in errors) == (2, True), errors
+    for changes in ({"told": 3}, {"told": []}, {"told": [3] * 4}, {"asked": None}):
+        Path(state).write_text(json.dumps(header) + "\n" + json.dumps(record | changes) + "\n")
+        code, _, errors = run("optimize", "ask", "--state", state)
+        assert (code, ":2 tells of gaits that this search does not ask for" in errors) == (2, True), errors
 
 
 def test_cost_of_transport_that_the_goal_needs_must_be_told(run: Run, state: str) -> None:

@@ -174,10 +174,12 @@ def test_a_file_keeps_its_comments_and_its_layout(tuna: ht.Robot, tmp_path: Path
     path = write_robot(fitted(tuna), tmp_path / "fit.toml")
     difference = list(difflib.ndiff(original.splitlines(), path.read_text().splitlines()))
     assert [line for line in difference if line.startswith("- ")] == [
-        "- drag       = [27.0706, 3.9829,  3.9829,  3.9829,  3.9829,  3.9829,  3.9829,  20.7766]"
+        "- [water.lumped]  # Table III",
+        "- drag       = [27.0706, 3.9829,  3.9829,  3.9829,  3.9829,  3.9829,  3.9829,  20.7766]",
     ]
     added = [line for line in difference if line.startswith("+ ")]
-    assert added[0] == "+ drag       = [20.0, 4.0,  4.0,  4.0,  4.0,  4.0,  4.0,  20.7766]"
+    assert added[0] == "+ [water.lumped]  # Table III; drag identified, see [fit]"
+    assert added[1] == "+ drag       = [20.0, 4.0,  4.0,  4.0,  4.0,  4.0,  4.0,  20.7766]"
     loaded = ht.load(path)
     assert loaded.hash == fitted(tuna).hash
     source = loaded.source("water.lumped.drag[1]")

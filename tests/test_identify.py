@@ -337,3 +337,27 @@ def test_a_robot_of_fitted_values_is_predicted_as_its_columns_are(tuna: ht.Robot
     changed_columns = predict(experiment(tuna, trials, frees), frees, values).computed
     robot = with_values(tuna, frees, values)
     assert changed_columns == pytest.approx(predict(experiment(robot, trials), (), ()).computed, rel=1e-14)
+
+
+def test_one_text_of_names_and_paths_of_trials() -> None:
+    tank = Path(__file__).parents[1] / "examples" / "tank" / "tank.csv"
+    tuna = ht.load("hypertuna")
+    names = "water.drag[7],joints.bandwidth"
+    first = identify(tuna, ht.read_trials(tank, tuna), names.split(","), starts=1)
+    for trials in (str(tank), [tank]):
+        assert (identify(tuna, trials, names, starts=1).values == first.values).all()
+
+
+@pytest.mark.parametrize(
+    ("robot", "trials", "names", "sentence"),
+    [
+        ("hypertuna", Trials(), "water.drag", "robot must be a robot, but is 'hypertuna'"),
+        (MODELS["hypertuna-lumped"], 3, "water.drag", "trials must be trials or paths, but is a int"),
+        (MODELS["hypertuna-lumped"], [Trials()], "water.drag", "trials must be trials or paths, but is a list"),
+        (MODELS["hypertuna-lumped"], Trials(), 3, "free must be names of coefficients, but is a int"),
+    ],
+)
+def test_wrong_types_are_told(robot: object, trials: object, names: object, sentence: str) -> None:
+    for fit in (lambda: identify(robot, trials, names), lambda: compare(robot, trials, names, ["lumped"])):  # type: ignore[arg-type]
+        with pytest.raises(ht.InputError, match=sentence):
+            fit()

@@ -99,6 +99,17 @@ def test_what_a_page_shows_is_escaped() -> None:
     assert not Page(text).open
 
 
+def test_two_columns_without_a_broken_paragraph_in_reading_order() -> None:
+    wide = Table([f"a long head {k}" for k in range(9)], [["a cell of some length"] * 9], "Wide.")
+    parts = ["One.\n\nTwo.", Picture("line", line(), "", ""), Picture("other", line(), "", ""), wide, "Last."]
+    text = page("Title", [Section("One", parts)])
+    assert [int(place) for place in re.findall(r"order: (\d+)", text)] in ([0, 2, 1, 3, 4, 5], [0, 3, 1, 2, 4, 5])
+    assert text.count('class="row"') == 1
+    assert text.count('class="row alone"') == 2  # the wide table, and the text after it
+    for words in ("<p>One.</p>", "<p>Two.</p>", "<p>Last.</p>"):
+        assert text.count(words) == 1
+
+
 def test_columns_of_numbers() -> None:
     table = Table(
         ["name", "value", "unit", "error"], [["2 Hz", "0, its bound", "1", ""], ["", 0.5, "Hz", "-3 %"]], "", ""

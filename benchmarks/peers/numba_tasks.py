@@ -138,4 +138,4 @@ def fit(refit: Callable[[Array], Fish], gaits: Gaits, measured: Array, start: Ar
     def residuals(values: Array) -> Array:
         return swim(refit(values), gaits) / measured - 1
 
-    return least_squares(residuals, start, bounds=(0, upper), x_scale=upper, ftol=1e-15, xtol=1e-12, gtol=1e-15)
+    return least_squares(residuals, start, bounds=(0, upper), x_scale=upper, max_nfev=25)

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 ON_BOUND = 1e-4  # of the allowed range: so near, a value sits on its bound
+ABSOLUTE = {"time_offset": 0.1, "joints.phase_offset": 0.1}  # s and rad: units of what is not known relatively
 LEAST_SCALE = 0.1  # of the allowed range: a value nearer to 0 is not asked to be known to a fraction of itself
 WEIGHTY = 0.35  # of the largest entry of a direction: what has less is not named
 SLIGHT = 0.05  # the same of a direction that is open
@@ -161,7 +162,8 @@ def certainty(
     variance larger than that. The runs of a recording share the model's error, see `hypertuna.agreement.misfit`.
 
     A coefficient's unit is its value, at least a tenth and at most the whole of its allowed range; in log scale 1, if
-    the range is not less. Directions are those of the singular value decomposition of J in these units.
+    the range is not less. A time offset and a phase offset, whose 0 is no smaller than other values, have 0.1 s and
+    0.1 rad. Directions are those of the singular value decomposition of J in these units.
 
     Along an open direction the truth may lie so far off that the valley of equally good fits bends: the better known
     directions then belong elsewhere than a linear problem has them: `hypertuna.valley.lengths` allows for that.
@@ -193,7 +195,7 @@ def certainty(
         determined=determined,
         bound=_on_bound(linear),
         directions=tuple(
-            replace(d, sentence=_sentence(data, frees, d, determined, quantile, text))
+            replace(d, sentence=_sentence(data, frees, unit, d, determined, quantile, text))
             for d, text in zip(told, help_by, strict=True)
         ),
         factor=linear.factor,
@@ -285,7 +287,9 @@ def _quantile(freedom: int) -> float:
 def _units(frees: Sequence[Free], values: Array, extent: Array) -> Array:
     """Tell what counts as 1 of each coefficient, in its scale."""
     size = np.array([1.0 if f.scale == "log" else abs(v) for f, v in zip(frees, values, strict=True)])
-    unit: Array = np.clip(size, LEAST_SCALE * extent, extent)
+    relative = np.maximum(size, LEAST_SCALE * extent)
+    absolute = [u if f.scale == "log" else ABSOLUTE.get(f.column, u) for f, u in zip(frees, relative, strict=True)]
+    unit: Array = np.minimum(absolute, extent)
     return unit
 
 
@@ -313,6 +317,7 @@ def _helpful(data: Experiment, found: Prediction, linear: _Linear, told: Sequenc
 def _sentence(
     data: Experiment,
     frees: Sequence[Free],
+    unit: Array,
     direction: Direction,
     determined: Sequence[bool],
     quantile: float,
@@ -325,17 +330,24 @@ def _sentence(
     source = " and ".join(kinds)
     if direction.determined:
         named = [i for i in order if size[i] > WEIGHTY * size[order[0]]]
-        if len(named) == 1 and determined[named[0]]:
+        if len(frees) == 1 or (len(named) == 1 and determined[named[0]]):
             what = frees[named[0]].name
         else:  # one alone would not be true: a combination is known, no coefficient of it
             what = f"a combination of {_listed([frees[i].name for i in (named if len(named) > 1 else order[:2])])}"
         verb = "determines" if source in ("speed", "cost of transport") else "determine"
-        return f"{source.capitalize()} {verb} {what} to {100 * quantile * direction.sd:.2g} %."
+        precision = quantile * direction.sd
+        first = frees[named[0]]
+        if what == first.name and first.column in ABSOLUTE and first.scale == "natural":
+            value, name = (math.degrees(precision), "deg") if first.unit == "rad" else (precision, first.unit)
+            return f"{source.capitalize()} {verb} {what} to {value * unit[named[0]]:.2g} {name}."
+        return f"{source.capitalize()} {verb} {what} to {100 * precision:.2g} %."
     # those that move by their unit, or more, within the interval along the direction
     moved = 2 * quantile * size * direction.sd > 1
     named = [i for i in order if moved[i] and size[i] > SLIGHT * size[order[0]]]
     named = named or [i for i in order if size[i] > WEIGHTY * size[order[0]]]  # none moves so far, all together do
-    rest = f"; {help_by}" if help_by else "; other gaits, or recordings of transients, may"
+    others = "other gaits or motions may" if data.trials.steady else "other motions may"
+    others = others if data.trials.recordings else "other gaits, or recordings of transients, may"
+    rest = f"; {help_by or others}"
     if len(named) == 1:
         return f"{frees[named[0]].name} is not determined by {source} alone{rest.replace('them', 'it')}."
     return f"{_listed([frees[i].name for i in named])} cannot be told apart from {source} alone{rest}."

@@ -31,7 +31,7 @@ from hypertuna.cli_optimize import (
 from hypertuna.console import check_suffix, number, number_list, print_json, tell_written, whole_number
 from hypertuna.description import load
 from hypertuna.errors import InputError
-from hypertuna.experiment import Experiment, Search
+from hypertuna.experiment import TankSearch, TankWish
 from hypertuna.gait import Gait
 from hypertuna.results import provenance, write_atomically
 from hypertuna.space import gait_columns
@@ -71,7 +71,7 @@ def ask_command(
     check_suffix(output, (".csv",), "--output")
     search = None
     if robot is not None:
-        search = Search(
+        search = TankWish(
             robot=robot,
             maximize=maximize,
             minimize=minimize,
@@ -84,7 +84,7 @@ def ask_command(
             iterations=None if iterations is None else whole_number(iterations, "--iterations"),
             seed=whole_number(seed, "--seed"),
         )
-    with Experiment(state, search) as experiment:
+    with TankSearch(state, search) as experiment:
         _print_state(experiment, as_json)
         if output is not None and experiment.stop is None:
             write_atomically(output, _csv(experiment).encode())
@@ -106,7 +106,7 @@ def tell_command(
     as_json: AsJson = False,
 ) -> None:
     """Tell how gaits of the batch swam: all of them, or some now and the others later."""
-    with Experiment(state) as experiment:
+    with TankSearch(state) as experiment:
         if (results is None) == (not value):
             rule = "must be told either in a CSV file or with --value"
             raise InputError(rule, key="results", value="told in both" if value else "told in neither")
@@ -121,7 +121,7 @@ def tell_command(
             _print_state(experiment, as_json=False)
 
 
-def _runs_of(values: list[str], experiment: Experiment) -> list[SteadyRun]:
+def _runs_of(values: list[str], experiment: TankSearch) -> list[SteadyRun]:
     """Make runs of the values of the option, for the gaits that are still to be told."""
     asked = experiment.ask()
     if not asked:
@@ -138,7 +138,7 @@ def _runs_of(values: list[str], experiment: Experiment) -> list[SteadyRun]:
     return runs
 
 
-def _print_state(experiment: Experiment, as_json: bool) -> None:
+def _print_state(experiment: TankSearch, as_json: bool) -> None:
     """Print what to swim next, or how the search ended."""
     asked, best = experiment.ask(), experiment.best
     if as_json:
@@ -178,7 +178,7 @@ def _row(gait: Gait) -> list[float]:
     return [gait.frequency, *np.degrees([*gait.amplitude, *gait.phase, *gait.bias]).tolist()]
 
 
-def _csv(experiment: Experiment) -> str:
+def _csv(experiment: TankSearch) -> str:
     """Write the gaits as steady runs with empty cells for what will be measured."""
     lines = [",".join([COLUMNS["name"], *gait_columns(experiment.robot), *MEASURED])]
     for name, gait in experiment.ask().items():

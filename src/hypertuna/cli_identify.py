@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.agreement import LABELS
-from hypertuna.console import check_suffix, number, print_json, progress_bar, tell_written, whole_number
+from hypertuna.console import check_suffix, command_line, number, print_json, progress_bar, tell_written, whole_number
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.free_names import split_names
@@ -75,7 +76,7 @@ def identify_command(
     """
     check_suffix(output, (".toml",), "--output")
     check_suffix(report, (".html",), "--report")
-    laws = _laws(water)
+    begun, laws = time.monotonic(), _laws(water)
     steps = 0 if draws is None else whole_number(draws, "--posterior")
     if draws is not None:
         check_draws(steps, loss)
@@ -97,22 +98,23 @@ def identify_command(
     best = min(fits, key=lambda law: _rank(fits[law]))
     fit = fits[best]
     sampled = None if draws is None else _draw(fit, steps, options)
+    fitted = fit.robot if sampled is None else with_posterior(fit, sampled)
     if output is not None:
-        write_robot(fit.robot if sampled is None else with_posterior(fit, sampled), output)
+        write_robot(fitted, output)
     if report is not None:
         from hypertuna.fit_page import write_fit  # here, because drawing takes longer to import than a fit takes
 
-        write_fit(fits, best, report, sampled=sampled)
-    record = _record(fit, output) | ({} if sampled is None else {"posterior": _posterior_record(fit, sampled)})
-    if len(fits) > 1:
-        record |= {
-            "best": best,
-            "laws": {law: _record(one, output if law == best else None) for law, one in fits.items()},
-        }
+        write_fit(fits, best, report, sampled=sampled, command=command_line())
     if as_json:
+        record = _record(fit, fitted, output)
+        if sampled is not None:
+            record["posterior"] = _posterior_record(fit, sampled)
+        if len(fits) > 1:
+            others = {law: _record(one, one.robot, None) for law, one in fits.items() if law != best}
+            record |= {"best": best, "laws": {best: dict(record)} | others}
         print_json(record)
     else:
-        _print(fits, best, sampled)
+        _print(fits, best, sampled, time.monotonic() - begun)
         tell_written(output, report)
     if not fit.converged or any("status" in run for run in fit.train.runs if run.get("status") == "not settled"):
         raise typer.Exit(1)
@@ -210,8 +212,8 @@ def _parameters(fit: Fit) -> list[dict[str, Any]]:
     return rows
 
 
-def _record(fit: Fit, path: str | None) -> dict[str, Any]:
-    """Say what a fit found, for programs."""
+def _record(fit: Fit, fitted: Robot, output: str | None) -> dict[str, Any]:
+    """Say what a fit found, for programs; the robot is the one described, the fitted one is told by its hash."""
     sure = fit.certainty
     judged = fit.validation
     return (
@@ -242,8 +244,8 @@ def _record(fit: Fit, path: str | None) -> dict[str, Any]:
             "loss": fit.loss,
             "seed": fit.seed,
         }
-        | provenance(fit.robot)
-        | {"robot": path, "robot_name": fit.robot.name}
+        | provenance(fit.described)
+        | {"fit_hash": fitted.hash, "output": output}
     )
 
 
@@ -261,27 +263,28 @@ def _posterior_record(fit: Fit, sampled: Posterior) -> dict[str, Any]:
     }
 
 
-def _print(fits: Mapping[str, Fit], best: str, sampled: Posterior | None) -> None:
+def _print(fits: Mapping[str, Fit], best: str, sampled: Posterior | None, seconds: float) -> None:
     """Print a fit as tables and sentences."""
     console = Console()
     fit = fits[best]
     if len(fits) > 1:
         console.print(_comparison(fits))
     runs = [len(trials.runs) for trials in fit.trials]
-    head = f"{fit.robot.name}, {best} water: {runs[0]} runs fitted, {runs[1]} kept for validation"
+    fitted = f"{runs[0]} run{'s' * (runs[0] != 1)} fitted"
+    head = f"{fit.robot.name}, {best} water: {fitted}, {runs[1]} kept for validation"
     console.print(Text(head, style="bold"))
     table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("coefficient", no_wrap=True)
+    table.add_column("coefficient", overflow="fold")  # where it is narrow, names give way and not what is said of them
     for name in ("value", "95 % interval", *(["posterior"] if sampled else [])):
         table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("unit")
-    table.add_column("")
+    for name in ("unit", ""):
+        table.add_column(name, no_wrap=True)
     drawn = _posterior_record(fit, sampled)["parameters"] if sampled else []
     for k, row in enumerate(_parameters(fit)):
         remark = f"{row['bound']} bound" if row["bound"] else "" if row["determined"] else "open"
         interval = f"{row['low']:.4g} .. {row['high']:.4g}"
         beside = [f"{drawn[k]['low']:.4g} .. {drawn[k]['high']:.4g}"] if sampled else []
-        cells = (f"{row['value']:.5g}", interval, *beside, row["unit"])
+        cells = (f"{row['value']:.5g}", interval, *beside, row["unit"].removeprefix("1"))
         table.add_row(Text(row["name"]), *cells, Text(remark, style="yellow"))
     console.print(table)
     console.print(_errors(fit))
@@ -292,7 +295,7 @@ def _print(fits: Mapping[str, Fit], best: str, sampled: Posterior | None) -> Non
         console.print(Text(warning, style="yellow"))
     if sampled is not None:
         console.print(Text(f"{sampled.sentence} {100 * sampled.acceptance:.0f} % of the steps were taken."))
-    console.print(Text(f"{fit.stop} {fit.seconds:.1f} s.", style="green" if fit.converged else "bold red"))
+    console.print(Text(f"{fit.stop} {seconds:.1f} s in all.", style="green" if fit.converged else "bold red"))
 
 
 def _errors(fit: Fit) -> Table:

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from hypertuna.beats import QUANTITIES
 from hypertuna.console import (
     check_suffix,
     command_line,
@@ -175,32 +176,8 @@ def bounds_of(texts: list[str] | None) -> dict[str, tuple[float, float]]:
         if not equals:
             fix = "write, for example, --bounds frequency_hz=1:4"
             raise InputError("must be NAME=LOW:HIGH", key="--bounds", value=shown(text), fix=fix)
-        bounds[name] = pair_of(pair, f"--bounds {name}", "Hz or degrees")
+        bounds[name] = _pair_of(pair, f"--bounds {name}", "Hz or degrees")
     return bounds
-
-
-def pair_of(text: str, key: str, unit: str) -> tuple[float, float]:
-    """Read LOW:HIGH.
-
-    Parameters
-    ----------
-    text, key, unit : str
-        As for `hypertuna.console.number`.
-
-    Returns
-    -------
-    tuple of float
-        As given [any].
-
-    Raises
-    ------
-    InputError
-        If the text is not two numbers.
-    """
-    parts = text.split(":")
-    if len(parts) != 2:
-        raise InputError("must be LOW:HIGH", key=key, value=shown(text), fix=f"give two numbers in {unit}")
-    return number(parts[0], key, unit), number(parts[1], key, unit)
 
 
 def limits_of(
@@ -230,9 +207,17 @@ def limits_of(
         joint_rate=None if rate is None else float(np.radians(number(rate, "--max-joint-rate", "deg/s"))),
         torque=None if torque is None else number(torque, "--max-torque", "N m"),
         amplitude_by_bandwidth=reach,
-        strouhal=None if strouhal is None else pair_of(strouhal, "--strouhal", "1"),
+        strouhal=None if strouhal is None else _pair_of(strouhal, "--strouhal", "1"),
         speed=None if speed is None else number(speed, "--min-speed", "m/s"),
     )
+
+
+def _pair_of(text: str, key: str, unit: str) -> tuple[float, float]:
+    """Read LOW:HIGH, as given."""
+    parts = text.split(":")
+    if len(parts) != 2:
+        raise InputError("must be LOW:HIGH", key=key, value=shown(text), fix=f"give two numbers in {unit}")
+    return number(parts[0], key, unit), number(parts[1], key, unit)
 
 
 def _record(best: Optimum) -> dict[str, Any]:
@@ -319,7 +304,7 @@ def _wished(best: Optimum) -> str:
     words = f"{'largest' if factor < 0 else 'least'} {name.replace('_', ' ')}"
     if target.expected is not None:
         words = f"expected speed {target.expected:g} m/s at low cost of transport, weight {factor:g}"
-    return words if best.robust is None else f"{words}; over the robots drawn, {WAYS[best.robust]}"
+    return words if best.robust is None else f"{words}, over robots drawn from the fit"
 
 
 def _rows(best: Optimum, gait: Gait) -> list[tuple[str, str, str]]:
@@ -337,6 +322,12 @@ def _rows(best: Optimum, gait: Gait) -> list[tuple[str, str, str]]:
         ("speed", f"{best.speed:.4g}", "m/s"),
         ("cost of transport", f"{best.cost_of_transport:.4g}", "J/(kg m)"),
     ]
+    if best.robust is not None:  # all above is of the robot itself
+        name, factor = best.goal.terms[0]
+        value, unit = factor * best.value, QUANTITIES[name].unit
+        if best.goal.expected is not None:
+            name, value, unit = "|U - Ue| + k COT", best.value, "m/s"
+        rows.append((f"{name.replace('_', ' ')}, robots drawn", f"{value:.4g}", f"{unit}, {WAYS[best.robust]}"))
     for margin in best.margins:
         record = _margin_record(margin)
         unit = "" if record["unit"] == "1" else f" {record['unit']}"

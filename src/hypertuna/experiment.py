@@ -20,7 +20,7 @@ from hypertuna.optimize import make_optimizer, wish
 from hypertuna.space import gait_bounds
 from hypertuna.steady import SteadyRun
 
-__all__ = ["Experiment", "Search"]
+__all__ = ["TankSearch", "TankWish"]
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ MEASURED = ("speed", "cost_of_transport")
 
 
 @dataclass(frozen=True)
-class Search:
+class TankWish:
     """What a search by experiment is for: everything that its first call says.
 
     Attributes
@@ -70,7 +70,7 @@ class Search:
 
         Returns
         -------
-        Search
+        TankWish
         """
         bounds = {name: (low, high) for name, (low, high) in options["bounds"].items()}
         limits = tuple(Limit(**limit) for limit in options["limits"])
@@ -102,14 +102,14 @@ class Search:
         return problem
 
 
-class Experiment:
+class TankSearch:
     """A search whose points a tank evaluates. The journal is its whole state: opened again, it goes on.
 
     Parameters
     ----------
     path : str or Path
         The journal.
-    search : Search, optional
+    search : TankWish, optional
         What a new journal is for. Left out, the journal says it.
 
     Raises
@@ -118,7 +118,7 @@ class Experiment:
         If something of the search cannot be used, or the journal is of another search.
     """
 
-    def __init__(self, path: str | Path, search: Search | None = None) -> None:
+    def __init__(self, path: str | Path, search: TankWish | None = None) -> None:
         if search is None:
             search = _search_of(path)
         self.search = search
@@ -275,9 +275,13 @@ class Experiment:
         """Take a record of the journal, as if it were told now."""
         asked = [point.tolist() for point in self._batch]
         told: dict[int, dict[str, float]] = {}
-        for point, row in zip(record["asked"], record["told"], strict=True):
+        points, rows = record.get("asked"), record.get("told")
+        pairs: list[Any] = [(None, None)]  # answers no question
+        if isinstance(points, list) and isinstance(rows, list) and len(points) == len(rows):
+            pairs = list(zip(points, rows, strict=True))
+        for point, row in pairs:
             k = next((k for k in self._open() if k not in told and asked[k] == point), None)
-            if k is None:
+            if k is None or not (isinstance(row, dict) and set(MEASURED) <= row.keys()):
                 rule = "tells of gaits that this search does not ask for"
                 raise InputError(rule, file=place, fix="use the version of hypertuna that began it")
             told[k] = row
@@ -285,7 +289,7 @@ class Experiment:
         self._advance()
 
 
-def _search_of(path: str | Path) -> Search:
+def _search_of(path: str | Path) -> TankWish:
     """Return what a journal is for."""
     if not Path(path).exists():
         rule, fix = "has not been begun", "say what to search for: --robot and --maximize speed, for example"
@@ -294,7 +298,11 @@ def _search_of(path: str | Path) -> Search:
     if header.get("kind") != "experiment":
         fix = "give the state of `hypertuna optimize ask`"
         raise InputError("must be the state of an experiment", file=str(path), value=str(header.get("kind")), fix=fix)
-    return Search.of(header["options"])
+    try:
+        return TankWish.of(header["options"])
+    except (KeyError, TypeError, ValueError, AttributeError):
+        rule, fix = "does not say what is searched for", "use the version of hypertuna that began it"
+        raise InputError(rule, file=f"{path}:1", fix=fix) from None
 
 
 def _at(run: SteadyRun) -> str:

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from hypertuna.agreement import ERRORS, LABELS
+from hypertuna.comparison import replay_recording, with_fitted_clock
 from hypertuna.identify import Fit
+from hypertuna.manifest import Recording
 from hypertuna.plots_fit import plot_correlation, plot_errors, plot_intervals, plot_measured
+from hypertuna.plots_replay import plot_recordings
 from hypertuna.posterior import Posterior
 from hypertuna.report import WIDTH, Fact, Part, Picture, Section, Table, write_page
+from hypertuna.results import provenance
 
 __all__ = ["fit_sections", "write_fit"]
 
 
-def write_fit(fits: Mapping[str, Fit], best: str, path: str | Path, *, sampled: Posterior | None = None) -> Path:
+def write_fit(
+    fits: Mapping[str, Fit], best: str, path: str | Path, *, sampled: Posterior | None = None, command: str = ""
+) -> Path:
     """Write a page on a fit, or on several of different water laws.
 
     Parameters
@@ -28,6 +36,8 @@ def write_fit(fits: Mapping[str, Fit], best: str, path: str | Path, *, sampled: 
     path : str or Path
     sampled : Posterior, optional
         Of the best fit.
+    command : str
+        The command that was typed, if one was.
 
     Returns
     -------
@@ -49,23 +59,25 @@ def write_fit(fits: Mapping[str, Fit], best: str, path: str | Path, *, sampled: 
     facts.append(Fact(f"{known} of {len(fit.free)}", "directions that the runs determine"))
     files = fit.robot.fit.trials if fit.robot.fit else ""
     lede = f"{len(fit.free)} coefficients of {fit.robot.name}, {best} water law, fitted to {files}."
-    sections = [*([_laws(fits, best)] if len(fits) > 1 else []), *fit_sections(fit, sampled=sampled)]
+    sections = [*([_laws(fits, best)] if len(fits) > 1 else []), *fit_sections(fit, sampled=sampled, command=command)]
     return write_page(f"Fit of {fit.robot.name}", sections, path, lede=lede, facts=facts)
 
 
-def fit_sections(fit: Fit, *, sampled: Posterior | None = None) -> list[Section]:
+def fit_sections(fit: Fit, *, sampled: Posterior | None = None, command: str = "") -> list[Section]:
     """Write the sections of a page on a fit.
 
     Parameters
     ----------
     fit : Fit
     sampled : Posterior, optional
+    command : str
+        As for `write_fit`.
 
     Returns
     -------
     list of Section
     """
-    return [_values(fit, sampled), _open(fit), _agreement(fit), _made(fit, sampled)]
+    return [_values(fit, sampled), _open(fit), _agreement(fit), _made(fit, sampled, command)]
 
 
 def _laws(fits: Mapping[str, Fit], best: str) -> Section:
@@ -95,7 +107,7 @@ def _values(fit: Fit, sampled: Posterior | None) -> Section:
     columns = ["coefficient", "value", "95 % interval", "unit", ""]
     rows: list[list[str | float]] = []
     for k, f in enumerate(fit.free):
-        factor, unit = (180 / np.pi, "deg") if f.unit == "rad" else (1.0, f.unit)
+        factor, unit = (180 / np.pi, "deg") if f.unit == "rad" else (1.0, f.unit.removeprefix("1"))
         remark = f"on its {sure.bound[k]} bound" if sure.bound[k] else "" if sure.determined[k] else "not determined"
         ends = f"{factor * sure.low[k]:.3g} to {factor * sure.high[k]:.3g}"
         rows.append([f.name, f"{factor * fit.values[k]:.4g}", ends, unit, remark])
@@ -105,7 +117,8 @@ def _values(fit: Fit, sampled: Posterior | None) -> Section:
         columns.insert(3, "posterior")
     made = (
         "Intervals from the Jacobian at the fit, Student's t, held within the bounds. Not determined: the interval is "
-        "longer than the value (than a tenth of the allowed range for values near 0)."
+        "longer than the value (than a tenth of the allowed range for values near 0; than 0.1 s for a time offset, and "
+        "5.7 deg for a phase offset)."
     )
     figure = plot_intervals(fit, sampled=sampled, width=WIDTH)
     parts: list[Part] = [
@@ -118,8 +131,7 @@ def _values(fit: Fit, sampled: Posterior | None) -> Section:
 def _open(fit: Fit) -> Section:
     """Say what the runs determine, and what not."""
     rows: list[list[str | float]] = [
-        [k + 1, "yes" if d.determined else "no", d.singular_value, d.sentence]
-        for k, d in enumerate(fit.certainty.directions)
+        [d.sentence, "yes" if d.determined else "no", d.singular_value] for d in fit.certainty.directions
     ]
     missing = sum(not d.determined for d in fit.certainty.directions)
     text = (
@@ -138,7 +150,7 @@ def _open(fit: Fit) -> Section:
     )
     return Section(
         "What the runs determine",
-        [text, Table(["", "determined", "singular value", "in words"], rows, shows, made), picture],
+        [text, Table(["in words", "determined", "singular value"], rows, shows, made), picture],
     )
 
 
@@ -152,6 +164,7 @@ def _agreement(fit: Fit) -> Section:
     shows = "Error of every run."
     made = "Computed minus measured; of tracked runs the rms over all frames, seen from each run's first frame."
     parts.append(Picture("errors", plot_errors(fit, width=WIDTH), shows, made))
+    parts += _tracked(fit)
     columns = ["", "training rms", "largest"] + (["validation rms", "largest"] if fit.validation else [])
     rows: list[list[str | float]] = []
     for key, (name, unit, factor) in LABELS.items():
@@ -160,10 +173,48 @@ def _agreement(fit: Fit) -> Section:
             cells = [factor * found.get(key, np.nan) for part in both for found in (part.rms, part.largest)]
             rows.append([f"{name} ({unit})", *cells])
     parts.append(Table(columns, rows, "Errors of all runs together."))
+    parts.append(_runs(fit))
     return Section("Computed and measured", parts)
 
 
-def _made(fit: Fit, sampled: Posterior | None) -> Section:
+def _tracked(fit: Fit) -> list[Part]:
+    """Draw replays with the fitted robot over the tracks, of training and of validation."""
+    by_name: dict[str, Recording] = {}
+    for recording in (recording for trials in fit.trials for recording in trials.recordings):
+        before = by_name.get(recording.name)
+        tracks = (*(before.tracks if before else ()), *recording.tracks)
+        by_name[recording.name] = replace(recording, tracks=tracks)
+    recordings = [with_fitted_clock(fit.robot, recording) for recording in by_name.values()]
+    replayed = [(recording, replay_recording(fit.robot, recording)) for recording in recordings]
+    sound = [pair for pair in replayed if pair[1].attrs["status"] == "completed"]
+    if not sound:
+        return []
+    shows = "Tracked runs and the fitted model: the pose of the head's center, seen from its start."
+    made = "Replay of the measured joint angles from rest, with the fitted coefficients and time offsets."
+    recordings, results = [pair[0] for pair in sound], [pair[1] for pair in sound]
+    return [Picture("tracked", plot_recordings(fit.robot, recordings, results, width=WIDTH), shows, made)]
+
+
+def _runs(fit: Fit) -> Table:
+    """List the errors of every run, the worst first: by its largest error, each in units of the rms of the training."""
+    parts = {"training": fit.train} | ({"validation": fit.validation} if fit.validation else {})
+    keys = [key for key in LABELS if any(key in part.rms for part in parts.values())]
+    rms = {key: fit.train.rms.get(key) or 1.0 for key in keys}
+    found: list[tuple[float, list[str | float]]] = []
+    for name, part in parts.items():
+        for run in part.runs:
+            error = {key: run.get(key, run.get(f"{key}_rms", np.nan)) for key in keys}
+            badness = max((abs(e) / rms[key] for key, e in error.items() if np.isfinite(e)), default=np.inf)
+            cells = [LABELS[key][2] * error[key] for key in keys]
+            found.append((badness, [run["run"], f"{name}{', ' * ('status' in run)}{run.get('status', '')}", *cells]))
+    columns = ["run", "part", *(f"{LABELS[key][0]} ({LABELS[key][1]})" for key in keys)]
+    rows = [row for _, row in sorted(found, key=lambda pair: -pair[0])]
+    shows = "Error of every run, the worst first."
+    made = "Computed minus measured; of tracked runs the rms over all frames."
+    return Table(columns, rows, shows, made, folded=f"All {len(rows)} runs, the worst first")
+
+
+def _made(fit: Fit, sampled: Posterior | None, command: str) -> Section:
     """How the fit was made."""
     runs = [len(trials.runs) for trials in fit.trials]
     noise = ", ".join(
@@ -185,4 +236,14 @@ def _made(fit: Fit, sampled: Posterior | None) -> Section:
     aicc, bic = _criteria(fit)
     if fit.criteria["samples"] is not None:  # a loss that is no likelihood has no criteria
         texts.append(f"AICc {aicc}, BIC {bic} with {fit.criteria['samples']} independent measurements.")
+    made = provenance(fit.described)
+    rows: list[list[str | float]] = [
+        ["command", f"`{command}`" if command else "called from Python"],
+        ["robot as described", f"{made['robot']}, {made['robot_file'] or 'no file'}, sha256 {made['robot_hash']}"],
+        ["fitted robot", f"sha256 {fit.robot.hash}"],
+        ["model", f"{made['water']} water, {made['joints']} joints, {made['areas']} areas"],
+        ["loss, seed, starts", f"{fit.loss}, {fit.seed}, {len(fit.costs)}"],
+        ["made by", f"hypertuna {made['hypertuna_version']} ({made['isa']}), {datetime.date.today().isoformat()}"],
+    ]
+    texts.append(Table(["what", ""], rows, "What made this page."))
     return Section("How it was made", texts)

@@ -6,7 +6,7 @@ import hashlib
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,13 +20,13 @@ from hypertuna.certainty import Certainty, certainty
 from hypertuna.coefficients import Free, column_of, free, from_scale
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.free_names import NUISANCES, free_of
+from hypertuna.free_names import NUISANCES, free_of, split_names
 from hypertuna.journal import Journal, journal_header
 from hypertuna.predict import LOSSES, Experiment, experiment, predict
 from hypertuna.results import version
 from hypertuna.robot_file import with_fit
 from hypertuna.search import CONVERGED, Search, fit, sketch, start_points, stop_sentence
-from hypertuna.trials import Trials
+from hypertuna.trials import Trials, read_trials
 
 __all__ = ["Fit", "compare", "digest", "identify", "split"]
 
@@ -101,8 +101,8 @@ class Fit:
 
 def identify(
     robot: Robot,
-    trials: Trials,
-    free: Sequence[str] | Sequence[Free],
+    trials: Trials | str | Path | Sequence[str | Path],
+    free: str | Sequence[str] | Sequence[Free],
     *,
     validate: float = 0.2,
     seed: int = 0,
@@ -121,10 +121,10 @@ def identify(
     Parameters
     ----------
     robot : Robot
-    trials : Trials
-        From `hypertuna.read_trials`.
-    free : sequence of str, or of Free
-        Names as `hypertuna.coefficients.free` reads them.
+    trials : Trials, str, Path or sequence of paths
+        From `hypertuna.read_trials`, or what that reads.
+    free : str, sequence of str, or of Free
+        Names as `hypertuna.coefficients.free` reads them; in one text, with commas between them.
     validate : float
         Part of the runs, drawn at random, that the fit does not see and is then judged on [1].
     seed : int
@@ -163,7 +163,8 @@ def identify(
     begun = time.monotonic()
     _check(validate, seed, loss, starts)
     check_steps(steps)
-    frees = _frees(robot, trials, free, bounds, log, start)
+    trials = _trials(robot, trials)
+    frees = _frees(robot, trials, _names(free), bounds, log, start)
     training, held_out = split(trials, validate, seed)
     search = Search(
         experiment(robot, training, frees),
@@ -190,14 +191,21 @@ def identify(
     return _result(search, (training, held_out), found, levels, costs, evaluations, seed, time.monotonic() - begun)
 
 
-def compare(robot: Robot, trials: Trials, free: Sequence[str], laws: Sequence[str], **options: Any) -> dict[str, Fit]:
+def compare(
+    robot: Robot,
+    trials: Trials | str | Path | Sequence[str | Path],
+    free: str | Sequence[str],
+    laws: Sequence[str],
+    **options: Any,
+) -> dict[str, Fit]:
     """Fit several water laws to the same runs.
 
     Parameters
     ----------
     robot : Robot
-    trials : Trials
-    free : sequence of str
+    trials : Trials, str, Path or sequence of paths
+        As for `identify`.
+    free : str or sequence of str
         Each law takes those that it has: ``water.lumped.drag`` belongs to one, ``joints.bandwidth`` to all.
     laws : sequence of str
         "lumped", "strip".
@@ -217,17 +225,29 @@ def compare(robot: Robot, trials: Trials, free: Sequence[str], laws: Sequence[st
     if options.get("loss") == "cauchy":
         rule, fix = "must be a likelihood to compare laws by", "take soft_l1, huber or linear"
         raise InputError(rule, key="loss", value="'cauchy', whose integral is infinite", fix=fix)
-    fits = {}
+    trials, fits = _trials(robot, trials), {}
     for law in laws:
         mine = robot.using(water=law)
-        names = free_of(mine, free)
+        names = free_of(mine, [str(name) for name in _names(free)])
         if not names:
             fix = f"name some, such as water.{law}.{'drag' if law == 'lumped' else 'drag_normal'}"
             raise InputError(f"must name a coefficient of the {law} law", key="free", fix=fix)
         checkpoint = options.get("checkpoint")
         own = Path(checkpoint).with_stem(f"{Path(checkpoint).stem}-{law}") if checkpoint else None
         fits[law] = identify(mine, trials, names, **(options | {"checkpoint": own}))
-    return fits
+    return _on_equal_terms(fits)
+
+
+def _on_equal_terms(fits: Mapping[str, Fit]) -> dict[str, Fit]:
+    """Warn where one law has free coefficients of its own, and another has not."""
+    own = {law: any(f.column.startswith(f"water.{law}.") for f in fit.free) for law, fit in fits.items()}
+    told = [
+        f"The {law} law has no free water coefficient of its own: it was fitted with those of the description, and is "
+        "not compared on equal terms."
+        for law, some in own.items()
+        if not some and any(own.values())
+    ]
+    return {law: replace(fit, warnings=(*told, *fit.warnings)) for law, fit in fits.items()}
 
 
 def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
@@ -249,6 +269,29 @@ def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
     count = min(round(validate * len(runs)), len(runs) - 1)
     chosen = {runs[k] for k in np.random.default_rng(seed).permutation(len(runs))[: max(count, 0)]}
     return trials.only([run for run in runs if run not in chosen]), trials.only(chosen)
+
+
+def _trials(robot: Robot, given: Trials | str | Path | Sequence[str | Path]) -> Trials:
+    """Read trials, unless they are already."""
+    if not isinstance(robot, Robot):
+        raise InputError("must be a robot", key="robot", value=shown(robot), fix="give what hypertuna.load returns")
+    if isinstance(given, Trials):
+        return given
+    several = isinstance(given, (list, tuple)) and all(isinstance(path, (str, Path)) for path in given)
+    if not several and not isinstance(given, (str, Path)):
+        fix = "give what hypertuna.read_trials returns, a path, or a list of paths"
+        raise InputError("must be trials or paths", key="trials", value=f"a {type(given).__name__}", fix=fix)
+    return read_trials(given, robot)
+
+
+def _names(given: str | Sequence[str] | Sequence[Free]) -> Sequence[str] | Sequence[Free]:
+    """Read names of coefficients, unless they are Free already."""
+    if isinstance(given, str):
+        return split_names(given)
+    if not isinstance(given, (list, tuple)):
+        rule, fix = "must be names of coefficients", "give a text, or a list of texts"
+        raise InputError(rule, key="free", value=f"a {type(given).__name__}", fix=fix)
+    return given
 
 
 def _frees(
@@ -356,15 +399,16 @@ def _warnings(
         if f.column not in NUISANCES:
             before = np.array(column_of(data.robot, f.column), dtype=float)[list(f.indices)]
             if np.ptp(before) > SNAP * np.abs(before).max():
-                ends = f"{before.min():.4g} to {before.max():.4g} {f.unit}"
+                ends = f"{_shown(before.min(), f)} to {_shown(before.max(), f)}"
                 told.append(f"{f.name} is one value in place of several, {ends}.")
     for f, value, bound in zip(frees, values, sure.bound, strict=True):
         if bound:
-            told.append(f"{f.name} sits on its {bound} bound, {value:.4g} {f.unit}: the runs would have it further.")
+            told.append(f"{f.name} sits on its {bound} bound, {_shown(value, f)}: the runs would have it further.")
     samples = len(data.kind)
     if samples <= len(frees):
         told.append(
-            f"There are {len(frees)} free coefficients and {samples} independent measurements: "
+            f"There {_counted(len(frees), 'free coefficient')} and {samples} independent "
+            f"measurement{'s' * (samples > 1)}: "
             "the runs can be met exactly, so neither noise nor intervals can be told from them."
         )
     for flags, what in ((failed, "have no settled beat"), (unstable, "are periodic but unstable")):
@@ -381,6 +425,18 @@ def _warnings(
         return told
     told.append("The runs leave some coefficients open: see the directions that are not determined.")
     return told
+
+
+def _shown(value: float, coefficient: Free) -> str:
+    """Write a value with its unit, if it has one; angles in degrees."""
+    if coefficient.unit == "rad":
+        return f"{np.degrees(value):.4g} deg"
+    return f"{value:.4g} {coefficient.unit}".removesuffix(" 1")
+
+
+def _counted(count: int, noun: str) -> str:
+    """Say how many there are."""
+    return f"are {count} {noun}s" if count != 1 else f"is 1 {noun}"
 
 
 def _repeated(training: Trials, validation: Trials) -> list[str]:

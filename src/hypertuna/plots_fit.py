@@ -22,8 +22,9 @@ __all__ = ["plot_correlation", "plot_errors", "plot_intervals", "plot_measured",
 
 Array = NDArray[np.float64]
 
+DARK = 0.85  # correlation beyond which a cell is so dark that its number reads better in the color of the paper
 PARTS = {"training": (COLORS[1], "o"), "validation": (COLORS[0], "s")}
-AXES = {"speed": "speed (m/s)", "cost_of_transport": "cost of transport (J/(kg m))"}
+AXES = {"speed": ("speed", "m/s"), "cost_of_transport": ("cost of transport", "J/(kg m)")}
 RELATIVE = {"speed_relative": "speed", "cost_of_transport_relative": "cost of transport"}
 TRACKED = {"x_m": ("x", 100.0, "cm"), "y_m": ("y", 100.0, "cm"), "yaw_deg": ("yaw", 1.0, "deg")}
 
@@ -80,7 +81,10 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
         axes.hlines(rows - 0.25, place(sampled.low), place(sampled.high), colors=INK, lw=1.2, label="posterior")
     axes.set(xlim=(-0.02, 1.02), ylim=(-0.7, len(frees) - 0.4), xlabel="between its bounds")
     axes.set_xticks([0, 1], ["lower", "upper"])
-    labels = [f"{name} = {value:.3g}" for name, value in zip(short_names(frees), fit.values, strict=True)]
+    shown = [
+        f"{np.degrees(v):.3g} deg" if f.unit == "rad" else f"{v:.3g}" for f, v in zip(frees, fit.values, strict=True)
+    ]
+    labels = [f"{name} = {value}" for name, value in zip(short_names(frees), shown, strict=True)]
     axes.set_yticks(rows, labels)
     axes.grid(axis="y", visible=False)
     figure.legend(loc="outside upper left", ncols=3, **TIGHT)
@@ -113,7 +117,8 @@ def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
     for i in range(n):
         for j in range(n):
             text = f"{matrix[i, j]:.2f}".replace("0.", ".")
-            axes.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=size, color=INK)
+            color = "white" if abs(matrix[i, j]) > DARK else INK
+            axes.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=size, color=color)
     middle = np.arange(n) + 0.5
     axes.set_xticks(middle, names, rotation=90)
     axes.set_yticks(middle, names)
@@ -156,7 +161,8 @@ def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
                 ends += [float(pairs.min()), float(pairs.max())]
         line = [min(ends), max(ends)]
         axes.plot(line, line, color=FAINT, lw=1, zorder=0)
-        axes.set(xlabel=f"measured {AXES[kind]}", ylabel="computed", aspect="equal")
+        title, unit = AXES[kind]
+        axes.set(title=title, xlabel=f"measured ({unit})", ylabel="computed", aspect="equal")
     figure.legend(loc="outside upper left", ncols=2, **TIGHT)
     return figure
 

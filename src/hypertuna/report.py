@@ -67,12 +67,15 @@ class Table:
         Numbers are written to three digits. Columns of them, and of texts that begin like one, stand to the right.
     shows, made : str
         What it shows, and how it was made: a sentence each.
+    folded : str
+        Words to click on that unfold it; empty for one that stands open.
     """
 
     columns: Sequence[str]
     rows: Sequence[Sequence[str | float]]
     shows: str
     made: str = ""
+    folded: str = ""
 
     @property
     def numeric(self) -> tuple[bool, ...]:
@@ -177,6 +180,7 @@ def page(
     text = environment.get_template(template).render(
         title=title, lede=lede, facts=facts, sections=sections, inline=inline, version=version(), **(values or {})
     )
+    text = text.replace("(kg m)", "(kg\N{NO-BREAK SPACE}m)")
     return re.sub(r"(\d) (%|km\b|Hz\b|m/s|BL\b|deg\b|J/)", "\\1\N{NO-BREAK SPACE}\\2", text)
 
 
@@ -237,7 +241,7 @@ def _height(part: Part) -> float:
         return 26 * (len(part) / 58 + 0.5) + 14
     words = 20 * ((len(part.shows) + len(part.made)) / 72 + 0.5) + 30
     if isinstance(part, Table):
-        return 38 * (len(part.rows) + 1) + words
+        return 50 if part.folded else 38 * (len(part.rows) + 1) + words
     box = re.search(r'viewBox="([^"]+)"', part.svg)
     _, _, wide, high = map(float, box[1].split()) if box else (0, 0, 1, 1)
     return COLUMN * high / wide + words
@@ -246,7 +250,8 @@ def _height(part: Part) -> float:
 def _wide(table: Table) -> bool:
     """Tell whether a table needs more than one of two columns."""
     cells = [[_cell(value) for value in row] for row in table.rows]
-    widths = [max(map(len, column)) for column in zip(table.columns, *cells, strict=True)]
+    heads = [max(name.split() or [""], key=len) for name in table.columns]  # heads break between words
+    widths = [max(map(len, column)) for column in zip(heads, *cells, strict=True)]
     return sum(8 * width + 14 for width in widths) > COLUMN
 
 

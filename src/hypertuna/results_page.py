@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from hypertuna.beats import QUANTITIES
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
 from hypertuna.identify import Fit
@@ -19,6 +20,7 @@ from hypertuna.swim import Swim
 
 __all__ = ["report"]
 
+MOST = 8  # gaits of a front in a table
 Result: TypeAlias = Swim | Fit | Optimum | Front
 
 
@@ -151,4 +153,16 @@ def _front(front: Front) -> Section:
     shows = f"{len(front.x)} gaits of which none is better than another in every objective."
     made = f"NSGA-II{', then polished by exact derivatives' if front.polished else ''}; {front.evaluations} gaits swum."
     picture = Picture("front", plot_pareto(front, width=WIDTH), shows, made)
-    return Section(f"Pareto front of {names}", [front.stop, picture])
+    return Section(f"Pareto front of {names}", [front.stop, _gaits(front), picture])
+
+
+def _gaits(front: Front) -> Table:
+    """Tabulate gaits from one end of a front to the other."""
+    shown = np.unique(np.linspace(0, len(front.gaits) - 1, min(len(front.gaits), MOST)).astype(int))
+    columns = [f"{name.replace('_', ' ')} [{QUANTITIES[name].unit}]" for name in front.objectives]
+    rows: list[list[str | float]] = []
+    for k in shown:
+        phases = ", ".join(f"{phase:.3g}" for phase in np.degrees(front.gaits[k].phase))
+        rows.append([*front.values[k].tolist(), front.gaits[k].frequency, phases])
+    shows = "Gaits from one end of the front to the other: objectives, frequency and phases."
+    return Table([*columns, "f [Hz]", "phase [deg]"], rows, shows)

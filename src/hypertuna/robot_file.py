@@ -97,8 +97,8 @@ def robot_text(robot: Robot) -> str:
     Returns
     -------
     str
-        The text of ``robot.file`` with what differs replaced, its comments and its layout kept; where there is no such
-        file any more, a text of its own.
+        The text of ``robot.file`` with what differs replaced, its comments and its layout kept, but for comments beside
+        what differs: those say so. Where there is no such file any more, a text of its own.
     """
     import tomlkit  # here, because few commands write robots
 
@@ -107,7 +107,7 @@ def robot_text(robot: Robot) -> str:
         document = tomlkit.parse(text)
     except (OSError, ValueError):
         document = tomlkit.document()
-    _merge(document, robot.document())
+    _merge(document, robot.document(), note="identified, see [fit]" if robot.fit else "changed")
     whole = tomlkit.dumps(document)
     if parse(tomllib.loads(whole)).hash != robot.hash:  # the file is not what the robot was read from
         whole = tomlkit.dumps(_merge(tomlkit.document(), robot.document()))
@@ -135,21 +135,42 @@ def write_robot(robot: Robot, path: str | Path) -> Path:
     return write_atomically(path, robot_text(robot).encode())
 
 
-def _merge(table: Any, target: Mapping[str, Any]) -> Any:
+def _merge(table: Any, target: Mapping[str, Any], note: str = "") -> Any:
     """Change a table of a document to what it should hold, and leave alone what it holds already."""
     for key in [key for key in table if key not in target]:
         del table[key]
+    changed = []
     for key, value in target.items():
         if key not in table:
             table[key] = _new(value)
         elif not _same(table[key], value):
             if isinstance(value, Mapping):
-                _merge(table[key], value)
-            elif isinstance(value, list) and isinstance(table[key], list) and len(value) == len(table[key]):
-                _merge_list(table[key], value)
+                _merge(table[key], value, "" if key in ("fit", "sources") else note)
+                continue
+            if isinstance(value, list) and isinstance(table[key], list) and len(value) == len(table[key]):
+                _merge_list(table[key], value, note)
             else:
                 table[key] = value
+            changed += [key] * (not _tables(value))
+    if note:
+        _remark(table, changed, note)
     return table
+
+
+def _tables(value: Any) -> bool:
+    """Whether a value is a list of tables, each of which has comments of its own."""
+    return isinstance(value, list) and any(isinstance(part, Mapping) for part in value)
+
+
+def _remark(table: Any, changed: Sequence[str], note: str) -> None:
+    """Let the comments beside changed values, and that of their table's header, say that they changed."""
+    for key in changed:
+        trivia = getattr(table.item(key), "trivia", None) if hasattr(table, "item") else None
+        if trivia is not None and trivia.comment:
+            trivia.comment = f"# {note}"
+    trivia = getattr(table, "trivia", None)
+    if changed and trivia is not None and trivia.comment:
+        trivia.comment += f"; {', '.join(changed)} {note}"
 
 
 def _new(value: Any) -> Any:
@@ -169,12 +190,12 @@ def _new(value: Any) -> Any:
     return value
 
 
-def _merge_list(items: Any, target: list[Any]) -> None:
+def _merge_list(items: Any, target: list[Any], note: str) -> None:
     """Change the items of a list of equal length."""
     for i, value in enumerate(target):
         if not _same(items[i], value):
             if isinstance(value, Mapping):
-                _merge(items[i], value)
+                _merge(items[i], value, note)
             else:
                 items[i] = value
 
