@@ -84,6 +84,9 @@ def test_from_a_file_of_runs_to_a_robot_that_other_commands_take(run: Run, tank:
     assert robot.water.lumped.drag[7] == told["parameters"][1]["value"]
     page = report.read_text()
     assert page.count("<svg") == 4
+    assert "<summary>All 12 runs, the worst first</summary>" in page
+    assert all(f"tank.csv:{line}" in page for line in range(2, 14))
+    assert all(text in page for text in ("hypertuna identify", told["robot_hash"], told["fit_hash"]))
     assert all(name in page for name in names)
 
 
@@ -91,8 +94,8 @@ def test_what_people_read(run: Run, tank: str) -> None:
     code, text, _ = run(tank, "--robot", "hypertuna", "--free", "water.drag[0]", "--starts", "1", "--posterior", "10")
     assert code == 0
     for words in (
-        "10 runs fitted, 2 kept for validation",
-        "water.lumped.drag[0]",
+        "hypertuna, lumped water: 10 runs fitted, 2 kept for validation",
+        "water.drag[0]",
         "validation rms",
         "The search converged",
     ):

@@ -258,7 +258,7 @@ def test_the_page_shows_every_section_and_says_what_its_figures_are(folder: Path
             if isinstance(part, Picture):
                 assert part.shows.endswith(".")
                 assert part.made
-                assert f'<figure id="{part.name}">' in text
+                assert f'<figure id="{part.name}" ' in text
             elif isinstance(part, Table):
                 assert all(len(row) == len(part.columns) for row in part.rows)
     assert "--full" in text  # what was left out

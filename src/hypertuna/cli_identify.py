@@ -285,7 +285,8 @@ def _print(fits: Mapping[str, Fit], best: str, sampled: Posterior | None, second
         interval = f"{row['low']:.4g} .. {row['high']:.4g}"
         beside = [f"{drawn[k]['low']:.4g} .. {drawn[k]['high']:.4g}"] if sampled else []
         cells = (f"{row['value']:.5g}", interval, *beside, row["unit"].removeprefix("1"))
-        table.add_row(Text(row["name"]), *cells, Text(remark, style="yellow"))
+        name = row["name"].replace(f"water.{best}.", "water.")  # as --free takes it; the law stands above
+        table.add_row(Text(name), *cells, Text(remark, style="yellow"))
     console.print(table)
     console.print(_errors(fit))
     for direction in fit.certainty.directions:
