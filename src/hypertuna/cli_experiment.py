@@ -45,6 +45,7 @@ MEASURED = (COLUMNS["speed"], COLUMNS["cost_of_transport"])
 
 
 def ask_command(
+    context: typer.Context,
     state: State,
     robot: Name = None,
     maximize: Maximize = None,
@@ -69,6 +70,8 @@ def ask_command(
     of them are told. The exit code is 1 if the search has stopped without a gait that keeps all limits.
     """
     check_suffix(output, (".csv",), "--output")
+    if robot is None:
+        _check_later(context)
     search = None
     if robot is not None:
         search = TankWish(
@@ -92,6 +95,16 @@ def ask_command(
                 tell_written(output)
         if experiment.stop is not None and experiment.best is None:
             raise typer.Exit(1)
+
+
+def _check_later(context: typer.Context) -> None:
+    """Check that a later call says nothing of the search: it would be ignored."""
+    for name in set(context.params) - {"state", "output", "as_json"}:
+        source = context.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE":
+            rule = "must come with --robot: without it, the search in the state file goes on as it was begun"
+            fix = "leave it out, or give --robot as well"
+            raise InputError(rule, key=f"--{name.replace('_', '-')}", value="given alone", fix=fix)
 
 
 def tell_command(
