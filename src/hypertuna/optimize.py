@@ -102,7 +102,7 @@ def optimize(
     maximize, minimize : str, optional
         A quantity of `hypertuna.beats.QUANTITIES` to make large or small. One of these two and `speed` must be given.
     speed : float, optional
-        Expected speed U_e; the fitness is |U - U_e| + k COT (Eq. 42) [m/s].
+        Expected speed U_e; the fitness is ``|U - U_e| + k COT`` (Eq. 42) [m/s].
     weight : float, optional
         k of it [m/s per J/(kg m)].
     bounds : mapping, optional
