@@ -11,7 +11,18 @@ from numpy.typing import NDArray
 
 from hypertuna.predict import KINDS, Experiment, Prediction, loss_terms, weighted
 
-__all__ = ["ERRORS", "LABELS", "Errors", "criteria", "curvature", "errors", "excess", "misfit", "squares"]
+__all__ = [
+    "ERRORS",
+    "LABELS",
+    "Errors",
+    "criteria",
+    "curvature",
+    "errors",
+    "excess",
+    "misfit",
+    "normal_mean",
+    "squares",
+]
 
 Array = NDArray[np.float64]
 
@@ -64,6 +75,23 @@ def squares(data: Experiment, found: Prediction, levels: dict[str, float]) -> Ar
     return np.bincount(data.sample, residual**2, minlength=len(data.kind)).astype(np.float64)
 
 
+def normal_mean(loss: str) -> float:
+    """Return the mean of z rho'(z) for normal errors of the stated noise.
+
+    Parameters
+    ----------
+    loss : str
+        As for `hypertuna.predict.loss_terms`.
+
+    Returns
+    -------
+    float
+        1 for a linear loss.
+    """
+    node, weight = np.polynomial.hermite_e.hermegauss(60)
+    return float(weight @ (node**2 * loss_terms(loss, node**2)[1]) / weight.sum())
+
+
 def excess(z: Array, loss: str, count: int = 0) -> float:
     """Tell how many times larger residuals are than their stated noise.
 
@@ -81,8 +109,7 @@ def excess(z: Array, loss: str, count: int = 0) -> float:
     float
         The s at which the mean of (z/s^2) rho'(z/s^2) is what it is for normal errors, n - count degrees of freedom.
     """
-    node, weight = np.polynomial.hermite_e.hermegauss(60)
-    normal = float(weight @ (node**2 * loss_terms(loss, node**2)[1]) / weight.sum())
+    normal = normal_mean(loss)
     freedom = max(len(z) - count, 1) / len(z)
     square = float(np.mean(z)) or 1.0
     for _ in range(LEVEL_ROUNDS):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.agreement import squares
+from hypertuna.agreement import normal_mean, squares
 from hypertuna.coefficients import Free, from_scale, to_scale
 from hypertuna.free_names import default_bounds
 from hypertuna.journal import Journal
@@ -239,8 +239,7 @@ def _levels(search: Search, best: Mapping[str, Any], levels: dict[str, float]) -
     z = squares(data, found, levels)
     if len(z) <= len(frees):
         return levels  # every run is met exactly: the residuals tell nothing
-    node, weight = np.polynomial.hermite_e.hermegauss(60)
-    normal = float(weight @ (node**2 * loss_terms(search.loss, node**2)[1]) / weight.sum())
+    normal = normal_mean(search.loss)
     new = {}
     for name, level in levels.items():
         mine = z[~data.known & (data.kind == KINDS.index(name))] * level**2
