@@ -26,5 +26,9 @@ std::vector<ParameterColumn> parameter_columns(WaterLaw law);
 void bind_model(nb::module_& m);
 void bind_settle(nb::module_& m);
 void bind_swimmer(nb::module_& m);
+void bind_actuator(nb::module_& m);
+void bind_hydraulics(nb::module_& m);
+void bind_controller(nb::module_& m);
+void bind_twin(nb::module_& m);
 
 }  // namespace hypertuna

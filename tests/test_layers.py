@@ -13,7 +13,20 @@ HEADERS = ROOT / "core" / "include" / "hypertuna"
 
 # The reading order of the package: each module may import only those before it. The commands use what users use.
 LAYERS = (
-    *("_core", "errors", "frames", "schema", "reference", "description", "gait", "model", "metrics", "beats"),
+    *(
+        "_core",
+        "errors",
+        "frames",
+        "schema_base",
+        "schema_*",
+        "schema",
+        "reference",
+        "description",
+        "gait",
+        "model",
+        "metrics",
+        "beats",
+    ),
     *("results", "swim", "sweep", "measured", "smoothing", "replay"),
     *("steady", "manifest", "importers", "trials", "comparison", "journal"),
     *(
@@ -31,6 +44,7 @@ LAYERS = (
     ),
     *("space", "limits", "objective", "robust", "optimizers", "walk", "descents", "optimum", "optimize", "experiment"),
     *("evolution", "polish", "pareto"),
+    *("silicone", "actuator", "bench", "hydraulics", "control", "energy", "twin", "posture", "sobol"),
     *("drawing", "style", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "ledger", "reproduce_*", "reproduce", "ledger_page"),
     *("__init__", "console", "cli_optimize", "cli_*", "cli", "__main__"),
@@ -45,7 +59,7 @@ STANDARD_HEADERS = {
 
 def layer(module: str) -> int:
     """Place of a module in the reading order."""
-    families = (f"{family}_*" for family in ("cli", "plots", "reproduce") if module.startswith(f"{family}_"))
+    families = (f"{family}_*" for family in ("cli", "plots", "reproduce", "schema") if module.startswith(f"{family}_"))
     name = module if module in LAYERS else next(families, module)
     assert name in LAYERS, f"src/hypertuna/{module}.py has no place in the reading order of tests/test_layers.py yet"
     return LAYERS.index(name)

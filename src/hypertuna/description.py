@@ -17,24 +17,19 @@ from pydantic import PrivateAttr, ValidationError, model_validator
 from hypertuna.errors import InputError, Place, did_you_mean, field_at, shown, translate, unit_of, written
 from hypertuna.reference import markdown
 from hypertuna.schema import (
-    Battery,
     Body,
     Choice,
     Fitted,
     GaitBounds,
     JointGroup,
     Links,
-    Material,
     NamedGait,
-    Part,
-    Sensor,
-    Servo,
-    Text,
     Water,
-    entry,
-    same_length,
-    unique,
 )
+from hypertuna.schema_actuator import DriveUnit, Hinge, Material
+from hypertuna.schema_base import Part, Text, entry, same_length, unique
+from hypertuna.schema_control import Controller, Sensor
+from hypertuna.schema_hydraulics import Battery, Oil, Pump, Servo
 
 __all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "robot_path", "robots"]
 
@@ -82,6 +77,11 @@ class Robot(Part):
     servos: tuple[Servo, ...] = entry("servos", "list of servos", default=())
     sensors: tuple[Sensor, ...] = entry("sensors", "list of sensors", default=())
     materials: dict[str, Material] = entry("materials", "materials by name", default_factory=dict)
+    drive_unit: DriveUnit | None = entry("drive_unit", "table of the artificial muscle", default=None)
+    pump: Pump | None = entry("pump", "table of one cylinder of the pump", default=None)
+    oil: Oil | None = entry("oil", "table of the hydraulic oil", default=None)
+    controller: Controller | None = entry("controller", "table of the controller on board", default=None)
+    hinge: Hinge | None = entry("hinge", "table of a passive hinge in the tail", default=None)
     fit: Fitted | None = entry(
         "fit", "table that `hypertuna identify` leaves in the files that it writes", default=None
     )

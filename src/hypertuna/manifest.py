@@ -17,7 +17,7 @@ from hypertuna.errors import InputError, shown, translate
 from hypertuna.measured import JointSeries, Track, read_joints, read_text, read_tracks
 from hypertuna.reference import markdown
 from hypertuna.replay import Pose
-from hypertuna.schema import Count, Degrees, Flag, NotNegativeDegrees, Part, Real, Text, entry, unique
+from hypertuna.schema_base import Count, Degrees, Flag, NotNegativeDegrees, Part, Real, Text, entry, unique
 from hypertuna.steady import SteadyRun, read_steady
 
 __all__ = ["Manifest", "Recording", "parse_manifest", "read_manifest", "reference"]

@@ -1,52 +1,36 @@
 """The tables of a robot description, robots/NAME.toml: the schema from which everything else is generated.
 
-Keys of the file carry the unit (``length_m``); attributes are SI and radians and carry none.
+This file has what swims; schema_actuator.py, schema_hydraulics.py and schema_control.py have what makes it bend.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, model_validator
+from pydantic import model_validator
 
 from hypertuna.errors import InputError
-
-
-def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
-    """Convert a number of the file to SI by a factor, and back to 15 digits."""
-    return AfterValidator(lambda x: x * factor), PlainSerializer(lambda x: float(f"{x / factor:.15g}"))
-
-
-_RULES: dict[str, Any] = {"strict": True, "allow_inf_nan": False}
-_TO_RADIANS, _TO_DEGREES = _scaled(math.pi / 180)
-_TO_COULOMBS, _TO_AMPERE_HOURS = _scaled(3600.0)
-
-Real = Annotated[float, Field(**_RULES)]
-Positive = Annotated[float, Field(**_RULES, gt=0)]
-NotNegative = Annotated[float, Field(**_RULES, ge=0)]
-Fraction = Annotated[float, Field(**_RULES, ge=0, le=1)]
-Degrees = Annotated[float, Field(**_RULES), _TO_RADIANS, _TO_DEGREES]
-PositiveDegrees = Annotated[float, Field(**_RULES, gt=0, le=180), _TO_RADIANS, _TO_DEGREES]
-NotNegativeDegrees = Annotated[float, Field(**_RULES, ge=0), _TO_RADIANS, _TO_DEGREES]
-Amplitude = Annotated[float, Field(**_RULES, ge=0, le=180), _TO_RADIANS, _TO_DEGREES]
-AmpereHours = Annotated[float, Field(**_RULES, gt=0), _TO_COULOMBS, _TO_AMPERE_HOURS]
-Count = Annotated[int, Field(strict=True, gt=0)]
-Index = Annotated[int, Field(strict=True, ge=0)]
-Flag = Annotated[bool, Field(strict=True)]
-Text = Annotated[str, Field(min_length=1)]
-
-
-def entry(alias: str, description: str, unit: str = "", **options: Any) -> Any:
-    """Declare a key of the file: its name there, what it means, its unit."""
-    return Field(alias=alias, description=description, json_schema_extra={"unit": unit} if unit else None, **options)
-
-
-class Part(BaseModel):
-    """A table of the file: frozen, no unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
+from hypertuna.schema_actuator import Actuator
+from hypertuna.schema_base import (
+    Amplitude,
+    Count,
+    Degrees,
+    Flag,
+    Fraction,
+    Index,
+    NotNegative,
+    Part,
+    Positive,
+    PositiveDegrees,
+    Real,
+    Text,
+    entry,
+    same_length,
+    unique,
+)
+from hypertuna.schema_hydraulics import Line
 
 
 class Body(Part):
@@ -122,6 +106,8 @@ class JointGroup(Part):
     bend_max: PositiveDegrees | None = entry("bend_max_deg", "largest bend in air", "deg", default=None)
     pressure_max: Positive | None = entry("pressure_max_pa", "pressure of the largest bend", "Pa", default=None)
     drive_units: Count | None = entry("drive_units", "number of pairs of artificial muscles", default=None)
+    actuator: Actuator | None = entry("actuator", "table of the soft body that the muscles bend", default=None)
+    line: Line | None = entry("line", "table of the oil line of each of its two circuits", default=None)
 
 
 class Choice(Part):
@@ -262,54 +248,3 @@ class Fitted(Part):
                 rule, fix = f"must be {len(self.names)} long, as fit.names is", "identify again"
                 raise InputError(rule, key=f"fit.covariance[{i}]", value=f"{len(row)} long", fix=fix)
         return self
-
-
-class Battery(Part):
-    """The battery."""
-
-    cells: Count = entry("cells", "number of cells")
-    capacity: AmpereHours = entry("capacity_ah", "capacity of one cell", "A h")
-    voltage: Positive = entry("voltage_v", "nominal voltage of one cell", "V")
-
-
-class Servo(Part):
-    """Servos of one kind."""
-
-    drives: Text = entry("drives", "what these servos move")
-    count: Count = entry("count", "number of these servos")
-    torque: Positive = entry("torque_n_m", "stall torque of one servo", "N m")
-
-
-class Sensor(Part):
-    """Sensors of one kind."""
-
-    measures: Text = entry("measures", "quantity that is measured")
-    part: Text = entry("part", "part number")
-
-
-class Material(Part):
-    """A silicone, from its data sheet."""
-
-    tensile_strength: Positive = entry("tensile_strength_pa", "tensile strength", "Pa")
-    modulus_100: Positive = entry("modulus_100_pa", "stress at 100 % strain", "Pa")
-    shore: Text = entry("shore", "Shore hardness with its scale")
-
-
-def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...] = ()) -> None:
-    """Check that every list of a table, but those named, has one value per link or joint group."""
-    for name, info in type(part).model_fields.items():
-        column = getattr(part, name)
-        if isinstance(column, tuple) and len(column) != count and name not in but:
-            raise InputError(
-                f"must be {count} long, one value per {per}",
-                key=f"{key}.{info.alias or name}",
-                value=f"{len(column)} long",
-                fix=f"give {count} value{'s' * (count != 1)}",
-            )
-
-
-def unique(names: tuple[str, ...], key: str) -> None:
-    """Check that no two things have the same name."""
-    for i, name in enumerate(names):
-        if name in names[:i]:
-            raise InputError("must be unique", key=key.format(i), value=repr(name), fix="give each its own name")

@@ -1,0 +1,83 @@
+"""The tables of the actuator in a robot description: drive units, soft joints, silicones."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from hypertuna.errors import InputError
+from hypertuna.schema_base import NotNegative, Part, Positive, PositiveDegrees, Text, entry, same_length
+
+MaterialSet = Literal["datasheet", "fe", "tensile"]
+
+
+class DriveUnit(Part):
+    """A McKibben muscle: a silicone hose in a braided net; one design for all joints."""
+
+    outer_diameter: Positive = entry("outer_diameter_m", "outer diameter of the hose at rest", "m")
+    inner_diameter: Positive = entry("inner_diameter_m", "inner diameter of the hose at rest", "m")
+    braid_angle: PositiveDegrees = entry("braid_angle_deg", "angle of the braid from the axis, snug at rest", "deg")
+    sleeve: NotNegative = entry("sleeve_m", "thickness of silicone matrix that swells with the braid", "m", default=0.0)
+    friction: NotNegative = entry("friction", "coefficient of friction between braid and hose", default=0.0)
+    hose: Text = entry("hose", "material of the hose, a key of the table materials")
+    matrix: Text = entry("matrix", "material of sleeve and matrix, a key of the table materials")
+    material_set: MaterialSet = entry("material_set", "set of elastic constants to use", default="datasheet")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.inner_diameter >= self.outer_diameter:
+            rule = f"must be less than outer_diameter_m = {self.outer_diameter:g}"
+            value, fix = f"{self.inner_diameter:g}", "exchange the two, or measure again"
+            raise InputError(rule, key="drive_unit.inner_diameter_m", value=value, fix=fix)
+        return self
+
+
+class Actuator(Part):
+    """The soft body of a joint, cut into segments; in each, muscles bend an elliptical section of matrix."""
+
+    lever: Positive = entry("lever_m", "distance of the drive units from the neutral layer", "m")
+    segment_length: tuple[Positive, ...] = entry(
+        "segment_length_m", "length of each segment of the neutral layer", "m", min_length=1
+    )
+    semi_major: tuple[Positive, ...] = entry("semi_major_m", "half height of each segment's section", "m")
+    semi_minor: tuple[Positive, ...] = entry("semi_minor_m", "half width of each segment's section", "m")
+    stiffness_factor: Positive = entry(
+        "stiffness_factor", "what multiplies the matrix' E I, for the strip, pipes and channels in it", default=1.0
+    )
+    asymmetry: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-1, lt=1)] = entry(
+        "asymmetry", "difference of the levers, left less right, over their mean", default=0.0
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        same_length(self, "joints.actuator", len(self.segment_length), "segment")
+        return self
+
+
+class Material(Part):
+    """A silicone."""
+
+    tensile_strength: Positive = entry("tensile_strength_pa", "tensile strength", "Pa")
+    modulus_100: Positive = entry("modulus_100_pa", "stress at 100 % strain", "Pa")
+    shore: Text = entry("shore", "Shore hardness with its scale")
+    modulus_fe: Positive | None = entry(
+        "modulus_fe_pa", "Young's modulus of the material set fe, of a finite-element model", "Pa", default=None
+    )
+    tensile: tuple[NotNegative, NotNegative] | None = entry(
+        "tensile_pa", "C1 and C2 of the material set tensile, fitted to tensile tests", "Pa", default=None
+    )
+    relaxation: NotNegative = entry(
+        "relaxation_s",
+        "time that its viscosity stands for: viscous stress is this times the elastic stress rate",
+        "s",
+        default=0.0,
+    )
+
+
+class Hinge(Part):
+    """A passive hinge at the front of a link, beside what the joint there does; a soft caudal fin, say."""
+
+    link: Annotated[int, Field(strict=True, ge=1)] = entry("link", "link that the hinge carries")
+    stiffness: Positive = entry("stiffness_n_m_per_rad", "stiffness of its spring", "N m/rad")
+    damping: NotNegative = entry("damping_n_m_s_per_rad", "viscous damping", "N m s/rad", default=0.0)

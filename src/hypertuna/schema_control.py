@@ -1,0 +1,61 @@
+"""The tables of the controller and its sensors in a robot description."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import model_validator
+
+from hypertuna.errors import InputError
+from hypertuna.schema_base import Microseconds, NotNegative, Part, Positive, Text, entry
+
+
+class Controller(Part):
+    """The controller on board: oscillators, posture control per beat, pressure supervisor, servo pulses."""
+
+    rate: Positive = entry("rate_hz", "control rate", "Hz")
+    convergence: Positive = entry("convergence_1_s", "rate at which an oscillator returns to its cycle", "1/s")
+    coupling: Positive = entry("coupling_1_s", "rate at which oscillators take up their phase difference", "1/s")
+    smoothing: Positive = entry("smoothing_s", "time in which amplitude, bias and frequency follow a new command", "s")
+    proportional: NotNegative = entry("proportional", "proportional gain on a beat's error of the peak bend")
+    integral: NotNegative = entry("integral", "integral gain, per beat")
+    derivative: NotNegative = entry("derivative", "derivative gain, in beats")
+    pressure_soft: Positive = entry("pressure_soft_pa", "pressure that the supervisor lets no command exceed", "Pa")
+    pressure_hard: Positive = entry("pressure_hard_pa", "pressure at which a circuit is released and stays so", "Pa")
+    timeout: Positive = entry("timeout_s", "time without a command after which the tail comes to rest", "s")
+    pulse_center: Microseconds = entry("pulse_center_us", "servo pulse of the neutral angle", "us")
+    pulse_per_rad: Microseconds = entry("pulse_us_per_rad", "change of the servo pulse per angle", "us/rad")
+    pulse_min: Microseconds = entry("pulse_min_us", "shortest servo pulse", "us")
+    pulse_max: Microseconds = entry("pulse_max_us", "longest servo pulse", "us")
+    slew: Positive = entry("slew_rad_s", "fastest change of the servo angle that is commanded", "rad/s")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for low, high in (
+            ("pressure_soft", "pressure_hard"),
+            ("pulse_min", "pulse_center"),
+            ("pulse_center", "pulse_max"),
+        ):
+            below, above = getattr(self, low), getattr(self, high)
+            if below >= above:
+                alias = type(self).model_fields[low].alias
+                rule = f"must be less than {type(self).model_fields[high].alias}"
+                raise InputError(rule, key=f"controller.{alias}", value=f"{below:g}", fix="exchange the two")
+        return self
+
+
+class Sensor(Part):
+    """Sensors of one kind, and what they get wrong."""
+
+    measures: Text = entry("measures", "quantity that is measured")
+    part: Text = entry("part", "part number")
+    quantity: Text | None = entry(
+        "quantity", "channel of the twin that it feeds: bend, pressure, current, imu or battery", default=None
+    )
+    noise: NotNegative = entry("noise", "standard deviation of its noise, in SI units of the quantity", default=0.0)
+    resolution: NotNegative = entry("resolution", "step of its quantization, in SI units", default=0.0)
+    drift: NotNegative = entry("drift", "standard deviation of its random walk after 1 s, in SI units", default=0.0)
+    bias: NotNegative = entry("bias", "standard deviation of its constant offset, in SI units", default=0.0)
+    nonlinearity: NotNegative = entry(
+        "nonlinearity", "largest deviation from a line, as a fraction of its range", default=0.0
+    )

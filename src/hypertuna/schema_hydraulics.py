@@ -1,0 +1,100 @@
+"""The tables of the hydraulics in a robot description: pump, oil, lines, servos, battery."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import model_validator
+
+from hypertuna.errors import InputError
+from hypertuna.schema_base import (
+    AmpereHours,
+    Celsius,
+    Count,
+    Fraction,
+    NotNegative,
+    Part,
+    Positive,
+    PositiveDegrees,
+    Real,
+    Text,
+    entry,
+)
+
+
+class Pump(Part):
+    """One cylinder of the piston pump: a servo turns a crank, the crank pushes a piston."""
+
+    bore: Positive = entry("bore_m", "diameter of the piston", "m")
+    crank: Positive = entry("crank_m", "length of the crank", "m")
+    rod: Positive = entry("rod_m", "length of the connecting rod", "m")
+    neutral: PositiveDegrees = entry(
+        "neutral_deg", "angle of the crank from full retraction at which the circuits were filled", "deg"
+    )
+    dead_volume: NotNegative = entry("dead_volume_m3", "oil in the cylinder at full stroke", "m^3")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.rod <= self.crank:
+            rule, fix = f"must be more than crank_m = {self.crank:g}", "a shorter rod cannot turn the crank"
+            raise InputError(rule, key="pump.rod_m", value=f"{self.rod:g}", fix=fix)
+        return self
+
+
+class Oil(Part):
+    """The hydraulic oil."""
+
+    name: Text = entry("name", "name of the oil")
+    viscosity_40: Positive = entry("viscosity_40_m2_s", "kinematic viscosity at 40 C", "m^2/s")
+    viscosity_100: Positive = entry("viscosity_100_m2_s", "kinematic viscosity at 100 C", "m^2/s")
+    density: Positive = entry("density_kg_m3", "density", "kg/m^3")
+    bulk_modulus: Positive = entry("bulk_modulus_pa", "bulk modulus without air", "Pa")
+    air: Fraction = entry("air", "entrained air, as a fraction of the oil's volume at atmospheric pressure")
+    temperature: Celsius = entry("temperature_c", "temperature of the oil", "degC")
+    cavitation: Real = entry("cavitation_pa", "gauge pressure below which the oil cavitates", "Pa")
+
+
+class Line(Part):
+    """The oil line from a cylinder to the drive units of one side of a joint, and how much its circuit gives."""
+
+    length: Positive = entry("length_m", "length of the line", "m")
+    bore: Positive = entry("bore_m", "inner diameter of the line", "m")
+    compliance: NotNegative = entry(
+        "compliance_m3_pa", "volume that hoses, braids and fittings give under pressure", "m^3/Pa", default=0.0
+    )
+    fill_pressure: Real = entry(
+        "fill_pressure_pa", "gauge pressure with the tail straight and the pump at neutral", "Pa", default=0.0
+    )
+
+
+class Battery(Part):
+    """The battery."""
+
+    cells: Count = entry("cells", "number of cells")
+    capacity: AmpereHours = entry("capacity_ah", "capacity of one cell", "A h")
+    voltage: Positive = entry("voltage_v", "nominal voltage of one cell", "V")
+    series: Count | None = entry("series", "number of cells in series; the strings of them are parallel", default=None)
+    resistance: NotNegative = entry("resistance_ohm", "inner resistance of one cell", "ohm", default=0.0)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.series is not None and self.cells % self.series:
+            rule, fix = f"must divide cells = {self.cells}", "give the number of cells of one string"
+            raise InputError(rule, key="battery.series", value=str(self.series), fix=fix)
+        return self
+
+
+class Servo(Part):
+    """Servos of one kind."""
+
+    drives: Text = entry("drives", "what these servos move")
+    count: Count = entry("count", "number of these servos")
+    torque: Positive = entry("torque_n_m", "stall torque of one servo", "N m")
+    speed: Positive | None = entry("speed_rad_s", "speed without load", "rad/s", default=None)
+    voltage: Positive | None = entry("voltage_v", "voltage of torque and speed", "V", default=None)
+    stall_current: Positive | None = entry("stall_current_a", "current at stall", "A", default=None)
+    idle_current: NotNegative | None = entry("idle_current_a", "current without load, at rest", "A", default=None)
+    friction: NotNegative = entry("friction_n_m", "torque that its gears rub away", "N m", default=0.0)
+    bandwidth: Positive | None = entry(
+        "bandwidth_hz", "corner frequency of its position loop, without load and below its limits", "Hz", default=None
+    )
