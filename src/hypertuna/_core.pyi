@@ -166,3 +166,15 @@ def circuit_stiffness(
     """
     Bound of a circuit's rates with the joint held, at a pressure and a flow [1/s]: Runge-Kutta steps must be shorter than 2.7 over it.
     """
+
+def battery_columns() -> list[str]:
+    """Numbers that describe a battery, in the order of a row."""
+
+def battery_output(
+    battery: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    taken: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    power: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+) -> NDArray[numpy.float64]:
+    """
+    Voltage and current of a battery and voltage at the servos, after a charge was taken, while they draw a power [V, A, V].
+    """
