@@ -132,81 +132,37 @@ def advance(
     Swim a joint motion, given at every half step (2 steps + 1, links, 3), from a twist and a pose: twist, pose, joint torque, loss to the water and kinetic energy at every step.
     """
 
-class DriveUnit:
-    """A McKibben muscle. Immutable."""
+ATMOSPHERE: float = 101325.0
 
-    def __init__(
-        self,
-        *,
-        outer: float,
-        inner: float,
-        tan2: float,
-        sleeve: float,
-        hose: tuple[float, float],
-        matrix: tuple[float, float],
-        friction: float,
-    ) -> None:
-        """
-        Diameters at rest, squared tangent of the braid's angle, sleeve, C1 and C2 of hose and matrix.
-        """
+def circuit_columns() -> list[str]:
+    """Numbers that describe a circuit, in the order of a row."""
 
-    def at(
-        self,
-        stretch: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-        *,
-        pressure: float,
-    ) -> dict[str, NDArray[numpy.float64]]:
-        """
-        Energy and lumen per length at rest with their slopes, pull, pull by the printed equations, pressure that the walls carry and contact area, at every stretch.
-        """
-
-    def closing_stretch(self, left: float) -> float:
-        """Stretch at which this part of the lumen at rest is left."""
-
-class SoftJoint:
-    """A soft joint: muscles on both sides of segments of matrix. Immutable."""
-
-    def __init__(
-        self,
-        unit: DriveUnit,
-        *,
-        units: float,
-        lever: tuple[float, float],
-        length: Sequence[float],
-        stiffness: Sequence[float],
-    ) -> None:
-        """Muscles a side, lever of each side, length and E I of each segment."""
-
-    def with_law(self, *, printed: bool, nominal_stress: bool, inner_balance: bool, passive: bool) -> SoftJoint:
-        """The same joint by other equations."""
-
-    def bend(
-        self,
-        pressure: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    ) -> NDArray[numpy.float64]:
-        """
-        Angle of each segment (times, segments) along a path of the two sides' pressures (times, 2) from rest.
-        """
-
-    def reach(self, side: int, *, left: float, highest: float) -> float:
-        """
-        Largest angle toward a side, up to the highest pressure, whose segments keep this part of every lumen.
-        """
-
-    def stiffness(self) -> tuple[float, float]:
-        """
-        Stiffness at rest against the joint's angle: of the matrix, and of the walls.
-        """
-
-    def table(self, *, reach: float, points: int) -> NDArray[numpy.float64]:
-        """The joint's table from -reach to reach (points, columns)."""
-
-def joint_load(
-    points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    *,
-    first: float,
-    step: float,
-    stop: float,
+def displaced(
+    circuit: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     angle: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+) -> NDArray[numpy.float64]:
+    """
+    Volume that a cylinder pushes out when its servo turns from zero to an angle, and its derivative by the angle [m^3, m^3/rad].
+    """
+
+def run_circuit(
+    circuit: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    target: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    unit_space: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    supply: float,
+    interval: float,
+    steps: int,
 ) -> dict[str, NDArray[numpy.float64]]:
-    """What a joint's table says at every angle."""
+    """
+    Run a circuit: its servo follows targets held for an interval each, in Runge-Kutta steps, while the volume of its units goes straight from one given value to the next. State and what is seen of it at every interval.
+    """
+
+def circuit_stiffness(
+    circuit: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    pressure: float,
+    flow: float,
+) -> float:
+    """
+    Bound of a circuit's rates with the joint held, at a pressure and a flow [1/s]: Runge-Kutta steps must be shorter than 2.7 over it.
+    """

@@ -27,6 +27,7 @@ _ZERO_CELSIUS = 273.15
 Real = Annotated[float, Field(**_RULES)]
 Positive = Annotated[float, Field(**_RULES, gt=0)]
 NotNegative = Annotated[float, Field(**_RULES, ge=0)]
+Negative = Annotated[float, Field(**_RULES, lt=0)]
 Fraction = Annotated[float, Field(**_RULES, ge=0, le=1)]
 Degrees = Annotated[float, Field(**_RULES), _TO_RADIANS, _TO_DEGREES]
 PositiveDegrees = Annotated[float, Field(**_RULES, gt=0, le=180), _TO_RADIANS, _TO_DEGREES]
