@@ -31,6 +31,15 @@ Controller<T> read_controller(const Columns& columns) {
     return model;
 }
 
+/// Kinds of faults by the names of the command line, in the order of FaultKind.
+inline std::vector<std::string> fault_kinds() { return {"none", "stuck", "open", "spike", "nan"}; }
+inline FaultKind fault_kind(const std::string& name) {
+    const std::vector<std::string> kinds = fault_kinds();
+    const auto found = std::find(kinds.begin(), kinds.end(), name);
+    if (found == kinds.end()) throw nb::value_error(("faults: no such kind: " + name).c_str());
+    return FaultKind(found - kinds.begin());
+}
+
 template <class T>
 Sensors<T> read_sensors(const Columns& columns, std::uint64_t seed) {
     Sensors<T> sensors{};

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.actuator import JointTable, joint_tables
 from hypertuna.description import Robot
 from hypertuna.hydraulics import Circuits, circuits, needed, servo_angle
 from hypertuna.schema import JointGroup
@@ -22,6 +23,8 @@ __all__ = ["PumpMap", "controller_columns", "pump_map"]
 Array = NDArray[np.float64]
 
 SETTLED = 4.7439  # rate times time at which a critically damped filter has made 95 % of a step: (1 + x) e^-x = 0.05
+MAP_DEGREE = 5
+FLOOR = 0.2  # of the cavitation pressure: as low as the pump may draw its units to hold a bend at rest
 BEYOND = 1.2  # of a joint's largest bend under pressure: what control may ask for, to make up for losses
 INSTANTS = 4  # within a tick, at which the supervisor predicts: as core safety.hpp
 FINE = 10  # steps of the prediction from one of them to the next
@@ -29,14 +32,14 @@ FINE = 10  # steps of the prediction from one of them to the next
 
 @dataclass(frozen=True)
 class PumpMap:
-    """Servo angle of a circuit for a bend toward its side: a cubic, and how well it fits.
+    """Servo angle of a circuit for a bend toward its side: a polynomial, and how well it fits.
 
     Attributes
     ----------
-    coefficients : ndarray, shape (4,)
-        Of 1, u, u^2 and u^3, for the bend u [rad] toward the side: servo angle [rad].
+    coefficients : ndarray, shape (6,)
+        Of 1, u, u^2, ... for the bend u [rad] toward the side: servo angle [rad].
     residual_angle : float
-        Largest error of the cubic over the range [rad].
+        Largest error over the range [rad].
     residual_volume : float
         The same as displaced oil [m^3].
     """
@@ -75,8 +78,7 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
             columns.setdefault(name, []).append(value)
     for c in range(len(found.names)):
         map_ = pump_map(robot, found, c)
-        row = dict(zip(("map_offset", "map_first", "map_second", "map_third"), map_.coefficients, strict=True))
-        for name, values in {**{k: [v] for k, v in row.items()}, **_supervisor(control, found, c, tick)}.items():
+        for name, values in {"map": map_.coefficients.tolist(), **_supervisor(control, found, c, tick)}.items():
             columns.setdefault(name, []).extend(float(value) for value in values)
         columns.setdefault("fill", []).append(robot.joints[c // 2].line.fill_pressure)  # type: ignore[union-attr]
     return columns
@@ -101,11 +103,12 @@ def pump_map(robot: Robot, found: Circuits, circuit: int) -> PumpMap:
     group = robot.joints[circuit // 2]
     reach = _reach(group)
     bend = np.linspace(-reach, reach, 201)
-    volume, pressure = _side_at_rest(robot, group, found, circuit, bend)
+    table = joint_tables(robot)[circuit // 2]
+    volume, pressure = _side_at_rest(robot, table, found, circuit, bend)
     angle = servo_angle(found, _displacement(found, circuit, volume, pressure), circuit)
-    fit = np.polynomial.Polynomial.fit(bend, angle, 3).convert()
-    error = fit(bend) - angle
     slope = _core.displaced(found.values[circuit], angle)[:, 1]
+    fit = np.polynomial.Polynomial.fit(bend, angle, MAP_DEGREE, w=slope).convert()
+    error = fit(bend) - angle
     return PumpMap(fit.coef, float(abs(error).max()), float(abs(error * slope).max()))
 
 
@@ -123,38 +126,23 @@ def _displacement(found: Circuits, circuit: int, volume: Array, pressure: Array)
     return displaced
 
 
-def _side_at_rest(
-    robot: Robot, group: JointGroup, found: Circuits, circuit: int, bend: Array
-) -> tuple[Array, Array]:
-    """Volume gained [m^3] and pressure [Pa] of a side that holds a bend toward itself, both sides off the fill alike."""
-    elastic, volume, slope = _joint_curve(robot, group, circuit % 2, bend)
-    fill = needed(group.line, "joints.line", "add the table [joints.line]", robot).fill_pressure
-    # elastic + P_own slope_own + P_other slope_other = 0 with P = fill +- d, but no pressure below cavitation.
-    low = 0.8 * float(found.column("cavitation")[circuit])
-    d = -(elastic + fill * (slope[0] + slope[1])) / (slope[0] - slope[1])
-    other = np.maximum(fill - d, low)
-    own = -(elastic + other * slope[1]) / slope[0]
-    return volume, np.maximum(own, low)
+def _side_at_rest(robot: Robot, table: JointTable, found: Circuits, circuit: int, bend: Array) -> tuple[Array, Array]:
+    """Volume gained [m^3] and pressure [Pa] of a side that holds a bend toward itself.
 
-
-def _joint_curve(robot: Robot, group: JointGroup, side: int, bend: Array) -> tuple[Array, Array, tuple[Array, Array]]:
-    """Elastic moment, own volume gained, slopes of own and other volume, all for bends toward the side."""
-    actuator, unit = group.actuator, robot.drive_unit
-    assert actuator is not None and unit is not None and group.drive_units is not None
-    length, lever, tan2 = sum(actuator.segment_length), actuator.lever, math.tan(unit.braid_angle) ** 2
-
-    def lumen(angle: Array) -> Array:
-        stretch = 1 - lever * angle / length
-        braid2 = unit.outer_diameter**2 * (1 + tan2 - stretch**2) / tan2
-        inside = stretch * braid2 - unit.outer_diameter**2 + unit.inner_diameter**2
-        result: Array = group.drive_units * length * math.pi / 4 * inside
-        return result
-
-    h = 1e-5
-    own = (lumen(bend + h) - lumen(bend - h)) / (2 * h)
-    other = -(lumen(-bend + h) - lumen(-bend - h)) / (2 * h)
-    stiffness = needed(group.pressure_max, "pressure_max_pa", "give it") / needed(group.bend_max, "bend_max_deg", "")
-    return -stiffness * bend * own[len(own) // 2], lumen(bend) - lumen(0 * bend), (own, other)
+    The moments balance with both sides as far from the fill pressure, one above and one below it; where the lower one
+    would cavitate it stays there.
+    """
+    side = circuit % 2
+    toward = 1.0 if side == 0 else -1.0
+    load = table.at(toward * bend)
+    own, other = toward * load["slope"][:, side], toward * load["slope"][:, 1 - side]
+    elastic, volume = toward * load["elastic"], load["volume"][:, side] - table.at([0.0])["volume"][:, side]
+    fill = needed(robot.joints[circuit // 2].line, "joints.line", "add the table [joints.line]", robot).fill_pressure
+    low = FLOOR * float(found.column("cavitation")[circuit])
+    off = -(elastic + fill * (own + other)) / (own - other)
+    low_other = np.maximum(fill - off, low)
+    pressure = np.maximum(-(elastic + low_other * other) / own, low)
+    return volume, pressure
 
 
 def _follow(rate: float, tick: float) -> tuple[float, float]:

@@ -9,19 +9,26 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Servo angle for a bend u toward the side of a circuit: offset + u (first + u (second + u third)).
+/// Servo angle for a bend toward the side of a circuit: a polynomial, lowest power first.
+inline constexpr int map_terms = 6;
 template <class T>
 struct PumpMap {
-    T offset, first, second, third;
+    T term[map_terms];
 };
+template <class T>
+T servo_angle(const PumpMap<T>& map, T bend) {
+    T angle = map.term[map_terms - 1];
+    for (int k = map_terms - 2; k >= 0; --k) angle = angle * bend + map.term[k];
+    return angle;
+}
 
 /// What the controller knows of one joint.
 template <class T>
 struct JointModel {
-    T reach;       // rad: largest bend to either side that its pumps are asked for
-    T amplitude;   // rad: largest amplitude of a command
-    T bend_range;  // rad: of the bend sensor, to either side
-    T bend_step;   // rad: largest change of its reading within a tick
+    T reach;                                // rad: largest bend to either side that its pumps are asked for
+    T amplitude;                            // rad: largest amplitude of a command
+    T bend_range;                           // rad: of the bend sensor, to either side
+    T bend_step;                            // rad: largest change of its reading within a tick
     T safe_static, safe_rate, safe_square;  // 1/rad, s/rad, s^2/rad: largest pressure over the soft limit's room, per
                                             // amplitude, by powers of the frequency in Hz
 };
@@ -37,23 +44,23 @@ struct Controller {
     PumpMap<T> map[most_circuits];
     SupervisorModel<T> circuit[most_circuits];
     T pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step, pressure_ease;  // Pa
-    T current_low, current_high;                                                                 // A
-    T rate_high, acceleration_high;                                                              // rad/s, m/s^2
-    T voltage_rated, voltage_low, voltage_least, voltage_most;                                   // V
-    T frequency_most;                                                                            // Hz
-    T fin_most;                                                                                  // rad
-    int timeout;                                          // ticks
-    T pulse_center, pulse_per_rad, pulse_least, pulse_most;  // s, s/rad
-    T slew;                                               // rad per tick
+    T current_low, current_high;                                                                // A
+    T rate_high, acceleration_high;                                                             // rad/s, m/s^2
+    T voltage_rated, voltage_low, voltage_least, voltage_most;                                  // V
+    T frequency_most;                                                                           // Hz
+    T fin_most;                                                                                 // rad
+    int timeout;                                                                                // ticks
+    T pulse_center, pulse_per_rad, pulse_least, pulse_most;                                     // s, s/rad
+    T slew;                                                                                     // rad per tick
 };
 
 template <class T>
 struct Readings {
-    T bend[most_joints];          // rad
-    T pressure[most_circuits];    // Pa, at the cylinder
-    T current[most_circuits];     // A
-    T rate[3], acceleration[3];   // rad/s, m/s^2
-    T voltage;                    // V of the battery
+    T bend[most_joints];         // rad
+    T pressure[most_circuits];   // Pa, at the cylinder
+    T current[most_circuits];    // A
+    T rate[3], acceleration[3];  // rad/s, m/s^2
+    T voltage;                   // V of the battery
 };
 
 template <class T>
@@ -84,15 +91,15 @@ struct ControllerState {
     PostureState<T> posture[most_joints];
     SupervisorState<T> circuit[most_circuits];
     Health<T> bend[most_joints], pressure[most_circuits], current[most_circuits], imu[6], voltage;
-    T supply;               // V believed
-    T sent[most_servos];    // rad: last angles sent
+    T supply;             // V believed
+    T sent[most_servos];  // rad: last angles sent
 };
 
 template <class T>
 struct ControllerOutput {
-    T pulse[most_servos];      // s: the circuits', then the two pectoral fins'
-    T target[most_servos];     // rad: the same as angles
-    T set[most_joints];        // rad: bend that is asked of each joint now, without correction
+    T pulse[most_servos];       // s: the circuits', then the two pectoral fins'
+    T target[most_servos];      // rad: the same as angles
+    T set[most_joints];         // rad: bend that is asked of each joint now, without correction
     T believed[most_circuits];  // Pa: pressure that the supervisor goes by
     Status status;
 };
@@ -241,8 +248,8 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
         const bool heard = T(posture.missing) <= model.posture.missing * T(posture.ticks);
         const bool held = T(posture.limited) > model.posture.limited * T(posture.ticks);
         if (heard && state.armed) {
-            posture.amplitude = correct(model.posture, posture.amplitude, posture.set.amplitude - posture.seen.amplitude,
-                                        held, joint.reach);
+            posture.amplitude = correct(model.posture, posture.amplitude,
+                                        posture.set.amplitude - posture.seen.amplitude, held, joint.reach);
             posture.bias =
                 correct(model.posture, posture.bias, posture.set.bias - posture.seen.bias, held, joint.reach);
         }
@@ -264,8 +271,7 @@ void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutpu
     if (slewed != wanted) output.status.tell(Condition::slew_limit, servo);
     if (kept != slewed) output.status.tell(Condition::pulse_limit, servo);
     state.sent[servo] = output.target[servo] = kept;
-    output.pulse[servo] =
-        clamp(model.pulse_center + model.pulse_per_rad * kept, model.pulse_least, model.pulse_most);
+    output.pulse[servo] = clamp(model.pulse_center + model.pulse_per_rad * kept, model.pulse_least, model.pulse_most);
 }
 
 /// Bend that is asked toward the side of a circuit, within what its pumps reach.
@@ -287,11 +293,10 @@ template <class T>
 void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
-    const PumpMap<T>& map = model.map[c];
     Status& status = output.status;
     const T bend = asked_bend(model, state, c, status);
     const bool stopped = state.circuit[c].stopped || state.circuit[c ^ 1].stopped;
-    const T wanted = stopped ? T(0) : map.offset + bend * (map.first + bend * (map.second + bend * map.third));
+    const T wanted = stopped ? T(0) : servo_angle(model.map[c], bend);
     const T most = furthest(supervisor, circuit, model.pressure_soft, model.tick);
     const bool held = most < wanted;
     if (held) {
@@ -317,7 +322,7 @@ void drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
 /// One tick of the controller.
 template <class T>
 ControllerStep<T> step(const Controller<T>& model, const ControllerState<T>& before, const Readings<T>& readings,
-             const Command<T>& command) {
+                       const Command<T>& command) {
     ControllerStep<T> next{before, {}};
     ControllerState<T>& state = next.state;
     ControllerOutput<T>& output = next.output;
@@ -356,9 +361,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         visit("safe_square", j, joint.safe_square);
     }
     for (int c = 0; c < 2 * m.joints; ++c) {
-        PumpMap<T>& map = m.map[c];
-        visit("map_offset", c, map.offset), visit("map_first", c, map.first);
-        visit("map_second", c, map.second), visit("map_third", c, map.third);
+        for (int k = 0; k < map_terms; ++k) visit("map", map_terms * c + k, m.map[c].term[k]);
         SupervisorModel<T>& circuit = m.circuit[c];
         visit("servo_rate", c, circuit.servo.rate), visit("servo_decay", c, circuit.servo.decay);
         visit("servo_speed", c, circuit.speed), visit("servo_stall", c, circuit.stall);

@@ -1,4 +1,5 @@
-/// Central pattern generator: coupled Hopf oscillators that drive the pumps, filters for everything that a command sets.
+/// Central pattern generator: coupled Hopf oscillators that drive the pumps, filters for everything that a command
+/// sets.
 ///
 /// Eq. 37, with its signs put right and divided by the amplitude, is on the unit circle
 ///     r' = k r (1 - r^2),   phi_i' = omega + h sin(phi_ref - Phi_i - phi_i),   (x, y) = r (cos phi, sin phi),
@@ -64,8 +65,9 @@ Oscillator<T> oscillate(const Network<T>& network, const Oscillator<T>& now, con
 
 /// One tick of the coupling that makes `now` lag `reference` by an angle.
 ///
-/// With psi = phi_ref - lag - phi the coupling is psi' = -h sin psi, solved by tan(psi / 2) -> tan(psi / 2) exp(-h tick):
-/// here in sine and cosine, so that no angle is ever computed. At psi = pi exactly it is at rest, but not stable.
+/// With psi = phi_ref - lag - phi the coupling is psi' = -h sin psi, solved by tan(psi / 2) -> tan(psi / 2) exp(-h
+/// tick): here in sine and cosine, so that no angle is ever computed. At psi = pi exactly it is at rest, but not
+/// stable.
 template <class T>
 Oscillator<T> couple(const Network<T>& network, const Oscillator<T>& now, const Oscillator<T>& reference,
                      const SinCos<T>& lag) {

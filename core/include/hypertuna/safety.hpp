@@ -67,8 +67,8 @@ inline constexpr ConditionText condition_texts[conditions] = {
 };
 
 struct Status {
-    std::uint32_t flags;               // bit c: condition c holds somewhere
-    std::uint16_t at[conditions];      // where: bit per joint, circuit or servo
+    std::uint32_t flags;           // bit c: condition c holds somewhere
+    std::uint16_t at[conditions];  // where: bit per joint, circuit or servo
 
     bool has(Condition c) const { return flags >> int(c) & 1; }
     bool has(Condition c, int place) const { return at[int(c)] >> place & 1; }
@@ -99,14 +99,14 @@ struct Health {
     bool faulty, seen;
 };
 
-inline constexpr int bucket_bad = 4;     // a bad reading weighs as much as four good ones
+inline constexpr int bucket_bad = 4;      // a bad reading weighs as much as four good ones
 inline constexpr int bucket_faulty = 20;  // five bad readings in a row, or every fourth of them bad
 inline constexpr int bucket_most = 100;   // a second of good readings at 100 Hz and 1 per tick redeems a sensor
 inline constexpr int repeats_stuck = 6;   // so many equal readings while the command moves are no coincidence
 
 template <class T>
 struct Verdict {
-    bool usable;   // finite, within range and step, not stuck
+    bool usable;    // finite, within range and step, not stuck
     bool repeated;  // the very same number as before
 };
 
@@ -131,12 +131,12 @@ inline constexpr int instants = 4;
 /// What the supervisor knows of one circuit: a critically damped servo, the line, and a tail that is held fast.
 template <class T>
 struct SupervisorModel {
-    Smoothing<T> servo;  // its position loop at one tick
-    T speed;             // rad/s without load, at the rated voltage
-    T stall;             // Pa at which it stalls, at the rated voltage
-    T line;              // Pa s/rad: pressure drop of the line per servo rate
-    T stiffness;         // Pa/rad: pressure per servo angle with the tail held fast
-    T fill;              // Pa: pressure at rest
+    Smoothing<T> servo;   // its position loop at one tick
+    T speed;              // rad/s without load, at the rated voltage
+    T stall;              // Pa at which it stalls, at the rated voltage
+    T line;               // Pa s/rad: pressure drop of the line per servo rate
+    T stiffness;          // Pa/rad: pressure per servo angle with the tail held fast
+    T fill;               // Pa: pressure at rest
     T by_rate[instants];  // Pa s/rad: pressure in the cylinder at each instant per servo rate now
     T by_step[instants];  // Pa/rad: the same per step of the target from the servo's angle now
 };

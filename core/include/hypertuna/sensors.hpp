@@ -57,9 +57,8 @@ struct SensorModel {
 
 /// All channels of a robot: bends, pressures, currents, three rates, three accelerations, battery.
 inline constexpr int bend_channel = 0, pressure_channel = bend_channel + most_joints,
-                     current_channel = pressure_channel + most_circuits,
-                     imu_channel = current_channel + most_circuits, battery_channel = imu_channel + 6,
-                     sensor_channels = battery_channel + 1;
+                     current_channel = pressure_channel + most_circuits, imu_channel = current_channel + most_circuits,
+                     battery_channel = imu_channel + 6, sensor_channels = battery_channel + 1;
 
 template <class T>
 struct Sensors {
@@ -150,8 +149,7 @@ Sensed<T> sense(const Sensors<T>& sensors, const SensorsState<T>& before, const 
     const auto read = [&](const SensorModel<T>& model, int channel, T value) {
         return read_channel(sensors, out.state, model, channel, value, fault_of(faults, fault_count, channel, time));
     };
-    for (int j = 0; j < sensors.joints; ++j)
-        out.readings.bend[j] = read(sensors.bend, bend_channel + j, truth.bend[j]);
+    for (int j = 0; j < sensors.joints; ++j) out.readings.bend[j] = read(sensors.bend, bend_channel + j, truth.bend[j]);
     for (int c = 0; c < 2 * sensors.joints; ++c) {
         out.readings.pressure[c] = read(sensors.pressure, pressure_channel + c, truth.pressure[c]);
         out.readings.current[c] = read(sensors.current, current_channel + c, truth.current[c]);
