@@ -1,8 +1,146 @@
-/// Bindings of the controller on board.
-#include "model.hpp"
+/// Bindings of the controller on board and of the sensors.
+#include <nanobind/stl/tuple.h>
+
+#include <tuple>
+
+#include "controller.hpp"
 
 namespace hypertuna {
 
-void bind_controller(nb::module_&) {}
+/// A controller with its state: tests and people drive it tick by tick.
+struct Pilot {
+    Controller<double> model;
+    ControllerState<double> state;
+};
+
+static std::vector<std::tuple<std::string, std::string, std::string>> condition_table() {
+    static constexpr const char* places[] = {"robot", "joint", "circuit", "servo"};
+    std::vector<std::tuple<std::string, std::string, std::string>> rows;
+    for (const ConditionText& text : condition_texts)
+        rows.emplace_back(text.name, places[int(text.place)], text.sentence);
+    return rows;
+}
+
+template <std::size_t N>
+static void fill(double (&to)[N], const std::vector<double>& from, const char* name, std::size_t wanted) {
+    check_extent(name, from.size(), wanted);
+    std::copy(from.begin(), from.end(), to);
+}
+
+/// Columns of readings and commands by name, as core controller.hpp has them.
+static Readings<double> readings_of(const Columns& columns, int joints) {
+    const std::size_t j = joints, c = 2 * j;
+    Readings<double> r{};
+    const auto take = [&](const char* name, auto& to, std::size_t wanted) {
+        const auto found = columns.find(name);
+        if (found == columns.end()) throw nb::value_error((std::string("readings: lacks ") + name).c_str());
+        fill(to, found->second, name, wanted);
+    };
+    take("bend", r.bend, j), take("pressure", r.pressure, c), take("current", r.current, c);
+    take("rate", r.rate, 3), take("acceleration", r.acceleration, 3);
+    r.voltage = column_at(columns, "voltage", 0);
+    return r;
+}
+
+static Columns columns_of(const Readings<double>& r, int joints) {
+    const int j = joints, c = 2 * j;
+    return {{"bend", {r.bend, r.bend + j}},
+            {"pressure", {r.pressure, r.pressure + c}},
+            {"current", {r.current, r.current + c}},
+            {"rate", {r.rate, r.rate + 3}},
+            {"acceleration", {r.acceleration, r.acceleration + 3}},
+            {"voltage", {r.voltage}}};
+}
+
+static Command<double> command_of(const Columns& columns, int joints, bool fresh, bool armed) {
+    Command<double> command{};
+    command.frequency = column_at(columns, "frequency", 0);
+    const auto take = [&](const char* name, auto& to, std::size_t wanted) {
+        const auto found = columns.find(name);
+        if (found != columns.end()) fill(to, found->second, name, wanted);
+    };
+    take("amplitude", command.amplitude, joints), take("phase", command.phase, joints);
+    take("bias", command.bias, joints), take("fin", command.fin, 2);
+    command.fresh = fresh, command.armed = armed;
+    return command;
+}
+
+static nb::dict output_of(const ControllerOutput<double>& out, int joints) {
+    const auto array = [](const double* from, int count) {
+        Output to = zeros({std::size_t(count)});
+        std::copy(from, from + count, to.data());
+        return to;
+    };
+    nb::dict row;
+    row["pulse"] = array(out.pulse, 2 * joints + 2);
+    row["target"] = array(out.target, 2 * joints + 2);
+    row["set"] = array(out.set, joints);
+    row["believed"] = array(out.believed, 2 * joints);
+    row["flags"] = out.status.flags;
+    row["at"] = std::vector<int>(out.status.at, out.status.at + conditions);
+    return row;
+}
+
+/// Sensors with their state.
+struct Senses {
+    Sensors<double> model;
+    SensorsState<double> state;
+    double tick;
+};
+
+using FaultRow = std::tuple<std::string, int, int, double, double>;
+
+static Columns sense_row(Senses& senses, const Columns& truth, const std::vector<FaultRow>& rows) {
+    std::vector<Fault<double>> faults;
+    for (const auto& [kind, first, last, start, end] : rows)
+        faults.push_back({fault_kind(kind), first, last, start, end});
+    const Readings<double> truths = readings_of(truth, senses.model.joints);
+    const double time = double(senses.state.count) * senses.tick;
+    const Sensed<double> sensed = sense(senses.model, senses.state, truths, faults.data(), int(faults.size()), time);
+    senses.state = sensed.state;
+    return columns_of(sensed.readings, senses.model.joints);
+}
+
+void bind_controller(nb::module_& m) {
+    m.attr("MOST_JOINTS") = most_joints;
+    m.attr("FAULT_KINDS") = fault_kinds();
+    m.attr("SENSOR_CHANNELS") = std::map<std::string, int>{{"bend", bend_channel},
+                                                           {"pressure", pressure_channel},
+                                                           {"current", current_channel},
+                                                           {"imu", imu_channel},
+                                                           {"battery", battery_channel}};
+    m.def("condition_table", &condition_table,
+          "Conditions of the controller's status in the order of its bits: name, what a bit of its place stands for "
+          "(robot, joint, circuit, servo), sentence.");
+    nb::class_<Pilot>(m, "Controller", "The controller on board with its state, in double precision.")
+        .def(
+            "__init__",
+            [](Pilot* self, const Columns& columns) {
+                const Controller<double> model = read_controller<double>(columns);
+                new (self) Pilot{model, init(model)};
+            },
+            nb::arg("columns"), "At rest, from the columns of hypertuna.control.controller_columns.")
+        .def(
+            "step",
+            [](Pilot& self, const Columns& readings, const Columns& command, bool fresh, bool armed) {
+                const int joints = self.model.joints;
+                const auto next = step(self.model, self.state, readings_of(readings, joints),
+                                       command_of(command, joints, fresh, armed));
+                self.state = next.state;
+                return output_of(next.output, joints);
+            },
+            nb::arg("readings"), nb::arg("command"), nb::kw_only(), nb::arg("fresh") = true, nb::arg("armed") = true,
+            "One tick: servo pulses [s], their angles [rad], bends set [rad], pressures believed [Pa], and the status: "
+            "flags with one bit per condition, and where it holds.");
+    nb::class_<Senses>(m, "Sensors", "The sensors of a robot with what they get wrong.")
+        .def(
+            "__init__",
+            [](Senses* self, const Columns& columns, std::uint64_t seed) {
+                new (self) Senses{read_sensors<double>(columns, seed), {}, column_at(columns, "tick", 0)};
+            },
+            nb::arg("columns"), nb::arg("seed"), "From the columns of hypertuna.sensing.sensor_columns.")
+        .def("read", &sense_row, nb::arg("truth"), nb::arg("faults") = std::vector<FaultRow>(),
+             "Readings of a tick for the true values; faults as (kind, first channel, last channel, start, end) [s].");
+}
 
 }  // namespace hypertuna

@@ -1,8 +1,127 @@
 /// Bindings of pump, lines and servos.
+#include "hypertuna/battery.hpp"
+#include "hypertuna/circuit.hpp"
+#include "hypertuna/stepping.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
 
-void bind_hydraulics(nb::module_&) {}
+static std::vector<std::string> columns() { return {circuit_columns, circuit_columns + circuit_column_count}; }
+
+static Circuit<double> circuit_of(const Input<1>& row) {
+    check_extent("circuit", row.shape(0), circuit_column_count);
+    return read_circuit<double>(row.data());
+}
+
+static Output displaced_by(const Input<1>& row, const Input<1>& angle) {
+    const Circuit<double> circuit = circuit_of(row);
+    Output out = zeros({angle.shape(0), 2});
+    for (std::size_t k = 0; k < angle.shape(0); ++k) {
+        out.data()[2 * k] = displaced(circuit.pump, angle.data()[k]);
+        out.data()[2 * k + 1] = displaced_slope(circuit.pump, angle.data()[k]);
+    }
+    return out;
+}
+
+/// What a run of one circuit shows at every instant, and in which order.
+struct CircuitColumn {
+    const char* name;
+    double (*of)(const CircuitState<double>&, const CircuitOutput<double>&);
+};
+#define HYPERTUNA_SEEN(name, value)                                                  \
+    {name, [](const CircuitState<double>& state, const CircuitOutput<double>& out) { \
+         return (void)state, (void)out, value;                                       \
+     }}
+static constexpr CircuitColumn circuit_seen[] = {
+    HYPERTUNA_SEEN("angle", state.angle),
+    HYPERTUNA_SEEN("rate", state.rate),
+    HYPERTUNA_SEEN("flow", state.flow),
+    HYPERTUNA_SEEN("passed", state.passed),
+    HYPERTUNA_SEEN("pump_pressure", out.pump.pressure),
+    HYPERTUNA_SEEN("unit_pressure", out.unit.pressure),
+    HYPERTUNA_SEEN("pump_cavity", out.pump.cavity),
+    HYPERTUNA_SEEN("unit_cavity", out.unit.cavity),
+    HYPERTUNA_SEEN("load", out.load),
+    HYPERTUNA_SEEN("torque", out.torque),
+    HYPERTUNA_SEEN("power", out.power.total),
+    HYPERTUNA_SEEN("power_idle", out.power.idle),
+    HYPERTUNA_SEEN("power_holding", out.power.holding),
+    HYPERTUNA_SEEN("power_hydraulic", out.power.hydraulic),
+    HYPERTUNA_SEEN("power_friction", out.power.friction),
+    HYPERTUNA_SEEN("power_inertia", out.power.inertia),
+    HYPERTUNA_SEEN("power_braking", out.power.braking),
+};
+
+/// Run one circuit through targets and volumes of its units that are given; rows before each step and after the last.
+static NamedArrays run_circuit(const Input<1>& row, const Input<1>& start, const Input<1>& target,
+                               const Input<1>& unit_space, double supply, double interval, int steps) {
+    const Circuit<double> circuit = circuit_of(row);
+    const std::size_t count = target.shape(0), columns = std::size(circuit_seen);
+    check_extent("start", start.shape(0), 4);
+    check_extent("unit_space", unit_space.shape(0), count + 1);
+    std::vector<Output> seen;
+    for (std::size_t c = 0; c < columns; ++c) seen.push_back(zeros({count + 1}));
+    {
+        const nb::gil_scoped_release unlocked;
+        const double* const s = start.data();
+        CircuitState<double> state{s[0], s[1], s[2], s[3]};
+        for (std::size_t k = 0; k <= count; ++k) {
+            const double aim = count ? target.data()[std::min(k, count - 1)] : 0.0;
+            const CircuitOutput<double> out = circuit_rate(circuit, state, aim, supply, unit_space.data()[k]).output;
+            for (std::size_t c = 0; c < columns; ++c) seen[c].data()[k] = circuit_seen[c].of(state, out);
+            if (k == count) break;
+            const double from = unit_space.data()[k], to = unit_space.data()[k + 1];
+            for (int i = 0; i < steps; ++i)
+                state = runge_kutta_4(interval / steps, state, [&](int half, const CircuitState<double>& at) {
+                    const double space = from + (to - from) * (i + 0.5 * half) / steps;
+                    return circuit_rate(circuit, at, aim, supply, space).rate;
+                });
+        }
+    }
+    NamedArrays out;
+    for (std::size_t c = 0; c < columns; ++c) out[circuit_seen[c].name] = seen[c];
+    return out;
+}
+
+static double stiffness(const Input<1>& row, double pressure, double flow) {
+    return circuit_stiffness(circuit_of(row), pressure, flow);
+}
+
+static std::vector<std::string> of_battery() { return {battery_columns, battery_columns + battery_column_count}; }
+
+static Output battery_at(const Input<1>& row, const Input<1>& taken, const Input<1>& power) {
+    check_extent("battery", row.shape(0), battery_column_count);
+    check_extent("power", power.shape(0), taken.shape(0));
+    const Battery<double> battery = read_battery<double>(row.data());
+    Output out = zeros({taken.shape(0), 3});
+    for (std::size_t k = 0; k < taken.shape(0); ++k) {
+        const BatteryOutput<double> at = battery_output(battery, taken.data()[k], power.data()[k]);
+        const double seen[3] = {at.voltage, at.current, at.supply};
+        std::copy(seen, seen + 3, out.data() + 3 * k);
+    }
+    return out;
+}
+
+void bind_hydraulics(nb::module_& m) {
+    m.attr("ATMOSPHERE") = atmosphere;
+    m.def("circuit_columns", &columns, "Numbers that describe a circuit, in the order of a row.");
+    m.def(
+        "displaced", &displaced_by, nb::arg("circuit"), nb::arg("angle"),
+        "Volume that a cylinder pushes out when its servo turns from zero to an angle, and its derivative by the angle "
+        "[m^3, m^3/rad].");
+    m.def(
+        "run_circuit", &run_circuit, nb::arg("circuit"), nb::arg("start"), nb::arg("target"), nb::arg("unit_space"),
+        nb::arg("supply"), nb::arg("interval"), nb::arg("steps"),
+        "Run a circuit: its servo follows targets held for an interval each, in Runge-Kutta steps, while the volume of "
+        "its units goes straight from one given value to the next. State and what is seen of it at every interval.");
+    m.def("circuit_stiffness", &stiffness, nb::arg("circuit"), nb::arg("pressure"), nb::arg("flow"),
+          "Bound of a circuit's rates with the joint held, at a pressure and a flow [1/s]: Runge-Kutta steps must be "
+          "shorter than 2.7 over it.");
+    m.def("battery_columns", &of_battery, "Numbers that describe a battery, in the order of a row.");
+    m.def(
+        "battery_output", &battery_at, nb::arg("battery"), nb::arg("taken"), nb::arg("power"),
+        "Voltage and current of a battery and voltage at the servos, after a charge was taken, while they draw a power "
+        "[V, A, V].");
+}
 
 }  // namespace hypertuna

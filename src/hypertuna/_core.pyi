@@ -131,3 +131,50 @@ def advance(
     """
     Swim a joint motion, given at every half step (2 steps + 1, links, 3), from a twist and a pose: twist, pose, joint torque, loss to the water and kinetic energy at every step.
     """
+
+ATMOSPHERE: float = 101325.0
+
+def circuit_columns() -> list[str]:
+    """Numbers that describe a circuit, in the order of a row."""
+
+def displaced(
+    circuit: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    angle: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+) -> NDArray[numpy.float64]:
+    """
+    Volume that a cylinder pushes out when its servo turns from zero to an angle, and its derivative by the angle [m^3, m^3/rad].
+    """
+
+def run_circuit(
+    circuit: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    target: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    unit_space: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    supply: float,
+    interval: float,
+    steps: int,
+) -> dict[str, NDArray[numpy.float64]]:
+    """
+    Run a circuit: its servo follows targets held for an interval each, in Runge-Kutta steps, while the volume of its units goes straight from one given value to the next. State and what is seen of it at every interval.
+    """
+
+def circuit_stiffness(
+    circuit: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    pressure: float,
+    flow: float,
+) -> float:
+    """
+    Bound of a circuit's rates with the joint held, at a pressure and a flow [1/s]: Runge-Kutta steps must be shorter than 2.7 over it.
+    """
+
+def battery_columns() -> list[str]:
+    """Numbers that describe a battery, in the order of a row."""
+
+def battery_output(
+    battery: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    taken: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    power: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+) -> NDArray[numpy.float64]:
+    """
+    Voltage and current of a battery and voltage at the servos, after a charge was taken, while they draw a power [V, A, V].
+    """

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Literal, Self
 
 from pydantic import model_validator
 
 from hypertuna.errors import InputError
-from hypertuna.schema_base import Microseconds, NotNegative, Part, Positive, Text, entry
+from hypertuna.schema_base import Microseconds, NotNegative, Part, Positive, PositiveDegrees, Real, Text, entry
 
 
 class Controller(Part):
@@ -20,6 +20,18 @@ class Controller(Part):
     proportional: NotNegative = entry("proportional", "proportional gain on a beat's error of the peak bend")
     integral: NotNegative = entry("integral", "integral gain, per beat")
     derivative: NotNegative = entry("derivative", "derivative gain, in beats")
+    peak_smoothing: Positive = entry(
+        "peak_smoothing", "time constant of the low-pass that a beat's peaks are taken behind, in beats"
+    )
+    frequency_max: Positive = entry("frequency_max_hz", "highest beat frequency that a command may ask for", "Hz")
+    fin_max: PositiveDegrees = entry("fin_max_deg", "largest angle of the pectoral fins to either side", "deg")
+    voltage_low: Positive = entry("voltage_low_v", "battery voltage below which the status warns", "V")
+    pressure_step: Positive = entry(
+        "pressure_step_pa", "change within a tick, beyond what the pump explains, that no sound sensor shows", "Pa"
+    )
+    pressure_ease: Positive = entry(
+        "pressure_ease_pa", "how fast the supervisor believes in falling pressure, per tick", "Pa"
+    )
     pressure_soft: Positive = entry("pressure_soft_pa", "pressure that the supervisor lets no command exceed", "Pa")
     pressure_hard: Positive = entry("pressure_hard_pa", "pressure at which a circuit is released and stays so", "Pa")
     timeout: Positive = entry("timeout_s", "time without a command after which the tail comes to rest", "s")
@@ -44,18 +56,36 @@ class Controller(Part):
         return self
 
 
+Quantity = Literal["bend", "pressure", "current", "rate", "acceleration", "voltage"]
+
+
 class Sensor(Part):
     """Sensors of one kind, and what they get wrong."""
 
-    measures: Text = entry("measures", "quantity that is measured")
+    measures: Text = entry("measures", "quantity that is measured, in words")
     part: Text = entry("part", "part number")
-    quantity: Text | None = entry(
-        "quantity", "channel of the twin that it feeds: bend, pressure, current, imu or battery", default=None
+    quantity: Quantity | None = entry(
+        "quantity", "channel of the twin that it feeds; the IMU has rate and acceleration", default=None
     )
-    noise: NotNegative = entry("noise", "standard deviation of its noise, in SI units of the quantity", default=0.0)
+    low: Real | None = entry("low", "lower end of its range, in SI units of the quantity", default=None)
+    high: Real | None = entry("high", "upper end of its range, in SI units", default=None)
+    noise: NotNegative = entry("noise", "standard deviation of its noise, in SI units", default=0.0)
     resolution: NotNegative = entry("resolution", "step of its quantization, in SI units", default=0.0)
     drift: NotNegative = entry("drift", "standard deviation of its random walk after 1 s, in SI units", default=0.0)
     bias: NotNegative = entry("bias", "standard deviation of its constant offset, in SI units", default=0.0)
     nonlinearity: NotNegative = entry(
         "nonlinearity", "largest deviation from a line, as a fraction of its range", default=0.0
     )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.quantity is None:
+            return self
+        for name, end in (("low", self.low), ("high", self.high)):
+            if end is None:
+                rule, fix = f"is needed with quantity = {self.quantity!r}", "give the range of the sensor in SI units"
+                raise InputError(rule, key=f"sensors.{name}", fix=fix)
+        if self.low >= self.high or self.high <= 0:  # type: ignore[operator]
+            rule, fix = "must be positive and more than low", "give the range of the sensor in SI units"
+            raise InputError(rule, key="sensors.high", value=f"{self.high:g}", fix=fix)
+        return self

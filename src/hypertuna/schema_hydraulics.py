@@ -12,14 +12,18 @@ from hypertuna.schema_base import (
     Celsius,
     Count,
     Fraction,
+    Negative,
     NotNegative,
     Part,
     Positive,
     PositiveDegrees,
+    PositiveFraction,
     Real,
     Text,
     entry,
 )
+
+HOTTEST = 373.15  # K: the warmer of the two viscosities that an oil is described by
 
 
 class Pump(Part):
@@ -51,7 +55,20 @@ class Oil(Part):
     bulk_modulus: Positive = entry("bulk_modulus_pa", "bulk modulus without air", "Pa")
     air: Fraction = entry("air", "entrained air, as a fraction of the oil's volume at atmospheric pressure")
     temperature: Celsius = entry("temperature_c", "temperature of the oil", "degC")
-    cavitation: Real = entry("cavitation_pa", "gauge pressure below which the oil cavitates", "Pa")
+    pour_point: Celsius = entry("pour_point_c", "temperature below which the oil does not flow", "degC")
+    cavitation: Negative = entry("cavitation_pa", "gauge pressure below which the oil cavitates", "Pa")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.viscosity_100 >= self.viscosity_40:
+            rule = f"must be less than viscosity_40_m2_s = {self.viscosity_40:g}"
+            value, fix = f"{self.viscosity_100:g}", "exchange the two: oil thins as it warms"
+            raise InputError(rule, key="oil.viscosity_100_m2_s", value=value, fix=fix)
+        if not self.pour_point <= self.temperature <= HOTTEST:
+            rule = f"must be from oil.pour_point_c = {self.pour_point - 273.15:.5g} to {HOTTEST - 273.15:g}"
+            value, fix = f"{self.temperature - 273.15:.5g}", "give a temperature at which the oil flows"
+            raise InputError(rule, key="oil.temperature_c", value=value, fix=fix)
+        return self
 
 
 class Line(Part):
@@ -61,6 +78,9 @@ class Line(Part):
     bore: Positive = entry("bore_m", "inner diameter of the line", "m")
     compliance: NotNegative = entry(
         "compliance_m3_pa", "volume that hoses, braids and fittings give under pressure", "m^3/Pa", default=0.0
+    )
+    loss: NotNegative = entry(
+        "loss", "loss coefficient of entry and exit, in units of the dynamic pressure", default=0.0
     )
     fill_pressure: Real = entry(
         "fill_pressure_pa", "gauge pressure with the tail straight and the pump at neutral", "Pa", default=0.0
@@ -73,14 +93,32 @@ class Battery(Part):
     cells: Count = entry("cells", "number of cells")
     capacity: AmpereHours = entry("capacity_ah", "capacity of one cell", "A h")
     voltage: Positive = entry("voltage_v", "nominal voltage of one cell", "V")
+    charged: Positive | None = entry(
+        "charged_v",
+        "open-circuit voltage of a full cell; it falls straight to as far below the nominal one (default: constant)",
+        "V",
+        default=None,
+    )
     series: Count | None = entry("series", "number of cells in series; the strings of them are parallel", default=None)
     resistance: NotNegative = entry("resistance_ohm", "inner resistance of one cell", "ohm", default=0.0)
+    usable: Fraction = entry("usable", "part of the rated capacity that can be used", default=1.0)
+    converter: Positive | None = entry(
+        "converter_v",
+        "voltage that a converter holds for the servos (default: they see the battery)",
+        "V",
+        default=None,
+    )
+    efficiency: PositiveFraction = entry("converter_efficiency", "efficiency of the converter", default=1.0)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.series is not None and self.cells % self.series:
             rule, fix = f"must divide cells = {self.cells}", "give the number of cells of one string"
             raise InputError(rule, key="battery.series", value=str(self.series), fix=fix)
+        if self.charged is not None and not self.voltage <= self.charged < 2 * self.voltage:
+            rule = f"must be from voltage_v = {self.voltage:g} to less than twice that"
+            value, fix = f"{self.charged:g}", "give the voltage of one full cell"
+            raise InputError(rule, key="battery.charged_v", value=value, fix=fix)
         return self
 
 
@@ -95,6 +133,9 @@ class Servo(Part):
     stall_current: Positive | None = entry("stall_current_a", "current at stall", "A", default=None)
     idle_current: NotNegative | None = entry("idle_current_a", "current without load, at rest", "A", default=None)
     friction: NotNegative = entry("friction_n_m", "torque that its gears rub away", "N m", default=0.0)
+    inertia: Positive | None = entry(
+        "inertia_kg_m2", "moment of inertia of rotor and gears, at the output", "kg m^2", default=None
+    )
     bandwidth: Positive | None = entry(
         "bandwidth_hz", "corner frequency of its position loop, without load and below its limits", "Hz", default=None
     )

@@ -1,0 +1,55 @@
+/// The controller and the sensors as Python hands them over: named columns, in the order of core visit_fields.
+#pragma once
+
+#include <cmath>
+#include <stdexcept>
+
+#include "hypertuna/sensors.hpp"
+#include "model.hpp"
+
+namespace hypertuna {
+
+using Columns = std::map<std::string, std::vector<double>>;
+
+/// One number of the columns.
+inline double column_at(const Columns& columns, const std::string& name, std::size_t index) {
+    const auto found = columns.find(name);
+    if (found == columns.end()) throw nb::value_error(("columns: lacks " + name).c_str());
+    if (found->second.size() <= index) check_extent(name.c_str(), found->second.size(), index + 1);
+    return found->second[index];
+}
+
+template <class T>
+Controller<T> read_controller(const Columns& columns) {
+    Controller<T> model{};
+    const double joints = column_at(columns, "joints", 0);
+    if (!(joints >= 1 && joints <= most_joints)) throw nb::value_error("columns: joints must be from 1 to 4");
+    model.joints = int(joints);
+    visit_fields(model, [&](const char* name, int index, auto& field) {
+        field = std::remove_reference_t<decltype(field)>(column_at(columns, name, std::size_t(index)));
+    });
+    return model;
+}
+
+/// Kinds of faults by the names of the command line, in the order of FaultKind.
+inline std::vector<std::string> fault_kinds() { return {"none", "stuck", "open", "spike", "nan"}; }
+inline FaultKind fault_kind(const std::string& name) {
+    const std::vector<std::string> kinds = fault_kinds();
+    const auto found = std::find(kinds.begin(), kinds.end(), name);
+    if (found == kinds.end()) throw nb::value_error(("faults: no such kind: " + name).c_str());
+    return FaultKind(found - kinds.begin());
+}
+
+template <class T>
+Sensors<T> read_sensors(const Columns& columns, std::uint64_t seed) {
+    Sensors<T> sensors{};
+    sensors.joints = int(column_at(columns, "joints", 0));
+    sensors.root_tick = T(std::sqrt(column_at(columns, "tick", 0)));
+    sensors.seed = seed;
+    visit_fields(sensors, [&](const char* sensor, const char* name, T& field) {
+        field = T(column_at(columns, std::string(sensor) + "." + name, 0));
+    });
+    return sensors;
+}
+
+}  // namespace hypertuna

@@ -1,0 +1,183 @@
+/// Safety: which readings can be believed, how far a pump may push, what may reach a servo, and the status that tells.
+#pragma once
+
+#include <cstdint>
+
+#include "cpg.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+inline constexpr int most_joints = 4;
+inline constexpr int most_circuits = 2 * most_joints;
+inline constexpr int most_servos = most_circuits + 2;
+
+/// What the status can tell. Each condition has one bit in the flags, and one bit per joint, circuit or servo in `at`.
+enum class Condition : std::uint8_t {
+    bend_fault,
+    pressure_fault,
+    current_fault,
+    imu_fault,
+    battery_fault,
+    open_loop,
+    blind,
+    pressure_limit,
+    line_limit,
+    speed_limit,
+    slew_limit,
+    pulse_limit,
+    amplitude_limit,
+    hard_stop,
+    low_voltage,
+    timeout,
+    bad_command,
+    disarmed,
+    count
+};
+inline constexpr int conditions = int(Condition::count);
+
+/// What a bit of `Status::at` stands for.
+enum class Place : std::uint8_t { robot, joint, circuit, servo };
+
+struct ConditionText {
+    const char* name;
+    Place place;
+    const char* sentence;
+};
+
+/// The one table of all conditions: name, place, and what it means.
+inline constexpr ConditionText condition_texts[conditions] = {
+    {"bend_fault", Place::joint, "the bend sensor's reading is not plausible"},
+    {"pressure_fault", Place::circuit, "the pressure sensor's reading is not plausible"},
+    {"current_fault", Place::circuit, "the current sensor's reading is not plausible"},
+    {"imu_fault", Place::robot, "the IMU's reading is not plausible"},
+    {"battery_fault", Place::robot, "the battery voltage's reading is not plausible"},
+    {"open_loop", Place::joint, "posture control holds its last good correction"},
+    {"blind", Place::circuit, "without a pressure reading, the joint beats no wider than its model holds safe"},
+    {"pressure_limit", Place::circuit, "the soft pressure limit held the pump back"},
+    {"line_limit", Place::circuit, "the pressure drop of the oil line held the pump back"},
+    {"speed_limit", Place::circuit, "the servo was asked to turn faster than it can"},
+    {"slew_limit", Place::servo, "the slew limit held the servo's command back"},
+    {"pulse_limit", Place::servo, "the pulse clamp held the servo's command back"},
+    {"amplitude_limit", Place::joint, "the joint was asked to bend further than its pumps reach"},
+    {"hard_stop", Place::circuit, "pressure passed the hard limit: the joint is released until it is armed anew"},
+    {"low_voltage", Place::robot, "the battery voltage is low"},
+    {"timeout", Place::robot, "no command came in time: the tail comes to rest"},
+    {"bad_command", Place::robot, "a value of the command cannot be used: the last good one holds"},
+    {"disarmed", Place::robot, "the robot is not armed: the tail rests"},
+};
+
+struct Status {
+    std::uint32_t flags;           // bit c: condition c holds somewhere
+    std::uint16_t at[conditions];  // where: bit per joint, circuit or servo
+
+    bool has(Condition c) const { return flags >> int(c) & 1; }
+    bool has(Condition c, int place) const { return at[int(c)] >> place & 1; }
+    void tell(Condition c, int place = 0) {
+        flags |= std::uint32_t(1) << int(c);
+        at[int(c)] = std::uint16_t(at[int(c)] | 1 << place);
+    }
+};
+
+/// Neither infinite nor NaN.
+template <class T>
+bool is_finite(T x) {
+    return x - x == T(0);
+}
+
+/// What a reading of one kind of sensor must keep to be believed.
+template <class T>
+struct Plausible {
+    T low, high;  // range of the sensor, SI
+    T step;       // largest change within a tick
+};
+
+/// The past of one sensor. `bucket` fills where readings are bad and drains where they are good.
+template <class T>
+struct Health {
+    T last;  // last finite reading
+    int repeats, bucket;
+    bool faulty, seen;
+};
+
+inline constexpr int bucket_bad = 4;      // a bad reading weighs as much as four good ones
+inline constexpr int bucket_faulty = 20;  // five bad readings in a row, or every fourth of them bad
+inline constexpr int bucket_most = 100;   // a second of good readings at 100 Hz and 1 per tick redeems a sensor
+inline constexpr int repeats_stuck = 6;   // so many equal readings while the command moves are no coincidence
+
+template <class T>
+struct Verdict {
+    bool usable;    // finite, within range and step, not stuck
+    bool repeated;  // the very same number as before
+};
+
+/// Judge one reading. `expected` is what it may be one step away from: the last reading, or a prediction.
+template <class T>
+Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T expected, bool moving) {
+    const bool inside = is_finite(reading) && limits.low <= reading && reading <= limits.high;
+    const bool near = !health.seen || abs(reading - expected) <= limits.step;
+    const bool repeated = inside && health.seen && reading == health.last;
+    health.repeats = !repeated ? 0 : moving && health.repeats < repeats_stuck ? health.repeats + 1 : health.repeats;
+    const bool usable = inside && near && health.repeats < repeats_stuck;
+    const int bucket = health.bucket + (usable ? -1 : bucket_bad);
+    health.bucket = bucket < 0 ? 0 : bucket < bucket_most ? bucket : bucket_most;
+    health.faulty = health.bucket >= bucket_faulty || (health.faulty && health.bucket > 0);
+    if (inside) health.last = reading, health.seen = true;
+    return {usable && !health.faulty, repeated};
+}
+
+/// Instants within a tick, evenly spaced and the last one its end, at which the supervisor predicts the pressure.
+inline constexpr int instants = 4;
+
+/// What the supervisor knows of one circuit: a critically damped servo, the line, and a tail that is held fast.
+template <class T>
+struct SupervisorModel {
+    Smoothing<T> servo;   // its position loop at one tick
+    T speed;              // rad/s without load, at the rated voltage
+    T stall;              // Pa at which it stalls, at the rated voltage
+    T line;               // Pa s/rad: pressure drop of the line per servo rate
+    T stiffness;          // Pa/rad: pressure per servo angle with the tail held fast
+    T fill;               // Pa: pressure at rest
+    T by_rate[instants];  // Pa s/rad: pressure in the cylinder at each instant per servo rate now
+    T by_step[instants];  // Pa/rad: the same per step of the target from the servo's angle now
+};
+
+/// What it believes.
+template <class T>
+struct SupervisorState {
+    Follower<T> servo;  // rad, rad per tick: where the servo is
+    T moved;            // rad: by how much it turned within the last tick
+    T target;           // rad: its last command
+    T pressure;         // Pa, without the line's drop
+    T trend;            // Pa: its rise within the last tick
+    bool stopped;       // released by the hard limit
+};
+
+/// The servo over the next tick, no faster than its torque-speed line lets it: `most` is rad per tick.
+template <class T>
+Follower<T> turn_servo(const SupervisorModel<T>& model, const Follower<T>& now, T target, T most) {
+    const Follower<T> free = follow(model.servo, now, target);
+    return {now.value + max(-most, min(most, free.value - now.value)), max(-most, min(most, free.change))};
+}
+
+/// Take in a pressure reading, less what the line drops. Where there is none, the tail is taken as held fast: then no
+/// push can raise the pressure above what is believed. Belief rises at once, but falls no faster than the pump draws
+/// back, and `ease`.
+template <class T>
+void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fresh, T reading, T tick, T ease) {
+    const T before = now.pressure, push = model.stiffness * now.moved;
+    const T held = before + max(push, T(0)) + max(now.trend, T(0));
+    const T lowest = before + min(push, T(0)) - ease;
+    now.pressure = fresh ? max(reading - model.line * now.servo.change / tick, lowest) : held;
+    now.trend = fresh ? now.pressure - before : T(0);
+}
+
+/// The furthest target that keeps pressure below `limit` until the next tick, with the tail held fast.
+template <class T>
+T furthest(const SupervisorModel<T>& model, const SupervisorState<T>& now, T limit, T tick) {
+    const T room = limit - now.pressure - max(now.trend, T(0)), rate = now.servo.change / tick;
+    T step = (room - model.by_rate[0] * rate) / model.by_step[0];
+    for (int k = 1; k < instants; ++k) step = min(step, (room - model.by_rate[k] * rate) / model.by_step[k]);
+    return now.servo.value + step;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,282 @@
+"""The controller on board as the core takes it: what a robot's description makes of its constants.
+
+The equations stand in core cpg.hpp, posture.hpp, safety.hpp and controller.hpp; docs/control.md derives them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.actuator import JointTable, joint_tables
+from hypertuna.description import Robot
+from hypertuna.hydraulics import Circuits, circuits, needed, servo_angle
+from hypertuna.schema import JointGroup
+from hypertuna.schema_control import Controller
+
+__all__ = ["PumpMap", "controller_columns", "pump_map"]
+
+Array = NDArray[np.float64]
+
+SETTLED = 4.7439  # rate times time at which a critically damped filter has made 95 % of a step: (1 + x) e^-x = 0.05
+MAP_DEGREE = 5
+FLOOR = 0.2  # of the cavitation pressure: as low as the pump may draw its units to hold a bend at rest
+BEYOND = 1.2  # of a joint's largest bend under pressure: what control may ask for, to make up for losses
+INSTANTS = 4  # within a tick, at which the supervisor predicts: as core safety.hpp
+FINE = 10  # steps of the prediction from one of them to the next
+
+
+@dataclass(frozen=True)
+class PumpMap:
+    """Servo angle of a circuit for a bend toward its side: a polynomial, and how well it fits.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (6,)
+        Of 1, u, u^2, ... for the bend u [rad] toward the side: servo angle [rad].
+    residual_angle : float
+        Largest error over the range [rad].
+    residual_volume : float
+        The same as displaced oil [m^3].
+    """
+
+    coefficients: Array
+    residual_angle: float
+    residual_volume: float
+
+
+def controller_columns(robot: Robot, temperature: float | None = None) -> dict[str, list[float]]:
+    """Compute the constants of a robot's controller.
+
+    Parameters
+    ----------
+    robot : Robot
+        With all tables of actuator, hydraulics and controller.
+    temperature : float, optional
+        Of the oil [K] that the controller counts on; the robot's own if left out.
+
+    Returns
+    -------
+    dict of str to list of float
+        As core controller.hpp names them, one value per joint or circuit (two per joint, left and right) or one.
+
+    Raises
+    ------
+    InputError
+        If a table is missing.
+    """
+    control = needed(robot.controller, "controller", "add the table [controller]", robot)
+    found = circuits(robot, temperature)
+    tick = 1 / control.rate
+    columns = _constants(robot, control, tick)
+    for group in robot.joints:
+        for name, value in _joint(robot, control, group).items():
+            columns.setdefault(name, []).append(value)
+    for c in range(len(found.names)):
+        map_ = pump_map(robot, found, c)
+        for name, values in {"map": map_.coefficients.tolist(), **_supervisor(control, found, c, tick)}.items():
+            columns.setdefault(name, []).extend(float(value) for value in values)
+        columns.setdefault("fill", []).append(robot.joints[c // 2].line.fill_pressure)  # type: ignore[union-attr]
+    return columns
+
+
+def pump_map(robot: Robot, found: Circuits, circuit: int) -> PumpMap:
+    """Fit the servo angle that holds a bend at rest: the inverse of volumes and pressures of both sides.
+
+    Parameters
+    ----------
+    robot : Robot
+    found : Circuits
+        Its circuits.
+    circuit : int
+        Which one; 2 j + s is side s of joint j.
+
+    Returns
+    -------
+    PumpMap
+        Least squares over the joint's reach.
+    """
+    group = robot.joints[circuit // 2]
+    reach = _reach(group)
+    bend = np.linspace(-reach, reach, 201)
+    table = joint_tables(robot)[circuit // 2]
+    volume, pressure = _side_at_rest(robot, table, found, circuit, bend)
+    angle = servo_angle(found, _displacement(found, circuit, volume, pressure), circuit)
+    slope = _core.displaced(found.values[circuit], angle)[:, 1]
+    fit = np.polynomial.Polynomial.fit(bend, angle, MAP_DEGREE, w=slope).convert()
+    error = fit(bend) - angle
+    return PumpMap(fit.coef, float(abs(error).max()), float(abs(error * slope).max()))
+
+
+def _reach(group: JointGroup) -> float:
+    return BEYOND * needed(group.bend_max, f"joints.{group.name}.bend_max_deg", "give the joint's largest bend")
+
+
+def _displacement(found: Circuits, circuit: int, volume: Array, pressure: Array) -> Array:
+    """Volume that the cylinder must have pushed out where its units have grown and stand under a pressure."""
+    at = {name: float(found.column(name)[circuit]) for name in found.columns}
+    oil = at["oil_pump"] + at["oil_unit"]
+    atmosphere = _core.ATMOSPHERE
+    swollen = oil * (1 - pressure / at["bulk_modulus"] + at["air"] * atmosphere / (atmosphere + pressure))
+    displaced: Array = at["chamber"] + at["unit_rest"] + volume + at["compliance"] * pressure - swollen
+    return displaced
+
+
+def _side_at_rest(robot: Robot, table: JointTable, found: Circuits, circuit: int, bend: Array) -> tuple[Array, Array]:
+    """Volume gained [m^3] and pressure [Pa] of a side that holds a bend toward itself.
+
+    The moments balance with both sides as far from the fill pressure, one above and one below it; where the lower one
+    would cavitate it stays there.
+    """
+    side = circuit % 2
+    toward = 1.0 if side == 0 else -1.0
+    load = table.at(toward * bend)
+    own, other = toward * load["slope"][:, side], toward * load["slope"][:, 1 - side]
+    elastic, volume = toward * load["elastic"], load["volume"][:, side] - table.at([0.0])["volume"][:, side]
+    fill = needed(robot.joints[circuit // 2].line, "joints.line", "add the table [joints.line]", robot).fill_pressure
+    low = FLOOR * float(found.column("cavitation")[circuit])
+    off = -(elastic + fill * (own + other)) / (own - other)
+    low_other = np.maximum(fill - off, low)
+    pressure = np.maximum(-(elastic + low_other * other) / own, low)
+    return volume, pressure
+
+
+def _follow(rate: float, tick: float) -> tuple[float, float]:
+    """Rate and decay per tick of a critically damped filter."""
+    return rate * tick, math.exp(-rate * tick)
+
+
+def _constants(robot: Robot, control: Controller, tick: float) -> dict[str, list[float]]:
+    """What the whole controller has once."""
+    rate, decay = _follow(SETTLED / control.smoothing, tick)
+    sensor = {kind: sensor_range(robot, kind) for kind in ("pressure", "current", "rate", "acceleration", "voltage")}
+    servo = circuits_voltage(robot)
+    values = {
+        "tick": tick,
+        "relax": math.exp(-2 * control.convergence * tick),
+        "couple": math.exp(-control.coupling * tick),
+        "smoothing_rate": rate,
+        "smoothing_decay": decay,
+        "proportional": control.proportional,
+        "integral": control.integral,
+        "derivative": control.derivative,
+        "peak_smoothing": control.peak_smoothing,
+        "missing": 0.25,
+        "limited": 0.1,
+        "moving": 0.05,
+        "least": math.radians(3.0),
+        "pressure_soft": control.pressure_soft,
+        "pressure_hard": control.pressure_hard,
+        "pressure_low": sensor["pressure"][0],
+        "pressure_high": sensor["pressure"][1],
+        "pressure_step": control.pressure_step,
+        "pressure_ease": control.pressure_ease,
+        "current_low": sensor["current"][0],
+        "current_high": sensor["current"][1],
+        "rate_high": sensor["rate"][1],
+        "acceleration_high": sensor["acceleration"][1],
+        "voltage_rated": servo,
+        "voltage_low": control.voltage_low,
+        "voltage_least": sensor["voltage"][0],
+        "voltage_most": sensor["voltage"][1],
+        "frequency_most": control.frequency_max,
+        "fin_most": control.fin_max,
+        "timeout": round(control.timeout / tick),
+        "pulse_center": control.pulse_center,
+        "pulse_per_rad": control.pulse_per_rad,
+        "pulse_least": control.pulse_min,
+        "pulse_most": control.pulse_max,
+        "slew": control.slew * tick,
+    }
+    return {"joints": [float(len(robot.joints))], **{name: [float(value)] for name, value in values.items()}}
+
+
+def circuits_voltage(robot: Robot) -> float:
+    """Voltage that the pump servos' torque and speed are rated at."""
+    from hypertuna.hydraulics import pump_servo
+
+    return float(needed(pump_servo(robot).voltage, "servos.voltage_v", "give it", robot))
+
+
+def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
+    """Return the range of the sensors of a quantity, or say that there are none."""
+    for sensor in robot.sensors:
+        if sensor.quantity == quantity and sensor.low is not None and sensor.high is not None:
+            return sensor.low, sensor.high
+    fix = f"add [[sensors]] with quantity = {quantity!r}, low and high"
+    return needed(None, "sensors", fix, robot)
+
+
+def _joint(robot: Robot, control: Controller, group: JointGroup) -> dict[str, float]:
+    """What the controller knows of a joint."""
+    bend_max = needed(group.bend_max, f"joints.{group.name}.bend_max_deg", "give the joint's largest bend")
+    high = sensor_range(robot, "bend")[1]
+    return {
+        "reach": _reach(group),
+        "amplitude": bend_max,
+        "bend_range": high,
+        "bend_step": 0.5 * high,
+        "safe_static": 1 / (0.5 * bend_max),
+        "safe_rate": 0.5 / bend_max,
+        "safe_square": 0.1 / bend_max,
+    }
+
+
+def _supervisor(control: Controller, found: Circuits, circuit: int, tick: float) -> dict[str, list[float]]:
+    """Servo, line and oil of a circuit with its joint held, as the pressure supervisor predicts them."""
+    at = {name: float(found.column(name)[circuit]) for name in found.columns}
+    angles = np.linspace(-0.5, 0.5, 51)
+    slope = float(_core.displaced(found.values[circuit], angles)[:, 1].max())
+    loop = at["bandwidth"] * 2 * math.pi / math.sqrt(math.sqrt(2) - 1)  # |1 / (1 + i w / w0)^2| = 1 / sqrt(2)
+    flow = slope * at["speed"]
+    drop = at["resistance"] + at["loss"] * flow
+    gas = at["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + control.pressure_soft) ** 2 + 1 / at["bulk_modulus"]
+    pump, unit = at["oil_pump"] * gas, at["oil_unit"] * gas + at["compliance"]
+    by_rate, by_step = _predict(loop, slope, drop, at["inertance"], pump, unit, tick)
+    rate, decay = _follow(loop, tick)
+    return {
+        "servo_rate": [rate],
+        "servo_decay": [decay],
+        "servo_speed": [at["speed"]],
+        "servo_stall": [at["stall_torque"] / slope],
+        "line": [drop * slope],
+        "stiffness": [slope / (pump + unit)],
+        "by_rate": by_rate,
+        "by_step": by_step,
+    }
+
+
+def _predict(
+    loop: float, slope: float, drop: float, inertance: float, pump: float, unit: float, tick: float
+) -> tuple[list[float], list[float]]:
+    """Pressure in the cylinder within a tick, over that in the units at its start, per servo rate and step of target.
+
+    Each is the largest value since the instant before. The joint is held, so this bounds what a free one does.
+    """
+    from scipy.linalg import expm
+
+    # States: servo angle, its rate, pressure in the cylinder, flow, pressure in the units, target.
+    rates = np.zeros((6, 6))
+    rates[0, 1] = 1.0
+    rates[1, [0, 1, 5]] = -(loop**2), -2 * loop, loop**2
+    rates[2, [1, 3]] = slope / pump, -1 / pump
+    rates[3, [2, 3, 4]] = 1 / inertance, -drop / inertance, -1 / inertance
+    rates[4, 3] = 1 / unit
+    one = expm(rates * tick / (INSTANTS * FINE))
+    turning = np.array([0.0, 1.0, drop * slope, slope, 0.0, 0.0])  # the flow is in step with the servo
+    stepped = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+    seen = []
+    for state in (turning, stepped):
+        pressures = []
+        for _ in range(INSTANTS * FINE):
+            state = one @ state
+            pressures.append(state[2])
+        seen.append(np.array(pressures).reshape(INSTANTS, FINE))
+    # At each instant the time within its interval that a step of the target makes worst.
+    worst = seen[1].argmax(axis=1)
+    at = np.arange(INSTANTS)
+    return seen[0][at, worst].tolist(), seen[1][at, worst].tolist()

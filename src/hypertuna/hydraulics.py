@@ -1,0 +1,374 @@
+"""Pump, oil and lines: the circuits of a robot as the core takes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.errors import InputError
+from hypertuna.schema import JointGroup
+from hypertuna.schema_hydraulics import HOTTEST, Line, Oil, Pump, Servo
+
+__all__ = [
+    "SIDES",
+    "Circuits",
+    "circuits",
+    "line_inertance",
+    "line_loss",
+    "line_resistance",
+    "oil_of",
+    "pump_servo",
+    "rest_volume",
+    "servo_angle",
+    "viscosity",
+]
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+SIDES = ("left", "right")
+DRIVES = "piston pump"  # what a servo drives that belongs to a circuit
+ZERO_CELSIUS = 273.15
+LAMINAR_INERTIA = 4 / 3  # momentum of Poiseuille's profile over that of a plug with the same flow
+OPEN = 0.7  # of ASTM D341, cSt
+
+
+@dataclass(frozen=True)
+class Circuits:
+    """The four (two per joint) circuits of a robot as the core takes them.
+
+    Parameters
+    ----------
+    names : tuple of str
+        ``"I-left"``, ``"I-right"``, ...: circuit 2 j + s is side s of joint j.
+    columns : tuple of str
+        As `core/include/hypertuna/circuit.hpp` names them.
+    values : ndarray, shape (circuits, columns)
+        SI units.
+    temperature : float
+        Of the oil [K].
+    viscosity : float
+        Kinematic viscosity there [m^2/s].
+    """
+
+    names: tuple[str, ...]
+    columns: tuple[str, ...]
+    values: Array
+    temperature: float
+    viscosity: float
+
+    def column(self, name: str) -> Array:
+        """Return one quantity of every circuit.
+
+        Parameters
+        ----------
+        name : str
+            One of the columns.
+
+        Returns
+        -------
+        ndarray, shape (circuits,)
+            In SI units [any].
+        """
+        column: Array = self.values[:, self.columns.index(name)]
+        return column
+
+
+def viscosity(oil: Oil, temperature: ArrayLike) -> Array:
+    """Return the kinematic viscosity of an oil: log10 log10(nu + 0.7) = A - B log10 T, nu in cSt (ASTM D341).
+
+    Parameters
+    ----------
+    oil : Oil
+        Its viscosities at 40 and 100 C determine A and B.
+    temperature : array_like
+        From its pour point to 100 C [K].
+
+    Returns
+    -------
+    ndarray
+        [m^2/s].
+
+    Raises
+    ------
+    InputError
+        If the oil is solid or the equation has no ground at a temperature.
+    """
+    kelvin = np.asarray(temperature, dtype=np.float64)
+    outside = ~((kelvin >= oil.pour_point) & (kelvin <= HOTTEST))
+    if outside.any():
+        low, high = (f"{limit - ZERO_CELSIUS:.4g}" for limit in (oil.pour_point, HOTTEST))
+        value = f"{kelvin[outside].flat[0] - ZERO_CELSIUS:.4g} degC"
+        fix = f"{oil.name} flows from its pour point up, and its viscosity is known up to 100 C"
+        raise InputError(f"must be from {low} to {high} degC", key="temperature", value=value, fix=fix)
+    ends = np.log10(np.array([40.0, 100.0]) + ZERO_CELSIUS)
+    heights = np.log10(np.log10(np.array([oil.viscosity_40, oil.viscosity_100]) * 1e6 + OPEN))
+    slope = (heights[1] - heights[0]) / (ends[1] - ends[0])
+    height = heights[0] + slope * (np.log10(kelvin) - ends[0])
+    result: Array = (10.0 ** (10.0**height) - OPEN) * 1e-6
+    return result
+
+
+def line_resistance(length: ArrayLike, bore: ArrayLike, dynamic_viscosity: ArrayLike) -> Array:
+    """Return the laminar resistance of a line, 128 mu l / (pi d^4) (Poiseuille).
+
+    Parameters
+    ----------
+    length, bore : array_like
+        l and d [m].
+    dynamic_viscosity : array_like
+        mu [Pa s].
+
+    Returns
+    -------
+    ndarray
+        Pressure drop per flow [Pa s/m^3].
+    """
+    result: Array = 128 * np.asarray(dynamic_viscosity) * np.asarray(length) / (np.pi * np.asarray(bore) ** 4)
+    return result
+
+
+def line_inertance(length: ArrayLike, bore: ArrayLike, density: ArrayLike) -> Array:
+    """Return the inertance of a line in laminar flow, 4/3 rho l / (pi d^2 / 4).
+
+    Parameters
+    ----------
+    length, bore : array_like
+        l and d [m].
+    density : array_like
+        rho [kg/m^3].
+
+    Returns
+    -------
+    ndarray
+        Pressure drop per change of flow [Pa s^2/m^3]. The factor holds while the profile stays Poiseuille's, up to a
+        Womersley number d/2 sqrt(w / nu) of about 2.
+    """
+    result: Array = LAMINAR_INERTIA * np.asarray(density) * np.asarray(length) / (np.pi / 4 * np.asarray(bore) ** 2)
+    return result
+
+
+def line_loss(bore: ArrayLike, coefficient: ArrayLike, density: ArrayLike) -> Array:
+    """Return what entry and exit of a line cost, coefficient x rho / (2 area^2).
+
+    Parameters
+    ----------
+    bore : array_like
+        [m].
+    coefficient : array_like
+        In units of the dynamic pressure [1].
+    density : array_like
+        [kg/m^3].
+
+    Returns
+    -------
+    ndarray
+        Pressure drop per flow squared [Pa s^2/m^6].
+    """
+    area = np.pi / 4 * np.asarray(bore) ** 2
+    result: Array = np.asarray(coefficient) * np.asarray(density) / (2 * area**2)
+    return result
+
+
+def rest_volume(robot: Robot, group: JointGroup) -> float:
+    """Return what the drive units of one side of a joint hold at rest.
+
+    Parameters
+    ----------
+    robot : Robot
+    group : JointGroup
+
+    Returns
+    -------
+    float
+        Lumens of straight hoses as long as the joint's neutral layer [m^3].
+    """
+    unit = needed(robot.drive_unit, "drive_unit", "add the table [drive_unit]")
+    where = f"joints.{group.name}"
+    actuator = needed(group.actuator, f"{where}.actuator", "add the table [joints.actuator] to each joint group")
+    count = needed(group.drive_units, f"{where}.drive_units", "give the number of pairs of drive units")
+    return float(count * np.pi / 4 * unit.inner_diameter**2 * sum(actuator.segment_length))
+
+
+def pump_servo(robot: Robot) -> Servo:
+    """Return the servo of a cylinder.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Returns
+    -------
+    Servo
+        Whole: speed, voltage, currents, inertia and bandwidth are there.
+
+    Raises
+    ------
+    InputError
+        If none drives the pump, there are not two a joint, or a value is missing.
+    """
+    k = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
+    if k is None:
+        raise _missing(robot, f"[[servos]] with drives = {DRIVES!r}", "add that table to the robot's file")
+    servo = robot.servos[k]
+    for name, info in type(servo).model_fields.items():
+        if getattr(servo, name) is None:
+            raise _missing(robot, f"servos[{k}].{info.alias}", f"give its {info.description}")
+    wanted = len(SIDES) * len(robot.joints)
+    if servo.count != wanted:
+        rule, fix = f"must be {wanted}, one a side of each joint group", "one servo drives one cylinder"
+        raise InputError(rule, file=robot.file or None, key=f"servos[{k}].count", value=str(servo.count), fix=fix)
+    return servo
+
+
+def oil_of(robot: Robot, temperature: float | None = None) -> tuple[Oil, float, float]:
+    """Return the oil of a robot with its temperature and viscosity.
+
+    Parameters
+    ----------
+    robot : Robot
+    temperature : float, optional
+        [K]; the robot's own if left out.
+
+    Returns
+    -------
+    Oil
+    float
+        Temperature [K].
+    float
+        Kinematic viscosity [m^2/s].
+    """
+    oil = needed(robot.oil, "oil", "add the table [oil]")
+    at = oil.temperature if temperature is None else temperature
+    return oil, at, float(viscosity(oil, at))
+
+
+def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
+    """Describe the circuits of a robot to the core.
+
+    Parameters
+    ----------
+    robot : Robot
+        With the tables pump, oil, drive_unit, servos and, in each joint group, actuator and line.
+    temperature : float, optional
+        Of the oil [K]; the robot's own if left out.
+
+    Returns
+    -------
+    Circuits
+        Filled so that all pressures are the line's fill pressure with the joint straight and the servos at zero.
+
+    Raises
+    ------
+    InputError
+        If a table is missing, or the oil does not flow at that temperature.
+    """
+    pump = needed(robot.pump, "pump", "add the table [pump]", robot)
+    oil, at, nu = oil_of(robot, temperature)
+    servo = pump_servo(robot)
+    names, rows = [], []
+    for group in robot.joints:
+        line = needed(group.line, f"joints.{group.name}.line", "add the table [joints.line] to each joint group", robot)
+        row = _circuit(pump, servo, oil, line, rest_volume(robot, group), nu)
+        for side in SIDES:
+            names.append(f"{group.name}-{side}")
+            rows.append(row)
+    columns = tuple(_core.circuit_columns())
+    values = np.array([[row[name] for name in columns] for row in rows], dtype=np.float64)
+    return Circuits(tuple(names), columns, values, at, nu)
+
+
+def servo_angle(found: Circuits, volume: ArrayLike, circuit: int = 0) -> Array:
+    """Return the servo angle that pushes out a volume: the inverse of the slider-crank.
+
+    Parameters
+    ----------
+    found : Circuits
+    volume : array_like
+        [m^3].
+    circuit : int
+        Which one.
+
+    Returns
+    -------
+    ndarray
+        Servo angle from zero [rad]; not a number beyond the dead centers.
+    """
+    area, crank, rod, neutral = (float(found.column(name)[circuit]) for name in ("area", "crank", "rod", "neutral"))
+    start = float(found.column("start")[circuit])
+    # Triangle of crank, rod and the piston's distance from the axle: law of cosines.
+    reach = np.asarray(volume, dtype=np.float64) / area + start + rod - crank
+    with np.errstate(invalid="ignore", divide="ignore"):
+        cosine = (reach**2 + crank**2 - rod**2) / (2 * reach * crank)
+        result: Array = np.pi - np.arccos(np.where(abs(cosine) <= 1, cosine, np.nan)) - neutral
+    return result
+
+
+def needed(value: T | None, key: str, fix: str, robot: Robot | None = None) -> T:
+    """Return a value that a computation needs.
+
+    Parameters
+    ----------
+    value : object or None
+    key, fix : str
+        As in the robot's file, for the error.
+    robot : Robot, optional
+        Whose file is named.
+
+    Returns
+    -------
+    object
+
+    Raises
+    ------
+    InputError
+        If it is None.
+    """
+    if value is None:
+        raise InputError("is needed for the hydraulics", file=(robot and robot.file) or None, key=key, fix=fix)
+    return value
+
+
+def _missing(robot: Robot, key: str, fix: str) -> InputError:
+    """Name what a robot's file lacks."""
+    return InputError("is needed for the hydraulics", file=robot.file or None, key=key, fix=fix)
+
+
+def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: float) -> dict[str, float]:
+    """Describe one circuit by the names of the core."""
+    area = np.pi / 4 * pump.bore**2
+    sine, cosine = np.sin(pump.neutral), np.cos(pump.neutral)
+    on = pump.crank * (1 - cosine) - pump.rod + np.sqrt(pump.rod**2 - (pump.crank * sine) ** 2)
+    chamber = pump.dead_volume + area * (2 * pump.crank - on)
+    held = rest + np.pi / 4 * line.bore**2 * line.length
+    fill = line.fill_pressure
+    swollen = 1 - fill / oil.bulk_modulus + oil.air * _core.ATMOSPHERE / (_core.ATMOSPHERE + fill)
+    return {
+        "area": area,
+        "crank": pump.crank,
+        "rod": pump.rod,
+        "neutral": pump.neutral,
+        "start": on,
+        "chamber": chamber,
+        "stall_torque": servo.torque,
+        "friction": servo.friction,
+        **{
+            name: getattr(servo, name)
+            for name in ("speed", "bandwidth", "voltage", "stall_current", "idle_current", "inertia")
+        },
+        "resistance": float(line_resistance(line.length, line.bore, nu * oil.density)),
+        "loss": float(line_loss(line.bore, line.loss, oil.density)),
+        "inertance": float(line_inertance(line.length, line.bore, oil.density)),
+        "oil_pump": chamber / swollen,
+        "oil_unit": (held + line.compliance * fill) / swollen,
+        "unit_rest": held,
+        "compliance": line.compliance,
+        "bulk_modulus": oil.bulk_modulus,
+        "air": oil.air,
+        "cavitation": oil.cavitation,
+    }
