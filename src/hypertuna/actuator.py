@@ -85,8 +85,8 @@ class Bend:
         The way back.
     segments : ndarray, shape (n or 2 n, segments)
         Angle of each segment all along [rad].
-    loss : float
-        Work of the oil on the joint, less what came back: what friction took, where the path is a loop [J].
+    volume : ndarray, shape (n or 2 n,)
+        Oil that the muscles of that side have taken in since rest, all along [m^3].
     braid_angle : float
         Largest angle of any braid from its axis [rad].
     lumen_left : float
@@ -106,7 +106,7 @@ class Bend:
     unload_pressure: Array | None
     unload_angle: Array | None
     segments: Array
-    loss: float
+    volume: Array
     braid_angle: float
     lumen_left: float
     status: str
@@ -118,6 +118,12 @@ class Bend:
         if self.unload_angle is None:
             return 0.0
         return float(np.trapezoid(self.unload_angle[::-1] - self.angle, self.pressure))
+
+    @property
+    def loss(self) -> float:
+        """Work of the oil on the joint less what came back [J]: what friction took, where the path is a loop."""
+        path = self.pressure if self.unload_pressure is None else np.append(self.pressure, self.unload_pressure)
+        return float(np.trapezoid(path, self.volume))
 
     def r_squared(self, low: float = 100e3, high: float = 250e3) -> float:
         """How near to a line the angle is, on the way up between two pressures.
@@ -233,7 +239,7 @@ def bend(
         unload_pressure=path[n:] if unload else None,
         unload_angle=segments[n:].sum(axis=1) if unload else None,
         segments=segments,
-        **_muscles(robot, joint, chosen, segments, path, active, locks=law == "corrected"),
+        **_muscles(robot, joint, chosen, segments, float(rising[-1]), active, locks=law == "corrected"),
     )
 
 
@@ -257,9 +263,9 @@ def _check_pressure(pressure: ArrayLike) -> Array:
 
 
 def _muscles(
-    robot: Robot, joint: str | int, material: str, segments: Array, path: Array, active: int, *, locks: bool
+    robot: Robot, joint: str | int, material: str, segments: Array, most: float, active: int, *, locks: bool
 ) -> dict[str, Any]:
-    """Say what the muscles went through: work that friction took, braid angle, lumens, and whether the joint locks."""
+    """Say what the muscles went through: oil taken in, braid angle, lumens, and whether the joint locks."""
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
     lever = actuator.lever * (1 + np.array([0.5, -0.5]) * actuator.asymmetry)
     strain = segments / np.array(actuator.segment_length)
@@ -269,20 +275,19 @@ def _muscles(
         return np.asarray(hose.at(stretch.ravel(), pressure=0.0)["lumen"]).reshape(stretch.shape)
 
     short, long = 1 - lever[active] * strain, 1 + lever[1 - active] * strain
-    volume = cast(int, group.drive_units) * (lumen(short) * np.array(actuator.segment_length)).sum(axis=1)
+    gain = lumen(short) - lumen(np.ones(1))
+    volume = cast(int, group.drive_units) * (gain * np.array(actuator.segment_length)).sum(axis=1)
     left = float((lumen(long) / lumen(np.ones(1))).min())
     braid = math.acos(min(1.0, float(short.min()) * math.cos(unit.braid_angle)))
     locked = locks and left < LUMEN_LEFT
-    degrees, most = f"{math.degrees(braid):.1f} deg", path.max() / 1e3
-    text = (
-        f"At {most:g} kPa the braid stands at {degrees} (at {math.degrees(NEUTRAL_BRAID):.1f} a muscle pulls no more)"
-    )
+    stands, idle = f"{math.degrees(braid):.1f} deg", math.degrees(NEUTRAL_BRAID)
+    text = f"At {most / 1e3:g} kPa the braid stands at {stands} (at {idle:.1f} a muscle pulls no more)"
     if locked:
-        text = f"The joint locks below {most:g} kPa: the lumen of the stretched muscles closes"
+        text = f"The joint locks below {most / 1e3:g} kPa: the lumen of the stretched muscles closes"
     elif locks:
         text += f" and the stretched muscles keep {100 * left:.0f} % of their lumen"
     return {
-        "loss": float(np.trapezoid(path, volume)),
+        "volume": volume,
         "braid_angle": braid,
         "lumen_left": left,
         "status": "locked" if locked else "free",
