@@ -1,4 +1,5 @@
 /// Bindings of pump, lines and servos.
+#include "hypertuna/battery.hpp"
 #include "hypertuna/circuit.hpp"
 #include "hypertuna/stepping.hpp"
 #include "model.hpp"
@@ -86,6 +87,21 @@ static double stiffness(const Input<1>& row, double pressure, double flow) {
     return circuit_stiffness(circuit_of(row), pressure, flow);
 }
 
+static std::vector<std::string> of_battery() { return {battery_columns, battery_columns + battery_column_count}; }
+
+static Output battery_at(const Input<1>& row, const Input<1>& taken, const Input<1>& power) {
+    check_extent("battery", row.shape(0), battery_column_count);
+    check_extent("power", power.shape(0), taken.shape(0));
+    const Battery<double> battery = read_battery<double>(row.data());
+    Output out = zeros({taken.shape(0), 3});
+    for (std::size_t k = 0; k < taken.shape(0); ++k) {
+        const BatteryOutput<double> at = battery_output(battery, taken.data()[k], power.data()[k]);
+        const double seen[3] = {at.voltage, at.current, at.supply};
+        std::copy(seen, seen + 3, out.data() + 3 * k);
+    }
+    return out;
+}
+
 void bind_hydraulics(nb::module_& m) {
     m.attr("ATMOSPHERE") = atmosphere;
     m.def("circuit_columns", &columns, "Numbers that describe a circuit, in the order of a row.");
@@ -101,6 +117,11 @@ void bind_hydraulics(nb::module_& m) {
     m.def("circuit_stiffness", &stiffness, nb::arg("circuit"), nb::arg("pressure"), nb::arg("flow"),
           "Bound of a circuit's rates with the joint held, at a pressure and a flow [1/s]: Runge-Kutta steps must be "
           "shorter than 2.7 over it.");
+    m.def("battery_columns", &of_battery, "Numbers that describe a battery, in the order of a row.");
+    m.def(
+        "battery_output", &battery_at, nb::arg("battery"), nb::arg("taken"), nb::arg("power"),
+        "Voltage and current of a battery and voltage at the servos, after a charge was taken, while they draw a power "
+        "[V, A, V].");
 }
 
 }  // namespace hypertuna

@@ -12,7 +12,11 @@ static constexpr double infinite = std::numeric_limits<double>::infinity();
 /// A servo near to HyperTuna's.
 static Servo<double> servo() { return {6.86, 7.5, 20.0, 0.3, 7.2, 7.0, 0.3, 0.009}; }
 
-static Pump<double> pump() { return {2.5447e-4, 0.022, 0.050, pi / 2, 7e-6}; }
+static Pump<double> pump() {
+    Pump<double> p{2.5447e-4, 0.022, 0.050, pi / 2, 0.0, 7e-6};
+    p.start = travel(p, 0.0).travel;
+    return p;
+}
 
 /// A circuit near to one of joint I: 8 cm of 3 mm line, oil of 0.117 Pa s, filled to 60 kPa.
 static Circuit<double> circuit(double air = 0.01) {
@@ -36,7 +40,7 @@ static void crank_by_hand() {
         CHECK_NEAR(displaced_slope(p, angle), (displaced(p, angle + h) - displaced(p, angle - h)) / (2 * h), 1e-15);
         Dual<double, 1> x(angle);
         x.d[0] = 1;
-        const auto dual = displaced(Pump<Dual<double, 1>>{p.area, p.crank, p.rod, p.neutral, p.chamber}, x);
+        const auto dual = displaced(Pump<Dual<double, 1>>{p.area, p.crank, p.rod, p.neutral, p.start, p.chamber}, x);
         CHECK_NEAR(dual.d[0], displaced_slope(p, angle), 1e-19);
     }
 }

@@ -300,7 +300,7 @@ def servo_angle(found: Circuits, volume: ArrayLike, circuit: int = 0) -> Array:
         Servo angle from zero [rad]; not a number beyond the dead centers.
     """
     area, crank, rod, neutral = (float(found.column(name)[circuit]) for name in ("area", "crank", "rod", "neutral"))
-    start = crank * (1 - np.cos(neutral)) - rod + np.sqrt(rod**2 - (crank * np.sin(neutral)) ** 2)
+    start = float(found.column("start")[circuit])
     # Triangle of crank, rod and the piston's distance from the axle: law of cosines.
     reach = np.asarray(volume, dtype=np.float64) / area + start + rod - crank
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -353,6 +353,7 @@ def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: fl
         "crank": pump.crank,
         "rod": pump.rod,
         "neutral": pump.neutral,
+        "start": on,
         "chamber": chamber,
         "stall_torque": servo.torque,
         "friction": servo.friction,

@@ -17,6 +17,7 @@ from hypertuna.schema_base import (
     Part,
     Positive,
     PositiveDegrees,
+    PositiveFraction,
     Real,
     Text,
     entry,
@@ -92,14 +93,32 @@ class Battery(Part):
     cells: Count = entry("cells", "number of cells")
     capacity: AmpereHours = entry("capacity_ah", "capacity of one cell", "A h")
     voltage: Positive = entry("voltage_v", "nominal voltage of one cell", "V")
+    charged: Positive | None = entry(
+        "charged_v",
+        "open-circuit voltage of a full cell; it falls straight to as far below the nominal one (default: constant)",
+        "V",
+        default=None,
+    )
     series: Count | None = entry("series", "number of cells in series; the strings of them are parallel", default=None)
     resistance: NotNegative = entry("resistance_ohm", "inner resistance of one cell", "ohm", default=0.0)
+    usable: Fraction = entry("usable", "part of the rated capacity that can be used", default=1.0)
+    converter: Positive | None = entry(
+        "converter_v",
+        "voltage that a converter holds for the servos (default: they see the battery)",
+        "V",
+        default=None,
+    )
+    efficiency: PositiveFraction = entry("converter_efficiency", "efficiency of the converter", default=1.0)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.series is not None and self.cells % self.series:
             rule, fix = f"must divide cells = {self.cells}", "give the number of cells of one string"
             raise InputError(rule, key="battery.series", value=str(self.series), fix=fix)
+        if self.charged is not None and not self.voltage <= self.charged < 2 * self.voltage:
+            rule = f"must be from voltage_v = {self.voltage:g} to less than twice that"
+            value, fix = f"{self.charged:g}", "give the voltage of one full cell"
+            raise InputError(rule, key="battery.charged_v", value=value, fix=fix)
         return self
 
 

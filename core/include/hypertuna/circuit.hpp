@@ -85,19 +85,22 @@ template <class S>
 OilPressure<S> oil_pressure(const Circuit<S>& circuit, const S& oil, const S& space, const S& compliance) {
     const S p0 = S(base_t<S>(atmosphere));
     const S stiff = compliance + oil / circuit.bulk_modulus, gas = oil * circuit.air * p0;
-    const S excess = oil + stiff * p0 - space;
+    const S excess = oil + stiff * p0 - space, lowest = circuit.cavitation + p0;
     const S root = sqrt(excess * excess + S(4) * stiff * gas);
-    const S absolute = select(excess < S(0), S(2) * gas / (root - excess), (root + excess) / (S(2) * stiff));
-    const S pressure = max(circuit.cavitation, absolute - p0);
-    const S open = space + compliance * circuit.cavitation - oil_volume(circuit, oil, circuit.cavitation);
-    return {pressure, select(circuit.cavitation < absolute - p0, S(0), max(S(0), open))};
+    const auto stretched = excess < S(0);  // the form of the root in which nothing cancels
+    const S absolute = select(stretched, S(2) * gas, root + excess) / select(stretched, root - excess, S(2) * stiff);
+    if (!any(absolute < lowest)) return {absolute - p0, S(0)};
+    return {max(lowest, absolute) - p0, max(S(0), stiff * lowest - excess - gas / lowest)};
 }
 
 /// Cylinder and units of a circuit. `unit_space` is what the joint's bend adds to the units' volume, m^3.
 template <class S>
+HYPERTUNA_INLINE OilPressure<S> pump_pressure(const Circuit<S>& circuit, const S& passed, const S& pushed) {
+    return oil_pressure(circuit, circuit.oil_pump - passed, circuit.pump.chamber - pushed, S(0));
+}
+template <class S>
 HYPERTUNA_INLINE OilPressure<S> pump_pressure(const Circuit<S>& circuit, const CircuitState<S>& state) {
-    const S space = circuit.pump.chamber - displaced(circuit.pump, state.angle);
-    return oil_pressure(circuit, circuit.oil_pump - state.passed, space, S(0));
+    return pump_pressure(circuit, state.passed, displaced(circuit.pump, state.angle));
 }
 template <class S>
 HYPERTUNA_INLINE OilPressure<S> unit_pressure(const Circuit<S>& circuit, const CircuitState<S>& state,
@@ -107,10 +110,13 @@ HYPERTUNA_INLINE OilPressure<S> unit_pressure(const Circuit<S>& circuit, const C
 
 /// How the state changes, and what is seen of it.
 template <class S>
-CircuitRate<S> circuit_rate(const Circuit<S>& circuit, const CircuitState<S>& state, const S& target, const S& supply,
-                            const S& unit_space) {
-    const OilPressure<S> pump = pump_pressure(circuit, state), unit = unit_pressure(circuit, state, unit_space);
-    const S load = pump.pressure * displaced_slope(circuit.pump, state.angle);
+HYPERTUNA_INLINE CircuitRate<S> circuit_rate(const Circuit<S>& circuit, const CircuitState<S>& state, const S& target,
+                                             const S& supply, const S& unit_space) {
+    const auto [at, slope] = travel(circuit.pump, state.angle);
+    const S area = circuit.pump.area, pushed = area * (at - circuit.pump.start);
+    const OilPressure<S> pump = pump_pressure(circuit, state.passed, pushed);
+    const OilPressure<S> unit = unit_pressure(circuit, state, unit_space);
+    const S load = pump.pressure * (area * slope);
     const ServoDrive<S> drive = servo_drive(circuit.servo, supply, load, target, state.angle, state.rate);
     const S drop = circuit.resistance * state.flow + circuit.loss * times_abs(state.flow);
     const S flow = (pump.pressure - unit.pressure - drop) / circuit.inertance;
@@ -134,18 +140,17 @@ S circuit_stiffness(const Circuit<S>& circuit, const S& pressure, const S& flow)
 
 /// A circuit as a row of numbers, in this order: how it comes from Python.
 inline constexpr const char* circuit_columns[] = {
-    "area",     "crank",    "rod",           "neutral",      "chamber",      "stall_torque", "speed",      "bandwidth",
-    "friction", "voltage",  "stall_current", "idle_current", "inertia",      "resistance",   "loss",       "inertance",
-    "oil_pump", "oil_unit", "unit_rest",     "compliance",   "bulk_modulus", "air",          "cavitation",
+    "area",      "crank",    "rod",      "neutral",       "start",        "chamber",      "stall_torque", "speed",
+    "bandwidth", "friction", "voltage",  "stall_current", "idle_current", "inertia",      "resistance",   "loss",
+    "inertance", "oil_pump", "oil_unit", "unit_rest",     "compliance",   "bulk_modulus", "air",          "cavitation",
 };
 inline constexpr int circuit_column_count = sizeof(circuit_columns) / sizeof(circuit_columns[0]);
 
 template <class S, class T>
 Circuit<S> read_circuit(const T* row) {
     const auto at = [row](int k) { return S(base_t<S>(row[k])); };
-    return {{at(0), at(1), at(2), at(3), at(4)},
-            {at(5), at(6), at(7), at(8), at(9), at(10), at(11), at(12)},
-            at(13),
+    return {{at(0), at(1), at(2), at(3), at(4), at(5)},
+            {at(6), at(7), at(8), at(9), at(10), at(11), at(12), at(13)},
             at(14),
             at(15),
             at(16),
@@ -154,7 +159,8 @@ Circuit<S> read_circuit(const T* row) {
             at(19),
             at(20),
             at(21),
-            at(22)};
+            at(22),
+            at(23)};
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -13,6 +13,7 @@ struct Pump {
     S crank;    // m
     S rod;      // m, longer than the crank
     S neutral;  // rad of the crank from full retraction, servo at zero
+    S start;    // m of travel from full retraction there
     S chamber;  // m^3 in the cylinder there
 };
 
@@ -34,13 +35,13 @@ HYPERTUNA_INLINE Travel<S> travel(const Pump<S>& pump, const S& angle) {
 
 /// Volume pushed out when the servo turns from zero to an angle, m^3.
 template <class S>
-S displaced(const Pump<S>& pump, const S& angle) {
-    return pump.area * (travel(pump, angle).travel - travel(pump, S(0)).travel);
+HYPERTUNA_INLINE S displaced(const Pump<S>& pump, const S& angle) {
+    return pump.area * (travel(pump, angle).travel - pump.start);
 }
 
 /// Its derivative by the angle, m^3/rad: also the servo's torque per pressure.
 template <class S>
-S displaced_slope(const Pump<S>& pump, const S& angle) {
+HYPERTUNA_INLINE S displaced_slope(const Pump<S>& pump, const S& angle) {
     return pump.area * travel(pump, angle).slope;
 }
 

@@ -1,0 +1,145 @@
+/// Plant: all of the robot that obeys physics alone, from the servos' targets to the wake.
+///
+/// Oil pressures push on the joints by how the bend changes the units' volume (virtual work), the joints bend the tail
+/// against the water, and the bend takes oil out of the circuits in turn. Coordinates of the tail: the bends of the
+/// joints, circuits 2 j (left) and 2 j + 1 (right) on joint j; a passive hinge may follow.
+#pragma once
+
+#include "circuit.hpp"
+#include "joint_table.hpp"
+#include "stepping.hpp"
+#include "tail.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// Spring and damper of a passive hinge.
+template <class S>
+struct Hinge {
+    S stiffness;  // N m/rad
+    S damping;    // N m s/rad
+};
+
+template <class S, class Law, int D>
+struct Plant {
+    Tail<S, Law, D> tail;
+    int joints;                  // coordinates that circuits bend; a hinge is one more
+    const JointTable<S>* joint;  // joints
+    const Circuit<S>* circuit;   // 2 joints
+    const S* unit_rest;          // 2 joints: m^3 of oil in the muscles of the straight joint
+    Hinge<S> hinge;
+};
+
+template <class S, int D>
+struct PlantState {
+    Twist<S> xi;
+    Pose<S> pose;
+    Bend<S, D> bend;
+    CircuitState<S> circuit[2 * D];  // those of a hinge rest at zero
+    S energy[2 * D];                 // J, electrical, that each servo has drawn
+
+    template <class A>
+    friend HYPERTUNA_INLINE PlantState operator*(const A& a, const PlantState& b) {
+        PlantState out{a * b.xi, a * b.pose, {}, {}, {}};
+        for (int d = 0; d < D; ++d) {
+            out.bend.angle[d] = a * b.bend.angle[d];
+            out.bend.rate[d] = a * b.bend.rate[d];
+        }
+        for (int c = 0; c < 2 * D; ++c) {
+            out.circuit[c] = a * b.circuit[c];
+            out.energy[c] = a * b.energy[c];
+        }
+        return out;
+    }
+    friend HYPERTUNA_INLINE PlantState operator+(const PlantState& a, const PlantState& b) {
+        PlantState out{a.xi + b.xi, a.pose + b.pose, {}, {}, {}};
+        for (int d = 0; d < D; ++d) {
+            out.bend.angle[d] = a.bend.angle[d] + b.bend.angle[d];
+            out.bend.rate[d] = a.bend.rate[d] + b.bend.rate[d];
+        }
+        for (int c = 0; c < 2 * D; ++c) {
+            out.circuit[c] = a.circuit[c] + b.circuit[c];
+            out.energy[c] = a.energy[c] + b.energy[c];
+        }
+        return out;
+    }
+};
+
+/// What the controller asks of the servos: held from one control step to the next.
+template <class S, int D>
+struct ServoTargets {
+    S angle[2 * D];  // rad
+    S supply;        // V
+};
+
+/// What one instant shows beside the state.
+template <class S, int D>
+struct PlantOutput {
+    CircuitOutput<S> circuit[2 * D];
+    S moment[D];  // N m on each coordinate
+    Twist<S> twist_rate;
+};
+
+/// A joint this slow counts as at rest for the friction of its units, rad/s: sliding sets in smoothly around it, so
+/// that friction neither chatters nor forces small steps.
+inline constexpr double joint_rest = 0.05;
+
+/// Share of Coulomb friction that acts at a rate: -1 to 1.
+template <class S>
+HYPERTUNA_INLINE S sliding(const S& rate) {
+    const S rest = S(base_t<S>(joint_rest));
+    return rate / sqrt(rate * rate + rest * rest);
+}
+
+/// Moment on a bend: oil and silicone, viscosity, and friction of the units that pressure holds in their braids.
+template <class S>
+HYPERTUNA_INLINE S bend_moment(const JointTable<S>& table, const JointLoad<S>& load, const S* pressure, const S& rate) {
+    return joint_moment(load, pressure) - table.viscosity * rate - joint_friction(load, pressure) * sliding(rate);
+}
+
+/// How the plant changes. `seen`, if given, gets what one instant shows.
+template <class S, class Law, int D>
+PlantState<S, D> plant_rate(const Plant<S, Law, D>& plant, const PlantState<S, D>& at,
+                            const ServoTargets<S, D>& targets, PlantOutput<S, D>* seen) {
+    PlantState<S, D> rate{};
+    S moment[D];
+    for (int j = 0; j < plant.joints; ++j) {
+        const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j]);
+        S pressure[2];
+        for (int side = 0; side < 2; ++side) {
+            const int c = 2 * j + side;
+            const CircuitRate<S> circuit = circuit_rate(plant.circuit[c], at.circuit[c], targets.angle[c],
+                                                        targets.supply, load.volume[side] - plant.unit_rest[c]);
+            rate.circuit[c] = circuit.rate;
+            rate.energy[c] = circuit.output.power.total;
+            pressure[side] = circuit.output.unit.pressure;
+            if (seen) seen->circuit[c] = circuit.output;
+        }
+        moment[j] = bend_moment(plant.joint[j], load, pressure, at.bend.rate[j]);
+    }
+    for (int d = plant.joints; d < D; ++d)
+        moment[d] = -(plant.hinge.stiffness * at.bend.angle[d] + plant.hinge.damping * at.bend.rate[d]);
+    const TailAcceleration<S, D> body = tail_acceleration(plant.tail, at.bend, at.xi, moment);
+    rate.xi = body.twist;
+    rate.pose = pose_rate(at.pose, at.xi);
+    for (int d = 0; d < D; ++d) {
+        rate.bend.angle[d] = at.bend.rate[d];
+        rate.bend.rate[d] = body.bend[d];
+        if (seen) seen->moment[d] = moment[d];
+    }
+    if (seen) seen->twist_rate = body.twist;
+    return rate;
+}
+
+/// One step of fourth-order Runge-Kutta; `seen` gets what its start shows.
+template <class S, class Law, int D>
+PlantState<S, D> plant_step(const Plant<S, Law, D>& plant, const PlantState<S, D>& at,
+                            const ServoTargets<S, D>& targets, const S& step, PlantOutput<S, D>& seen) {
+    bool first = true;
+    return runge_kutta_4(step, at, [&](int, const PlantState<S, D>& now) {
+        PlantOutput<S, D>* out = first ? &seen : nullptr;
+        first = false;
+        return plant_rate(plant, now, targets, out);
+    });
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,93 @@
+"""The tail's forward dynamics, against MuJoCo and against the prescribed motion of the core."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from hypertuna import _core
+from oracles import mujoco_chain
+from oracles.cases import Case, random_case
+from oracles.planar import Real
+from test_core_against_oracles import ROUNDING, core_joints, core_model, difference, in_head_axes
+
+COORDINATES = 3
+
+
+def shares(rng: np.random.Generator, links: int) -> Real:
+    """Parts that joints take of three coordinates; joint 0 does not exist, every coordinate bends a joint."""
+    share = rng.uniform(-1, 1, (links, COORDINATES))
+    share[0] = 0
+    return share
+
+
+def bent(case: Case, share: Real, angle: Real, rate: Real, acceleration: Real) -> Case:
+    """The case with its joints as the coordinates bend them."""
+    joints = type(case.joints)(share @ angle, share @ rate, share @ acceleration)
+    return Case(**{**vars(case), "joints": joints})
+
+
+def mujoco_accelerations(case: Case, share: Real, moment: Real, clamped: bool) -> Real:
+    """World accelerations of nose x, y and head angle, and of the coordinates, by MuJoCo's mass matrix and bias."""
+    water = case.lumped_water("consistent")
+    m = mujoco_chain.model(case.chain, water)
+    d = mujoco.MjData(m)
+    d.qpos[:] = np.concatenate([case.state[:3], case.joints.angle[1:]])
+    d.qvel[:] = np.concatenate([case.state[3:], case.joints.rate[1:]])
+    mujoco.mj_forward(m, d)
+    matrix = np.zeros((m.nv, m.nv))
+    for k, unit in enumerate(np.eye(m.nv)):
+        mujoco.mj_mulM(m, d, matrix[k], unit)
+    load = mujoco_chain.drag(m, d, water) - d.qfrc_bias
+    columns = np.zeros((m.nv, 3 + COORDINATES))
+    columns[:3, :3] = np.eye(3)
+    columns[3:, 3:] = share[1:]
+    reduced, force = columns.T @ matrix @ columns, columns.T @ load + np.concatenate([np.zeros(3), moment])
+    if clamped:
+        return np.concatenate([np.zeros(3), np.linalg.solve(reduced[3:, 3:], force[3:])])
+    return np.linalg.solve(reduced, force)
+
+
+@pytest.mark.parametrize("clamped", [False, True])
+@pytest.mark.parametrize("links", [4, 8])
+def test_accelerations_against_mujoco(links: int, clamped: bool) -> None:
+    rng = np.random.default_rng([40, links])
+    for _ in range(30):
+        share, moment = shares(rng, links), rng.uniform(-1, 1, COORDINATES)
+        angle, rate = rng.uniform(-0.3, 0.3, COORDINATES), rng.uniform(-5, 5, COORDINATES)
+        case = bent(random_case(rng, links), share, angle, rate, np.zeros(COORDINATES))
+        if clamped:
+            case = Case(**{**vars(case), "twist": np.zeros(3)})
+        expected = mujoco_accelerations(case, share, moment, clamped)
+        if not clamped:
+            expected[:3] = in_head_axes(expected[:3], case.twist)
+        got = _core.tail_acceleration(
+            core_model(case, "lumped", "consistent"),
+            share,
+            bend=np.stack([angle, rate])[None],
+            twist=case.twist[None],
+            moment=moment[None],
+            clamped=clamped,
+        )[0]
+        assert difference(got, expected) < 10 * ROUNDING  # the reduced matrix is worse conditioned than the whole
+
+
+@pytest.mark.parametrize("law", ["lumped", "strip"])
+def test_torques_of_a_prescribed_motion_give_its_accelerations(law: str) -> None:
+    rng = np.random.default_rng(41)
+    for _ in range(30):
+        share = shares(rng, 8)
+        angle, rate, wanted = (rng.uniform(-1, 1, COORDINATES) * scale for scale in (0.3, 5.0, 200.0))
+        case = bent(random_case(rng, 8), share, angle, rate, wanted)
+        model = core_model(case, law, "consistent")
+        known = _core.dynamics(model, core_joints(case.joints)[None], case.twist[None])
+        got = _core.tail_acceleration(
+            model,
+            share,
+            bend=np.stack([angle, rate])[None],
+            twist=case.twist[None],
+            moment=known["torque"] @ share,
+            clamped=False,
+        )[0]
+        assert difference(got, np.concatenate([known["acceleration"][0], wanted])) < ROUNDING
