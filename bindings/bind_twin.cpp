@@ -1,4 +1,9 @@
 /// Bindings of the whole robot, servo to wake.
+#include <nanobind/stl/tuple.h>
+
+#include <tuple>
+
+#include "controller.hpp"
 #include "hypertuna/twin.hpp"
 #include "model.hpp"
 #include "tank.hpp"
@@ -271,6 +276,51 @@ static NamedArrays run_plant(const Model& model, const Input<2>& share, const st
     return out;
 }
 
+using NamedColumns = std::map<std::string, std::vector<double>>;
+using FaultRow = std::tuple<std::string, int, int, double, double>;
+
+static NamedArrays run_twin(const Model& model, const Input<2>& share, const std::vector<Input<2>>& points,
+                            const Input<2>& grid, const Input<2>& circuits, const Input<1>& hinge,
+                            const Input<1>& battery, double idle, bool clamped, const Input<1>& twist,
+                            const NamedColumns& controller, const NamedColumns& sensors, std::uint64_t seed,
+                            const std::vector<FaultRow>& faults, double frequency, const Input<2>& command,
+                            double heard, std::size_t ticks, int steps) {
+    const PlantInput in{model, share, points, grid, circuits, hinge, battery, idle, clamped};
+    check_plant(in);
+    check_extent("twist", twist.shape(0), 3);
+    check_extent("command", command.shape(0), 3);
+    check_extent("command", command.shape(1), points.size());
+    const Controller<double> pilot = read_controller<double>(controller);
+    const Sensors<double> senses = read_sensors<double>(sensors, seed);
+    check_extent("joints", pilot.joints, points.size());
+    std::vector<Fault<double>> failing;
+    for (const auto& [kind, first, last, start, end] : faults)
+        failing.push_back({fault_kind(kind), first, last, start, end});
+    Command<double> wish{};
+    wish.frequency = frequency;
+    wish.armed = true;
+    const double* rows = command.data();
+    std::copy(rows, rows + pilot.joints, wish.amplitude);
+    std::copy(rows + pilot.joints, rows + 2 * pilot.joints, wish.phase);
+    std::copy(rows + 2 * pilot.joints, rows + 3 * pilot.joints, wish.bias);
+    NamedArrays out;
+    with_twin(in, pilot.tick, steps, [&](auto& twin, auto D) {
+        twin.controller = pilot;
+        SensorsState<double> sensing{};
+        const auto go = [&](TwinState<double, D>& state, std::size_t k) {
+            const double time = pilot.tick * double(k);
+            wish.fresh = time < heard;
+            return twin_tick(twin, state, wish, [&](const Readings<double>& truth) {
+                const auto sensed = sense(senses, sensing, truth, failing.data(), int(failing.size()), time);
+                sensing = sensed.state;
+                return sensed.readings;
+            });
+        };
+        out = record_run(twin, ticks, twist, go);
+    });
+    return out;
+}
+
 void bind_twin(nb::module_& m) {
     m.def("tail_acceleration", &tail_accelerations, nb::arg("model"), nb::arg("share"), nb::kw_only(), nb::arg("bend"),
           nb::arg("twist"), nb::arg("moment"), nb::arg("clamped"),
@@ -280,6 +330,13 @@ void bind_twin(nb::module_& m) {
           nb::arg("grid"), nb::arg("circuits"), nb::arg("hinge"), nb::arg("battery"), nb::arg("idle"),
           nb::arg("clamped"), nb::arg("twist"), nb::arg("target"), nb::arg("tick"), nb::arg("steps"),
           "Drive the servos to targets (ticks, 2 joints), each held for a tick: the record of a run, one row a tick.");
+    m.def(
+        "run_twin", &run_twin, nb::arg("model"), nb::arg("share"), nb::kw_only(), nb::arg("points"), nb::arg("grid"),
+        nb::arg("circuits"), nb::arg("hinge"), nb::arg("battery"), nb::arg("idle"), nb::arg("clamped"),
+        nb::arg("twist"), nb::arg("controller"), nb::arg("sensors"), nb::arg("seed"), nb::arg("faults"),
+        nb::arg("frequency"), nb::arg("command"), nb::arg("heard"), nb::arg("ticks"), nb::arg("steps"),
+        "Run plant, sensors and controller under one command, rows amplitude, phase and bias (3, joints), heard until "
+        "a time: the record of a run, one row a tick; `ticks` says how many were made.");
 }
 
 }  // namespace hypertuna

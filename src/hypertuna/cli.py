@@ -10,6 +10,8 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna import _core
+from hypertuna.cli_actuator import actuator_app
+from hypertuna.cli_bend import bend_command
 from hypertuna.cli_experiment import ask_command, tell_command
 from hypertuna.cli_identify import identify_command
 from hypertuna.cli_optimize import optimize_app
@@ -39,6 +41,8 @@ optimize_app.command("ask")(ask_command)
 optimize_app.command("tell")(tell_command)
 app.add_typer(optimize_app, name="optimize")
 app.command("pareto")(pareto_command)
+app.command("bend")(bend_command)
+app.add_typer(actuator_app, name="actuator")
 app.add_typer(robot_app, name="robot")
 app.add_typer(trials_app, name="trials")
 

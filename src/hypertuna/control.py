@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.actuator import JointTable, joint_tables
 from hypertuna.description import Robot
-from hypertuna.hydraulics import Circuits, circuits, needed, servo_angle
+from hypertuna.hydraulics import Circuits, circuits, needed, pump_servo, servo_angle
+from hypertuna.model import core_model
 from hypertuna.schema import JointGroup
 from hypertuna.schema_control import Controller
 
@@ -26,6 +27,7 @@ SETTLED = 4.7439  # rate times time at which a critically damped filter has made
 MAP_DEGREE = 5
 FLOOR = 0.2  # of the cavitation pressure: as low as the pump may draw its units to hold a bend at rest
 BEYOND = 1.2  # of a joint's largest bend under pressure: what control may ask for, to make up for losses
+BEND_STEP = 2.0  # of the fastest beat's largest change within a tick: what a sound bend sensor may show
 INSTANTS = 4  # within a tick, at which the supervisor predicts: as core safety.hpp
 FINE = 10  # steps of the prediction from one of them to the next
 
@@ -73,8 +75,8 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     found = circuits(robot, temperature)
     tick = 1 / control.rate
     columns = _constants(robot, control, tick)
-    for group in robot.joints:
-        for name, value in _joint(robot, control, group).items():
+    for j in range(len(robot.joints)):
+        for name, value in _joint(robot, control, found, j).items():
             columns.setdefault(name, []).append(value)
     for c in range(len(found.names)):
         map_ = pump_map(robot, found, c)
@@ -197,8 +199,6 @@ def _constants(robot: Robot, control: Controller, tick: float) -> dict[str, list
 
 def circuits_voltage(robot: Robot) -> float:
     """Voltage that the pump servos' torque and speed are rated at."""
-    from hypertuna.hydraulics import pump_servo
-
     return float(needed(pump_servo(robot).voltage, "servos.voltage_v", "give it", robot))
 
 
@@ -211,19 +211,58 @@ def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
     return needed(None, "sensors", fix, robot)
 
 
-def _joint(robot: Robot, control: Controller, group: JointGroup) -> dict[str, float]:
+def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[str, float]:
     """What the controller knows of a joint."""
-    bend_max = needed(group.bend_max, f"joints.{group.name}.bend_max_deg", "give the joint's largest bend")
+    group = robot.joints[j]
+    bend_max = needed(group.bend_max, f"joints.{group.name}.bend_max_deg", "give the joint's largest bend", robot)
     high = sensor_range(robot, "bend")[1]
+    static, rate, square = _pressure_of_beat(robot, control, found, j)
     return {
         "reach": _reach(group),
         "amplitude": bend_max,
         "bend_range": high,
-        "bend_step": 0.5 * high,
-        "safe_static": 1 / (0.5 * bend_max),
-        "safe_rate": 0.5 / bend_max,
-        "safe_square": 0.1 / bend_max,
+        "bend_step": BEND_STEP * 2 * math.pi * control.frequency_max * bend_max / control.rate,
+        "safe_static": static,
+        "safe_rate": rate,
+        "safe_square": square,
     }
+
+
+def _pressure_of_beat(robot: Robot, control: Controller, found: Circuits, j: int) -> tuple[float, float, float]:
+    """Bound the pressure of a beat above the fill: per amplitude, by powers of the frequency, over the soft limit's room.
+
+    What holds the bend at rest, what the flow drops in the line, and the water's load on the moving tail are added as
+    if they came at once.
+    """
+    amplitude = float(robot.joints[j].bend_max or 0.0)
+    fill = float(robot.joints[j].line.fill_pressure)  # type: ignore[union-attr]
+    bend = np.linspace(0.1, 1.0, 10) * amplitude
+    table = joint_tables(robot)[j]
+    held = (_side_at_rest(robot, table, found, 2 * j, bend)[1] - fill) / bend
+    flow = np.gradient(_side_at_rest(robot, table, found, 2 * j, bend)[0], bend)
+    resistance = float(found.column("resistance")[2 * j])
+    frequency = control.frequency_max
+    slope = table.at(bend)["slope"]
+    load = _water_load(robot, frequency)[j] / float((slope[:, 0] - slope[:, 1]).min())
+    room = control.pressure_soft - fill
+    return (
+        float(held.max()) / room,
+        2 * math.pi * resistance * float(flow.max()) / room,
+        load / (amplitude * frequency**2) / room,
+    )
+
+
+def _water_load(robot: Robot, frequency: float) -> Array:
+    """Largest moment on each joint group while the tail beats at its largest bends and the head starts from rest."""
+    count = len(robot.joints)
+    model = core_model(robot, {"joints.bandwidth": [math.inf] * count})
+    amplitude = [float(group.bend_max or 0.0) for group in robot.joints]
+    clock = np.linspace(0, 2 * math.pi, 64, endpoint=False)
+    zero = [0.0] * count
+    motion = _core.joint_motion(model, frequency=frequency, amplitude=amplitude, phase=zero, bias=zero, clock=clock)
+    torque = _core.dynamics(model, motion, np.zeros((len(clock), 3)))["torque"]
+    moments = [torque[:, list(group.links)] @ np.array(group.share) for group in robot.joints]
+    return np.array([abs(moment).max() for moment in moments])
 
 
 def _supervisor(control: Controller, found: Circuits, circuit: int, tick: float) -> dict[str, list[float]]:
