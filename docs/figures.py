@@ -12,6 +12,7 @@ import io
 import math
 import os
 import re
+import runpy
 import shlex
 import shutil
 import sys
@@ -458,6 +459,12 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/convergence.svg": lambda: plot_convergence([optimum(MODELS[1], m, speed=0.4) for m in METHODS]),
     "docs/minnow.svg": lambda: draw(load(ROOT / "examples/minnow.toml")),
 }
+
+# Other pages have a module of their own.
+for part in ("figures_actuator.py",):
+    made = runpy.run_path(str(ROOT / "docs" / part))
+    TABLES |= made["TABLES"]
+    PICTURES |= made["PICTURES"]
 
 # --- pages
 
