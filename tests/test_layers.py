@@ -44,7 +44,7 @@ LAYERS = (
     ),
     *("space", "limits", "objective", "robust", "optimizers", "walk", "descents", "optimum", "optimize", "experiment"),
     *("evolution", "polish", "pareto"),
-    *("silicone", "actuator", "bench", "hydraulics", "control", "sensing", "energy", "twin", "posture", "sobol"),
+    *("silicone", "actuator", "bench", "hydraulics", "control", "sensing", "energy", "twin_run", "twin", "posture", "sobol"),
     *("drawing", "style", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "ledger", "reproduce_*", "reproduce", "ledger_page"),
     *("__init__", "console", "cli_optimize", "cli_*", "cli", "__main__"),

@@ -15,6 +15,8 @@ from hypertuna.smoothing import SmoothSeries, smooth
 from hypertuna.sweep import Gaits, Gradient, gradient, sweep
 from hypertuna.swim import Swim, swim
 from hypertuna.trials import Recording, SteadyRun, Trials, read_trials
+from hypertuna.twin import twin, twins
+from hypertuna.twin_run import TwinRun
 
 __all__ = [
     "Fit",
@@ -34,6 +36,7 @@ __all__ = [
     "Swim",
     "Track",
     "Trials",
+    "TwinRun",
     "compare_recording",
     "gait_limits",
     "gradient",
@@ -54,4 +57,6 @@ __all__ = [
     "smooth",
     "sweep",
     "swim",
+    "twin",
+    "twins",
 ]

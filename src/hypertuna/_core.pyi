@@ -132,6 +132,85 @@ def advance(
     Swim a joint motion, given at every half step (2 steps + 1, links, 3), from a twist and a pose: twist, pose, joint torque, loss to the water and kinetic energy at every step.
     """
 
+class DriveUnit:
+    """A McKibben muscle. Immutable."""
+
+    def __init__(
+        self,
+        *,
+        outer: float,
+        inner: float,
+        tan2: float,
+        sleeve: float,
+        hose: tuple[float, float],
+        matrix: tuple[float, float],
+        friction: float,
+    ) -> None:
+        """
+        Diameters at rest, squared tangent of the braid's angle, sleeve, C1 and C2 of hose and matrix.
+        """
+
+    def at(
+        self,
+        stretch: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        *,
+        pressure: float,
+    ) -> dict[str, NDArray[numpy.float64]]:
+        """
+        Energy and lumen per length at rest with their slopes, pull, pull by the printed equations, pressure that the walls carry and contact area, at every stretch.
+        """
+
+    def closing_stretch(self, left: float) -> float:
+        """Stretch at which this part of the lumen at rest is left."""
+
+class SoftJoint:
+    """A soft joint: muscles on both sides of segments of matrix. Immutable."""
+
+    def __init__(
+        self,
+        unit: DriveUnit,
+        *,
+        units: float,
+        lever: tuple[float, float],
+        length: Sequence[float],
+        stiffness: Sequence[float],
+    ) -> None:
+        """Muscles a side, lever of each side, length and E I of each segment."""
+
+    def with_law(self, *, printed: bool, nominal_stress: bool, inner_balance: bool, passive: bool) -> SoftJoint:
+        """The same joint by other equations."""
+
+    def bend(
+        self,
+        pressure: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    ) -> NDArray[numpy.float64]:
+        """
+        Angle of each segment (times, segments) along a path of the two sides' pressures (times, 2) from rest.
+        """
+
+    def reach(self, side: int, *, left: float, highest: float) -> float:
+        """
+        Largest angle toward a side, up to the highest pressure, whose segments keep this part of every lumen.
+        """
+
+    def stiffness(self) -> tuple[float, float]:
+        """
+        Stiffness at rest against the joint's angle: of the matrix, and of the walls.
+        """
+
+    def table(self, *, reach: float, points: int) -> NDArray[numpy.float64]:
+        """The joint's table from -reach to reach (points, columns)."""
+
+def joint_load(
+    points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    first: float,
+    step: float,
+    stop: float,
+    angle: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+) -> dict[str, NDArray[numpy.float64]]:
+    """What a joint's table says at every angle."""
+
 ATMOSPHERE: float = 101325.0
 
 def circuit_columns() -> list[str]:
@@ -145,17 +224,20 @@ def displaced(
     Volume that a cylinder pushes out when its servo turns from zero to an angle, and its derivative by the angle [m^3, m^3/rad].
     """
 
-def run_circuit(
-    circuit: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    target: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    unit_space: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+def run_pair(
+    circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    first: float,
+    step: float,
+    stop: float,
+    target: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     supply: float,
     interval: float,
     steps: int,
 ) -> dict[str, NDArray[numpy.float64]]:
     """
-    Run a circuit: its servo follows targets held for an interval each, in Runge-Kutta steps, while the volume of its units goes straight from one given value to the next. State and what is seen of it at every interval.
+    Run the two circuits of a joint in air from rest: servo targets are held for an interval each, in Runge-Kutta steps, and the joint, without mass, bends to where silicone and oil balance. What is seen at every interval, with one column per side.
     """
 
 def circuit_stiffness(
@@ -177,4 +259,109 @@ def battery_output(
 ) -> NDArray[numpy.float64]:
     """
     Voltage and current of a battery and voltage at the servos, after a charge was taken, while they draw a power [V, A, V].
+    """
+
+MOST_JOINTS: int = 4
+
+FAULT_KINDS: list = ["none", "stuck", "open", "spike", "nan"]
+
+SENSOR_CHANNELS: dict = ...
+
+def condition_table() -> list[tuple[str, str, str]]:
+    """
+    Conditions of the controller's status in the order of its bits: name, what a bit of its place stands for (robot, joint, circuit, servo), sentence.
+    """
+
+class Controller:
+    """The controller on board with its state, in double precision."""
+
+    def __init__(self, columns: Mapping[str, Sequence[float]]) -> None:
+        """At rest, from the columns of hypertuna.control.controller_columns."""
+
+    def step(
+        self,
+        readings: Mapping[str, Sequence[float]],
+        command: Mapping[str, Sequence[float]],
+        *,
+        fresh: bool = True,
+        armed: bool = True,
+    ) -> dict:
+        """
+        One tick: servo pulses [s], their angles [rad], bends set [rad], pressures believed [Pa], and the status: flags with one bit per condition, and where it holds.
+        """
+
+class Sensors:
+    """The sensors of a robot with what they get wrong."""
+
+    def __init__(self, columns: Mapping[str, Sequence[float]], seed: int) -> None:
+        """From the columns of hypertuna.sensing.sensor_columns."""
+
+    def read(
+        self, truth: Mapping[str, Sequence[float]], faults: Sequence[tuple[str, int, int, float, float]] = []
+    ) -> dict[str, list[float]]:
+        """
+        Readings of a tick for the true values; faults as (kind, first channel, last channel, start, end) [s].
+        """
+
+def tail_acceleration(
+    model: Model,
+    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    bend: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order="C", device="cpu", writable=False)],
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    moment: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    clamped: bool,
+) -> NDArray[numpy.float64]:
+    """
+    Accelerations (states, 3 + D) of head and D coordinates, `share` (links, D) of which each joint takes, at bend (states, 2, D: angle and rate) and twist (states, 3) under moments (states, D) on the coordinates.
+    """
+
+def run_plant(
+    model: Model,
+    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    points: Sequence[
+        Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)]
+    ],
+    grid: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    hinge: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    battery: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    idle: float,
+    clamped: bool,
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    target: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    tick: float,
+    steps: int,
+) -> dict[str, NDArray[numpy.float64]]:
+    """
+    Drive the servos to targets (ticks, 2 joints), each held for a tick: the record of a run, one row a tick.
+    """
+
+def run_twin(
+    model: Model,
+    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    points: Sequence[
+        Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)]
+    ],
+    grid: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    hinge: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    battery: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    idle: float,
+    clamped: bool,
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    controller: Mapping[str, Sequence[float]],
+    sensors: Mapping[str, Sequence[float]],
+    seed: int,
+    faults: Sequence[tuple[str, int, int, float, float]],
+    frequency: float,
+    command: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    heard: float,
+    ticks: int,
+    steps: int,
+) -> dict[str, NDArray[numpy.float64]]:
+    """
+    Run plant, sensors and controller under one command, rows amplitude, phase and bias (3, joints), heard until a time: the record of a run, one row a tick; `ticks` says how many were made.
     """

@@ -7,275 +7,338 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, cast, get_args
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna import _core
 from hypertuna.description import Robot
-from hypertuna.errors import InputError, did_you_mean
-from hypertuna.schema import JointGroup
-from hypertuna.schema_actuator import Actuator, DriveUnit, Material, MaterialSet
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.results import dataset, provenance
+from hypertuna.schema_actuator import NEUTRAL_BRAID
+from hypertuna.soft_joint import (
+    LUMEN_LEFT,
+    MATERIAL_SETS,
+    JointTable,
+    drive_unit,
+    joint_group,
+    joint_tables,
+    mooney,
+    muscle,
+    soft_joint,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
-    "COLUMNS",
+    "LAWS",
     "MATERIAL_SETS",
     "SIDES",
+    "Bend",
     "JointTable",
-    "Mooney",
+    "Step",
+    "bend",
     "joint_tables",
+    "misprints",
     "mooney",
     "soft_joint",
 ]
 
 Array = NDArray[np.float64]
 
-MATERIAL_SETS: tuple[MaterialSet, ...] = get_args(MaterialSet)
 SIDES = ("left", "right")
 
-# Columns of a joint's table, as core joint_table.hpp lays out a point; the pairs are of the sides, left and right.
-COLUMNS = (
-    *("energy", "energy_slope", "volume_left", "volume_right", "volume_slope_left", "volume_slope_right"),
-    *("friction_left", "friction_right", "carried_left", "carried_right"),
+# Which equations the core solves, and what stands between the printed and the corrected ones.
+LAWS: dict[str, dict[str, bool]] = {
+    "corrected": {"printed": False, "nominal_stress": False, "inner_balance": False, "passive": True},
+    "as_printed": {"printed": True, "nominal_stress": True, "inner_balance": True, "passive": False},
+}
+STEPS: tuple[tuple[str, dict[str, bool], bool], ...] = (
+    ("Eqs 4-18 as printed", LAWS["as_printed"], False),
+    ("Eqs 10-11: true stress on the deformed section", LAWS["as_printed"] | {"nominal_stress": False}, False),
+    (
+        "Eqs 12-13: balance on the outer diameter, deformed wall",
+        LAWS["as_printed"] | {"nominal_stress": False, "inner_balance": False},
+        False,
+    ),
+    ("stress as it varies through the wall", LAWS["corrected"] | {"passive": False}, False),
+    ("walls of the other side resist", LAWS["corrected"], False),
+    ("Eq. 4: friction, on the way up", LAWS["corrected"], True),
 )
-LUMEN_LEFT = 0.05  # of the lumen at rest, on the stretched side, where a table ends and the joint counts as locked
-HIGHEST = 20e6  # Pa, where a table ends if the joint locks nowhere below
-STOP = 20.0  # stiffness beyond a table's end, in units of the stiffness at rest
-
-
-class Mooney(NamedTuple):
-    """Constants of a two-term Mooney-Rivlin solid [Pa] (Eq. 7)."""
-
-    c1: float
-    c2: float
-
-    @property
-    def modulus(self) -> float:
-        """Young's modulus at small strain, 6 (C1 + C2) [Pa]."""
-        return 6 * (self.c1 + self.c2)
 
 
 @dataclass(frozen=True)
-class JointTable:
-    """A soft joint as one angle: energy, volumes and friction over it (core joint_table.hpp).
+class Bend:
+    """How far a joint bends under the pressure of one side.
 
     Attributes
     ----------
-    name : str
-        Of the joint group.
-    first, step : float
-        Angle of the first point, and from point to point [rad].
-    points : ndarray, shape (points, 10)
-        Columns `COLUMNS`: energy [J] and its slope [N m], volume in the muscles of each side [m^3] and its slope
-        [m^3/rad], friction per contact pressure [N m/Pa], pressure that the walls carry [Pa].
-    viscosity : float
-        Viscous moment per rate [N m s/rad].
-    stop : float
-        Stiffness beyond the ends, where the joint locks [N m/rad].
+    robot : Robot
+    joint, side, material, law : str
+        Joint group, side with the pressure, material set and equations.
+    friction : bool
+        Whether the braids rub.
+    pressure, angle : ndarray, shape (n,)
+        Rising gauge pressure [Pa] and angle toward its side [rad].
+    unload_pressure, unload_angle : ndarray or None, shape (n,)
+        The way back.
+    segments : ndarray, shape (n or 2 n, segments)
+        Angle of each segment all along [rad].
+    volume : ndarray, shape (n or 2 n,)
+        Oil that the muscles of that side have taken in since rest, all along [m^3].
+    braid_angle : float
+        Largest angle of any braid from its axis [rad].
+    lumen_left : float
+        Smallest part of its lumen that a stretched muscle keeps [1].
+    status, status_text : str
+        "free" or "locked", and a sentence.
     """
 
-    name: str
-    first: float
-    step: float
-    points: Array
-    viscosity: float
-    stop: float
+    robot: Robot
+    joint: str
+    side: str
+    material: str
+    law: str
+    friction: bool
+    pressure: Array
+    angle: Array
+    unload_pressure: Array | None
+    unload_angle: Array | None
+    segments: Array
+    volume: Array
+    braid_angle: float
+    lumen_left: float
+    status: str
+    status_text: str
 
     @property
-    def angle(self) -> Array:
-        """Angle of every point [rad], shape (points,)."""
-        return self.first + self.step * np.arange(len(self.points), dtype=np.float64)
+    def loop_area(self) -> float:
+        """Area between the two branches, of the angle over the pressure [Pa rad]; 0 without the way back."""
+        if self.unload_angle is None:
+            return 0.0
+        return float(np.trapezoid(self.unload_angle[::-1] - self.angle, self.pressure))
 
-    def at(self, angle: ArrayLike) -> dict[str, Array]:
-        """Look up what the twin sees between the points.
+    @property
+    def loss(self) -> float:
+        """Work of the oil on the joint less what came back [J]: what friction took, where the path is a loop."""
+        path = self.pressure if self.unload_pressure is None else np.append(self.pressure, self.unload_pressure)
+        return float(np.trapezoid(path, self.volume))
+
+    def r_squared(self, low: float = 100e3, high: float = 250e3) -> float:
+        """How near to a line the angle is, on the way up between two pressures.
 
         Parameters
         ----------
-        angle : array_like, shape (n,)
-            [rad].
+        low, high : float
+            [Pa]; by default the paper's range (section III.A).
 
         Returns
         -------
-        dict of ndarray
-            elastic [N m] (-dU/dangle), energy [J], and with one column per side volume [m^3], slope [m^3/rad], friction
-            [N m/Pa] and carried [Pa].
+        float
+            Coefficient of determination [1]; not a number where fewer than three points lie between.
         """
-        where = np.atleast_1d(np.asarray(angle, dtype=np.float64))
-        return _core.joint_load(self.points, first=self.first, step=self.step, stop=self.stop, angle=where)
+        inside = (self.pressure >= low * (1 - 1e-12)) & (self.pressure <= high * (1 + 1e-12))
+        if inside.sum() < 3:
+            return math.nan
+        return float(np.corrcoef(self.pressure[inside], self.angle[inside])[0, 1] ** 2)
+
+    def dataset(self) -> xr.Dataset:
+        """Label the numbers.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimension pressure; angle [rad] and, where asked for, unload_angle [rad] at the same pressures.
+        """
+        text = "angle toward the side with the pressure"
+        variables = {"angle": ("pressure", self.angle, {"units": "rad", "long_name": f"{text}, on the way up"})}
+        if self.unload_angle is not None:
+            attributes = {"units": "rad", "long_name": f"{text}, on the way down"}
+            variables["unload_angle"] = ("pressure", self.unload_angle[::-1], attributes)
+        coordinates = {"pressure": ("pressure", self.pressure, {"units": "Pa", "long_name": "gauge pressure"})}
+        facts = {"joint": self.joint, "side": self.side, "material": self.material, "law": self.law}
+        facts |= {"friction": str(self.friction).lower(), "status": self.status_text}
+        return dataset(variables, coordinates, provenance(self.robot) | facts)
 
 
-def mooney(robot: Robot, material: str, material_set: str | None = None) -> Mooney:
-    """Choose the elastic constants of a silicone.
-
-    Parameters
-    ----------
-    robot : Robot
-    material : str
-        Key of the table ``[materials]``.
-    material_set : str, optional
-        ``"datasheet"``: C1 from the stress at 100 % strain, which is 3.5 (C1 + C2/2), with C2 = 0. ``"fe"``: C1 = E/6
-        with the Young's modulus of a finite-element model. ``"tensile"``: C1 and C2 as fitted to tensile tests.
-        None takes what ``[drive_unit]`` says.
-
-    Returns
-    -------
-    Mooney
-
-    Raises
-    ------
-    InputError
-        If the set is not known, or the material lacks its values.
-    """
-    name = material_set or drive_unit(robot).material_set
-    if name not in MATERIAL_SETS:
-        raise InputError("must be a set that exists", key="material", value=name, fix=did_you_mean(name, MATERIAL_SETS))
-    if material not in robot.materials:
-        fix = did_you_mean(material, robot.materials)
-        raise InputError("is not a material of [materials]", file=robot.file or None, key=material, fix=fix)
-    solid: Material = robot.materials[material]
-    if name == "datasheet":
-        return Mooney(solid.modulus_100 / 3.5, 0.0)
-    key = {"fe": "modulus_fe_pa", "tensile": "tensile_pa"}[name]
-    value = solid.modulus_fe if name == "fe" else solid.tensile
-    if value is None:
-        raise InputError(
-            f"is needed by the material set {name}",
-            file=robot.file or None,
-            key=f"materials.{material}.{key}",
-            fix="give it, or choose another set",
-        )
-    if name == "fe":
-        return Mooney(cast(float, value) / 6, 0.0)
-    return Mooney(*cast(tuple[float, float], value))
-
-
-def drive_unit(robot: Robot) -> DriveUnit:
-    """Return the table of the muscle, or say that there is none.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    DriveUnit
-
-    Raises
-    ------
-    InputError
-        If the robot has no table ``[drive_unit]``.
-    """
-    if robot.drive_unit is None:
-        fix = "add it, docs/description.md lists its keys"
-        raise InputError("is missing: soft joints need it", file=robot.file or None, key="[drive_unit]", fix=fix)
-    return robot.drive_unit
-
-
-def _group(robot: Robot, joint: str | int) -> tuple[int, JointGroup, Actuator]:
-    """Find a joint group by its name or index, with its table of the actuator."""
-    names = [group.name for group in robot.joints]
-    if isinstance(joint, int) and 0 <= joint < len(names):
-        index = joint
-    elif joint in names:
-        index = names.index(joint)
-    else:
-        fix = did_you_mean(str(joint), names)
-        raise InputError("is not a joint of the robot", file=robot.file or None, key=f"joint {joint}", fix=fix)
-    group, file = robot.joints[index], robot.file or None
-    if group.actuator is None:
-        fix = "add it, docs/description.md lists its keys"
-        raise InputError(
-            "is missing: soft joints need it", file=file, key=f"[joints.actuator] of {names[index]}", fix=fix
-        )
-    if group.drive_units is None:
-        fix = "give the number of muscles on each side"
-        raise InputError("is missing: soft joints need it", file=file, key=f"joints[{index}].drive_units", fix=fix)
-    return index, group, group.actuator
-
-
-def soft_joint(
-    robot: Robot, joint: str | int, material: str | None = None, *, friction: bool = True
-) -> _core.SoftJoint:
-    """Make a joint for the core.
+def bend(
+    robot: Robot,
+    joint: str | int,
+    pressure: ArrayLike,
+    *,
+    side: str = "left",
+    material: str | None = None,
+    friction: bool = True,
+    unload: bool = False,
+    law: str = "corrected",
+) -> Bend:
+    """Bend a joint in air by the pressure of one side, from rest.
 
     Parameters
     ----------
     robot : Robot
     joint : str or int
         Name or index of the joint group.
+    pressure : array_like, shape (n,)
+        Gauge pressures that rise [Pa]; the other side has none.
+    side : str
+        ``"left"`` or ``"right"``: which muscles have it.
     material : str, optional
         Material set, see `mooney`.
     friction : bool
-        Whether its braids rub.
+        Whether the braids rub.
+    unload : bool
+        Go back through the same pressures afterwards: with friction another branch.
+    law : str
+        ``"corrected"``, or ``"as_printed"`` for Eqs 4-18 of the paper as they stand; those have no hysteresis, since
+        their friction lacks an area and a sign.
 
     Returns
     -------
-    _core.SoftJoint
+    Bend
 
     Raises
     ------
     InputError
-        If the joint does not exist, or the robot lacks a table.
+        If the joint, side, set or law does not exist, the robot lacks a table, or the pressures do not rise from 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from hypertuna.actuator import bend
+    >>> from hypertuna.description import load
+    >>> found = bend(load("hypertuna"), "I", [100e3, 250e3])
+    >>> np.degrees(found.angle).round(1).tolist()
+    [10.0, 18.2]
     """
-    unit = drive_unit(robot)
-    _, group, actuator = _group(robot, joint)
-    hose, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
-    muscle = _core.DriveUnit(
-        outer=unit.outer_diameter,
-        inner=unit.inner_diameter,
-        tan2=math.tan(unit.braid_angle) ** 2,
-        sleeve=unit.sleeve,
-        hose=hose,
-        matrix=matrix,
-        friction=unit.friction if friction else 0.0,
+    rising = _check_pressure(pressure)
+    if side not in SIDES:
+        raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
+    if law not in LAWS:
+        raise InputError("must be a law that exists", key="law", value=shown(law), fix=did_you_mean(law, LAWS))
+    chosen = material or drive_unit(robot).material_set
+    model = soft_joint(robot, joint, chosen, friction=friction).with_law(**LAWS[law])
+    path = np.concatenate([rising, rising[::-1]]) if unload else rising
+    active = SIDES.index(side)
+    both = np.zeros((len(path), 2))
+    both[:, active] = path
+    segments = np.asarray(model.bend(both)) * (1 - 2 * active)
+    n = len(rising)
+    group, _ = joint_group(robot, joint)
+    rubs = friction and law == "corrected" and drive_unit(robot).friction > 0
+    return Bend(
+        robot=robot,
+        joint=group.name,
+        side=side,
+        material=chosen,
+        law=law,
+        friction=rubs,
+        pressure=rising,
+        angle=segments[:n].sum(axis=1),
+        unload_pressure=path[n:] if unload else None,
+        unload_angle=segments[n:].sum(axis=1) if unload else None,
+        segments=segments,
+        **_muscles(robot, joint, chosen, segments, float(rising[-1]), active, locks=law == "corrected"),
     )
-    half = 0.5 * actuator.asymmetry
-    inertia = np.pi / 4 * np.array(actuator.semi_major) * np.array(actuator.semi_minor) ** 3  # of an ellipse
-    return _core.SoftJoint(
-        muscle,
-        units=cast(int, group.drive_units),
-        lever=(actuator.lever * (1 + half), actuator.lever * (1 - half)),
-        length=list(actuator.segment_length),
-        stiffness=(actuator.stiffness_factor * matrix.modulus * inertia).tolist(),
-    )
 
 
-def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257) -> tuple[JointTable, ...]:
-    """Tabulate every joint of a robot over its angle.
+def _check_pressure(pressure: ArrayLike) -> Array:
+    """Check that pressures are finite, not negative, and rise."""
+    rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
+    if rising.ndim != 1 or not len(rising):
+        fix = "give pressures in a row"
+        raise InputError("must be a list of numbers", key="pressure", value=f"of shape {rising.shape}", fix=fix)
+    if not np.isfinite(rising).all():
+        raise InputError("must be finite", key="pressure", value=shown(rising.tolist()), fix="give them in Pa")
+    if rising[0] < 0:
+        fix = "give the other side the pressure to bend the other way"
+        raise InputError("must not be negative", key="pressure", value=f"{rising.min() / 1e3:g} kPa", fix=fix)
+    falls = np.flatnonzero(np.diff(rising) <= 0)
+    if len(falls):
+        pair = f"{rising[falls[0]] / 1e3:g} kPa, then {rising[falls[0] + 1] / 1e3:g} kPa"
+        fix = "sort them; unloading goes back through the same ones"
+        raise InputError("must rise from one to the next", key="pressure", value=pair, fix=fix)
+    return rising
 
-    The segments share an angle as they do where the pressure of one side alone holds the joint there, so that a table
-    bends under such a pressure exactly as the segments do. It reaches to the angle at which the lumen of a stretched
-    muscle has a twentieth of its volume at rest left; there the joint locks.
+
+def _muscles(
+    robot: Robot, joint: str | int, material: str, segments: Array, most: float, active: int, *, locks: bool
+) -> dict[str, Any]:
+    """Say what the muscles went through: oil taken in, braid angle, lumens, and whether the joint locks."""
+    unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
+    lever = actuator.lever * (1 + np.array([0.5, -0.5]) * actuator.asymmetry)
+    strain = segments / np.array(actuator.segment_length)
+    hose = muscle(robot, material)
+
+    def lumen(stretch: Array) -> Array:
+        return np.asarray(hose.at(stretch.ravel(), pressure=0.0)["lumen"]).reshape(stretch.shape)
+
+    short, long = 1 - lever[active] * strain, 1 + lever[1 - active] * strain
+    gain = lumen(short) - lumen(np.ones(1))
+    volume = cast(int, group.drive_units) * (gain * np.array(actuator.segment_length)).sum(axis=1)
+    left = float((lumen(long) / lumen(np.ones(1))).min())
+    braid = math.acos(min(1.0, float(short.min()) * math.cos(unit.braid_angle)))
+    locked = locks and left < LUMEN_LEFT
+    stands, idle = f"{math.degrees(braid):.1f} deg", math.degrees(NEUTRAL_BRAID)
+    text = f"At {most / 1e3:g} kPa the braid stands at {stands} (at {idle:.1f} a muscle pulls no more)"
+    if locked:
+        text = f"The joint locks below {most / 1e3:g} kPa: the lumen of the stretched muscles closes"
+    elif locks:
+        text += f" and the stretched muscles keep {100 * left:.0f} % of their lumen"
+    return {
+        "volume": volume,
+        "braid_angle": braid,
+        "lumen_left": left,
+        "status": "locked" if locked else "free",
+        "status_text": f"{text}.",
+    }
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step from the printed equations to the corrected ones.
+
+    Attributes
+    ----------
+    text : str
+        What was corrected in addition.
+    angle : float
+        Angle of the joint then [rad].
+    """
+
+    text: str
+    angle: float
+
+
+def misprints(robot: Robot, joint: str | int, pressure: float, material: str | None = None) -> tuple[Step, ...]:
+    """Correct the printed equations one by one, and say how far the joint bends each time.
 
     Parameters
     ----------
     robot : Robot
+    joint : str or int
+        Name or index of the joint group.
+    pressure : float
+        [Pa].
     material : str, optional
         Material set, see `mooney`.
-    points : int
-        Of each table, an odd number.
 
     Returns
     -------
-    tuple of JointTable
+    tuple of Step
+        From the printed equations to the corrected ones with friction on the way up; what a correction does depends
+        on those before it.
 
     Raises
     ------
     InputError
-        If the robot lacks a table, or the number of points is even.
+        As `bend`.
     """
-    if points < 3 or points % 2 == 0:
-        raise InputError("must be odd, and 3 at least", key="points", value=str(points), fix="leave it out for 257")
-    unit = drive_unit(robot)
-    tables = []
-    for g, group in enumerate(robot.joints):
-        joint = soft_joint(robot, g, material)
-        reach = min(joint.reach(side, left=LUMEN_LEFT, highest=HIGHEST) for side in (0, 1))
-        table = joint.table(reach=reach, points=points)
-        matrix, walls = joint.stiffness()
-        # Kelvin-Voigt: relaxation time times stiffness, as at rest
-        viscosity = robot.materials[unit.matrix].relaxation * matrix + robot.materials[unit.hose].relaxation * walls
-        step = 2 * reach / (points - 1)
-        tables.append(JointTable(group.name, -reach, step, table, viscosity, STOP * (matrix + walls)))
-    return tuple(tables)
+    rising = _check_pressure(pressure)
+    found = []
+    for text, law, friction in STEPS:
+        model = soft_joint(robot, joint, material, friction=friction).with_law(**law)
+        angle = float(np.asarray(model.bend(np.array([[rising[0], 0.0]]))).sum())
+        found.append(Step(text, angle))
+    return tuple(found)

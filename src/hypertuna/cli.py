@@ -10,10 +10,14 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna import _core
+from hypertuna.cli_actuator import actuator_app
+from hypertuna.cli_bend import bend_command
 from hypertuna.cli_experiment import ask_command, tell_command
 from hypertuna.cli_identify import identify_command
 from hypertuna.cli_optimize import optimize_app
 from hypertuna.cli_pareto import pareto_command
+from hypertuna.cli_pump import pump_command
+from hypertuna.cli_range import range_command
 from hypertuna.cli_replay import replay_command
 from hypertuna.cli_reproduce import reproduce_command
 from hypertuna.cli_robot import robot_app
@@ -39,6 +43,10 @@ optimize_app.command("ask")(ask_command)
 optimize_app.command("tell")(tell_command)
 app.add_typer(optimize_app, name="optimize")
 app.command("pareto")(pareto_command)
+app.command("bend")(bend_command)
+app.add_typer(actuator_app, name="actuator")
+app.command("pump")(pump_command)
+app.command("range")(range_command)
 app.add_typer(robot_app, name="robot")
 app.add_typer(trials_app, name="trials")
 

@@ -25,6 +25,7 @@ __all__ = [
     "pump_servo",
     "rest_volume",
     "servo_angle",
+    "supply_voltage",
     "viscosity",
 ]
 
@@ -248,7 +249,26 @@ def oil_of(robot: Robot, temperature: float | None = None) -> tuple[Oil, float, 
     return oil, at, float(viscosity(oil, at))
 
 
-def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
+def supply_voltage(robot: Robot) -> float:
+    """Return the voltage at the servos: the converter's, or the battery's without one.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Returns
+    -------
+    float
+        At the battery's nominal voltage; without a battery, the one that the servos are rated at [V].
+    """
+    battery, rated = robot.battery, needed(pump_servo(robot).voltage, "servos.voltage_v", "give it")
+    if battery is None or battery.series is None:
+        return rated
+    held = battery.series * battery.voltage
+    return held if battery.converter is None else min(held, battery.converter)
+
+
+def circuits(robot: Robot, temperature: float | None = None, *, bore: float | None = None) -> Circuits:
     """Describe the circuits of a robot to the core.
 
     Parameters
@@ -257,6 +277,8 @@ def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
         With the tables pump, oil, drive_unit, servos and, in each joint group, actuator and line.
     temperature : float, optional
         Of the oil [K]; the robot's own if left out.
+    bore : float, optional
+        Of all lines [m]; the robot's own if left out.
 
     Returns
     -------
@@ -266,14 +288,19 @@ def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
     Raises
     ------
     InputError
-        If a table is missing, or the oil does not flow at that temperature.
+        If a table is missing, the bore is not positive, or the oil does not flow at that temperature.
     """
+    if bore is not None and not 0 < bore < np.inf:
+        fix = "give the inner diameter of the lines"
+        raise InputError("must be greater than 0", key="bore", value=f"{bore * 1e3:g} mm", fix=fix)
     pump = needed(robot.pump, "pump", "add the table [pump]", robot)
     oil, at, nu = oil_of(robot, temperature)
     servo = pump_servo(robot)
     names, rows = [], []
     for group in robot.joints:
         line = needed(group.line, f"joints.{group.name}.line", "add the table [joints.line] to each joint group", robot)
+        if bore is not None:
+            line = line.model_copy(update={"bore": bore})
         row = _circuit(pump, servo, oil, line, rest_volume(robot, group), nu)
         for side in SIDES:
             names.append(f"{group.name}-{side}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -9,6 +10,7 @@ from pydantic import Field, model_validator
 from hypertuna.errors import InputError
 from hypertuna.schema_base import NotNegative, Part, Positive, PositiveDegrees, Text, entry, same_length
 
+NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where the volume in a braid is largest
 MaterialSet = Literal["datasheet", "fe", "tensile"]
 
 
@@ -19,7 +21,9 @@ class DriveUnit(Part):
     inner_diameter: Positive = entry("inner_diameter_m", "inner diameter of the hose at rest", "m")
     braid_angle: PositiveDegrees = entry("braid_angle_deg", "angle of the braid from the axis, snug at rest", "deg")
     sleeve: NotNegative = entry("sleeve_m", "thickness of silicone matrix that swells with the braid", "m", default=0.0)
-    friction: NotNegative = entry("friction", "coefficient of friction between braid and hose", default=0.0)
+    friction: NotNegative = entry(
+        "friction", "coefficient of friction between braid and hose, on the section inside the braid", default=0.0
+    )
     hose: Text = entry("hose", "material of the hose, a key of the table materials")
     matrix: Text = entry("matrix", "material of sleeve and matrix, a key of the table materials")
     material_set: MaterialSet = entry("material_set", "set of elastic constants to use", default="datasheet")
@@ -30,6 +34,10 @@ class DriveUnit(Part):
             rule = f"must be less than outer_diameter_m = {self.outer_diameter:g}"
             value, fix = f"{self.inner_diameter:g}", "exchange the two, or measure again"
             raise InputError(rule, key="drive_unit.inner_diameter_m", value=value, fix=fix)
+        if self.braid_angle >= NEUTRAL_BRAID:
+            rule = f"must be less than {math.degrees(NEUTRAL_BRAID):.2f}, where pressure no longer shortens a muscle"
+            value, fix = f"{math.degrees(self.braid_angle):g}", "measure it from the axis of the hose"
+            raise InputError(rule, key="drive_unit.braid_angle_deg", value=value, fix=fix)
         return self
 
 

@@ -91,7 +91,9 @@ S balance(const SoftJoint<S>& joint, int i, const S* pressure, S hold) {
     S low = !free ? -reach : pressure[0] < pressure[1] ? -used / joint.lever[1] : zero;
     for (int k = 0; k < 8 * int(sizeof(S)); ++k) {
         const S middle = S(base_t<S>(0.5)) * (low + high);
-        (zero < segment_moment(joint, i, pressure, middle, hold) ? low : high) = middle;
+        const S moment = segment_moment(joint, i, pressure, middle, hold);
+        if (moment == zero) return middle;  // exactly straight at rest
+        (zero < moment ? low : high) = middle;
     }
     return S(base_t<S>(0.5)) * (low + high);
 }

@@ -49,14 +49,15 @@ struct MuscleShape {
     S slope;     // m^2, dB/dlambda
 };
 
-/// Squared diameter of the braid, D^2 = d_o^2 (1/cos^2 theta0 - lambda^2) / tan^2 theta0, and the swelling it enforces.
+/// Squared diameter of the braid, D^2 = d_o^2 (1/cos^2 theta0 - lambda^2) / tan^2 theta0, and the swelling it enforces;
+/// written so that both are exact at rest.
 template <class S>
 MuscleShape<S> muscle_shape(const DriveUnit<S>& unit, const S& stretch) {
-    const S area = unit.outer * unit.outer / unit.tan2, secant2 = S(1) + unit.tan2;
-    const S braid2 = area * (secant2 - stretch * stretch);
-    const S quarter = S(base_t<S>(0.25));
-    return {braid2, quarter * (stretch * braid2 - unit.outer * unit.outer),
-            quarter * area * (secant2 - S(3) * stretch * stretch)};
+    const S one(1), rest2 = unit.outer * unit.outer, quarter(base_t<S>(0.25));
+    const S shortened = (one - stretch) * (one + stretch);
+    const S braid2 = rest2 * (one + shortened / unit.tan2);
+    return {braid2, quarter * (stretch * braid2 - rest2),
+            quarter * rest2 * (one + (one - S(3) * stretch * stretch) / unit.tan2)};
 }
 
 /// A ring of silicone between the squared radii x1 and x2 at rest; the integrals over its thickness in closed form.

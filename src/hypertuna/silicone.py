@@ -1,0 +1,228 @@
+"""Silicone: elastic constants of a material from a tensile test.
+
+A file has a header of any length, a row of column names with units, and rows of numbers, separated by semicolons or
+commas: engineering strain and stress are used, or true ones where those are all that there is.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.errors import InputError, shown
+
+__all__ = ["Mooney", "TensileFit", "TensileTest", "fit_silicone", "read_tensile"]
+
+Array = NDArray[np.float64]
+
+UP_TO = 1.0  # engineering strain up to which a test is fitted: that of a data sheet's modulus
+FEWEST = 5  # points of a fit
+PASCALS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6}
+
+
+class Mooney(NamedTuple):
+    """Constants of a two-term Mooney-Rivlin solid [Pa] (Eq. 7)."""
+
+    c1: float
+    c2: float
+
+    @property
+    def modulus(self) -> float:
+        """Young's modulus at small strain, 6 (C1 + C2) [Pa]."""
+        return 6 * (self.c1 + self.c2)
+
+    @property
+    def modulus_100(self) -> float:
+        """Engineering stress at 100 % strain, 3.5 (C1 + C2/2) [Pa]."""
+        return 3.5 * (self.c1 + self.c2 / 2)
+
+
+@dataclass(frozen=True)
+class TensileTest:
+    """A tensile test.
+
+    Attributes
+    ----------
+    name : str
+        Of the material, or of the file.
+    strain : ndarray, shape (points,)
+        Engineering strain [1].
+    stress : ndarray, shape (points,)
+        Engineering stress [Pa].
+    left_out : int
+        Rows of the file that lack one of the two.
+    """
+
+    name: str
+    strain: Array
+    stress: Array
+    left_out: int
+
+
+@dataclass(frozen=True)
+class TensileFit:
+    """Mooney-Rivlin constants of a tensile test.
+
+    Attributes
+    ----------
+    solid : Mooney
+        With C1 and C2 not negative [Pa].
+    free : Mooney
+        Of the fit without that condition [Pa]: where one of them is negative, the other may be at its bound only.
+    up_to : float
+        Largest engineering strain fitted [1].
+    points : int
+        Rows fitted.
+    rms : float
+        Of the stress that the fit leaves [Pa].
+    stress_100 : float
+        Measured engineering stress at 100 % strain [Pa]; not a number where the test ends before.
+    """
+
+    solid: Mooney
+    free: Mooney
+    up_to: float
+    points: int
+    rms: float
+    stress_100: float
+
+    @property
+    def status(self) -> str:
+        """What the fit found, in a sentence."""
+        bound = [name for name, value in zip(("C1", "C2"), self.solid, strict=True) if value == 0]
+        fitted = f"Fitted to {self.points} rows up to {100 * self.up_to:.0f} % strain."
+        if not bound:
+            return fitted
+        free = ", ".join(f"{name} = {value / 1e3:.1f} kPa" for name, value in zip(("C1", "C2"), self.free, strict=True))
+        return f"{fitted} {bound[0]} is at its bound of 0: without it {free}, which is unstable in compression."
+
+
+def read_tensile(path: str | Path) -> TensileTest:
+    """Read a tensile test.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    TensileTest
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has no columns of strain and stress, or a cell is no number.
+    """
+    file = str(path)
+    try:
+        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8"
+        fix = "give the CSV file of a tensile test"
+        raise InputError("must be a readable text file", file=file, value=f"not ({reason})", fix=fix) from None
+    head, columns, scale, true = _columns(lines, file)
+    mark = ";" if ";" in lines[head] else ","
+    rows, left_out = [], 0
+    for k, line in enumerate(lines[head + 1 :], start=head + 2):
+        cells = [cell.strip() for cell in line.split(mark)]
+        if not any(cells):
+            continue
+        wanted = [cells[c] if c < len(cells) else "" for c in columns]  # rows may be short
+        if not all(wanted):
+            left_out += 1
+            continue
+        rows.append([_number(cell, f"{file}:{k}") for cell in wanted])
+    strain, stress = np.array(rows, dtype=np.float64).reshape(-1, 2).T
+    stress = scale * stress
+    if true:
+        strain, stress = np.expm1(strain), stress * np.exp(-strain)
+    return TensileTest(_name(lines[:head], mark) or Path(path).stem, strain, stress, left_out)
+
+
+def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
+    """Fit a two-term Mooney-Rivlin solid to a tensile test: least squares of the engineering stress, C1, C2 >= 0.
+
+    In uniaxial tension the stress is 2 (lambda - lambda^-2) (C1 + C2 / lambda). Negative constants, which an
+    unconstrained fit often finds, make a solid that is unstable in compression.
+
+    Parameters
+    ----------
+    test : TensileTest
+    up_to : float
+        Largest engineering strain to fit [1].
+
+    Returns
+    -------
+    TensileFit
+
+    Raises
+    ------
+    InputError
+        If too few rows lie in the range of the fit.
+    """
+    from scipy.optimize import nnls
+
+    if not up_to > 0:
+        raise InputError("must be positive", key="up_to", value=str(up_to), fix="give the largest strain to fit")
+    used = (test.strain > 0) & (test.strain <= up_to)
+    if used.sum() < FEWEST:
+        rule = f"must have {FEWEST} rows with a strain up to {100 * up_to:g} %"
+        raise InputError(rule, key=test.name, value=f"{used.sum()}", fix="fit a larger range, or check the units")
+    stretch, stress = 1 + test.strain[used], test.stress[used]
+    basis = 2 * (stretch - stretch**-2)
+    design = np.stack([basis, basis / stretch], axis=1)
+    bound = nnls(design, stress)[0]
+    free = np.linalg.lstsq(design, stress, rcond=None)[0]
+    order = np.argsort(test.strain, kind="stable")
+    at_100 = np.interp(1.0, test.strain[order], test.stress[order], right=np.nan)
+    return TensileFit(
+        solid=Mooney(*map(float, bound)),
+        free=Mooney(*map(float, free)),
+        up_to=up_to,
+        points=int(used.sum()),
+        rms=float(np.sqrt(np.mean((design @ bound - stress) ** 2))),
+        stress_100=float(at_100),
+    )
+
+
+def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], float, bool]:
+    """Find the row of names, the columns of strain and stress, the stress's unit in Pa, and whether they are true."""
+    for k, line in enumerate(lines):
+        names = [name.strip().lower() for name in re.split(r"[;,]", line)]
+        for kind in ("engineering", "true"):
+            strain = next((i for i, name in enumerate(names) if name.startswith(f"{kind} strain")), None)
+            stress = next((i for i, name in enumerate(names) if name.startswith(f"{kind} stress")), None)
+            if strain is None or stress is None:
+                continue
+            unit = re.search(r"\((\w+)\)", names[stress])
+            if unit is None or unit[1] not in PASCALS:
+                value = unit[1] if unit else "none"
+                rule = "must give the unit of the stress as (Pa), (kPa) or (MPa)"
+                raise InputError(
+                    rule, file=f"{file}:{k + 1}", value=value, fix="name the column Engineering Stress (MPa)"
+                )
+            return k, (strain, stress), PASCALS[unit[1]], kind == "true"
+    rule = "must have a row of names with Engineering Strain and Engineering Stress (MPa)"
+    raise InputError(rule, file=file, fix="add it above the numbers; True Strain and True Stress do as well")
+
+
+def _number(text: str, place: str) -> float:
+    """Read a cell."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        raise InputError("must be a finite number", file=place, value=shown(text), fix="correct or empty that cell")
+    return value
+
+
+def _name(header: list[str], mark: str) -> str:
+    """Find the name of the material in the header."""
+    found = (line.split(mark) for line in header)
+    return next((cells[1].strip() for cells in found if cells[0].strip() == "Material" and len(cells) > 1), "")

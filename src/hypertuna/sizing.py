@@ -1,0 +1,333 @@
+"""Size of the pump: what a beat asks of servos, cylinders and lines, what they can do, and how much bend is left."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.actuator import JointTable, joint_tables
+from hypertuna.description import Robot
+from hypertuna.errors import InputError
+from hypertuna.hydraulics import Circuits, circuits, needed, pump_servo, servo_angle, supply_voltage
+
+__all__ = ["POWERS", "Size", "largest_beat", "size_pump"]
+
+Array = NDArray[np.float64]
+
+SAMPLE = 1e-3  # s between rows of a run
+BEATS, LAGS = 4, 6.0  # a run takes so many beats, and so many time constants of the line
+STABLE = 1.5  # part of 2.7, where Runge-Kutta steps become unstable
+STIFF = 1e6  # Pa: the pressure at which a step must be stable
+HALVINGS = 8  # of the command, until no pressure is above its limit
+SLOW_SERVO = 0.95  # a servo that makes less of its command limits the beat
+DEEP_SUCTION = 0.8  # of the cavitation pressure: air swells there, and the joint's passive side no longer follows
+POWERS = ("idle", "holding", "hydraulic", "friction", "inertia", "braking")
+
+
+@dataclass(frozen=True)
+class Size:
+    """One joint at one frequency, line bore and oil temperature.
+
+    Parameters
+    ----------
+    joint : str
+        Name of the joint group.
+    frequency, bore, temperature : float
+        Of the beat [Hz], of the line [m], of the oil [K].
+    viscosity : float
+        Kinematic viscosity of the oil [m^2/s].
+    command : float
+        Amplitude that the servos are told to make [rad].
+    torque, torque_limit : float
+        Of a servo at the joint's pressure limit with friction, and at stall [N m].
+    speed, speed_limit : float
+        Largest rate of a servo that makes the beat exactly, and without load [rad/s].
+    stroke, stroke_limit : float
+        Largest servo angle either way for the command, and the dead center that it leads to [rad].
+    resistance, inertance : float
+        Of the line [Pa s/m^3, Pa s^2/m^3].
+    capacity_rest, capacity : float
+        Volume that one side takes up per pressure, at rest and on the way to the pressure limit [m^3/Pa].
+    corner_rest, corner : float
+        Corner frequency of the line with these, 1 / (2 pi R C) [Hz].
+    resonance, damping : float
+        Of the line's inertance with the capacity, 1 / (2 pi sqrt(I C)) [Hz], and its damping ratio [1].
+    drop, reynolds : float
+        Largest pressure drop along the line if the joint makes the command [Pa], and Reynolds number there [1].
+    amplitude : float
+        First harmonic of the bend that is left, in air and without mass [rad].
+    lag : float
+        How much later it is than the command [rad].
+    part : float
+        Part of the command that the servos were told, less than 1 where more would pass the pressure limit [1].
+    pressure_max, pressure_min : float
+        Of the cylinders [Pa].
+    limits : tuple of str
+        What stands between command and bend: "pressure", "suction", "servo".
+    power : dict of str to float
+        Mean electrical power of both servos, ``total`` and shares [W].
+    """
+
+    joint: str
+    frequency: float
+    bore: float
+    temperature: float
+    viscosity: float
+    command: float
+    torque: float
+    torque_limit: float
+    speed: float
+    speed_limit: float
+    stroke: float
+    stroke_limit: float
+    resistance: float
+    inertance: float
+    capacity_rest: float
+    capacity: float
+    corner_rest: float
+    corner: float
+    resonance: float
+    damping: float
+    drop: float
+    reynolds: float
+    amplitude: float
+    lag: float
+    part: float
+    pressure_max: float
+    pressure_min: float
+    limits: tuple[str, ...]
+    power: dict[str, float]
+
+
+def largest_beat(robot: Robot) -> tuple[float, tuple[float, ...]]:
+    """Return the fastest and largest beat that a robot's file allows.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Returns
+    -------
+    float
+        Frequency [Hz].
+    tuple of float
+        Amplitude of each joint group [rad].
+    """
+    bounds = needed(robot.gait_bounds, "gait_bounds", "give a frequency", robot)
+    amplitudes = tuple(
+        needed(group.amplitude_max, f"joints.{group.name}.amplitude_max_deg", "give an amplitude", robot)
+        for group in robot.joints
+    )
+    return bounds.frequency[1], amplitudes
+
+
+def size_pump(
+    robot: Robot,
+    *,
+    frequency: Sequence[float],
+    amplitude: Sequence[float],
+    bore: Sequence[float | None] = (None,),
+    temperature: Sequence[float | None] = (None,),
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Size]:
+    """Size the pump: every joint at every frequency, line bore and oil temperature.
+
+    Parameters
+    ----------
+    robot : Robot
+    frequency : sequence of float
+        Of the beat [Hz].
+    amplitude : sequence of float, shape (joints,)
+        Commanded to each joint group [rad].
+    bore, temperature : sequence of float, optional
+        Of the lines [m] and of the oil [K]; None is the robot's own.
+    progress : callable, optional
+        Called with the number of cases done and their total.
+
+    Returns
+    -------
+    list of Size
+        Joints change fastest, then temperatures, bores, frequencies.
+
+    Raises
+    ------
+    InputError
+        If a table is missing, a value is not positive, an amplitude is beyond what pump or joint can do, or the oil
+        does not flow at a temperature.
+    """
+    _check(robot, frequency, amplitude)
+    tables = joint_tables(robot)
+    cases = list(itertools.product(frequency, bore, temperature))
+    built = {(d, t): circuits(robot, t, bore=d) for d in bore for t in temperature}  # all input is checked here
+    sizes = []
+    for k, (f, d, t) in enumerate(cases):
+        for j, angle in enumerate(amplitude):
+            sizes.append(_size(robot, built[d, t], tables[j], j, d, f, angle))
+        if progress is not None:
+            progress(k + 1, len(cases))
+    return sizes
+
+
+def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float]) -> None:
+    """Check the beat."""
+    if len(amplitude) != len(robot.joints):
+        rule, fix = f"must be {len(robot.joints)} long, one value per joint group", "give one for each joint group"
+        raise InputError(rule, key="amplitude", value=f"{len(amplitude)} long", fix=fix)
+    for key, values, unit in (("frequency", frequency, "Hz"), ("amplitude", np.degrees(amplitude), "deg")):
+        for value in values:
+            if not 0 < value < math.inf:
+                raise InputError("must be greater than 0", key=key, value=f"{value:g}", fix=f"give it in {unit}")
+
+
+def _size(
+    robot: Robot,
+    all_circuits: Circuits,
+    table: JointTable,
+    j: int,
+    bore: float | None,
+    frequency: float,
+    amplitude: float,
+) -> Size:
+    """Size one joint."""
+    group, servo, supply = robot.joints[j], pump_servo(robot), supply_voltage(robot)
+    limit = needed(group.pressure_max, f"joints.{group.name}.pressure_max_pa", "give the joint's pressure limit", robot)
+    line = _line(all_circuits, table, j, limit)
+    if bore is None:
+        bore = needed(group.line, "joints.line", "add that table", robot).bore
+    rows = all_circuits.values[2 * j : 2 * j + 2]
+    lag = line["resistance"] * line["capacity_rest"]
+    time, period = _times(frequency, lag)
+    target = _target(robot, all_circuits, table, j, amplitude * np.sin(2 * np.pi * frequency * time))
+    seen, part = _limited(rows, table, supply, _held(robot, target, time), frequency, period, limit)
+    bend = seen["bend"][-period:]
+    clock = np.exp(-2j * np.pi * frequency * np.append(time, time[-1] + time[1])[-period:])
+    harmonic = 2j * np.mean(bend * clock)
+    told, made = (2 * abs(np.mean(x[-period:] * clock[:, None], axis=0)) for x in (part * target, seen["angle"]))
+    volume = table.at(amplitude * np.sin(2 * np.pi * np.linspace(0, 1, 201)))["volume"]
+    flow = float(np.abs(np.diff(volume, axis=0)).max() * 200 * frequency)
+    slopes = _core.displaced(rows[0], np.ascontiguousarray(target[-period:].ravel()))[:, 1]
+    column = {name: float(all_circuits.column(name)[2 * j]) for name in all_circuits.columns}
+    pressure = seen["pump_pressure"][-period:]
+    limits = {
+        "pressure": part < 1,
+        "suction": pressure.min() < DEEP_SUCTION * column["cavitation"],
+        "servo": bool((made < SLOW_SERVO * told).any()),
+    }
+    rated = (servo.speed or 0.0) * supply / column["voltage"]
+    return Size(
+        joint=group.name,
+        frequency=frequency,
+        bore=bore,
+        temperature=all_circuits.temperature,
+        viscosity=all_circuits.viscosity,
+        command=amplitude,
+        torque=limit * float(slopes.max()) + column["friction"],
+        torque_limit=column["stall_torque"] * supply / column["voltage"],
+        speed=float(np.abs(np.diff(target[-period:], axis=0)).max() / time[1]),
+        speed_limit=rated,
+        stroke=float(np.abs(target).max()),
+        stroke_limit=min(column["neutral"], np.pi - column["neutral"]),
+        drop=line["resistance"] * flow + column["loss"] * flow**2,
+        reynolds=4 * flow / (np.pi * bore * all_circuits.viscosity),
+        amplitude=float(abs(harmonic)),
+        lag=float(-np.angle(harmonic)),
+        part=part,
+        pressure_max=float(pressure.max()),
+        pressure_min=float(pressure.min()),
+        limits=tuple(name for name, acts in limits.items() if acts),
+        power={
+            name: float(seen[key][-period:].sum(axis=1).mean())
+            for name, key in (("total", "power"), *((name, f"power_{name}") for name in POWERS))
+        },
+        **line,
+    )
+
+
+def _line(found: Circuits, table: JointTable, j: int, limit: float) -> dict[str, float]:
+    """Return what line and actuator are for small motions, and on the way to the pressure limit."""
+    resistance, inertance = (float(found.column(name)[2 * j]) for name in ("resistance", "inertance"))
+    rest = table.at([0.0])
+    step = table.step / 2
+    stiffness = float(-np.diff(table.at([-step, step])["elastic"])[0] / (2 * step))
+    capacity_rest = float(rest["slope"][0, 0] ** 2 / stiffness)
+    # What one side's pressure alone does, the other side open: the bend where silicone balances the limit.
+    angles = table.angle[table.angle >= 0]
+    at = table.at(angles)
+    held = -at["elastic"] / at["slope"][:, 0]  # pressure that holds each angle
+    volume = float(np.interp(limit, held, at["volume"][:, 0])) - float(rest["volume"][0, 0])
+    capacity = volume / limit
+    return {
+        "resistance": resistance,
+        "inertance": inertance,
+        "capacity_rest": capacity_rest,
+        "capacity": capacity,
+        "corner_rest": 1 / (2 * np.pi * resistance * capacity_rest),
+        "corner": 1 / (2 * np.pi * resistance * capacity),
+        "resonance": 1 / (2 * np.pi * math.sqrt(inertance * capacity)),
+        "damping": resistance / 2 * math.sqrt(capacity / inertance),
+    }
+
+
+def _times(frequency: float, lag: float) -> tuple[Array, int]:
+    """Return the times of a run's rows [s], and how many of them make a beat."""
+    period = max(8, round(1 / frequency / SAMPLE))
+    beats = max(BEATS, math.ceil(LAGS * lag * frequency))
+    return np.arange(beats * period) / (period * frequency), period
+
+
+def _target(robot: Robot, found: Circuits, table: JointTable, j: int, bend: Array) -> Array:
+    """Return the servo angles of both sides that push out what the units of a bent joint hold [rad]."""
+    volume = table.at(bend)["volume"] - table.at([0.0])["volume"]
+    target = np.stack([servo_angle(found, volume[:, s], 2 * j + s) for s in (0, 1)], axis=1)
+    reach = table.angle[-1]
+    if not np.isfinite(target).all() or np.abs(bend).max() > reach:
+        rule = f"must be at most what pump and joint can do: the joint locks at {np.degrees(reach):.3g} deg"
+        value = f"{np.degrees(np.abs(bend).max()):.4g}"
+        fix = "command less, or describe a pump with more stroke"
+        raise InputError(rule, key=f"amplitude_deg[{j}]", value=value, fix=fix)
+    return target
+
+
+def _held(robot: Robot, target: Array, time: Array) -> Array:
+    """Hold each target for a tick of the controller, if the robot has one."""
+    if robot.controller is None:
+        return target
+    tick = np.floor(time * robot.controller.rate + 1e-9) / robot.controller.rate
+    return np.stack([np.interp(tick, time, side) for side in target.T], axis=1)
+
+
+def _limited(
+    rows: Array, table: JointTable, supply: float, target: Array, frequency: float, period: int, limit: float
+) -> tuple[dict[str, Array], float]:
+    """Run a beat; where the cylinders pass the limit, tell the servos less until they do not."""
+
+    def run(part: float) -> dict[str, Array]:
+        stiff = _core.circuit_stiffness(np.ascontiguousarray(rows[0]), STIFF, 0.0)
+        interval = 1 / (period * frequency)
+        steps = max(1, math.ceil(interval * stiff / STABLE))
+        return _core.run_pair(
+            np.ascontiguousarray(rows),
+            table.points,
+            first=table.first,
+            step=table.step,
+            stop=table.stop,
+            target=np.ascontiguousarray(part * target),
+            supply=supply,
+            interval=interval,
+            steps=steps,
+        )
+
+    seen, low, high = run(1.0), 0.0, 1.0
+    if seen["pump_pressure"][-period:].max() <= limit:
+        return seen, 1.0
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        seen = run(middle)
+        low, high = (middle, high) if seen["pump_pressure"][-period:].max() <= limit else (low, middle)
+    return run(low), low

@@ -1,0 +1,312 @@
+"""Soft joint: muscles, matrix and levers of a description, as the core takes them, and as the twin's table.
+
+The equations stand in core muscle.hpp, joint.hpp and joint_table.hpp; docs/actuator.md derives them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import cast, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, did_you_mean
+from hypertuna.schema import JointGroup
+from hypertuna.schema_actuator import Actuator, DriveUnit, Material, MaterialSet
+from hypertuna.silicone import Mooney
+
+__all__ = [
+    "COLUMNS",
+    "LUMEN_LEFT",
+    "MATERIAL_SETS",
+    "JointTable",
+    "drive_unit",
+    "joint_group",
+    "joint_tables",
+    "mooney",
+    "muscle",
+    "soft_joint",
+]
+
+Array = NDArray[np.float64]
+
+MATERIAL_SETS: tuple[MaterialSet, ...] = get_args(MaterialSet)
+
+# Columns of a joint's table, as core joint_table.hpp lays out a point; the pairs are of the sides, left and right.
+COLUMNS = (
+    *("energy", "energy_slope", "volume_left", "volume_right", "volume_slope_left", "volume_slope_right"),
+    *("friction_left", "friction_right", "carried_left", "carried_right"),
+)
+LUMEN_LEFT = 0.05  # of the lumen at rest, on the stretched side, where a table ends and the joint counts as locked
+HIGHEST = 20e6  # Pa, where a table ends if the joint locks nowhere below
+STOP = 20.0  # stiffness beyond a table's end, in units of the stiffness at rest
+
+
+@dataclass(frozen=True)
+class JointTable:
+    """A soft joint as one angle: energy, volumes and friction over it (core joint_table.hpp).
+
+    Attributes
+    ----------
+    name : str
+        Of the joint group.
+    first, step : float
+        Angle of the first point, and from point to point [rad].
+    points : ndarray, shape (points, 10)
+        Columns `COLUMNS`: energy [J] and its slope [N m], volume in the muscles of each side [m^3] and its slope
+        [m^3/rad], friction per contact pressure [N m/Pa], pressure that the walls carry [Pa].
+    viscosity : float
+        Viscous moment per rate [N m s/rad].
+    stop : float
+        Stiffness beyond the ends, where the joint locks [N m/rad].
+    """
+
+    name: str
+    first: float
+    step: float
+    points: Array
+    viscosity: float
+    stop: float
+
+    @property
+    def angle(self) -> Array:
+        """Angle of every point [rad], shape (points,)."""
+        return self.first + self.step * np.arange(len(self.points), dtype=np.float64)
+
+    def at(self, angle: ArrayLike) -> dict[str, Array]:
+        """Look up what the twin sees between the points.
+
+        Parameters
+        ----------
+        angle : array_like, shape (n,)
+            [rad].
+
+        Returns
+        -------
+        dict of ndarray
+            elastic [N m] (-dU/dangle), energy [J], and with one column per side volume [m^3], slope [m^3/rad], friction
+            [N m/Pa] and carried [Pa].
+        """
+        where = np.atleast_1d(np.asarray(angle, dtype=np.float64))
+        return _core.joint_load(self.points, first=self.first, step=self.step, stop=self.stop, angle=where)
+
+
+def mooney(robot: Robot, material: str, material_set: str | None = None) -> Mooney:
+    """Choose the elastic constants of a silicone.
+
+    Parameters
+    ----------
+    robot : Robot
+    material : str
+        Key of the table ``[materials]``.
+    material_set : str, optional
+        ``"datasheet"``: C1 from the stress at 100 % strain, which is 3.5 (C1 + C2/2), with C2 = 0. ``"fe"``: C1 = E/6
+        with the Young's modulus of a finite-element model. ``"tensile"``: C1 and C2 as fitted to tensile tests.
+        None takes what ``[drive_unit]`` says.
+
+    Returns
+    -------
+    Mooney
+
+    Raises
+    ------
+    InputError
+        If the set is not known, or the material lacks its values.
+    """
+    name = material_set or drive_unit(robot).material_set
+    if name not in MATERIAL_SETS:
+        raise InputError("must be a set that exists", key="material", value=name, fix=did_you_mean(name, MATERIAL_SETS))
+    if material not in robot.materials:
+        fix = did_you_mean(material, robot.materials)
+        raise InputError("is not a material of [materials]", file=robot.file or None, key=material, fix=fix)
+    solid: Material = robot.materials[material]
+    if name == "datasheet":
+        return Mooney(solid.modulus_100 / 3.5, 0.0)  # Mooney.modulus_100, solved for C1
+    key = {"fe": "modulus_fe_pa", "tensile": "tensile_pa"}[name]
+    value = solid.modulus_fe if name == "fe" else solid.tensile
+    if value is None:
+        raise InputError(
+            f"is needed by the material set {name}",
+            file=robot.file or None,
+            key=f"materials.{material}.{key}",
+            fix="give it, or choose another set",
+        )
+    if name == "fe":
+        return Mooney(cast(float, value) / 6, 0.0)
+    return Mooney(*cast(tuple[float, float], value))
+
+
+def drive_unit(robot: Robot) -> DriveUnit:
+    """Return the table of the muscle, or say that there is none.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Returns
+    -------
+    DriveUnit
+
+    Raises
+    ------
+    InputError
+        If the robot has no table ``[drive_unit]``.
+    """
+    if robot.drive_unit is None:
+        fix = "add it, docs/description.md lists its keys"
+        raise InputError("is missing: soft joints need it", file=robot.file or None, key="[drive_unit]", fix=fix)
+    return robot.drive_unit
+
+
+def joint_group(robot: Robot, joint: str | int) -> tuple[JointGroup, Actuator]:
+    """Find a joint group that is a soft joint.
+
+    Parameters
+    ----------
+    robot : Robot
+    joint : str or int
+        Name or index.
+
+    Returns
+    -------
+    JointGroup
+    Actuator
+        Its table ``[joints.actuator]``.
+
+    Raises
+    ------
+    InputError
+        If there is no such joint, or the table or the number of muscles is missing.
+    """
+    names = [group.name for group in robot.joints]
+    if isinstance(joint, int) and 0 <= joint < len(names):
+        index = joint
+    elif joint in names:
+        index = names.index(joint)
+    else:
+        fix = did_you_mean(str(joint), names)
+        raise InputError("is not a joint of the robot", file=robot.file or None, key=f"joint {joint}", fix=fix)
+    group, file = robot.joints[index], robot.file or None
+    if group.actuator is None:
+        fix = "add it, docs/description.md lists its keys"
+        raise InputError(
+            "is missing: soft joints need it", file=file, key=f"[joints.actuator] of {names[index]}", fix=fix
+        )
+    if group.drive_units is None:
+        fix = "give the number of muscles on each side"
+        raise InputError("is missing: soft joints need it", file=file, key=f"joints[{index}].drive_units", fix=fix)
+    return group, group.actuator
+
+
+def muscle(robot: Robot, material: str | None = None, *, friction: bool = True) -> _core.DriveUnit:
+    """Make a drive unit for the core.
+
+    Parameters
+    ----------
+    robot : Robot
+    material : str, optional
+        Material set, see `mooney`.
+    friction : bool
+        Whether its braid rubs.
+
+    Returns
+    -------
+    _core.DriveUnit
+
+    Raises
+    ------
+    InputError
+        If the robot lacks a table.
+    """
+    unit = drive_unit(robot)
+    hose, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
+    return _core.DriveUnit(
+        outer=unit.outer_diameter,
+        inner=unit.inner_diameter,
+        tan2=math.tan(unit.braid_angle) ** 2,
+        sleeve=unit.sleeve,
+        hose=hose,
+        matrix=matrix,
+        friction=unit.friction if friction else 0.0,
+    )
+
+
+def soft_joint(
+    robot: Robot, joint: str | int, material: str | None = None, *, friction: bool = True
+) -> _core.SoftJoint:
+    """Make a joint for the core.
+
+    Parameters
+    ----------
+    robot : Robot
+    joint : str or int
+        Name or index of the joint group.
+    material : str, optional
+        Material set, see `mooney`.
+    friction : bool
+        Whether its braids rub.
+
+    Returns
+    -------
+    _core.SoftJoint
+
+    Raises
+    ------
+    InputError
+        If the joint does not exist, or the robot lacks a table.
+    """
+    group, actuator = joint_group(robot, joint)
+    matrix = mooney(robot, drive_unit(robot).matrix, material)
+    half = 0.5 * actuator.asymmetry
+    inertia = np.pi / 4 * np.array(actuator.semi_major) * np.array(actuator.semi_minor) ** 3  # of an ellipse
+    return _core.SoftJoint(
+        muscle(robot, material, friction=friction),
+        units=cast(int, group.drive_units),
+        lever=(actuator.lever * (1 + half), actuator.lever * (1 - half)),
+        length=list(actuator.segment_length),
+        stiffness=(actuator.stiffness_factor * matrix.modulus * inertia).tolist(),
+    )
+
+
+def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257) -> tuple[JointTable, ...]:
+    """Tabulate every joint of a robot over its angle.
+
+    The segments share an angle as they do where the pressure of one side alone holds the joint there, so that a table
+    bends under such a pressure exactly as the segments do. It reaches to the angle at which the lumen of a stretched
+    muscle has a twentieth of its volume at rest left; there the joint locks.
+
+    Parameters
+    ----------
+    robot : Robot
+    material : str, optional
+        Material set, see `mooney`.
+    points : int
+        Of each table, an odd number.
+
+    Returns
+    -------
+    tuple of JointTable
+
+    Raises
+    ------
+    InputError
+        If the robot lacks a table, or the number of points is even.
+    """
+    if points < 3 or points % 2 == 0:
+        raise InputError("must be odd, and 3 at least", key="points", value=str(points), fix="leave it out for 257")
+    unit = drive_unit(robot)
+    tables = []
+    for g, group in enumerate(robot.joints):
+        joint = soft_joint(robot, g, material)
+        reach = min(joint.reach(side, left=LUMEN_LEFT, highest=HIGHEST) for side in (0, 1))
+        table = joint.table(reach=reach, points=points)
+        matrix, walls = joint.stiffness()
+        # Kelvin-Voigt: relaxation time times stiffness, as at rest
+        viscosity = robot.materials[unit.matrix].relaxation * matrix + robot.materials[unit.hose].relaxation * walls
+        step = 2 * reach / (points - 1)
+        tables.append(JointTable(group.name, -reach, step, table, viscosity, STOP * (matrix + walls)))
+    return tuple(tables)

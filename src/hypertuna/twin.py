@@ -1,0 +1,307 @@
+"""Twin: the whole robot closed loop, from a command through servos, oil and silicone to the wake.
+
+The equations stand in core tail.hpp, plant.hpp and twin.hpp; docs/twin.md tells what the twin shows.
+"""
+
+from __future__ import annotations
+
+import math
+import weakref
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.actuator import joint_tables
+from hypertuna.control import controller_columns
+from hypertuna.description import Robot
+from hypertuna.energy import battery_columns
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.gait import Gait, check_gait
+from hypertuna.hydraulics import circuits, needed
+from hypertuna.model import core_model
+from hypertuna.sensing import faults as read_faults
+from hypertuna.sensing import sensor_columns
+from hypertuna.swim import swim
+from hypertuna.twin_run import VARIABLES, TwinRun
+
+__all__ = ["STEP", "twin", "twins"]
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+STEP = 5e-4  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
+MOST_TICKS = 1_000_000  # of a run: a gigabyte of record
+MEDIA = ("water", "air")
+STARTS = ("rest", "swimming")
+CONDITIONS = "status_at"
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What the core takes of a robot, whatever it is told to do."""
+
+    plant: dict[str, Any]
+    sensors: dict[str, list[float]]
+    temperature: float
+
+
+_parts: dict[tuple[int, str, float | None], _Parts] = {}
+_controllers: dict[int, dict[str, list[float]]] = {}
+
+
+def twin(
+    robot: Robot,
+    gait: Gait,
+    *,
+    duration: float,
+    fish_in: str = "water",
+    faults: str | Iterable[str] = (),
+    seed: int = 0,
+    closed_loop: bool = True,
+    temperature: float | None = None,
+    start: str = "rest",
+    step: float | None = None,
+    heard: float = math.inf,
+    believed: Robot | None = None,
+) -> TwinRun:
+    """Run the robot's twin: command in, servo pulses, oil, bending tail, water, sensors, controller.
+
+    Parameters
+    ----------
+    robot : Robot
+        With the tables drive_unit, pump, oil, battery, servos, sensors, controller and, in each joint group, actuator
+        and line.
+    gait : Gait
+        The command, from the first tick on.
+    duration : float
+        Of the run [s].
+    fish_in : str
+        ``"water"``: swimming freely. ``"air"``: the head held still, without water.
+    faults : str or iterable of str
+        Sensor faults as on the command line: ``"bend-II:stuck@5"``.
+    seed : int
+        Of the sensors' noise; the same seed gives the same run to the last bit.
+    closed_loop : bool
+        Whether posture control corrects amplitude and bias; else the pumps' inverse maps alone.
+    temperature : float, optional
+        Of the oil [K]. The controller goes on counting on the robot's own.
+    start : str
+        ``"rest"``, or ``"swimming"``: at the speed of the settled beat of joints that lag by their bandwidth.
+    step : float, optional
+        Of the inner Runge-Kutta integration [s]; it is rounded so that it divides the control tick.
+    heard : float
+        Time from which no command comes any more [s].
+    believed : Robot, optional
+        Robot that the controller takes this one for; itself if left out.
+
+    Returns
+    -------
+    TwinRun
+
+    Raises
+    ------
+    InputError
+        If the robot lacks a table, the gait does not fit it, or an option is out of range.
+
+    Examples
+    --------
+    >>> import hypertuna as ht
+    >>> fish = ht.load("hypertuna")
+    >>> run = ht.twin(fish, ht.Gait.from_degrees(frequency=1, amplitude=(8, 12), phase=(0, 20)), duration=5)
+    >>> run.status
+    'completed'
+    """
+    check_gait(gait, robot)
+    _check_choice("fish_in", fish_in, MEDIA)
+    _check_choice("start", start, STARTS)
+    control = needed(robot.controller, "controller", "add the table [controller]", robot)
+    tick = 1 / control.rate
+    ticks = _ticks(duration, tick)
+    steps = _steps(tick, STEP if step is None else step)
+    parts = _parts_of(robot, fish_in, temperature)
+    columns = _controller_of(robot if believed is None else believed)
+    if not closed_loop:
+        columns = columns | {gain: [0.0] for gain in ("proportional", "integral", "derivative")}
+    given = (faults,) if isinstance(faults, str) else tuple(faults)
+    record = _core.run_twin(
+        **parts.plant,
+        twist=_first_twist(robot, gait, start, fish_in),
+        controller=columns,
+        sensors=parts.sensors,
+        seed=_seed(seed),
+        faults=[tuple(fault) for fault in _faults(given, robot, duration)],
+        frequency=gait.frequency,
+        command=np.array([gait.amplitude, gait.phase, gait.bias], dtype=np.float64),
+        heard=heard,
+        ticks=ticks,
+        steps=steps,
+    )
+    done = int(record.pop("ticks")[0])
+    return TwinRun(
+        robot=robot,
+        gait=gait,
+        duration=duration,
+        fish_in=fish_in,
+        closed_loop=closed_loop,
+        seed=seed,
+        temperature=parts.temperature,
+        start=start,
+        faults_given=given,
+        step=tick / steps,
+        time=np.arange(done, dtype=np.float64) * tick,
+        data=_data(record, done, len(robot.joints)),
+        status="completed" if done == ticks else "diverged",
+    )
+
+
+def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T], threads: int = 1) -> list[T]:
+    """Run many twins over threads.
+
+    Parameters
+    ----------
+    runs : sequence of mapping
+        Arguments of `twin` by name, robot and gait among them, one mapping per run.
+    measure : callable
+        What to keep of each run; the whole record of one holds 1 MB per 10 s.
+    threads : int
+        The results do not depend on it.
+
+    Returns
+    -------
+    list
+        In the order of the runs.
+
+    Raises
+    ------
+    InputError
+        As `twin` does.
+    """
+
+    def one(options: Mapping[str, Any]) -> T:
+        return measure(twin(**options))
+
+    if threads <= 1:
+        return [one(options) for options in runs]
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(one, runs))
+
+
+def _parts_of(robot: Robot, fish_in: str, temperature: float | None) -> _Parts:
+    """Describe the plant and the sensors to the core, once for each robot object and condition."""
+    key = (id(robot), fish_in, temperature)
+    found = _parts.get(key)
+    if found is None:
+        found = _parts[key] = _make_parts(robot, fish_in, temperature)
+        weakref.finalize(robot, _parts.pop, key, None)
+    return found
+
+
+def _controller_of(robot: Robot) -> dict[str, list[float]]:
+    """Describe the controller to the core, once for each robot object."""
+    found = _controllers.get(id(robot))
+    if found is None:
+        found = _controllers[id(robot)] = controller_columns(robot)
+        weakref.finalize(robot, _controllers.pop, id(robot), None)
+    return found
+
+
+def _make_parts(robot: Robot, fish_in: str, temperature: float | None) -> _Parts:
+    oil = circuits(robot, temperature)
+    tables = joint_tables(robot)
+    links, groups = len(robot.links.name), len(robot.joints)
+    share = np.zeros((links, groups + (robot.hinge is not None)))
+    for g, group in enumerate(robot.joints):
+        share[list(group.links), g] = group.share
+    if robot.hinge is not None:
+        share[robot.hinge.link, groups] = 1.0
+    plant = {
+        "model": core_model(robot) if fish_in == "water" else core_model(robot, _without_water(robot)),
+        "share": share,
+        "points": [table.points for table in tables],
+        "grid": np.array([[table.first, table.step, table.viscosity, table.stop] for table in tables]),
+        "circuits": oil.values,
+        "hinge": np.array([robot.hinge.stiffness, robot.hinge.damping] if robot.hinge else [0.0, 0.0]),
+        "battery": battery_columns(robot).values,
+        "idle": _idle(robot),
+        "clamped": fish_in == "air",
+    }
+    return _Parts(plant, sensor_columns(robot), oil.temperature)
+
+
+def _without_water(robot: Robot) -> dict[str, list[float]]:
+    """Columns of the model in air: no density, no added mass, no drag that needs no density."""
+    none = [0.0] * len(robot.links.name)
+    if robot.model.water == "lumped":
+        return {"water.density": [0.0], "water.lumped.added_mass": none}
+    linear = ("linear_normal", "linear_tangential")
+    return {"water.density": [0.0], **{f"water.strip.{name}": none for name in linear}}
+
+
+def _idle(robot: Robot) -> float:
+    """Electrical power of the servos that drive no pump: they stand still [W]."""
+    others = [servo for servo in robot.servos if servo.drives != "piston pump"]
+    return float(sum(s.count * s.idle_current * s.voltage for s in others if s.idle_current and s.voltage))
+
+
+def _first_twist(robot: Robot, gait: Gait, start: str, fish_in: str) -> Array:
+    """Twist of the head at the start."""
+    if start == "rest" or fish_in == "air":
+        return np.zeros(3)
+    speed = swim(robot.using(joints="bandwidth"), gait).speed
+    return np.array([-speed if math.isfinite(speed) else 0.0, 0.0, 0.0])
+
+
+def _faults(given: tuple[str, ...], robot: Robot, duration: float) -> tuple[Any, ...]:
+    """Read the faults; each must begin within the run."""
+    found = read_faults(given, robot)
+    for fault, text in zip(found, given, strict=True):
+        if fault.start >= duration:
+            fix = "let it start earlier, or run longer"
+            raise InputError(f"must start before the run ends at {duration:g} s", key="fault", value=text, fix=fix)
+    return found
+
+
+def _data(record: dict[str, Array], done: int, joints: int) -> dict[str, Array]:
+    """Name and cut what was recorded."""
+    columns = {name: column[:done] for name, column in record.items()}
+    columns["speed"] = -columns.pop("surge")
+    data = {name: columns[name] for name in VARIABLES}
+    for name in ("angle", "rate", "moment"):
+        if columns[name].shape[1] > joints:
+            data[f"hinge_{name}"] = columns[name][:, joints]
+            data[name] = columns[name][:, :joints]
+    return data | {CONDITIONS: columns[CONDITIONS]}
+
+
+def _ticks(duration: float, tick: float) -> int:
+    """Count the ticks of a run."""
+    ticks = duration / tick * (1 + 1e-12) if math.isfinite(duration) else math.inf
+    if not 1 <= ticks <= MOST_TICKS:
+        rule = f"must be from {tick:g} to {MOST_TICKS * tick:g} s"
+        raise InputError(rule, key="duration", value=f"{duration:g}", fix="give the seconds to run")
+    return int(ticks)
+
+
+def _steps(tick: float, step: float) -> int:
+    """Inner steps of a tick."""
+    if not 1e-6 <= step <= tick * (1 + 1e-12):
+        rule = f"must be from 1e-06 to the control tick of {tick:g} s"
+        raise InputError(rule, key="step", value=f"{step:g}", fix=f"leave it out for {STEP:g}")
+    return math.ceil(tick / step * (1 - 1e-12))
+
+
+def _seed(seed: int) -> int:
+    if not 0 <= seed < 2**64:
+        raise InputError("must be from 0 to 2^64 - 1", key="seed", value=shown(seed), fix="give a whole number")
+    return seed
+
+
+def _check_choice(key: str, value: str, known: Sequence[str]) -> None:
+    if value not in known:
+        fix = did_you_mean(value, known)
+        raise InputError(f"must be {' or '.join(known)}", key=key, value=shown(value), fix=fix)

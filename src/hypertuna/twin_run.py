@@ -1,0 +1,365 @@
+"""A run of the twin: what was recorded, and what it amounts to over its last whole beats."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.gait import Gait
+from hypertuna.results import dataset, provenance
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["TwinRun"]
+
+Array = NDArray[np.float64]
+
+SIDES = ("left", "right")
+LAST = 0.3  # part of the run that its last whole beats are taken from
+SETTLED = 2e-3  # largest relative change of speed or amplitude per beat of a run that counts as settled
+DRY = 0.02  # a pressure this near to the oil's cavitation pressure, relative, is at it
+FINER = 8  # instants between two ticks where a peak is looked for
+
+# Dimension beside time, unit and meaning of everything that is recorded.
+VARIABLES: dict[str, tuple[str, str, str]] = {
+    "x": ("", "m", "position of the nose"),
+    "y": ("", "m", "position of the nose"),
+    "heading": ("", "rad", "angle of the head's axis (nose to tail) from x, counter-clockwise"),
+    "speed": ("", "m/s", "velocity of the nose along the head's axis, ahead"),
+    "sway": ("", "m/s", "velocity of the nose across the head's axis"),
+    "yaw": ("", "rad/s", "rate of turn of the head, counter-clockwise"),
+    "angle": ("joint", "rad", "bend of the joint group, counter-clockwise"),
+    "rate": ("joint", "rad/s", "rate of the bend"),
+    "moment": ("joint", "N m", "moment of oil and silicone on the bend"),
+    "angle_measured": ("joint", "rad", "reading of the bend sensor"),
+    "angle_set": ("joint", "rad", "bend that the command asks for"),
+    "pump_pressure": ("circuit", "Pa", "gauge pressure in the cylinder"),
+    "unit_pressure": ("circuit", "Pa", "gauge pressure in the drive units"),
+    "pump_pressure_high": ("circuit", "Pa", "largest pressure in the cylinder within the control tick"),
+    "pump_pressure_low": ("circuit", "Pa", "smallest pressure in the cylinder within the control tick"),
+    "unit_pressure_high": ("circuit", "Pa", "largest pressure in the drive units within the control tick"),
+    "unit_pressure_low": ("circuit", "Pa", "smallest pressure in the drive units within the control tick"),
+    "pressure_measured": ("circuit", "Pa", "reading of the pressure sensor"),
+    "servo_target": ("circuit", "rad", "servo angle that the pulse asks for, positive pushes oil out"),
+    "servo_angle": ("circuit", "rad", "servo angle from neutral"),
+    "servo_rate": ("circuit", "rad/s", "servo rate"),
+    "servo_torque": ("circuit", "N m", "torque of the servo's motor at its output"),
+    "flow": ("circuit", "m^3/s", "flow of oil toward the drive units"),
+    "electrical_power": ("circuit", "W", "mean electrical power of the servo within the control tick"),
+    "current": ("circuit", "A", "reading of the current sensor"),
+    "power": ("", "W", "mean electrical power of all servos within the control tick"),
+    "battery_voltage": ("", "V", "voltage at the battery's terminals"),
+    "pulse": ("servo", "s", "servo pulse"),
+    "status": ("", "1", "flags of the controller's status"),
+}
+
+
+@dataclass(frozen=True)
+class TwinRun:
+    """A run of the twin; means and amplitudes are over its last whole beats.
+
+    Attributes
+    ----------
+    robot : Robot
+    gait : Gait
+        What was commanded.
+    duration : float
+        Of the run as asked for [s].
+    fish_in : str
+        "water" or "air".
+    closed_loop : bool
+    seed : int
+    temperature : float
+        Of the oil [K].
+    start : str
+        "rest" or "swimming".
+    faults_given : tuple of str
+    step : float
+        Of the inner integration [s].
+    time : ndarray, shape (T,)
+        Start of every control tick [s].
+    data : dict of ndarray
+        What was recorded, by the names of `VARIABLES`, each (T,) or (T, joints, circuits or servos); ``status_at``
+        (T, conditions) has the places of every condition as bits.
+    status : str
+        "completed" or "diverged".
+    """
+
+    robot: Robot
+    gait: Gait
+    duration: float
+    fish_in: str
+    closed_loop: bool
+    seed: int
+    temperature: float
+    start: str
+    faults_given: tuple[str, ...]
+    step: float
+    time: Array
+    data: dict[str, Array]
+    status: str
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joint groups."""
+        return tuple(group.name for group in self.robot.joints)
+
+    @property
+    def circuits(self) -> tuple[str, ...]:
+        """Names of the circuits: I-left, I-right, ..."""
+        return tuple(f"{joint}-{side}" for joint in self.joints for side in SIDES)
+
+    @cached_property
+    def tick(self) -> float:
+        """Control tick [s]."""
+        assert self.robot.controller is not None  # else there was no run
+        return 1 / self.robot.controller.rate
+
+    @cached_property
+    def beat_count(self) -> int:
+        """Whole beats at the end of the run that means are over, at least one; 0 if the run is shorter than a beat."""
+        whole = len(self.time) * self.tick * self.gait.frequency * (1 + 1e-9)
+        return int(min(whole - self.gait.frequency * self.tick, max(1.0, LAST * whole)))
+
+    @cached_property
+    def beats(self) -> slice:
+        """Ticks of these beats."""
+        ticks = round(self.beat_count / (self.gait.frequency * self.tick))
+        return slice(max(0, len(self.time) - max(1, ticks)), len(self.time))
+
+    @cached_property
+    def speeds(self) -> Array:
+        """Speed of each of the last beats, |way of the nose| / T, negative where the tail leads (beats,) [m/s]."""
+        if self.fish_in == "air" or not self.beat_count:
+            return np.full(max(1, self.beat_count), math.nan)
+        last = self.time[-1]
+        ends = last - np.arange(self.beat_count, -1, -1) / self.gait.frequency
+        x, y, heading = (
+            _between(self.time, self.data[name], self._rates[name], ends) for name in ("x", "y", "heading")
+        )
+        dx, dy = np.diff(x), np.diff(y)
+        ahead = -(dx * np.cos(heading[:-1]) + dy * np.sin(heading[:-1]))
+        result: Array = np.copysign(np.hypot(dx, dy), ahead) * self.gait.frequency
+        return result
+
+    @property
+    def speed(self) -> float:
+        """Mean of `speeds` [m/s]; not a number in air."""
+        return float(self.speeds.mean())
+
+    @property
+    def speed_bl(self) -> float:
+        """The same in body lengths [1/s]."""
+        return self.speed / self.robot.body.length
+
+    @cached_property
+    def change(self) -> float:
+        """Relative change per beat, still, of what changes most: speed, or a joint's swing over the last beats [1]."""
+        found = [_trend(swing) for swing in self._swings.T if swing.size > 1 and swing.mean() > 1e-3]
+        if self.fish_in == "water":
+            found.append(_trend(self.speeds))
+        return max(found, key=abs, default=math.nan)
+
+    @property
+    def settled(self) -> bool:
+        """Whether speed and swings change by less than 0.2 % per beat."""
+        return self.status == "completed" and abs(self.change) < SETTLED
+
+    @cached_property
+    def amplitude(self) -> Array:
+        """First harmonic of each joint group's bend (joints,) [rad]."""
+        return np.abs(self._harmonic("angle"))
+
+    @cached_property
+    def phase(self) -> Array:
+        """Lag of that harmonic behind the clock that gaits are written in (joints,) [rad]."""
+        wanted, found = self._harmonic("angle_set"), self._harmonic("angle")
+        g = int(abs(wanted).argmax())
+        clock = np.angle(wanted[g]) + self.gait.phase[g]
+        result: Array = (clock - np.angle(found) + math.pi / 2) % (2 * math.pi) - math.pi / 2
+        return result
+
+    @cached_property
+    def bias(self) -> Array:
+        """Mean bend of each joint group (joints,) [rad]."""
+        return np.asarray(self.data["angle"][self.beats].mean(axis=0))
+
+    @property
+    def swing(self) -> Array:
+        """Half of peak to peak of each joint group's bend, mean over the last beats (joints,) [rad]."""
+        return np.asarray(self._swings.mean(axis=0))
+
+    @property
+    def power(self) -> float:
+        """Mean electrical power of all servos [W]."""
+        return float(self.data["power"][self.beats].mean())
+
+    @property
+    def mechanical_power(self) -> float:
+        """Mean power of the joint groups' moments on the tail [W]."""
+        return float((self.data["moment"] * self.data["rate"])[self.beats].sum(axis=1).mean())
+
+    @property
+    def cost_of_transport(self) -> float:
+        """Electrical power over mass and speed [J/(kg m)] (Eq. 38, with the mass that it forgets)."""
+        return self.power / (self.robot.body.mass * self.speed)
+
+    @property
+    def pressure_max(self) -> Array:
+        """Largest pressure in each cylinder over the last beats (circuits,) [Pa]."""
+        return np.asarray(self.data["pump_pressure_high"][self.beats].max(axis=0))
+
+    @property
+    def pressure_min(self) -> Array:
+        """Smallest pressure in each cylinder over the last beats (circuits,) [Pa]."""
+        return np.asarray(self.data["pump_pressure_low"][self.beats].min(axis=0))
+
+    @property
+    def pressure_peak(self) -> float:
+        """Largest pressure of any cylinder or drive unit at any time of the run [Pa]."""
+        return float(max(self.data["pump_pressure_high"].max(), self.data["unit_pressure_high"].max()))
+
+    @cached_property
+    def flags(self) -> int:
+        """Every flag of the controller's status that was ever set."""
+        return int(np.bitwise_or.reduce(self.data["status"].astype(np.int64), initial=0))
+
+    @cached_property
+    def acting(self) -> dict[str, float]:
+        """Part of the last beats' ticks in which each condition held, cavitation among them [1]."""
+        flags = self.data["status"][self.beats].astype(np.int64)
+        found = {name: float((flags >> bit & 1).mean()) for bit, (name, _, _) in enumerate(_core.condition_table())}
+        assert self.robot.oil is not None
+        limit = self.robot.oil.cavitation * (1 - DRY)
+        found["cavitation"] = float((self.data["pump_pressure_low"][self.beats].min(axis=1) < limit).mean())
+        return {name: part for name, part in found.items() if part > 0}
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """Names of the limits that acted in the last beats, the most frequent first."""
+        names = [name for name in self.acting if name.endswith(("_limit", "_stop", "cavitation", "low_voltage"))]
+        return tuple(sorted(names, key=lambda name: -self.acting[name]))
+
+    @cached_property
+    def faults(self) -> tuple[str, ...]:
+        """Names of the sensor faults that the controller found at any time of the run, in the order of its table."""
+        names = enumerate(name for name, _, _ in _core.condition_table())
+        return tuple(name for bit, name in names if name.endswith("_fault") and self.flags >> bit & 1)
+
+    @cached_property
+    def sentences(self) -> tuple[str, ...]:
+        """One sentence for the run, and one for each condition that held in it, with where and how often."""
+        end = f"The run diverged after {self.time.size * self.tick:.2f} s: the plant's state is no longer a robot's."
+        ran = f"The run is {'settled' if self.settled else 'not settled'}: the most that changes does so by "
+        first = end if self.status == "diverged" else f"{ran}{100 * abs(self.change):.2g} % per beat."
+        flags, places = self.data["status"].astype(np.int64), self.data["status_at"].astype(np.int64)
+        names = {"joint": self.joints, "circuit": self.circuits, "servo": (*self.circuits, "fin 1", "fin 2")}
+        found = []
+        for bit, (_, place, text) in enumerate(_core.condition_table()):
+            held = flags >> bit & 1 == 1
+            if held.any():
+                where = int(np.bitwise_or.reduce(places[held, bit]))
+                here = [name for k, name in enumerate(names.get(place, ())) if where >> k & 1]
+                at = f" ({', '.join(here)})" if here else ""
+                found.append(f"{text[0].upper()}{text[1:]}{at}: {100 * held.mean():.2g} % of the ticks.")
+        if "cavitation" in self.acting:
+            part = 100 * self.acting["cavitation"]
+            found.append(f"The oil cavitated in a cylinder: {part:.2g} % of the last beats' ticks.")
+        return (first, *found)
+
+    def dataset(self) -> xr.Dataset:
+        """Label what was recorded: dimensions time, joint, circuit, servo; units and meaning in the attributes.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
+        bits = {name: 1 << bit for bit, (name, _, _) in enumerate(_core.condition_table())}
+        variables = {}
+        for name, (dim, unit, text) in VARIABLES.items():
+            values = self.data[name].astype(np.int64) if name == "status" else self.data[name]
+            dims = ("time", dim) if dim else ("time",)
+            attributes: dict[str, Any] = {"units": unit, "long_name": text}
+            if name == "status":
+                attributes |= {"flag_masks": list(bits.values()), "flag_meanings": " ".join(bits)}
+            variables[name] = (dims, values, attributes)
+        coordinates = {
+            "time": ("time", self.time, {"units": "s", "long_name": "start of the control tick"}),
+            "joint": ("joint", list(self.joints)),
+            "circuit": ("circuit", list(self.circuits)),
+            "servo": ("servo", [*self.circuits, "fin 1", "fin 2"]),
+        }
+        gait = self.gait
+        made = provenance(self.robot) | {
+            "frequency_hz": gait.frequency,
+            "amplitude_deg": np.degrees(gait.amplitude).tolist(),
+            "phase_deg": np.degrees(gait.phase).tolist(),
+            "bias_deg": np.degrees(gait.bias).tolist(),
+            "fish_in": self.fish_in,
+            "closed_loop": int(self.closed_loop),
+            "seed": self.seed,
+            "oil_temperature_k": self.temperature,
+            "faults": " ".join(self.faults_given),
+            "step_s": self.step,
+            "run_status": self.status,
+        }
+        return dataset(variables, coordinates, made)
+
+    @cached_property
+    def _rates(self) -> dict[str, Array]:
+        """Rates of the pose in the frame of the water."""
+        c, s = np.cos(self.data["heading"]), np.sin(self.data["heading"])
+        surge, sway = -self.data["speed"], self.data["sway"]
+        return {"x": c * surge - s * sway, "y": s * surge + c * sway, "heading": self.data["yaw"]}
+
+    @cached_property
+    def _swings(self) -> Array:
+        """Half of peak to peak of each joint group in each of the last beats (beats, joints) [rad]."""
+        angle, rate = self.data["angle"], self.data["rate"]
+        if not self.beat_count:
+            return np.full((1, angle.shape[1]), math.nan)
+        fine = round(FINER / (self.gait.frequency * self.tick))  # instants of a beat
+        ends = self.time[-1] - np.arange(self.beat_count * fine, -1, -1) / (fine * self.gait.frequency)
+        swings = []
+        for g in range(angle.shape[1]):
+            path = _between(self.time, angle[:, g], rate[:, g], ends)
+            beats = np.stack([path[k * fine : (k + 1) * fine + 1] for k in range(self.beat_count)])
+            swings.append(np.ptp(beats, axis=1) / 2)
+        return np.stack(swings, axis=1)
+
+    def _harmonic(self, name: str) -> NDArray[np.complex128]:
+        """First harmonic of a column of every joint over the last beats: a for Re(a exp(i (2 pi f t - pi/2)))."""
+        values, t = self.data[name][self.beats], self.time[self.beats]
+        turn = 2 * math.pi * self.gait.frequency * t
+        basis = np.stack([np.ones_like(turn), np.sin(turn), np.cos(turn)], axis=1)
+        _, sine, cosine = np.linalg.lstsq(basis, values, rcond=None)[0]
+        result: NDArray[np.complex128] = sine + 1j * cosine
+        return result
+
+
+def _between(time: Array, value: Array, rate: Array, at: Array) -> Array:
+    """Interpolate between ticks by cubics that have the values and rates there."""
+    step = time[1] - time[0]
+    k = np.clip(((at - time[0]) / step).astype(int), 0, len(time) - 2)
+    t = (at - time[k]) / step
+    rise = value[k + 1] - value[k]
+    square = (rate[k] + rate[k + 1]) * step - 2 * rise
+    result: Array = value[k] + t * (rate[k] * step + t * (rise - rate[k] * step - square + t * square))
+    return result
+
+
+def _trend(series: Array) -> float:
+    """Relative change per item of a series, by least squares."""
+    n = len(series)
+    mean = float(series.mean())
+    if n < 2 or not math.isfinite(mean) or mean == 0:
+        return math.nan
+    return float(np.polynomial.polynomial.polyfit(np.arange(n), series, 1)[1]) / abs(mean)
