@@ -20,7 +20,7 @@ SMALL = ht.Gait.from_degrees(frequency=2, amplitude=(6, 9), phase=(0, 30))
 
 @cache
 def small_run() -> TwinRun:
-    return twin(ROBOT, SMALL, duration=8, start="swimming")
+    return twin(ROBOT, SMALL, duration=12, start="swimming")
 
 
 def changed(table: str, **values: Any) -> ht.Robot:
@@ -168,7 +168,7 @@ def test_a_step_too_long_ends_in_a_sentence_and_not_in_nan() -> None:
 
 def test_dataset_has_units_and_the_flags_their_names() -> None:
     data = small_run().dataset()
-    assert data.sizes == {"time": 800, "joint": 2, "circuit": 4, "servo": 6}
+    assert data.sizes == {"time": 1200, "joint": 2, "circuit": 4, "servo": 6}
     assert list(data["circuit"].values) == ["I-left", "I-right", "II-left", "II-right"]
     assert all(data[name].attrs["units"] for name in data)
     assert data["status"].attrs["flag_meanings"].split()[0] == "bend_fault"
