@@ -23,7 +23,7 @@ from hypertuna.console import (
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
-from hypertuna.hydraulics import ZERO_CELSIUS
+from hypertuna.hydraulics import ZERO_CELSIUS, circuits
 from hypertuna.results import dataset, provenance, write_atomically, write_netcdf
 from hypertuna.sizing import Size, largest_beat, size_pump
 
@@ -98,6 +98,7 @@ def pump_command(
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     kind = check_suffix(output, (".nc", ".csv"), "--output")
     fish = load(robot)
+    circuits(fish)  # says what the file lacks
     frequencies, amplitudes = _beat(fish, gait, frequency, amplitude)
     bores = [None] if bore is None else [value * 1e-3 for value in _axis(bore, "bore", "mm")]
     celsius = [None] if temperature is None else _axis(temperature, "temperature", "C")
