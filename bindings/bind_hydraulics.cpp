@@ -1,6 +1,7 @@
 /// Bindings of pump, lines and servos.
 #include "hypertuna/battery.hpp"
 #include "hypertuna/circuit.hpp"
+#include "hypertuna/pair.hpp"
 #include "hypertuna/stepping.hpp"
 #include "model.hpp"
 
@@ -52,34 +53,44 @@ static constexpr CircuitColumn circuit_seen[] = {
     HYPERTUNA_SEEN("power_braking", out.power.braking),
 };
 
-/// Run one circuit through targets and volumes of its units that are given; rows before each step and after the last.
-static NamedArrays run_circuit(const Input<1>& row, const Input<1>& start, const Input<1>& target,
-                               const Input<1>& unit_space, double supply, double interval, int steps) {
-    const Circuit<double> circuit = circuit_of(row);
+/// Run the pair of a joint through servo targets; one row before each interval and one after the last.
+static NamedArrays run_pair(const Input<2>& rows, const Input<2>& points, double first, double step, double stop,
+                            const Input<2>& target, double supply, double interval, int steps) {
+    check_extent("circuits", rows.shape(0), 2);
+    check_extent("circuits", rows.shape(1), circuit_column_count);
+    check_extent("points", points.shape(1), sizeof(JointPoint<double>) / sizeof(double));
+    check_extent("target", target.shape(1), 2);
+    const auto* const point = reinterpret_cast<const JointPoint<double>*>(points.data());
+    const JointTable<double> joint{point, static_cast<int>(points.shape(0)), first, step, 0.0, stop};
+    const Pair<double> pair =
+        make_pair(read_circuit<double>(rows.data()), read_circuit<double>(rows.data() + circuit_column_count), joint);
     const std::size_t count = target.shape(0), columns = std::size(circuit_seen);
-    check_extent("start", start.shape(0), 4);
-    check_extent("unit_space", unit_space.shape(0), count + 1);
     std::vector<Output> seen;
-    for (std::size_t c = 0; c < columns; ++c) seen.push_back(zeros({count + 1}));
+    for (std::size_t c = 0; c < columns; ++c) seen.push_back(zeros({count + 1, 2}));
+    Output bend = zeros({count + 1});
     {
         const nb::gil_scoped_release unlocked;
-        const double* const s = start.data();
-        CircuitState<double> state{s[0], s[1], s[2], s[3]};
+        PairState<double> state{};
+        double angle = 0;
         for (std::size_t k = 0; k <= count; ++k) {
-            const double aim = count ? target.data()[std::min(k, count - 1)] : 0.0;
-            const CircuitOutput<double> out = circuit_rate(circuit, state, aim, supply, unit_space.data()[k]).output;
-            for (std::size_t c = 0; c < columns; ++c) seen[c].data()[k] = circuit_seen[c].of(state, out);
+            const double* const aim = target.data() + 2 * (k < count ? k : count - 1);
+            angle = pair_angle(pair, state, angle);
+            const PairRate<double> now = pair_rate(pair, state, aim, supply, angle);
+            bend.data()[k] = angle;
+            for (std::size_t c = 0; c < columns; ++c)
+                for (int s = 0; s < 2; ++s)
+                    seen[c].data()[2 * k + s] = circuit_seen[c].of(state.side[s], now.output[s]);
             if (k == count) break;
-            const double from = unit_space.data()[k], to = unit_space.data()[k + 1];
             for (int i = 0; i < steps; ++i)
-                state = runge_kutta_4(interval / steps, state, [&](int half, const CircuitState<double>& at) {
-                    const double space = from + (to - from) * (i + 0.5 * half) / steps;
-                    return circuit_rate(circuit, at, aim, supply, space).rate;
+                state = runge_kutta_4(interval / steps, state, [&](int, const PairState<double>& at) {
+                    angle = pair_angle(pair, at, angle);
+                    return pair_rate(pair, at, aim, supply, angle).rate;
                 });
         }
     }
     NamedArrays out;
     for (std::size_t c = 0; c < columns; ++c) out[circuit_seen[c].name] = seen[c];
+    out["bend"] = bend;
     return out;
 }
 
@@ -110,10 +121,11 @@ void bind_hydraulics(nb::module_& m) {
         "Volume that a cylinder pushes out when its servo turns from zero to an angle, and its derivative by the angle "
         "[m^3, m^3/rad].");
     m.def(
-        "run_circuit", &run_circuit, nb::arg("circuit"), nb::arg("start"), nb::arg("target"), nb::arg("unit_space"),
-        nb::arg("supply"), nb::arg("interval"), nb::arg("steps"),
-        "Run a circuit: its servo follows targets held for an interval each, in Runge-Kutta steps, while the volume of "
-        "its units goes straight from one given value to the next. State and what is seen of it at every interval.");
+        "run_pair", &run_pair, nb::arg("circuits"), nb::arg("points"), nb::kw_only(), nb::arg("first"), nb::arg("step"),
+        nb::arg("stop"), nb::arg("target"), nb::arg("supply"), nb::arg("interval"), nb::arg("steps"),
+        "Run the two circuits of a joint in air from rest: servo targets are held for an interval each, in Runge-Kutta "
+        "steps, and the joint, without mass, bends to where silicone and oil balance. What is seen at every interval, "
+        "with one column per side.");
     m.def("circuit_stiffness", &stiffness, nb::arg("circuit"), nb::arg("pressure"), nb::arg("flow"),
           "Bound of a circuit's rates with the joint held, at a pressure and a flow [1/s]: Runge-Kutta steps must be "
           "shorter than 2.7 over it.");

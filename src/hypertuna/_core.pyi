@@ -224,17 +224,20 @@ def displaced(
     Volume that a cylinder pushes out when its servo turns from zero to an angle, and its derivative by the angle [m^3, m^3/rad].
     """
 
-def run_circuit(
-    circuit: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    target: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    unit_space: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+def run_pair(
+    circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    first: float,
+    step: float,
+    stop: float,
+    target: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     supply: float,
     interval: float,
     steps: int,
 ) -> dict[str, NDArray[numpy.float64]]:
     """
-    Run a circuit: its servo follows targets held for an interval each, in Runge-Kutta steps, while the volume of its units goes straight from one given value to the next. State and what is seen of it at every interval.
+    Run the two circuits of a joint in air from rest: servo targets are held for an interval each, in Runge-Kutta steps, and the joint, without mass, bends to where silicone and oil balance. What is seen at every interval, with one column per side.
     """
 
 def circuit_stiffness(

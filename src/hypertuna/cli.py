@@ -16,6 +16,8 @@ from hypertuna.cli_experiment import ask_command, tell_command
 from hypertuna.cli_identify import identify_command
 from hypertuna.cli_optimize import optimize_app
 from hypertuna.cli_pareto import pareto_command
+from hypertuna.cli_pump import pump_command
+from hypertuna.cli_range import range_command
 from hypertuna.cli_replay import replay_command
 from hypertuna.cli_reproduce import reproduce_command
 from hypertuna.cli_robot import robot_app
@@ -43,6 +45,8 @@ app.add_typer(optimize_app, name="optimize")
 app.command("pareto")(pareto_command)
 app.command("bend")(bend_command)
 app.add_typer(actuator_app, name="actuator")
+app.command("pump")(pump_command)
+app.command("range")(range_command)
 app.add_typer(robot_app, name="robot")
 app.add_typer(trials_app, name="trials")
 

@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.errors import InputError
+from hypertuna.metrics import cost_of_transport
 
 __all__ = ["BatteryColumns", "Range", "battery_columns", "range_of"]
 
 Array = NDArray[np.float64]
+
+POINTS = 32  # of Gauss and Legendre over the charge: voltage and current are smooth
 
 
 @dataclass(frozen=True)
@@ -66,3 +69,109 @@ def battery_columns(robot: Robot) -> BatteryColumns:
     }
     columns = tuple(_core.battery_columns())
     return BatteryColumns(columns, np.array([row[name] for name in columns], dtype=np.float64))
+
+
+@dataclass(frozen=True)
+class Range:
+    """How far and how long a robot swims on one charge.
+
+    Parameters
+    ----------
+    power, speed : float
+        Of the servos [W]; through the water [m/s].
+    cost_of_transport : float
+        P / (m |U|), Eq. 38 with the mass of the whole robot in it [J/(kg m)].
+    reserve : float
+        Part of the usable charge that is kept [1].
+    energy : float
+        All cells' capacity at their nominal voltage [J].
+    nominal_range, nominal_endurance : float
+        All of that at the servos: no reserve, nothing lost [m, s].
+    given : float
+        Energy that reaches the servos of the usable charge less the reserve [J].
+    range, endurance : float
+        With that [m, s].
+    voltage : tuple of float
+        Of the battery under load, at the start and at the end [V].
+    supply : float
+        Lowest voltage at the servos [V].
+    """
+
+    power: float
+    speed: float
+    cost_of_transport: float
+    reserve: float
+    energy: float
+    nominal_range: float
+    nominal_endurance: float
+    given: float
+    range: float
+    endurance: float
+    voltage: tuple[float, float]
+    supply: float
+
+
+def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) -> Range:
+    """Return range and endurance at a steady power and speed.
+
+    Parameters
+    ----------
+    robot : Robot
+        With the table battery.
+    power : float
+        Mean electrical power of the servos, greater than 0 [W].
+    speed : float
+        Through the water, either way [m/s].
+    reserve : float
+        Part of the usable charge to keep, from 0 to less than 1 [1].
+
+    Returns
+    -------
+    Range
+        From the battery's charge, voltage, inner resistance and converter.
+
+    Raises
+    ------
+    InputError
+        If a value is outside its range, the robot has no battery, or the battery cannot give that power.
+    """
+    for key, value, unit in (("power", power, "W"), ("speed", speed, "m/s")):
+        if not 0 < abs(value) < math.inf or (key == "power" and value < 0):
+            raise InputError("must be greater than 0", key=key, value=f"{value:g}", fix=f"give it in {unit}")
+    if not 0 <= reserve < 1:
+        fix = "give the part of the charge that is kept, such as 0.1"
+        raise InputError("must be from 0 to less than 1", key="reserve", value=f"{reserve:g}", fix=fix)
+    columns = battery_columns(robot)
+    battery = robot.battery
+    assert battery is not None  # or there were no columns
+    charge = dict(zip(columns.columns, columns.values.tolist(), strict=True))["charge"]
+    taken = battery.usable * (1 - reserve) * charge * (np.polynomial.legendre.leggauss(POINTS)[0] + 1) / 2
+    ends = np.array([0.0, battery.usable * (1 - reserve) * charge])
+    at = _core.battery_output(columns.values, taken, np.full(POINTS, power))
+    edge = _core.battery_output(columns.values, ends, np.full(2, power))
+    if (edge[:, 0] * edge[:, 1] * battery.efficiency < power * (1 - 1e-9)).any():
+        most = float((edge[:, 0] * edge[:, 1]).min() * battery.efficiency)
+        raise InputError(
+            f"must be at most {most:.4g}, which is all that the battery can give at its inner resistance",
+            key="power",
+            value=f"{power:g}",
+            fix="give the mean power in W",
+        )
+    # Time passes at 1 / current for each charge taken: Gauss-Legendre over the charge.
+    weights = np.polynomial.legendre.leggauss(POINTS)[1] * ends[1] / 2
+    endurance = float((weights / at[:, 1]).sum())
+    energy = battery.cells * battery.capacity * battery.voltage
+    return Range(
+        power=power,
+        speed=speed,
+        cost_of_transport=float(cost_of_transport(power, robot.body.mass, speed)),
+        reserve=reserve,
+        energy=energy,
+        nominal_range=abs(speed) * energy / power,
+        nominal_endurance=energy / power,
+        given=power * endurance,
+        range=abs(speed) * endurance,
+        endurance=endurance,
+        voltage=(float(edge[0, 0]), float(edge[1, 0])),
+        supply=float(edge[:, 2].min()),
+    )

@@ -189,10 +189,10 @@ def rest_volume(robot: Robot, group: JointGroup) -> float:
     float
         Lumens of straight hoses as long as the joint's neutral layer [m^3].
     """
-    unit = needed(robot.drive_unit, "drive_unit", "add the table [drive_unit]")
+    unit = needed(robot.drive_unit, "drive_unit", "add the table [drive_unit]", robot)
     where = f"joints.{group.name}"
-    actuator = needed(group.actuator, f"{where}.actuator", "add the table [joints.actuator] to each joint group")
-    count = needed(group.drive_units, f"{where}.drive_units", "give the number of pairs of drive units")
+    actuator = needed(group.actuator, f"{where}.actuator", "add the table [joints.actuator] to each joint group", robot)
+    count = needed(group.drive_units, f"{where}.drive_units", "give the number of pairs of drive units", robot)
     return float(count * np.pi / 4 * unit.inner_diameter**2 * sum(actuator.segment_length))
 
 
@@ -244,7 +244,7 @@ def oil_of(robot: Robot, temperature: float | None = None) -> tuple[Oil, float, 
     float
         Kinematic viscosity [m^2/s].
     """
-    oil = needed(robot.oil, "oil", "add the table [oil]")
+    oil = needed(robot.oil, "oil", "add the table [oil]", robot)
     at = oil.temperature if temperature is None else temperature
     return oil, at, float(viscosity(oil, at))
 

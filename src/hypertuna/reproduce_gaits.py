@@ -14,7 +14,7 @@ from hypertuna.published_swims import OURS, PAPER, SPEEDS, WISHES, Trial, bandwi
 from hypertuna.report import WIDTH, Picture, Section
 from hypertuna.swim import Swim
 
-__all__ = ["findings", "range_section", "sections"]
+__all__ = ["findings", "range_finding", "range_section", "sections"]
 
 ARITHMETIC = "the paper's own numbers"
 COSTS = WISHES[:3]  # wishes whose costs of transport the paper compares
@@ -45,7 +45,7 @@ def findings(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> Iterator[
             yield Finding(f"cost-of-transport/change-{wish}", model, change, note)
     yield _largest_error(trials[PAPER], paper)
     yield _largest_cost_error(trials[PAPER], paper)
-    yield _range(trials[PAPER].robot, paper)
+    yield range_finding(trials[PAPER].robot, paper)
     yield from _to_come(trials)
 
 
@@ -112,7 +112,7 @@ def range_section(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> Sect
     -------
     Section
     """
-    found = _range(trials[PAPER].robot, paper)
+    found = range_finding(trials[PAPER].robot, paper)
     entry = judge(paper, found)
     text = f"**{entry.published:g} km is {entry.verdict} by the paper's own numbers**: they give {entry.answer} km."
     return Section("Range", [f"{text} {found.note}."])
@@ -172,8 +172,20 @@ def _stride(name: str, trial: Trial, paper: Mapping[str, Any]) -> float:
     return float(speed / (trial.gaits[name].gait.frequency * trial.robot.body.length))
 
 
-def _range(robot: Robot, paper: Mapping[str, Any]) -> Finding:
-    """Range on the battery of Table I at the published cost of transport."""
+def range_finding(robot: Robot, paper: Mapping[str, Any]) -> Finding:
+    """Compute the range on the battery of Table I at the published cost of transport.
+
+    Parameters
+    ----------
+    robot : Robot
+        With a battery.
+    paper : mapping
+
+    Returns
+    -------
+    Finding
+        Its note has the arithmetic, that of the claim, and that of the lake run.
+    """
     battery = robot.battery
     assert battery is not None  # the robot of the paper has one
     cost = paper["values"]["cost-of-transport/minimum"]["value"] * robot.body.mass  # J/m

@@ -1,0 +1,94 @@
+"""Figure of the pump's sizes: the bend that is left, and the corner frequency of the lines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hypertuna.drawing import INK, SHAPES
+from hypertuna.sizing import Size
+from hypertuna.style import FAINT, POINTS, TIGHT, WIDTH, sequence, styled
+
+__all__ = ["plot_pump"]
+
+ZERO_CELSIUS = 273.15
+# What a figure may run along, in this order: attribute, factor from SI, label and text of a value.
+AXES = (
+    ("bore", 1e3, "bore of the lines [mm]", "{:.3g} mm"),
+    ("frequency", 1.0, "beat frequency [Hz]", "{:.3g} Hz"),
+    ("temperature", 1.0, "temperature of the oil [°C]", "{:.3g} °C"),
+)
+
+
+@styled
+def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
+    """Plot what is left of the bend, and the corner of the line, one column for each joint.
+
+    Parameters
+    ----------
+    sizes : sequence of Size
+        As `hypertuna.sizing.size_pump` returns them.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Along bore, frequency or temperature, the first that varies; one line for each value of the others. Open marks
+        are at the pressure limit.
+    """
+    joints = list(dict.fromkeys(size.joint for size in sizes))
+    along, *across = sorted(AXES, key=lambda axis: len({getattr(size, axis[0]) for size in sizes}) < 2)
+    lines = list(dict.fromkeys(tuple(_value(size, axis[0]) for axis in across) for size in sizes))
+    figure = Figure(figsize=(width, 0.62 * width + 0.5), layout="constrained")
+    panels = figure.subplots(2, len(joints), sharex=True, sharey="row", squeeze=False)
+    for column, joint in enumerate(joints):
+        mine = [size for size in sizes if size.joint == joint]
+        for k, (line, color) in enumerate(zip(lines, sequence(len(lines)), strict=True)):
+            chosen = [s for s in mine if tuple(_value(s, axis[0]) for axis in across) == line]
+            x = [_value(size, along[0]) * along[1] for size in chosen]
+            bend = np.degrees([size.amplitude for size in chosen])
+            label = ", ".join(
+                axis[3].format(value * axis[1])
+                for axis, value in zip(across, line, strict=True)
+                if len({_value(size, axis[0]) for size in sizes}) > 1
+            )
+            marks = dict(POINTS) | {"color": color, "marker": SHAPES[k % len(SHAPES)]}
+            panels[0, column].plot(x, bend, **marks, label=label or None)
+            limited = [
+                (at, angle) for at, angle, size in zip(x, bend, chosen, strict=True) if "pressure" in size.limits
+            ]
+            panels[0, column].plot(*np.reshape(limited, (-1, 2)).T, ls="none", **marks | {"mfc": "white", "mec": color})
+            panels[1, column].plot(x, [size.corner for size in chosen], **marks)
+        _finish(panels[0, column], panels[1, column], mine, along[2])
+    for axes in panels[0]:
+        axes.set_ylim(0, 1.08 * np.degrees(max(size.command for size in sizes)))
+    panels[0, 0].set_ylabel("bend that is left [deg]")
+    panels[1, 0].set_ylabel("corner of the line [Hz]")
+    handles, texts = panels[0, 0].get_legend_handles_labels()
+    handles.append(panels[0, 0].plot([], [], "o", color=FAINT, mfc="white")[0])
+    figure.legend(
+        handles,
+        [*texts, "at the pressure limit"],
+        loc="outside upper center",
+        ncols=7 if width >= WIDTH else 4,
+        **TIGHT,
+    )
+    return figure
+
+
+def _value(size: Size, name: str) -> float:
+    """Return a value of an axis; temperatures in degrees Celsius, rounded so that equal ones are equal."""
+    value = float(getattr(size, name))
+    return round(value - ZERO_CELSIUS, 9) if name == "temperature" else round(value, 12)
+
+
+def _finish(top: Axes, bottom: Axes, sizes: Sequence[Size], label: str) -> None:
+    """Name the axes of one joint, and draw what was commanded."""
+    command = float(np.degrees(sizes[0].command))
+    top.axhline(command, color=INK, lw=1, ls=(0, (4, 3)))
+    top.set(title=f"Joint {sizes[0].joint}, {command:.3g}° commanded")
+    bottom.set(xlabel=label, yscale="log")

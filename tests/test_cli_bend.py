@@ -1,0 +1,135 @@
+"""The command `hypertuna bend`: what it prints, writes and draws, and what it says of bad input."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hypertuna as ht
+from hypertuna.actuator import MATERIAL_SETS, bend
+from hypertuna.cli import main
+from hypertuna.plots_actuator import plot_bend
+
+Run = Callable[..., tuple[int, str, str]]
+BEND = ("bend", "--robot", "hypertuna", "--joint", "I")
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run `hypertuna` with arguments: exit code, output, errors."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
+        with pytest.raises(SystemExit) as exit_:
+            main()
+        return int(exit_.value.code or 0), *capsys.readouterr()
+
+    return call
+
+
+def test_json_tells_what_the_function_finds(run: Run, tuna: ht.Robot) -> None:
+    code, output, _ = run(*BEND, "--pressure", "0:250:26", "--unload", "--json")
+    told = json.loads(output)
+    loop = bend(tuna, "I", np.linspace(0, 250e3, 26), unload=True)
+    assert code == 0
+    np.testing.assert_allclose(told["pressure_kpa"], np.linspace(0, 250, 26))
+    np.testing.assert_allclose(told["angle_deg"], np.degrees(loop.angle))
+    np.testing.assert_allclose(told["unload_pressure_kpa"], np.linspace(250, 0, 26))
+    np.testing.assert_allclose(told["unload_angle_deg"], np.degrees(loop.unload_angle))
+    assert told["loop_area_kpa_deg"] == pytest.approx(np.degrees(loop.loop_area) / 1e3)
+    assert (told["friction_loss_j"], told["status"]) == (loop.loss, "free")
+    assert told["robot_hash"] == tuna.hash
+
+
+def test_the_other_branch_is_told_only_when_asked_for(run: Run) -> None:
+    told = json.loads(run(*BEND, "--pressure", "50,100:250:4", "--side", "right", "--json")[1])
+    assert told["pressure_kpa"] == [50, 100, 150, 200, 250]
+    assert told["side"] == "right"
+    assert not [key for key in told if key.startswith("unload")]
+    assert told["friction_loss_j"] is None
+    assert json.loads(run(*BEND, "--pressure", "50", "--json")[1])["r_squared"] is None
+
+
+def test_all_material_sets_and_their_spread(run: Run, tuna: ht.Robot, tmp_path: Path) -> None:
+    code, output, _ = run(*BEND, "--material", "all", "--unload", "-o", str(tmp_path / "all.nc"), "--json")
+    told = json.loads(output)
+    assert code == 0
+    assert tuple(told["materials"]) == MATERIAL_SETS
+    largest = [bend(tuna, "I", [250e3], material=name).angle[0] for name in MATERIAL_SETS]
+    assert [part["angle_deg"][-1] for part in told["materials"].values()] == pytest.approx(np.degrees(largest))
+    assert list(told["spread_deg"].values()) == pytest.approx([min(np.degrees(largest)), max(np.degrees(largest))])
+    assert told["angle_deg"] == told["materials"]["datasheet"]["angle_deg"]  # the robot's own set stands first
+    whole = xr.load_dataset(tmp_path / "all.nc")
+    assert dict(whole.sizes) == {"material": 3, "pressure": 26}
+    np.testing.assert_allclose(whole.angle[:, -1], largest)
+    assert whole.angle.attrs["units"] == "rad"
+    assert whole.attrs["command"].startswith("hypertuna bend")
+    text = run(*BEND, "--material", "all", "--unload")[1]
+    assert "spread of the materials at 250 kPa: 18.2 to 24.0 deg" in text
+
+
+def test_files_have_what_was_printed(run: Run, tuna: ht.Robot, tmp_path: Path) -> None:
+    table, labeled = tmp_path / "bend.csv", tmp_path / "bend.nc"
+    code, output, _ = run(*BEND, "--unload", "--material", "fe", "-o", str(table))
+    assert code == 0
+    assert f"written: {table}" in output
+    lines = [line for line in table.read_text().splitlines() if not line.startswith("#")]
+    assert lines[0] == "material,branch,pressure_kpa,angle_deg"
+    assert (lines[26].split(",")[:3], lines[27].split(",")[:3]) == (["fe", "load", "250.0"], ["fe", "unload", "250.0"])
+    assert "# robot_hash: " in table.read_text()
+    assert run(*BEND, "--unload", "--no-friction", "-o", str(labeled))[0] == 0
+    found = xr.load_dataset(labeled)
+    smooth = bend(tuna, "I", np.linspace(0, 250e3, 26), friction=False)
+    np.testing.assert_allclose(found.angle, smooth.angle)
+    np.testing.assert_allclose(found.unload_angle, smooth.angle, atol=1e-14)
+    assert (found.attrs["friction"], found.attrs["material"]) == ("false", "datasheet")
+
+
+def test_the_printed_equations_come_with_the_size_of_their_errors(run: Run) -> None:
+    told = json.loads(run(*BEND, "--law", "as_printed", "--json")[1])
+    assert told["law"] == "as_printed"
+    assert told["angle_deg"][-1] == told["misprints"][0]["angle_deg"] > 30
+    assert told["misprints"][-1]["angle_deg"] == pytest.approx(18.2, rel=0.01)
+    assert "Eqs 10-11: true stress" in run(*BEND, "--law", "as_printed")[1]
+
+
+def test_the_figure_shows_both_branches_and_all_materials(run: Run, tuna: ht.Robot, tmp_path: Path) -> None:
+    picture = tmp_path / "bend.svg"
+    assert run(*BEND, "--unload", "--plot", str(picture))[0] == 0
+    text = picture.read_text()
+    for words in ("datasheet, loading", "datasheet, unloading", "fe", "tensile", "gauge pressure [kPa]", "bend [deg]"):
+        assert f"<!-- {words} -->" in text
+    sets = {name: bend(tuna, "II", [1e5, 2e5, 2.5e5], material=name) for name in MATERIAL_SETS}
+    axes = plot_bend(sets["fe"], sets).axes[0]
+    assert {line.get_label() for line in axes.lines} >= {"fe, loading", "datasheet", "tensile"}
+    np.testing.assert_allclose(axes.lines[-1].get_xydata(), [[250, 31.2]])  # what the description says of this joint
+
+
+BAD = {
+    "joint": ((*BEND[:-1], "III"), "joint III is not a joint of the robot: did you mean II?"),
+    "robot": (("bend", "--robot", "rexeel", "--joint", "0"), "robots/rexeel.toml: [drive_unit] is missing"),
+    "negative": ((*BEND, "--pressure", "-50:250:4"), "pressure must not be negative, but is -50 kPa"),
+    "falling": ((*BEND, "--pressure", "250:0:4"), "pressure must rise from one to the next, but is 250 kPa, then"),
+    "word": ((*BEND, "--pressure", "high"), "--pressure[0] must be a number, but is 'high': give it in kPa"),
+    "nan": ((*BEND, "--pressure", "0,nan"), "--pressure[1] must be a finite number"),
+    "material": ((*BEND, "--material", "rubber"), "must be a set that exists, but is rubber"),
+    "law": ((*BEND, "--law", "printed"), "law must be a law that exists, but is 'printed': did you mean as_printed?"),
+    "side": ((*BEND, "--side", "up"), "side must be left or right, but is 'up'"),
+    "plot": ((*BEND, "--plot", "bend.txt"), "--plot must end in .svg, .png or .pdf"),
+    "output": ((*BEND, "-o", "nowhere/bend.nc"), "--output must be in a folder that exists"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "sentence"), BAD.values(), ids=BAD.keys())
+def test_bad_input_is_one_sentence(run: Run, arguments: tuple[str, ...], sentence: str) -> None:
+    code, output, errors = run(*arguments)
+    assert (code, output) == (2, "")
+    assert sentence in errors
+    assert errors.count("\n") == 1
