@@ -205,7 +205,8 @@ def test_an_angle_is_where_moments_by_stresses_balance(tuna: ht.Robot) -> None:
     document = tuna.document()
     material = {"tensile_strength_pa": 1e6, "modulus_100_pa": 1e5, "shore": "0", "tensile_pa": list(HOSE)}
     document |= {"materials": {"EC50": material, "DR10": material}}
-    document["drive_unit"] |= {"material_set": "tensile"}
+    document["drive_unit"] |= {"material_set": "tensile", "outer_diameter_m": OUTER, "inner_diameter_m": INNER}
+    document["drive_unit"] |= {"braid_angle_deg": math.degrees(BRAID)}
     document["sources"] = {}
     robot = parse(document)
     group = robot.joints[1]
