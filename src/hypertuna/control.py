@@ -80,9 +80,9 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
             columns.setdefault(name, []).append(value)
     for c in range(len(found.names)):
         map_ = pump_map(robot, found, c)
-        for name, values in {"map": map_.coefficients.tolist(), **_supervisor(control, found, c, tick)}.items():
+        fill = robot.joints[c // 2].line.fill_pressure  # type: ignore[union-attr]
+        for name, values in {"map": map_.coefficients.tolist(), **_supervisor(control, found, c, fill, tick)}.items():
             columns.setdefault(name, []).extend(float(value) for value in values)
-        columns.setdefault("fill", []).append(robot.joints[c // 2].line.fill_pressure)  # type: ignore[union-attr]
     return columns
 
 
@@ -177,6 +177,7 @@ def _constants(robot: Robot, control: Controller, tick: float) -> dict[str, list
         "pressure_high": sensor["pressure"][1],
         "pressure_step": control.pressure_step,
         "pressure_ease": control.pressure_ease,
+        "pressure_trend": control.pressure_trend,
         "current_low": sensor["current"][0],
         "current_high": sensor["current"][1],
         "rate_high": sensor["rate"][1],
@@ -265,7 +266,9 @@ def _water_load(robot: Robot, frequency: float) -> Array:
     return np.array([abs(moment).max() for moment in moments])
 
 
-def _supervisor(control: Controller, found: Circuits, circuit: int, tick: float) -> dict[str, list[float]]:
+def _supervisor(
+    control: Controller, found: Circuits, circuit: int, fill: float, tick: float
+) -> dict[str, list[float]]:
     """Servo, line and oil of a circuit with its joint held, as the pressure supervisor predicts them."""
     at = {name: float(found.column(name)[circuit]) for name in found.columns}
     angles = np.linspace(-0.5, 0.5, 51)
@@ -273,9 +276,13 @@ def _supervisor(control: Controller, found: Circuits, circuit: int, tick: float)
     loop = at["bandwidth"] * 2 * math.pi / math.sqrt(math.sqrt(2) - 1)  # |1 / (1 + i w / w0)^2| = 1 / sqrt(2)
     flow = slope * at["speed"]
     drop = at["resistance"] + at["loss"] * flow
-    gas = at["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + control.pressure_soft) ** 2 + 1 / at["bulk_modulus"]
+    unit = max(at["oil_unit"], 0.0)
+
+    # Oil with its air from the fill to the soft limit: the secant of its isotherm.
+    low, high = _core.ATMOSPHERE + fill, _core.ATMOSPHERE + control.pressure_soft
+    gas = at["air"] * _core.ATMOSPHERE / (low * high) + 1 / at["bulk_modulus"]
     pump, unit = at["oil_pump"] * gas, at["oil_unit"] * gas + at["compliance"]
-    by_rate, by_step = _predict(loop, slope, drop, at["inertance"], pump, unit, tick)
+    by_rate, by_flow, by_step = _predict(loop, slope, drop, at["inertance"], pump, unit, tick)
     rate, decay = _follow(loop, tick)
     return {
         "servo_rate": [rate],
@@ -284,15 +291,20 @@ def _supervisor(control: Controller, found: Circuits, circuit: int, tick: float)
         "servo_stall": [at["stall_torque"] / slope],
         "line": [drop * slope],
         "stiffness": [slope / (pump + unit)],
+        "fill": [fill],
+        "belief": [0.0],
+        "draw": [(fill - at["cavitation"]) / (drop * slope) * tick],
+        "gas": [at["oil_pump"] * at["air"] / slope],
         "by_rate": by_rate,
+        "by_flow": by_flow,
         "by_step": by_step,
     }
 
 
 def _predict(
     loop: float, slope: float, drop: float, inertance: float, pump: float, unit: float, tick: float
-) -> tuple[list[float], list[float]]:
-    """Pressure in the cylinder within a tick, over that in the units at its start, per servo rate and step of target.
+) -> tuple[list[float], ...]:
+    """Pressure in the cylinder within a tick, over that in the units at its start: per servo rate, flow, step of target.
 
     Each is the largest value since the instant before. The joint is held, so this bounds what a free one does.
     """
@@ -307,15 +319,15 @@ def _predict(
     rates[4, 3] = 1 / unit
     one = expm(rates * tick / (INSTANTS * FINE))
     turning = np.array([0.0, 1.0, drop * slope, slope, 0.0, 0.0])  # the flow is in step with the servo
+    flowing = np.array([0.0, 0.0, drop * slope, slope, 0.0, 0.0])  # and what flows beyond that
     stepped = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
     seen = []
-    for state in (turning, stepped):
+    for state in (turning, flowing, stepped):
         pressures = []
         for _ in range(INSTANTS * FINE):
             state = one @ state
             pressures.append(state[2])
         seen.append(np.array(pressures).reshape(INSTANTS, FINE))
     # At each instant the time within its interval that a step of the target makes worst.
-    worst = seen[1].argmax(axis=1)
-    at = np.arange(INSTANTS)
-    return seen[0][at, worst].tolist(), seen[1][at, worst].tolist()
+    worst = seen[-1].argmax(axis=1)
+    return tuple(pressure[np.arange(INSTANTS), worst].tolist() for pressure in seen)

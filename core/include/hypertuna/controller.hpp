@@ -43,7 +43,7 @@ struct Controller {
     JointModel<T> joint[most_joints];
     PumpMap<T> map[most_circuits];
     SupervisorModel<T> circuit[most_circuits];
-    T pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step, pressure_ease;  // Pa
+    T pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step, pressure_ease, pressure_trend;  // Pa
     T current_low, current_high;                                                                // A
     T rate_high, acceleration_high;                                                             // rad/s, m/s^2
     T voltage_rated, voltage_low, voltage_least, voltage_most;                                  // V
@@ -92,7 +92,8 @@ struct ControllerState {
     SupervisorState<T> circuit[most_circuits];
     Health<T> bend[most_joints], pressure[most_circuits], current[most_circuits], imu[6], voltage;
     T supply;             // V believed
-    T sent[most_servos];  // rad: last angles sent
+    T bend_sent[most_joints];  // rad: bends that the pumps were last sent to
+    T sent[most_servos];       // rad: last angles sent
 };
 
 template <class T>
@@ -118,14 +119,10 @@ ControllerState<T> init(const Controller<T>& model) {
     state.supply = model.voltage_rated;
     for (int c = 0; c < most_circuits; ++c) {
         state.oscillator[c] = c % 2 == 0 ? Oscillator<T>{T(0), T(-1)} : Oscillator<T>{T(0), T(1)};
-        state.circuit[c].pressure = model.circuit[c].fill;
+        state.circuit[c].air = model.circuit[c].gas * T(one_atmosphere) / (T(one_atmosphere) + model.circuit[c].fill);
+        state.circuit[c].pressure = state.circuit[c].measured = model.circuit[c].fill;
     }
     return state;
-}
-
-template <class T>
-T clamp(T x, T low, T high) {
-    return max(low, min(high, x));
 }
 
 /// Take a value of a command within its bounds; one that is no number leaves the last good one.
@@ -207,20 +204,20 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
 /// Take in the pressure of a circuit, and stop it where that has passed the hard limit.
 template <class T>
 void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, Status& status) {
+    const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
     const T rate = circuit.servo.change / model.tick;
-    const T expected = circuit.pressure + model.circuit[c].line * rate;
-    const T step = model.pressure_step + T(2) * model.circuit[c].stiffness * abs(circuit.moved);
     const bool moving = T(0.2) < abs(rate);
-    const Verdict<T> verdict =
-        judge({model.pressure_low, model.pressure_high, step}, state.pressure[c], reading, expected, moving);
+    const T expected = expected_pressure(supervisor, circuit, state.pressure[c].last, model.tick);
+    const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step}, state.pressure[c],
+                                     reading, expected, moving);
     const bool fresh = verdict.usable && !(verdict.repeated && moving);
-    believe(model.circuit[c], circuit, fresh, reading, model.tick, model.pressure_ease);
+    believe(supervisor, circuit, fresh, reading, model.tick, model.pressure_ease, model.pressure_trend);
     if (fresh && model.pressure_hard < reading) circuit.stopped = true;
     if (!verdict.usable) status.tell(Condition::pressure_fault, c);
     if (state.pressure[c].faulty) {
         status.tell(Condition::blind, c);
-        circuit.pressure = min(circuit.pressure, model.pressure_soft);
+        circuit.pressure = circuit.measured = supervisor.fill;
     }
     if (circuit.stopped) status.tell(Condition::hard_stop, c);
 }
@@ -274,49 +271,96 @@ void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutpu
     output.pulse[servo] = clamp(model.pulse_center + model.pulse_per_rad * kept, model.pulse_least, model.pulse_most);
 }
 
-/// Bend that is asked toward the side of a circuit, within what its pumps reach.
+/// Bend that is asked of a joint, within what its pumps reach: half the difference of what its two oscillators put out.
 template <class T>
-T asked_bend(const Controller<T>& model, const ControllerState<T>& state, int c, Status& status) {
-    const int j = c / 2;
-    const T side = c % 2 == 0 ? T(1) : T(-1);
+T asked_bend(const Controller<T>& model, const ControllerState<T>& state, int j, Status& status) {
     const T amplitude = max(T(0), state.amplitude[j].value + state.more[j].value);
-    const T bias = state.bias[j].value + state.aside[j].value;
-    const T wanted = side * bias + amplitude * state.oscillator[c].x;
+    const T swing = T(0.5) * (state.oscillator[2 * j].x - state.oscillator[2 * j + 1].x);
+    const T wanted = state.bias[j].value + state.aside[j].value + amplitude * swing;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
     if (bend != wanted) status.tell(Condition::amplitude_limit, j);
     const bool blind = state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty;
-    return blind ? min(bend, safe_amplitude(model.joint[j], state.frequency.value)) : bend;
+    const T safe = safe_amplitude(model.joint[j], state.frequency.value);
+    return blind ? clamp(bend, -safe, safe) : bend;
 }
 
-/// One circuit: from the bend that is asked to the servo's angle.
+/// Range of servo angles that the pressures of a circuit allow until the next tick.
 template <class T>
-void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c) {
+struct Allowed {
+    T least, most;
+};
+template <class T>
+Allowed<T> supervise(const Controller<T>& model, const ControllerState<T>& state, int c) {
+    return {state.circuit[c].target - model.circuit[c].draw,
+            furthest(model.circuit[c], state.circuit[c], model.pressure_soft, model.tick)};
+}
+
+/// How far a circuit may go on its way from one angle to another, as a part of it.
+template <class T>
+T passable(const Allowed<T>& allowed, T from, T to) {
+    const T end = clamp(to, allowed.least, allowed.most);
+    return to == end ? T(1) : clamp((end - from) / (to - from), T(0), T(1));
+}
+
+/// Say what held a circuit back that was to go from its last target to another.
+template <class T>
+void tell_limits(const Controller<T>& model, const SupervisorState<T>& circuit, int c, const Allowed<T>& allowed,
+                 T wanted, Status& status) {
+    const T drop = model.circuit[c].line * circuit.servo.change / model.tick;
+    if (wanted < allowed.least) status.tell(Condition::suction_limit, c);
+    if (allowed.most < wanted)
+        status.tell(T(0.5) * model.pressure_soft < drop ? Condition::line_limit : Condition::pressure_limit, c);
+}
+
+/// Send a circuit's servo to an angle and follow it there.
+template <class T>
+void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c,
+                   T angle) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
-    Status& status = output.status;
-    const T bend = asked_bend(model, state, c, status);
-    const bool stopped = state.circuit[c].stopped || state.circuit[c ^ 1].stopped;
-    const T wanted = stopped ? T(0) : servo_angle(model.map[c], bend);
-    const T most = furthest(supervisor, circuit, model.pressure_soft, model.tick);
-    const bool held = most < wanted;
-    if (held) {
-        const bool line = supervisor.line * circuit.servo.change / model.tick > T(0.5) * model.pressure_soft;
-        status.tell(line ? Condition::line_limit : Condition::pressure_limit, c);
-    }
-    send(model, state, output, c, min(wanted, most));
+    send(model, state, output, c, angle);
     // Torque-speed line: no load leaves the whole speed, the stall pressure leaves none.
     const T supply = min(T(1), state.supply / model.voltage_rated);
     const T free = supply - max(T(0), circuit.pressure) / supervisor.stall;
     const T speed = clamp(free, T(0.1), T(1)) * supervisor.speed * model.tick;
-    if (speed < abs(output.target[c] - circuit.target)) status.tell(Condition::speed_limit, c);
+    if (speed < abs(output.target[c] - circuit.target)) output.status.tell(Condition::speed_limit, c);
     const Follower<T> servo = turn_servo(supervisor, circuit.servo, output.target[c], speed);
     circuit.moved = servo.value - circuit.servo.value;
+    circuit.turned = servo.change - circuit.servo.change;
     circuit.servo = servo;
     circuit.target = output.target[c];
     output.believed[c] = circuit.pressure;
-    const bool limited = held || status.has(Condition::speed_limit, c) || status.has(Condition::slew_limit, c) ||
-                         status.has(Condition::pulse_limit, c);
-    if (limited) ++state.posture[c / 2].limited;
+}
+
+/// One joint: from the bend that is asked to the angles of its two servos.
+///
+/// Where one circuit is held back, both stop at the same bend. Were each held back by itself, the side that draws would
+/// outrun the side that pushes, and the oil between them would be lost beat by beat.
+template <class T>
+void drive_joint(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int j) {
+    const T from = state.bend_sent[j], to = asked_bend(model, state, j, output.status);
+    const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
+    Allowed<T> allowed[2];
+    T part = T(1);
+    for (int side = 0; side < 2; ++side) {
+        const int c = 2 * j + side;
+        const T sign = side == 0 ? T(1) : T(-1);
+        const T wanted = stopped ? T(0) : servo_angle(model.map[c], sign * to);
+        allowed[side] = supervise(model, state, c);
+        part = min(part, passable(allowed[side], servo_angle(model.map[c], sign * from), wanted));
+        tell_limits(model, state.circuit[c], c, allowed[side], wanted, output.status);
+    }
+    state.bend_sent[j] = stopped ? T(0) : from + part * (to - from);
+    bool held = part < T(1);
+    for (int side = 0; side < 2; ++side) {
+        const int c = 2 * j + side;
+        const T sign = side == 0 ? T(1) : T(-1);
+        const T angle = stopped ? T(0) : servo_angle(model.map[c], sign * state.bend_sent[j]);
+        const T sent = min(angle, allowed[side].most);
+        drive_circuit(model, state, output, c, sent);
+        held = held || output.status.has(Condition::speed_limit, c) || output.target[c] != sent;
+    }
+    if (held) ++state.posture[j].limited;
 }
 
 /// One tick of the controller.
@@ -335,8 +379,7 @@ ControllerStep<T> step(const Controller<T>& model, const ControllerState<T>& bef
         const bool ended = beat_ends(before.oscillator[2 * j], state.oscillator[2 * j]);
         hold_posture(model, state, j, readings.bend[j], ended, turn, status);
         output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
-        drive_circuit(model, state, output, 2 * j);
-        drive_circuit(model, state, output, 2 * j + 1);
+        drive_joint(model, state, output, j);
     }
     for (int k = 0; k < 2; ++k) send(model, state, output, 2 * model.joints + k, state.fin[k].value);
     return next;
@@ -365,15 +408,16 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         SupervisorModel<T>& circuit = m.circuit[c];
         visit("servo_rate", c, circuit.servo.rate), visit("servo_decay", c, circuit.servo.decay);
         visit("servo_speed", c, circuit.speed), visit("servo_stall", c, circuit.stall);
-        visit("line", c, circuit.line), visit("stiffness", c, circuit.stiffness), visit("fill", c, circuit.fill);
+        visit("line", c, circuit.line), visit("stiffness", c, circuit.stiffness), visit("fill", c, circuit.fill), visit("draw", c, circuit.draw), visit("belief", c, circuit.belief), visit("gas", c, circuit.gas);
         for (int k = 0; k < instants; ++k) {
             visit("by_rate", instants * c + k, circuit.by_rate[k]);
+            visit("by_flow", instants * c + k, circuit.by_flow[k]);
             visit("by_step", instants * c + k, circuit.by_step[k]);
         }
     }
     visit("pressure_soft", 0, m.pressure_soft), visit("pressure_hard", 0, m.pressure_hard);
     visit("pressure_low", 0, m.pressure_low), visit("pressure_high", 0, m.pressure_high);
-    visit("pressure_step", 0, m.pressure_step), visit("pressure_ease", 0, m.pressure_ease);
+    visit("pressure_step", 0, m.pressure_step), visit("pressure_ease", 0, m.pressure_ease), visit("pressure_trend", 0, m.pressure_trend);
     visit("current_low", 0, m.current_low), visit("current_high", 0, m.current_high);
     visit("rate_high", 0, m.rate_high), visit("acceleration_high", 0, m.acceleration_high);
     visit("voltage_rated", 0, m.voltage_rated), visit("voltage_low", 0, m.voltage_low);

@@ -22,6 +22,7 @@ enum class Condition : std::uint8_t {
     blind,
     pressure_limit,
     line_limit,
+    suction_limit,
     speed_limit,
     slew_limit,
     pulse_limit,
@@ -55,6 +56,7 @@ inline constexpr ConditionText condition_texts[conditions] = {
     {"blind", Place::circuit, "without a pressure reading, the joint beats no wider than its model holds safe"},
     {"pressure_limit", Place::circuit, "the soft pressure limit held the pump back"},
     {"line_limit", Place::circuit, "the pressure drop of the oil line held the pump back"},
+    {"suction_limit", Place::circuit, "the pump was held back so that its oil does not cavitate"},
     {"speed_limit", Place::circuit, "the servo was asked to turn faster than it can"},
     {"slew_limit", Place::servo, "the slew limit held the servo's command back"},
     {"pulse_limit", Place::servo, "the pulse clamp held the servo's command back"},
@@ -78,6 +80,11 @@ struct Status {
     }
 };
 
+template <class T>
+T clamp(T x, T low, T high) {
+    return max(low, min(high, x));
+}
+
 /// Neither infinite nor NaN.
 template <class T>
 bool is_finite(T x) {
@@ -94,7 +101,7 @@ struct Plausible {
 /// The past of one sensor. `bucket` fills where readings are bad and drains where they are good.
 template <class T>
 struct Health {
-    T last;  // last finite reading
+    T last;  // last finite reading within range
     int repeats, bucket;
     bool faulty, seen;
 };
@@ -125,20 +132,26 @@ Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T exp
     return {usable && !health.faulty, repeated};
 }
 
+inline constexpr double one_atmosphere = 101325.0;  // Pa
+
 /// Instants within a tick, evenly spaced and the last one its end, at which the supervisor predicts the pressure.
 inline constexpr int instants = 4;
 
-/// What the supervisor knows of one circuit: a critically damped servo, the line, and a tail that is held fast.
+/// What the supervisor knows of one circuit: a critically damped servo, the line, oil as stiff as at the soft limit.
 template <class T>
 struct SupervisorModel {
     Smoothing<T> servo;   // its position loop at one tick
     T speed;              // rad/s without load, at the rated voltage
     T stall;              // Pa at which it stalls, at the rated voltage
     T line;               // Pa s/rad: pressure drop of the line per servo rate
-    T stiffness;          // Pa/rad: pressure per servo angle with the tail held fast
+    T stiffness;          // Pa/rad: pressure per servo angle with the joint held fast
     T fill;               // Pa: pressure at rest
-    T by_rate[instants];  // Pa s/rad: pressure in the cylinder at each instant per servo rate now
-    T by_step[instants];  // Pa/rad: the same per step of the target from the servo's angle now
+    T belief;             // Pa: least pressure that is believed in
+    T draw;               // rad per tick: drawing faster than this opens a cavity and moves no more oil
+    T gas;                // rad: what the air in the cylinder takes at atmospheric pressure
+    T by_rate[instants];  // Pa s/rad: pressure in the cylinder at each instant over that in the units, per servo rate
+    T by_flow[instants];  // Pa s/rad: the same per flow that the servo does not make
+    T by_step[instants];  // Pa/rad: the same per step of the target from the servo's angle
 };
 
 /// What it believes.
@@ -146,9 +159,14 @@ template <class T>
 struct SupervisorState {
     Follower<T> servo;  // rad, rad per tick: where the servo is
     T moved;            // rad: by how much it turned within the last tick
+    T turned;           // rad per tick: by how much its rate changed
+    T swelling;         // rad per tick: flow out of the cylinder that its air makes by expanding
+    T air;              // rad: what the air in it takes
     T target;           // rad: its last command
-    T pressure;         // Pa, without the line's drop
-    T trend;            // Pa: its rise within the last tick
+    T reading;          // Pa: last one that was believed
+    T measured;         // Pa: in the units, by the last reading
+    T pressure;         // Pa: in the units, as high as it may be
+    T trend;            // Pa: what others than the own pump raised it by within the last tick
     bool stopped;       // released by the hard limit
 };
 
@@ -159,25 +177,48 @@ Follower<T> turn_servo(const SupervisorModel<T>& model, const Follower<T>& now, 
     return {now.value + max(-most, min(most, free.value - now.value)), max(-most, min(most, free.change))};
 }
 
-/// Take in a pressure reading, less what the line drops. Where there is none, the tail is taken as held fast: then no
+/// Take in a pressure reading, less what the line drops: the flow there is the servo's and that of the air in the
+/// cylinder, which soaks up the first of each push. Where there is no reading, the joint is taken as held fast: then no
 /// push can raise the pressure above what is believed. Belief rises at once, but falls no faster than the pump draws
-/// back, and `ease`.
+/// back, and `ease`; and never below `belief`: a cylinder that draws hard shows nothing of its units.
+///
+/// What the pressure rose beyond the own pump's part is the other pump and the tail's swing: it goes on for a tick.
 template <class T>
-void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fresh, T reading, T tick, T ease) {
+void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fresh, T reading, T tick, T ease,
+             T most_trend) {
     const T before = now.pressure, push = model.stiffness * now.moved;
-    const T held = before + max(push, T(0)) + max(now.trend, T(0));
-    const T lowest = before + min(push, T(0)) - ease;
-    now.pressure = fresh ? max(reading - model.line * now.servo.change / tick, lowest) : held;
-    now.trend = fresh ? now.pressure - before : T(0);
+    if (fresh) {
+        const T air = model.gas * T(one_atmosphere) / max(T(0.05 * one_atmosphere), T(one_atmosphere) + reading);
+        now.swelling = air - now.air;
+        now.air = air;
+        const T measured = reading - model.line * (now.servo.change + now.swelling) / tick;
+        now.trend = clamp(measured - now.measured - push, T(0), most_trend);
+        now.reading = reading;
+        now.measured = measured;
+        now.pressure = max(measured, max(model.belief, before + min(push, T(0)) - ease));
+    } else {
+        now.swelling = T(0);
+        now.measured += push + now.trend;
+        now.pressure = max(model.belief, before + push + now.trend);
+    }
 }
 
-/// The furthest target that keeps pressure below `limit` until the next tick, with the tail held fast.
+/// What the cylinder should show now, where no more happened than the own pump did.
+template <class T>
+T expected_pressure(const SupervisorModel<T>& model, const SupervisorState<T>& now, T last, T tick) {
+    return last + model.stiffness * now.moved + model.line * now.turned / tick;
+}
+
+/// The furthest target that keeps the cylinder below `limit` until the next tick, with the joint held fast.
 template <class T>
 T furthest(const SupervisorModel<T>& model, const SupervisorState<T>& now, T limit, T tick) {
-    const T room = limit - now.pressure - max(now.trend, T(0)), rate = now.servo.change / tick;
-    T step = (room - model.by_rate[0] * rate) / model.by_step[0];
-    for (int k = 1; k < instants; ++k) step = min(step, (room - model.by_rate[k] * rate) / model.by_step[k]);
-    return now.servo.value + step;
+    const T room = limit - now.pressure - now.trend, rate = now.servo.change / tick, flow = now.swelling / tick;
+    T step = T(0);
+    for (int k = 0; k < instants; ++k) {
+        const T left = (room - model.by_rate[k] * rate - model.by_flow[k] * flow) / model.by_step[k];
+        step = k == 0 ? left : min(step, left);
+    }
+    return now.servo.value + (now.reading < limit ? max(step, T(0)) : step);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
