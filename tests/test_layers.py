@@ -46,7 +46,6 @@ LAYERS = (
     *("evolution", "polish", "pareto"),
     *(
         "silicone",
-        "soft_joint",
         "actuator",
         "bench",
         "hydraulics",

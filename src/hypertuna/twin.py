@@ -218,6 +218,9 @@ def _make_parts(robot: Robot, fish_in: str, temperature: float | None) -> _Parts
     for g, group in enumerate(robot.joints):
         share[list(group.links), g] = group.share
     if robot.hinge is not None:
+        if robot.hinge.link >= links:
+            rule, fix = f"must be a link from 1 to {links - 1}", "link 0 is the head"
+            raise InputError(rule, file=robot.file or None, key="hinge.link", value=str(robot.hinge.link), fix=fix)
         share[robot.hinge.link, groups] = 1.0
     plant = {
         "model": core_model(robot) if fish_in == "water" else core_model(robot, _without_water(robot)),
