@@ -48,6 +48,11 @@ LAYERS = (
         "silicone",
         "actuator",
         "bench",
+        "bench_unknowns",
+        "bench_combinations",
+        "bench_search",
+        "bench_fit",
+        "bench_worth",
         "hydraulics",
         "control",
         "sensing",
@@ -59,7 +64,7 @@ LAYERS = (
     ),
     *("drawing", "style", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "ledger", "reproduce_*", "reproduce", "ledger_page"),
-    *("__init__", "console", "cli_optimize", "cli_*", "cli", "__main__"),
+    *("__init__", "console", "cli_optimize", "cli_bench", "cli_*", "cli", "__main__"),
 )
 
 # The core runs on a microcontroller: no heap, no exceptions, no input or output, nothing of Python.
