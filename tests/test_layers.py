@@ -47,7 +47,7 @@ LAYERS = (
     *("silicone", "actuator", "bench", "hydraulics", "control", "sensing", "energy", "twin_run", "twin", "posture", "sobol"),
     *("drawing", "style", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "ledger", "reproduce_*", "reproduce", "ledger_page"),
-    *("__init__", "console", "gait_options", "cli_optimize", "cli_*", "cli", "__main__"),
+    *("__init__", "console", "options", "cli_optimize", "cli_*", "cli", "__main__"),
 )
 
 # The core runs on a microcontroller: no heap, no exceptions, no input or output, nothing of Python.

@@ -24,7 +24,7 @@ from hypertuna.console import (
 )
 from hypertuna.description import load
 from hypertuna.errors import InputError
-from hypertuna.gait_options import Amplitude, Bias, Frequency, Name, Named, Phase, gait_axes, one_gait, spelled
+from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, gait_axes, one_gait, spelled
 from hypertuna.results import provenance, write_atomically, write_netcdf
 from hypertuna.sweep import Gaits, sweep
 from hypertuna.swim import Swim, swim

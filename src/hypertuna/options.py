@@ -1,4 +1,4 @@
-"""The options that describe a gait, the same for every command that takes one."""
+"""The options that several commands share: a robot, a gait, the medium, and how they are read."""
 
 from __future__ import annotations
 
@@ -8,13 +8,32 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from hypertuna.console import number_list
-from hypertuna.description import Robot
-from hypertuna.errors import InputError
+from hypertuna.console import number, number_list
+from hypertuna.description import Robot, load, parse
+from hypertuna.errors import InputError, did_you_mean
 from hypertuna.gait import Gait, named_gait
 
-__all__ = ["Amplitude", "Bias", "Frequency", "Name", "Named", "Phase", "gait_axes", "one_gait", "spelled"]
+__all__ = [
+    "MEDIA",
+    "Amplitude",
+    "Bias",
+    "Bore",
+    "Frequency",
+    "Medium",
+    "Name",
+    "Named",
+    "Phase",
+    "Seed",
+    "Temperature",
+    "choice",
+    "gait_axes",
+    "one_gait",
+    "robot_of",
+    "spelled",
+]
 
+MEDIA = ("water", "air")
+MILLI = 1e-3
 GROUP = "one value per joint group, separated by commas"
 
 Name = Annotated[str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")]
@@ -23,6 +42,14 @@ Frequency = Annotated[str | None, typer.Option("--frequency", help="Beat frequen
 Amplitude = Annotated[str | None, typer.Option("--amplitude", help=f"Amplitude in degrees, {GROUP}.")]
 Phase = Annotated[str | None, typer.Option("--phase", help=f"Lag behind the first group's clock, {GROUP}.")]
 Bias = Annotated[str | None, typer.Option("--bias", help=f"Mean angle in degrees, {GROUP}.")]
+Medium = Annotated[str, typer.Option("--medium", help="water or air.")]
+Temperature = Annotated[
+    str | None, typer.Option("--temperature", help="Temperature of the oil in C.  [default: the robot's]")
+]
+Bore = Annotated[
+    str | None, typer.Option("--line-bore", help="Inner diameter of all oil lines in mm.  [default: the robot's]")
+]
+Seed = Annotated[str, typer.Option("--seed", help="Seed of the sensors' noise.")]
 
 
 def _one(text: str, key: str, unit: str) -> list[tuple[float, ...]]:
@@ -112,6 +139,64 @@ def spelled(gait: Gait) -> str:
     if any(gait.bias):
         parts.append(f"bias {', '.join(f'{a:.4g}' for a in angles['bias'])} deg")
     return f"{gait.frequency:g} Hz, {', '.join(parts)}"
+
+
+def robot_of(name: str, line_bore: str | None) -> Robot:
+    """Load a robot, with other oil lines where they are asked for.
+
+    Parameters
+    ----------
+    name : str
+    line_bore : str or None
+        Inner diameter of all lines, as typed [mm].
+
+    Returns
+    -------
+    Robot
+
+    Raises
+    ------
+    InputError
+        If there is no such robot, it has no oil lines, or the bore is not a positive number.
+    """
+    fish = load(name)
+    if line_bore is None:
+        return fish
+    bore = number(line_bore, "--line-bore", "mm")
+    if bore <= 0:
+        raise InputError("must be greater than 0", key="--line-bore", value=line_bore, fix="give it in mm")
+    document = fish.document()
+    for k, joint in enumerate(document["joints"]):
+        if "line" not in joint:
+            fix = "add the table, or leave --line-bore out"
+            raise InputError("is missing", file=fish.file, key=f"joints[{k}].line", fix=fix)
+        joint["line"]["bore_m"] = MILLI * bore
+    return parse(document, file=fish.file)
+
+
+def choice(value: str, known: tuple[str, ...], key: str) -> str:
+    """Check a word of several.
+
+    Parameters
+    ----------
+    value : str
+    known : tuple of str
+    key : str
+        The option, for the error.
+
+    Returns
+    -------
+    str
+        The word.
+
+    Raises
+    ------
+    InputError
+        If it is none of the known ones.
+    """
+    if value not in known:
+        raise InputError(f"must be {' or '.join(known)}", key=key, value=repr(value), fix=did_you_mean(value, known))
+    return value
 
 
 def _check_count(robot: Robot, key: str, values: list[tuple[float, ...]], count: int) -> None:
