@@ -228,7 +228,7 @@ def range_table() -> str:
         (f"{cells} × {charge:.1f} Ah × {battery.voltage} V", cells * charge * battery.voltage),
     )
     body = [[text, f"{energy:.1f}", f"{energy * 3.6 / (cost * FISH.body.mass):.2f}"] for text, energy in cases]
-    body.append(["published", "", f"{told('range/claimed'):.2f}"])
+    body.append(["published", "", f"{told('range/battery'):.2f}"])
     return rows(["battery", "energy [Wh]", "range [km]"], body)
 
 

@@ -84,7 +84,7 @@ def test_optimal_phases(ledger: Ledger) -> None:
 
 
 def test_range_is_contradicted_by_the_papers_own_numbers(ledger: Ledger) -> None:
-    entry = found(ledger, "range/claimed")
+    entry = found(ledger, "range/battery")
     kilometers = 4 * 3.5 * 3.6 * 3600 / (12.15 * 3.3) / 1000  # Table I: cells, A h, V; J/(kg m), kg
     assert entry.computed == pytest.approx(kilometers)
     assert entry.verdict == "contradicted"
@@ -183,9 +183,9 @@ def test_computed_among_others(ledger: Ledger) -> None:
         ("optimal-phase/large", 20.0, "deviates"),
         ("speed/model-error-max", 4.0, "reproduced"),
         ("speed/model-error-max", 6.0, "contradicted"),
-        ("range/claimed", 21.0, "reproduced"),
-        ("range/claimed", 20.0, "contradicted"),
-        ("range/claimed", None, "not-computed"),
+        ("range/battery", 21.0, "reproduced"),
+        ("range/battery", 20.0, "contradicted"),
+        ("range/battery", None, "not-computed"),
         ("turning/radius", float("inf"), "not-computed"),
     ],
 )

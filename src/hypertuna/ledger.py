@@ -93,6 +93,10 @@ RULES = (
     Rule("optimum/*", "*", 0.10, False, "many gaits have nearly the same speed and cost"),
     Rule("cost-of-transport/model-error", "*", 0.0, False, "an upper bound is kept or not", bound=True),
     Rule("turning/radius", "*", 0.10, False, "measured in snapshots of one turn"),
+    Rule("bending/*", "*", 0.01, False, "the actuator's estimated geometry was made to meet both: it must"),
+    Rule("control/settling-*", "*", 0.0, False, "an upper bound is kept or not", bound=True),
+    Rule("power/*", "*", 0.10, False, "what the servos and converters lose is estimated, not published"),
+    Rule("cost-of-transport/minimum", "*", 0.10, False, "a power of 10 % over a speed"),
     Rule("range/*", "*", 0.01, False, "arithmetic on numbers of three digits"),
     Rule("*", "*", 0.05, False, "the accuracy that the paper claims for its own model, section III.E"),
 )
