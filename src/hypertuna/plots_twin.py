@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["plot_pressures", "plot_twin"]
 
 KILO = 1e3
+FINE = 100  # samples of a beat
 BEATS = 4  # that are shown of angles, pressures and power
 SIDES = ("-", (0, (4, 1.5)))  # lines of left and right circuits
 
@@ -67,11 +68,14 @@ def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        The last whole beat; what lies between the two lines of a circuit is lost in its oil line.
+        The last beats laid over each other, so that they show what lies between the samples of one; what lies between
+        the two lines of a circuit is lost in its oil line.
     """
     joints = [group.name for group in run.robot.joints]
-    last = _last(run, 1)
-    phase = (run.time[last] - run.time[last][0]) * run.gait.frequency
+    last = _last(run, max(1, round(FINE * (run.time[1] - run.time[0]) * run.gait.frequency)))[:-1]
+    phase = (run.time[last] - run.time[last][0]) * run.gait.frequency % 1.0
+    order = np.argsort(phase)
+    last, phase = last[order], phase[order]
     figure = Figure(figsize=(width, 1.75 * len(joints) + 0.75), layout="constrained")
     panels = figure.subplots(len(joints), 1, sharex=True, squeeze=False)[:, 0]
     for j, (axes, name) in enumerate(zip(panels, joints, strict=True)):
