@@ -48,6 +48,7 @@ from hypertuna.reproduce import Ledger, reproduce
 from hypertuna.reproduce_fit import bandwidth_table, coefficient_table
 from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table
+from hypertuna.reproduce_twin import limits_table, speed_table, tank_table
 from hypertuna.steady import COLUMNS
 from hypertuna.swim import Swim, swim
 
@@ -111,7 +112,7 @@ def ledger_table() -> str:
     return rows(["number", "model", "verdict", "published", "computed", "unit"], body, left=3)
 
 
-def speed_table() -> str:
+def speeds_table() -> str:
     """Tabulate the eight speeds, computed beside published."""
     models = MODELS[:2]
     body = []
@@ -343,7 +344,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "manifest example": lambda: quoted("tank/tank.toml", "toml"),
     "manifest keys": manifest_keys,
     "ledger": ledger_table,
-    "speeds": speed_table,
+    "speeds": speeds_table,
     "errors": error_table,
     "sections": section_table,
     "cost of transport": cost_table,
@@ -356,6 +357,9 @@ TABLES: dict[str, Callable[[], str]] = {
     "bandwidth": lambda: of_report(bandwidth_table(ledger().fits, PAPER)),
     "Table IV": lambda: of_report(gait_table(ledger().optima, ledger().trials), 2),
     "optimizers": lambda: of_report(method_table(ledger().optima), 2),
+    "twin speeds": lambda: of_report(speed_table(ledger().twins, PAPER), 1),
+    "twin amplitudes": lambda: of_report(tank_table(ledger().twins), 1),
+    "posture": lambda: of_report(limits_table(ledger().twins.posture), 2),
     "Table V": lambda: of_report(robot_table(computed_among(ledger().trials)[0]), 2),
 }
 

@@ -2,32 +2,47 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from hypertuna.actuator import Bend, bend
+from hypertuna.actuator import MATERIAL_SETS, Bend, bend
 from hypertuna.description import Robot
+from hypertuna.errors import InputError
 from hypertuna.ledger import Finding
 from hypertuna.report import WIDTH, Picture, Section
 
-__all__ = ["ACTUATOR", "PRINTED", "Bends", "bend_published", "findings", "linearity", "loop", "sections"]
+__all__ = ["ACTUATOR", "PRINTED", "Bends", "bend_published", "findings", "loop", "sections"]
 
 ACTUATOR = "actuator"
 PRINTED = "actuator, equations as printed"
-TESTED = 100e3  # Pa: from here on the paper's bending tests go
 POINTS = 51  # of a curve from no pressure to the largest
 
 
 @dataclass(frozen=True)
 class Bends:
-    """Bend against pressure of every joint group, by name: corrected with friction, and as the paper prints it."""
+    """Bend against pressure of every joint group, by name.
+
+    Attributes
+    ----------
+    robot : Robot
+    sets : dict of str to dict of str to Bend
+        Corrected equations with friction, loading and unloading: of each material set that the robot has.
+    printed : dict of str to Bend
+        The equations as the paper prints them, with the robot's own set.
+    """
 
     robot: Robot
-    corrected: dict[str, Bend]
+    sets: dict[str, dict[str, Bend]]
     printed: dict[str, Bend]
+
+    @property
+    def corrected(self) -> dict[str, Bend]:
+        """Of each joint group, with the robot's own material set."""
+        return {name: sets[self.printed[name].material] for name, sets in self.sets.items()}
 
 
 def bend_published(robot: Robot) -> Bends:
@@ -42,13 +57,17 @@ def bend_published(robot: Robot) -> Bends:
     -------
     Bends
     """
-    corrected, printed = {}, {}
+    sets: dict[str, dict[str, Bend]] = {}
+    printed = {}
     for group in robot.joints:
         assert group.pressure_max is not None  # of the paper's robot
         pressure = np.linspace(0, group.pressure_max, POINTS)
-        corrected[group.name] = bend(robot, group.name, pressure, unload=True)
         printed[group.name] = bend(robot, group.name, pressure, law="as_printed")
-    return Bends(robot, corrected, printed)
+        sets[group.name] = {}
+        for material in MATERIAL_SETS:
+            with contextlib.suppress(InputError):  # a set that the description does not have
+                sets[group.name][material] = bend(robot, group.name, pressure, material=material, unload=True)
+    return Bends(robot, sets, printed)
 
 
 def findings(bends: Bends) -> Iterator[Finding]:
@@ -66,7 +85,7 @@ def findings(bends: Bends) -> Iterator[Finding]:
         angle = float(np.degrees(found.angle[-1]))
         note = (
             "calibrated, not predicted: the geometry, which is not published, was chosen so that both come out. A "
-            f"line through 100 to 250 kPa has R^2 = {linearity(found):.3f}; rising and falling pressure differ by "
+            f"line through 100 to 250 kPa has R^2 = {found.r_squared():.3f}; rising and falling pressure differ by "
             f"{loop(found):.2g} deg at most"
         )
         yield Finding(f"bending/{name}", ACTUATOR, angle, note)
@@ -89,31 +108,17 @@ def sections(bends: Bends, paper: Mapping[str, Any]) -> list[Section]:
     """
     from hypertuna.plots_actuator import plot_bend
 
-    told = {name: paper["values"][f"bending/{name}"]["value"] for name in bends.corrected}
-    picture = Picture(
-        "fig6e",
-        plot_bend(bends.corrected, printed=bends.printed, published=told, width=WIDTH),
-        "Bend of each joint against the pressure of its pressurized side, as it rises and as it falls: friction "
-        "between braid and hose opens the loop.",
-        "As by `hypertuna bend --robot hypertuna --joint I --pressure 0:250:51 --unload`; the stars are Fig. 6(e)'s "
-        "largest bends.",
-    )
-    return [Section("Bending under pressure, Fig. 6(e)", [_text(bends), picture])]
-
-
-def linearity(found: Bend) -> float:
-    """Tell how straight a curve is: R^2 of a line over the tested pressures.
-
-    Parameters
-    ----------
-    found : Bend
-
-    Returns
-    -------
-    float
-    """
-    tested = found.pressure >= TESTED
-    return float(np.corrcoef(found.pressure[tested], found.angle[tested])[0, 1] ** 2)
+    pictures = [
+        Picture(
+            f"hysteresis-{name}",
+            plot_bend(found, bends.sets[name], width=WIDTH),
+            f"Bend of joint {name} against the pressure of one side as it rises and as it falls, and what other sets "
+            "of elastic constants make of it.",
+            f"Made by `hypertuna bend --robot hypertuna --joint {name} --unload --plot {name}.svg`.",
+        )
+        for name, found in bends.corrected.items()
+    ]
+    return [Section("Bending under pressure, Fig. 6(e)", [_text(bends), *pictures])]
 
 
 def loop(found: Bend) -> float:
@@ -129,6 +134,8 @@ def loop(found: Bend) -> float:
     float
         [deg].
     """
+    assert found.unload_pressure is not None
+    assert found.unload_angle is not None
     down = np.interp(found.pressure, found.unload_pressure[::-1], found.unload_angle[::-1])
     return float(np.degrees(np.abs(down - found.angle).max()))
 
@@ -136,8 +143,9 @@ def loop(found: Bend) -> float:
 def _text(bends: Bends) -> str:
     """Say what the bending tests determine, and what the printed equations do."""
     names = list(bends.corrected)
-    straight = " and ".join(f"{linearity(bends.corrected[name]):.3f}" for name in names)
+    straight = " and ".join(f"{bends.corrected[name].r_squared():.3f}" for name in names)
     wide = " and ".join(f"{loop(bends.corrected[name]):.2g}" for name in names)
+    spread = " and ".join(_spread(sets) for sets in bends.sets.values())
     off = [100 * (bends.printed[name].angle[-1] / bends.corrected[name].angle[-1] - 1) for name in names]
     printed = " and ".join(f"{value:+.0f} %" for value in off)
     return f"""The paper measures how far each joint bends from 100 to 250 kPa, and finds a linear trend. It gives
@@ -146,5 +154,12 @@ description holds one geometry of that family, made to meet both: **the two angl
 
 What is predicted is the rest. The curves are nearly straight, with R^2 = {straight} of a line through the tested
 pressures. Friction between braid and hose opens a loop of {wide} deg between rising and falling pressure; the paper
-does not show one. The equations as printed mix nominal and true stress and let the outer pressure act on the wrong
+does not show one. Other sets of elastic constants for the same two silicones would bend the joints by {spread} deg
+at the same pressure. The equations as printed mix nominal and true stress and let the outer pressure act on the wrong
 diameter: with the same geometry their bends differ by {printed}."""
+
+
+def _spread(sets: Mapping[str, Bend]) -> str:
+    """Say between what angles the material sets bend a joint at the largest pressure."""
+    angles = [float(np.degrees(found.angle[-1])) for found in sets.values()]
+    return f"{min(angles):.1f} to {max(angles):.1f}"
