@@ -115,6 +115,7 @@ def _angles(robot: Robot, text: str) -> list[float]:
 def _rows(done: PostureTest) -> list[dict[str, Any]]:
     """Say how each joint group did at each frequency."""
     far = {(one.joint, one.frequency): one for one in done.reach}
+    eased = {(one.joint, one.frequency): one for one in done.eased}
     rows = []
     for one in done.held:
         most = far.get((one.joint, one.frequency))
@@ -130,6 +131,8 @@ def _rows(done: PostureTest) -> list[dict[str, Any]]:
         }
         if most is not None:
             row |= {"largest_amplitude_deg": np.degrees(most.amplitude), "stopped_by": list(most.limits)}
+        if (less := eased.get((one.joint, one.frequency))) is not None:
+            row |= {"reachable_angle_deg": np.degrees(less.angle), "reachable_settling_s": less.settling}
         rows.append(row)
     return rows
 

@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 CLOSE = math.radians(0.5)  # error of a peak bend that counts as none
 RESOLUTION = math.radians(0.25)  # to which the largest amplitude is sought
 BEYOND = 1.5  # amplitudes are sought up to so many times the largest bend of the description
+EASED = 0.9  # of the largest amplitude: what is set where the set angle is not reached
 MOST_FREQUENCIES = 100
 LONGEST = 600.0  # s
 
@@ -115,6 +116,8 @@ class PostureTest:
         One for each frequency and moving joint group, by frequency.
     reach : tuple of Reach
         The same; empty if it was not asked for.
+    eased : tuple of Held
+        Where the set angle is out of reach: the same with 90 % of the largest amplitude.
     seed : int
     temperature : float
         Of the oil [degC].
@@ -126,6 +129,7 @@ class PostureTest:
     duration: float
     held: tuple[Held, ...]
     reach: tuple[Reach, ...]
+    eased: tuple[Held, ...]
     seed: int
     temperature: float
 
@@ -203,7 +207,7 @@ def posture_test(
     limits : bool
         Whether to seek the largest amplitude of each joint group, too.
     progress : callable, optional
-        Called with the number of runs done and their total.
+        Called with the number of frequencies done and their total.
 
     Returns
     -------
@@ -216,23 +220,21 @@ def posture_test(
     """
     _check(robot, frequencies, angle, duration)
     moving = [joint for joint, value in enumerate(angle) if value > 0]
-    total = len(frequencies) * (1 + (len(moving) if limits else 0))
     conditions: Any = {"duration": duration, "fish_in": fish_in, "temperature": temperature, "seed": seed}
     held: list[Held] = []
     far: list[Reach] = []
-    done = 0
-    for frequency in frequencies:
+    eased: list[Held] = []
+    for done, frequency in enumerate(frequencies):
         held += hold(robot, frequency, angle, **conditions)
-        done += 1
         for joint in moving if limits else ():
-            if progress is not None:
-                progress(done, total)
             far.append(reach(robot, joint, frequency, **conditions))
-            done += 1
+            if angle[joint] > far[-1].amplitude > 0:
+                alone = [EASED * far[-1].amplitude if j == joint else 0.0 for j in range(len(angle))]
+                eased += hold(robot, frequency, alone, **conditions)
         if progress is not None:
-            progress(done, total)
+            progress(done + 1, len(frequencies))
     return PostureTest(
-        robot, fish_in, np.array(angle), duration, tuple(held), tuple(far), seed, held[0].run.temperature
+        robot, fish_in, np.array(angle), duration, tuple(held), tuple(far), tuple(eased), seed, held[0].run.temperature
     )
 
 
