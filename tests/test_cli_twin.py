@@ -17,7 +17,8 @@ from hypertuna import cli_twin
 from hypertuna.cli import main
 from hypertuna.gait import Gait
 from hypertuna.posture import PostureTest, posture_test
-from hypertuna.twin import TwinRun, twin
+from hypertuna.twin import twin
+from hypertuna.twin_run import TwinRun
 
 Run = Callable[..., tuple[int, str, str]]
 GAIT = ("--frequency", "3", "--amplitude", "12,20", "--phase", "0,20")

@@ -24,7 +24,8 @@ from hypertuna.console import (
 )
 from hypertuna.description import Robot
 from hypertuna.errors import InputError
-from hypertuna.options import MEDIA, Bore, Medium, Name, Seed, Temperature, choice, robot_of
+from hypertuna.hydraulics import ZERO_CELSIUS
+from hypertuna.options import MEDIA, Bore, Medium, Name, Seed, Temperature, celsius, choice, robot_of
 from hypertuna.posture import CLOSE, PostureTest, posture_test
 from hypertuna.results import provenance, write_atomically, write_netcdf
 
@@ -71,7 +72,7 @@ def posture_command(
             angle=_angles(fish, angle),
             duration=number(duration, "--duration", "seconds"),
             fish_in=choice(medium, MEDIA, "--medium"),
-            temperature=None if temperature is None else number(temperature, "--temperature", "C"),
+            temperature=celsius(temperature),
             seed=whole_number(seed, "--seed"),
             limits=not no_limits,
             progress=progress,
@@ -151,7 +152,7 @@ def _record(done: PostureTest) -> dict[str, Any]:
     ]
     rows = [row | more for row, more in zip(_rows(done), beats, strict=True)]
     facts = {"medium": done.fish_in, "duration_s": done.duration, "seed": done.seed, "within_deg": np.degrees(CLOSE)}
-    return facts | {"oil_temperature_c": done.temperature, "tests": rows} | provenance(done.robot)
+    return facts | {"oil_temperature_c": done.temperature - ZERO_CELSIUS, "tests": rows} | provenance(done.robot)
 
 
 def _csv(done: PostureTest) -> str:
@@ -176,6 +177,12 @@ def _plot(done: PostureTest, plot: str) -> None:
     save(plot_posture(done), plot)
 
 
+def _first(limits: list[str]) -> str:
+    """Name the limit that acted most, and how many more did."""
+    more = f" +{len(limits) - 1}" if len(limits) > 1 else ""
+    return f"{limits[0]}{more}" if limits else "–"
+
+
 def _print(done: PostureTest) -> None:
     """Print a test as a table, a row for each frequency and joint."""
     table = Table(box=None, pad_edge=False, header_style="bold")
@@ -196,9 +203,9 @@ def _print(done: PostureTest) -> None:
             settles,
             f"{row['error_deg']:.2f}",
         ]
-        cells.append(", ".join(row["limits"]) or "–")
+        cells.append(_first(row["limits"]))
         if done.reach:
-            cells += [f"{row['largest_amplitude_deg']:.1f}", ", ".join(row["stopped_by"]) or "–"]
+            cells += [f"{row['largest_amplitude_deg']:.1f}", _first(row["stopped_by"])]
         table.add_row(*cells)
     console = Console()
     console.print(

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.console import check_suffix, command_line, number, print_json, tell_written, whole_number
+from hypertuna.hydraulics import ZERO_CELSIUS
 from hypertuna.options import (
     MEDIA,
     Amplitude,
@@ -23,6 +24,7 @@ from hypertuna.options import (
     Phase,
     Seed,
     Temperature,
+    celsius,
     choice,
     gait_axes,
     one_gait,
@@ -30,7 +32,8 @@ from hypertuna.options import (
     spelled,
 )
 from hypertuna.results import provenance, write_atomically, write_netcdf
-from hypertuna.twin import TwinRun, twin
+from hypertuna.twin import twin
+from hypertuna.twin_run import TwinRun
 
 __all__ = ["twin_command"]
 
@@ -78,7 +81,7 @@ def twin_command(
         faults=tuple(fault or ()),
         seed=whole_number(seed, "--seed"),
         closed_loop=not open_loop,
-        temperature=None if temperature is None else number(temperature, "--temperature", "C"),
+        temperature=celsius(temperature),
         start=choice(start, STARTS, "--start"),
     )
     if output is not None and kind == ".nc":
@@ -144,7 +147,7 @@ def _record(done: TwinRun) -> dict[str, Any]:
         | {"frequency_hz": gait.frequency}
         | {f"{key}_deg": np.degrees(getattr(gait, key)).round(10).tolist() for key in ("amplitude", "phase", "bias")}
         | {"duration_s": done.duration, "medium": done.fish_in, "start": done.start, "seed": done.seed}
-        | {"closed_loop": done.closed_loop, "oil_temperature_c": done.temperature}
+        | {"closed_loop": done.closed_loop, "oil_temperature_c": done.temperature - ZERO_CELSIUS}
         | {key: value for key, value in provenance(done.robot).items() if key != "joints"}  # the twin moves its own
     )
 
@@ -172,7 +175,7 @@ def _csv(done: TwinRun) -> str:
     columns |= {
         f"servo_angle_{name}_deg": np.degrees(done.data["servo_angle"][:, c]) for c, name in enumerate(circuits)
     }
-    columns |= {"electrical_power_w": done.data["electrical_power"].sum(axis=1)}
+    columns |= {"electrical_power_w": done.data["power"]}
     columns |= {"x_m": done.data["x"], "y_m": done.data["y"], "heading_deg": np.degrees(done.data["heading"])}
     columns |= {"speed_m_s": done.data["speed"], "status": done.data["status"]}
     lines = [f"# {key}: {value}" for key, value in _attributes(done).items()]
@@ -194,7 +197,8 @@ def _print(done: TwinRun) -> None:
     console = Console()
     console.print(Text(f"{done.robot.name}, {spelled(done.gait)}", style="bold"))
     loop = "closed loop" if done.closed_loop else "open loop"
-    how = f"{done.duration:g} s in {done.fish_in} from {done.start}, {loop}, oil at {done.temperature:g} C"
+    warm = done.temperature - ZERO_CELSIUS
+    how = f"{done.duration:g} s in {done.fish_in} from {done.start}, {loop}, oil at {warm:.3g} C"
     console.print(Text(how, style="dim"))
     console.print(_totals(done))
     console.print()
@@ -202,11 +206,11 @@ def _print(done: TwinRun) -> None:
     console.print()
     console.print(_circuit_table(done))
     console.print()
-    style = {"completed": "yellow", "diverged": "bold red"}[done.status]
-    for sentence in done.sentences:
+    good = done.settled and not done.limits and not done.faults
+    for k, sentence in enumerate(done.sentences):
+        bad = done.status == "diverged" or bool(done.faults)
+        style = "green" if good or (k == 0 and done.settled) else "bold red" if bad else "yellow"
         console.print(Text(sentence, style=style))
-    if not done.sentences:
-        console.print(Text("No limit acted, no fault was found.", style="green"))
 
 
 def _totals(done: TwinRun) -> Table:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated
 
 import numpy as np
@@ -12,6 +12,7 @@ from hypertuna.console import number, number_list
 from hypertuna.description import Robot, load, parse
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.gait import Gait, named_gait
+from hypertuna.hydraulics import ZERO_CELSIUS
 
 __all__ = [
     "MEDIA",
@@ -25,6 +26,7 @@ __all__ = [
     "Phase",
     "Seed",
     "Temperature",
+    "celsius",
     "choice",
     "gait_axes",
     "one_gait",
@@ -60,7 +62,7 @@ def _one(text: str, key: str, unit: str) -> list[tuple[float, ...]]:
 def gait_axes(
     robot: Robot,
     name: str | None,
-    given: dict[str, str | list[str] | None],
+    given: Mapping[str, str | list[str] | None],
     read: Callable[[str, str, str], list[tuple[float, ...]]] = _one,
 ) -> dict[str, list[tuple[float, ...]]]:
     """Read the values of frequency, amplitude, phase and bias; what is not given comes from a named gait.
@@ -70,7 +72,7 @@ def gait_axes(
     robot : Robot
     name : str or None
         Of a gait of the robot's file.
-    given : dict of str to str, list of str or None
+    given : mapping of str to str, list of str or None
         The options as typed, by their names.
     read : callable, optional
         Reads the text of an option, with its name and unit; left out, one value per joint group.
@@ -172,6 +174,27 @@ def robot_of(name: str, line_bore: str | None) -> Robot:
             raise InputError("is missing", file=fish.file, key=f"joints[{k}].line", fix=fix)
         joint["line"]["bore_m"] = MILLI * bore
     return parse(document, file=fish.file)
+
+
+def celsius(text: str | None) -> float | None:
+    """Read a temperature.
+
+    Parameters
+    ----------
+    text : str or None
+        As typed [degC].
+
+    Returns
+    -------
+    float or None
+        [K]; None if there is none.
+
+    Raises
+    ------
+    InputError
+        If it is not a finite number.
+    """
+    return None if text is None else number(text, "--temperature", "C") + ZERO_CELSIUS
 
 
 def choice(value: str, known: tuple[str, ...], key: str) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hypertuna.drawing import COLORS, INK
 from hypertuna.style import FAINT, TIGHT, WIDTH, styled
-from hypertuna.twin import TwinRun
+from hypertuna.twin_run import TwinRun
 
 if TYPE_CHECKING:
     from matplotlib.gridspec import GridSpec
@@ -96,7 +96,7 @@ def _caption(run: TwinRun) -> str:
     """Say what was run."""
     gait = run.gait
     angles = ", ".join(f"{angle:.3g}" for angle in np.degrees(gait.amplitude))
-    told = f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, in {run.fish_in}, oil at {run.temperature:g} °C"
+    told = f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, in {run.fish_in}"
     return told if run.closed_loop else f"{told}, open loop"
 
 
@@ -142,7 +142,7 @@ def _draw_bounds(axes: Axes, run: TwinRun) -> None:
 def _draw_power(axes: Axes, run: TwinRun) -> None:
     """Draw the electrical power of the last beats."""
     last = _last(run, BEATS)
-    power = run.data["electrical_power"].sum(axis=1)
+    power = run.data["power"]
     axes.plot(run.time[last], power[last], color=COLORS[2], label="servos")
     axes.axhline(run.power, color=INK, lw=0.9, ls=SIDES[1], label=f"mean {run.power:.3g} W")
     axes.set(

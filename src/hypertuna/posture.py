@@ -15,7 +15,8 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
 from hypertuna.results import dataset, provenance
-from hypertuna.twin import TwinRun, twin
+from hypertuna.twin import twin
+from hypertuna.twin_run import TwinRun
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,7 +121,7 @@ class PostureTest:
         Where the set angle is out of reach: the same with 90 % of the largest amplitude.
     seed : int
     temperature : float
-        Of the oil [degC].
+        Of the oil [K].
     """
 
     robot: Robot
@@ -201,7 +202,7 @@ def posture_test(
         Of each run [s].
     fish_in : {"air", "water"}
     temperature : float, optional
-        Of the oil [degC]; left out, that of the description.
+        Of the oil [K]; left out, that of the description.
     seed : int
         Of the sensors' noise.
     limits : bool

@@ -14,8 +14,9 @@ from hypertuna.gait import Gait, named_gait
 from hypertuna.ledger import Finding
 from hypertuna.posture import CLOSE, Held, PostureTest, posture_test
 from hypertuna.published_swims import SPEEDS, WISHES, bandwidths
-from hypertuna.report import WIDTH, Picture, Section, Table
-from hypertuna.twin import TwinRun, twin
+from hypertuna.report import WIDTH, Part, Picture, Section, Table
+from hypertuna.twin import twin
+from hypertuna.twin_run import TwinRun
 
 __all__ = ["TWIN", "Twins", "findings", "limits_table", "run_published", "sections", "speed_table", "tank_table"]
 
@@ -185,11 +186,11 @@ def tank_table(twins: Twins) -> Table:
             row += [f"{np.degrees(made):.1f}", f"{np.degrees(wished * lag):.1f}"]
         rows.append([*row, f"{run.speed:.3f}", f"{run.cost_of_transport:.1f}", _spelled(run.limits)])
     heads = [f"{group.name}: {what} [deg]" for group in groups for what in ("twin", "lag")]
-    wished = " and ".join(f"{angle:g}" for angle in np.degrees(twins.tank[0].gait.amplitude).round(9))
+    both = " and ".join(f"{angle:g}" for angle in np.degrees(twins.tank[0].gait.amplitude).round(9))
     return Table(
         ["frequency", *heads, "speed [m/s]", "cost [J/(kg m)]", "limits that acted"],
         rows,
-        f"Amplitude of the first harmonic of each joint where {wished} deg are set, in the twin, and in a first-order "
+        f"Amplitude of the first harmonic of each joint where {both} deg are set, in the twin, and in a first-order "
         f"lag of {bandwidths(twins.robot)} Hz that was identified from speeds.",
         f"Runs of 12 s in water at a phase difference of {TANK_PHASE:g} deg.",
     )
@@ -281,7 +282,7 @@ def _swim_section(twins: Twins, paper: Mapping[str, Any]) -> Section:
         "Made as `hypertuna twin --robot hypertuna --gait unoptimised-max --start swimming --plot twin.svg` makes it.",
     )
     text = _swim_text(twins, paper)
-    parts = [text, limits, pressures, tank_table(twins), speed_table(twins, paper), whole]
+    parts: list[Part] = [text, limits, pressures, whole, tank_table(twins), speed_table(twins, paper)]
     return Section("From servo to wake: the twin", parts)
 
 
