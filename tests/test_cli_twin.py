@@ -66,7 +66,7 @@ def test_json_tells_the_run_of_the_function(run: Run, short: TwinRun) -> None:
     assert [circuit["name"] for circuit in told["circuits"]] == ["I-left", "I-right", "II-left", "II-right"]
     pressures = [circuit["pressure_max_kpa"] for circuit in told["circuits"]]
     np.testing.assert_allclose(pressures, short.pressure_max / 1e3)
-    assert (told["status"], told["faults"]) == ("completed", [])
+    assert (told["status"], told["faults"], told["limits"]) == ("completed", list(short.faults), list(short.limits))
     assert (told["frequency_hz"], told["amplitude_deg"], told["duration_s"]) == (3, [12, 20], 3)
 
 
@@ -119,7 +119,7 @@ def test_options_reach_the_twin(run: Run, monkeypatch: pytest.MonkeyPatch, short
     assert run(*SHORT, *options, *more)[0] == 0
     assert given["faults"] == ("bend-II:stuck@1", "imu:nan@2")
     assert (given["closed_loop"], given["fish_in"], given["seed"]) == (False, "air", 7)
-    assert (given["temperature"], given["start"], given["duration"]) == (5, "swimming", 3)
+    assert (given["temperature"], given["start"], given["duration"]) == (278.15, "swimming", 3)
     assert given["bores"] == pytest.approx([0.0025, 0.0025])
     assert isinstance(given["gait"], Gait)
     np.testing.assert_allclose(given["gait"].bias, np.radians([1, 2]))
@@ -158,7 +158,7 @@ def test_a_robot_without_the_tables_is_refused(run: Run, command: str) -> None:
     code, _, errors = run(command, "--robot", "rexeel", *gait)
     assert code == 2
     assert "rexeel.toml" in errors
-    assert "is missing" in errors
+    assert "add the table" in errors
 
 
 def test_a_run_that_diverges_is_exit_code_1(run: Run, monkeypatch: pytest.MonkeyPatch, short: TwinRun) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -94,13 +93,12 @@ def findings(bends: Bends) -> Iterator[Finding]:
         yield Finding(f"bending/{name}", PRINTED, printed, f"{note} beside the corrected ones")
 
 
-def sections(bends: Bends, paper: Mapping[str, Any]) -> list[Section]:
+def sections(bends: Bends) -> list[Section]:
     """Show bends against pressure.
 
     Parameters
     ----------
     bends : Bends
-    paper : mapping
 
     Returns
     -------
