@@ -106,11 +106,11 @@ def test_reach_is_the_limit_and_says_what_it_is(tuna: ht.Robot, monkeypatch: pyt
     # A joint that makes 15 deg holds any set angle up to 15.5 deg within half a degree.
     monkeypatch.setattr(posture, "twin", beating(0.2, math.radians(15)))
     far = reach(tuna, 1, 3.0)
-    assert math.degrees(far.amplitude) == pytest.approx(15.5, abs=0.26)
+    assert math.degrees(far.amplitude) == pytest.approx(15.5, abs=0.51)
     assert far.limits == ("pressure_soft",)
     monkeypatch.setattr(posture, "twin", beating(0.2, 9.0))
     free = reach(tuna, 1, 3.0)
-    assert math.degrees(free.amplitude) > 1.4 * 31.2
+    assert math.degrees(free.amplitude) > 1.2 * 31.2
     assert free.limits == ()
 
 

@@ -26,8 +26,9 @@ __all__ = ["CLOSE", "Held", "PostureTest", "Reach", "peak_bends", "posture_test"
 Array = NDArray[np.float64]
 
 CLOSE = math.radians(0.5)  # error of a peak bend that counts as none
-RESOLUTION = math.radians(0.25)  # to which the largest amplitude is sought
-BEYOND = 1.5  # amplitudes are sought up to so many times the largest bend of the description
+RESOLUTION = math.radians(0.5)  # to which the largest amplitude is sought
+TRIAL, TRIAL_BEATS = 5.0, 8  # s and beats: whichever is longer, an amplitude is tried so long
+BEYOND = 1.25  # amplitudes are sought up to so many times the largest bend of the description
 EASED = 0.9  # of the largest amplitude: what is set where the set angle is not reached
 MOST_FREQUENCIES = 100
 LONGEST = 600.0  # s
@@ -221,17 +222,17 @@ def posture_test(
     """
     _check(robot, frequencies, angle, duration)
     moving = [joint for joint, value in enumerate(angle) if value > 0]
-    conditions: Any = {"duration": duration, "fish_in": fish_in, "temperature": temperature, "seed": seed}
+    conditions: Any = {"fish_in": fish_in, "temperature": temperature, "seed": seed}
     held: list[Held] = []
     far: list[Reach] = []
     eased: list[Held] = []
     for done, frequency in enumerate(frequencies):
-        held += hold(robot, frequency, angle, **conditions)
+        held += hold(robot, frequency, angle, duration=duration, **conditions)
         for joint in moving if limits else ():
             far.append(reach(robot, joint, frequency, **conditions))
             if angle[joint] > far[-1].amplitude > 0:
                 alone = [EASED * far[-1].amplitude if j == joint else 0.0 for j in range(len(angle))]
-                eased += hold(robot, frequency, alone, **conditions)
+                eased += hold(robot, frequency, alone, duration=duration, **conditions)
         if progress is not None:
             progress(done + 1, len(frequencies))
     return PostureTest(
@@ -276,14 +277,14 @@ def reach(
     joint: int,
     frequency: float,
     *,
-    duration: float = 8.0,
     fish_in: str = "air",
     temperature: float | None = None,
     seed: int = 0,
 ) -> Reach:
     """Find the largest amplitude that a joint group holds at a frequency, the others kept straight, by bisection.
 
-    An amplitude is held if after `duration` the peak bends of the last second (or beat) are within 0.5 deg of it.
+    An amplitude is held if after 5 s (and 8 beats) the peak bends of the last second (and beat) are within 0.5 deg of
+    it.
 
     Parameters
     ----------
@@ -292,18 +293,18 @@ def reach(
         Index of the joint group.
     frequency : float
         [Hz].
-    duration, fish_in, temperature, seed
+    fish_in, temperature, seed
         As for `posture_test`.
 
     Returns
     -------
     Reach
-        Amplitude to 0.25 deg; without limits if all that was tried is held.
+        Amplitude to 0.5 deg; without limits if all that was tried is held.
     """
     group = robot.joints[joint]
     low, high = 0.0, BEYOND * (group.bend_max or group.amplitude_max or math.radians(45))
     stopped: tuple[str, ...] = ()
-    trial = high
+    trial, duration = high, max(TRIAL, TRIAL_BEATS / frequency)
     while high - low > RESOLUTION:
         angle = [0.0] * len(robot.joints)
         angle[joint] = trial
