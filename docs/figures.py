@@ -48,7 +48,8 @@ from hypertuna.reproduce import Ledger, reproduce
 from hypertuna.reproduce_fit import bandwidth_table, coefficient_table
 from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table
-from hypertuna.reproduce_twin import limits_table, speed_table, tank_table
+from hypertuna.reproduce_twin import speed_table, tank_table
+from hypertuna.results_page import posture_table
 from hypertuna.steady import COLUMNS
 from hypertuna.swim import Swim, swim
 
@@ -359,7 +360,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "optimizers": lambda: of_report(method_table(ledger().optima), 2),
     "twin speeds": lambda: of_report(speed_table(ledger().twins, PAPER), 1),
     "twin amplitudes": lambda: of_report(tank_table(ledger().twins), 1),
-    "posture": lambda: of_report(limits_table(ledger().twins.posture), 2),
+    "posture": lambda: of_report(posture_table(ledger().twins.posture), 2),
     "Table V": lambda: of_report(robot_table(computed_among(ledger().trials)[0]), 2),
 }
 

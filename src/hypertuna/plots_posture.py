@@ -41,16 +41,19 @@ def plot_posture(test: PostureTest, *, example: float | None = None, width: floa
     frequencies = sorted({one.frequency for one in test.held})
     shown = example if example in frequencies else frequencies[min(1, len(frequencies) - 1)]
     rows = 3 if test.reach else 2
-    figure = Figure(figsize=(width, 2.0 * rows + 0.7), layout="constrained")
-    panels = figure.subplots(rows, len(joints), squeeze=False)
-    for column, joint in zip(panels.T, joints, strict=True):
+    beside = width > 6 and len(joints) > 1  # else one joint below the other
+    tall = rows if beside else rows * len(joints)
+    figure = Figure(figsize=(width, 2.0 * tall + 0.7), layout="constrained")
+    panels = figure.subplots(tall, len(joints) if beside else 1, squeeze=False)
+    columns = panels.T if beside else panels.reshape(len(joints), rows)
+    for column, joint in zip(columns, joints, strict=True):
         held = [one for one in test.held if one.joint == joint]
         _draw_bend(column[0], next(one for one in held if one.frequency == shown))
         _draw_errors(column[1], held)
         if test.reach:
             _draw_reach(column[2], test, joint)
-    handles, texts = panels[1, 0].get_legend_handles_labels()
-    figure.legend(handles, texts, loc="outside upper left", ncols=min(len(texts), 6), **TIGHT)
+    handles, texts = columns[0][1].get_legend_handles_labels()
+    figure.legend(handles, texts, loc="outside upper left", ncols=min(len(texts), 6 if width > 6 else 3), **TIGHT)
     return figure
 
 

@@ -17,10 +17,11 @@ from hypertuna.ledger import Finding
 from hypertuna.posture import CLOSE, Held, PostureTest, posture_test
 from hypertuna.published_swims import SPEEDS, WISHES, bandwidths
 from hypertuna.report import WIDTH, Part, Picture, Section, Table
+from hypertuna.results_page import posture_table, spelled_limits
 from hypertuna.twin import twin
 from hypertuna.twin_run import TwinRun
 
-__all__ = ["TWIN", "Twins", "findings", "limits_table", "run_published", "sections", "speed_table", "tank_table"]
+__all__ = ["TWIN", "Twins", "findings", "run_published", "sections", "speed_table", "tank_table"]
 
 Array = NDArray[np.float64]
 
@@ -199,7 +200,7 @@ def tank_table(twins: Twins) -> Table:
         for group, wished, made in zip(groups, run.gait.amplitude, run.amplitude, strict=True):
             lag = 1 / np.sqrt(1 + (run.gait.frequency / group.bandwidth) ** 2) if group.bandwidth else np.nan
             row += [f"{np.degrees(made):.1f}", f"{np.degrees(wished * lag):.1f}"]
-        rows.append([*row, f"{run.speed:.3f}", f"{run.cost_of_transport:.1f}", _spelled(run.limits)])
+        rows.append([*row, f"{run.speed:.3f}", f"{run.cost_of_transport:.1f}", spelled_limits(run.limits)])
     heads = [f"{group.name}: {what} [deg]" for group in groups for what in ("twin", "lag")]
     both = " and ".join(f"{angle:g}" for angle in np.degrees(twins.tank[0].gait.amplitude).round(9))
     return Table(
@@ -211,52 +212,23 @@ def tank_table(twins: Twins) -> Table:
     )
 
 
-def limits_table(test: PostureTest) -> Table:
-    """Tabulate settling and the largest amplitude by frequency.
-
-    Parameters
-    ----------
-    test : PostureTest
-
-    Returns
-    -------
-    Table
-    """
-    far = {(one.joint, one.frequency): one for one in test.reach}
-    rows: list[list[str | float]] = []
-    for one in test.held:
-        most = far[one.joint, one.frequency]
-        settles = "never" if one.settling is None else f"{one.settling:.2f}"
-        rows.append(
-            [f"{one.frequency:g} Hz", one.name, settles, f"{np.degrees(most.amplitude):.1f}", _spelled(most.limits)]
-        )
-    columns = ["frequency", "joint", "settles [s]", "holds up to [deg]", "then stopped by"]
-    shows = "When the peak bends have settled, the largest amplitude that is held within half a degree, and its limits."
-    return Table(columns, rows, shows, "In air; the largest amplitude by bisection to 0.5 deg.")
-
-
 def _swim(robot: Robot, gait: Gait) -> TwinRun:
     """Swim a gait until it has settled."""
     return twin(robot, gait, duration=SWIM, start="swimming")
-
-
-def _spelled(names: tuple[str, ...]) -> str:
-    """List names of limits; a dash for none."""
-    return ", ".join(name.replace("_", " ") for name in names) or "–"
 
 
 def _reached(run: TwinRun) -> str:
     """Say what amplitudes a run reached, and what kept it from more."""
     angles = " and ".join(f"{angle:.1f}" for angle in np.degrees(run.swing))
     wished = " and ".join(f"{angle:.4g}" for angle in np.degrees(run.gait.amplitude))
-    limits = f"; limits that acted: {_spelled(run.limits)}" if run.limits else ""
+    limits = f"; limits that acted: {spelled_limits(run.limits)}" if run.limits else ""
     return f"joints reach {angles} of {wished} deg{limits}"
 
 
 def _settling(one: Held) -> Finding:
     """Say when the peak bends of a joint have settled."""
     degrees = f"{np.degrees(CLOSE):g} deg"
-    held = f"; limits that acted: {_spelled(one.limits)}" if one.limits else ""
+    held = f"; limits that acted: {spelled_limits(one.limits)}" if one.limits else ""
     note = (
         f"joint {one.name} in air, {np.degrees(one.angle):g} deg set: end of the first beat from which every peak bend "
         f"is within {degrees}{held}"
@@ -343,7 +315,7 @@ def _posture_section(twins: Twins) -> Section:
 within 4 s at all drive frequencies, and faster at higher ones. In the twin the peak bends come within
 {np.degrees(CLOSE):g} deg and stay there at {count} of {len(slowest)} frequencies{settled}. Which joint the paper shows
 is not said; joint I cannot bend so far."""
-    return Section("Posture control, Fig. 8", [picture, text, limits_table(test)])
+    return Section("Posture control, Fig. 8", [picture, text, posture_table(test)])
 
 
 def _ratios(twins: Twins) -> dict[str, Array]:
