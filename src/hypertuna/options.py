@@ -36,6 +36,7 @@ __all__ = [
 
 MEDIA = ("water", "air")
 MILLI = 1e-3
+BORES = (1.0, 20.0)  # mm: oil hardly passes thinner lines, and wider ones swing faster than the twin steps
 GROUP = "one value per joint group, separated by commas"
 
 Name = Annotated[str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")]
@@ -165,8 +166,10 @@ def robot_of(name: str, line_bore: str | None) -> Robot:
     if line_bore is None:
         return fish
     bore = number(line_bore, "--line-bore", "mm")
-    if bore <= 0:
-        raise InputError("must be greater than 0", key="--line-bore", value=line_bore, fix="give it in mm")
+    low, high = BORES
+    if not low <= bore <= high:
+        fix = "give the inner diameter of the oil lines in mm"
+        raise InputError(f"must be from {low:g} to {high:g} mm", key="--line-bore", value=line_bore, fix=fix)
     document = fish.document()
     for k, joint in enumerate(document["joints"]):
         if "line" not in joint:
