@@ -196,7 +196,9 @@ T yielded(const SupervisorModel<T>& model, T pressure) {
 template <class T>
 void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fresh, T reading, T tick, T ease) {
     const T before = now.pressure, rate = now.servo.change / tick;
+    const T stiffness = T(1) / (model.soft + air_at(model.gas, before) / (T(one_atmosphere) + before));
     if (fresh) {
+        const T expected = before + stiffness * (now.moved + now.squeeze);
         const T swelling = air_at(model.gas_pump, reading) - air_at(model.gas_pump, now.reading);
         const T at_end = reading - model.line * (rate + swelling / tick);
         const T in_mean = T(0.5) * (reading + now.reading) - model.line * (now.moved + swelling) / tick;
@@ -204,12 +206,11 @@ void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fres
         now.flow = (reading - now.pressure) / model.line - rate;
         const T taken = yielded(model, now.pressure) - yielded(model, before) - now.moved - swelling;
         now.squeeze = clamp(taken, -model.draw, model.draw);
-        now.pressure = max(now.pressure, before - ease);
+        now.pressure = max(now.pressure, expected - ease);
         now.reading = reading;
     } else {
         now.flow = T(0);
         now.squeeze = max(now.squeeze, T(0));
-        const T stiffness = T(1) / (model.soft + air_at(model.gas, before) / (T(one_atmosphere) + before));
         now.pressure = before + stiffness * (now.moved + now.squeeze);
     }
     now.pressure = clamp(now.pressure, T(-0.9 * one_atmosphere), T(10 * one_atmosphere));
