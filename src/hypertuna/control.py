@@ -28,6 +28,7 @@ MAP_DEGREE = 5
 FLOOR = 0.2  # of the cavitation pressure: as low as the pump may draw its units to hold a bend at rest
 BEYOND = 1.2  # of a joint's largest bend under pressure: what control may ask for, to make up for losses
 BEND_STEP = 2.0  # of the fastest beat's largest change within a tick: what a sound bend sensor may show
+CAUTION = 1.15  # what the supervisor adds to its linear forecast of a step, for the air that stiffens on the way
 INSTANTS = 4  # within a tick, at which the supervisor predicts: as core safety.hpp
 FINE = 10  # steps of the prediction from one of them to the next
 
@@ -326,5 +327,6 @@ def _predict(
     # At each instant the time within its interval that a step of the target makes worst.
     worst = np.arange(INSTANTS), seen["step"][:, :, 2].argmax(axis=1)
     columns = {f"drop_by_{name}": states[..., 2][worst].tolist() for name, states in seen.items()}
-    moves = {f"move_by_{name}": seen[name][..., 0][worst].tolist() for name in ("rate", "step")}
-    return {**columns, **moves}
+    columns |= {f"move_by_{name}": seen[name][..., 0][worst].tolist() for name in ("rate", "step")}
+    more = {"drop_by_step": CAUTION, "move_by_step": CAUTION, "drop_by_flow": CAUTION**2}
+    return {name: [more.get(name, 1.0) * value for value in column] for name, column in columns.items()}
