@@ -44,14 +44,14 @@ struct Controller {
     PumpMap<T> map[most_circuits];
     SupervisorModel<T> circuit[most_circuits];
     T pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step, pressure_ease, pressure_trend;  // Pa
-    T current_low, current_high;                                                                // A
-    T rate_high, acceleration_high;                                                             // rad/s, m/s^2
-    T voltage_rated, voltage_low, voltage_least, voltage_most;                                  // V
-    T frequency_most;                                                                           // Hz
-    T fin_most;                                                                                 // rad
-    int timeout;                                                                                // ticks
-    T pulse_center, pulse_per_rad, pulse_least, pulse_most;                                     // s, s/rad
-    T slew;                                                                                     // rad per tick
+    T current_low, current_high;                                                                                // A
+    T rate_high, acceleration_high;                             // rad/s, m/s^2
+    T voltage_rated, voltage_low, voltage_least, voltage_most;  // V
+    T frequency_most;                                           // Hz
+    T fin_most;                                                 // rad
+    int timeout;                                                // ticks
+    T pulse_center, pulse_per_rad, pulse_least, pulse_most;     // s, s/rad
+    T slew;                                                     // rad per tick
 };
 
 template <class T>
@@ -91,7 +91,7 @@ struct ControllerState {
     PostureState<T> posture[most_joints];
     SupervisorState<T> circuit[most_circuits];
     Health<T> bend[most_joints], pressure[most_circuits], current[most_circuits], imu[6], voltage;
-    T supply;             // V believed
+    T supply;                  // V believed
     T bend_sent[most_joints];  // rad: bends that the pumps were last sent to
     T sent[most_servos];       // rad: last angles sent
 };
@@ -314,8 +314,7 @@ void tell_limits(const Controller<T>& model, const SupervisorState<T>& circuit, 
 
 /// Send a circuit's servo to an angle and follow it there.
 template <class T>
-void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c,
-                   T angle) {
+void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c, T angle) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
     send(model, state, output, c, angle);
@@ -408,7 +407,8 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         SupervisorModel<T>& circuit = m.circuit[c];
         visit("servo_rate", c, circuit.servo.rate), visit("servo_decay", c, circuit.servo.decay);
         visit("servo_speed", c, circuit.speed), visit("servo_stall", c, circuit.stall);
-        visit("line", c, circuit.line), visit("stiffness", c, circuit.stiffness), visit("fill", c, circuit.fill), visit("draw", c, circuit.draw), visit("belief", c, circuit.belief), visit("gas", c, circuit.gas);
+        visit("line", c, circuit.line), visit("stiffness", c, circuit.stiffness), visit("fill", c, circuit.fill),
+            visit("draw", c, circuit.draw), visit("belief", c, circuit.belief), visit("gas", c, circuit.gas);
         for (int k = 0; k < instants; ++k) {
             visit("by_rate", instants * c + k, circuit.by_rate[k]);
             visit("by_flow", instants * c + k, circuit.by_flow[k]);
@@ -417,7 +417,8 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
     }
     visit("pressure_soft", 0, m.pressure_soft), visit("pressure_hard", 0, m.pressure_hard);
     visit("pressure_low", 0, m.pressure_low), visit("pressure_high", 0, m.pressure_high);
-    visit("pressure_step", 0, m.pressure_step), visit("pressure_ease", 0, m.pressure_ease), visit("pressure_trend", 0, m.pressure_trend);
+    visit("pressure_step", 0, m.pressure_step), visit("pressure_ease", 0, m.pressure_ease),
+        visit("pressure_trend", 0, m.pressure_trend);
     visit("current_low", 0, m.current_low), visit("current_high", 0, m.current_high);
     visit("rate_high", 0, m.rate_high), visit("acceleration_high", 0, m.acceleration_high);
     visit("voltage_rated", 0, m.voltage_rated), visit("voltage_low", 0, m.voltage_low);
