@@ -177,7 +177,6 @@ def _constants(robot: Robot, control: Controller, tick: float) -> dict[str, list
         "pressure_high": sensor["pressure"][1],
         "pressure_step": control.pressure_step,
         "pressure_ease": control.pressure_ease,
-        "pressure_trend": control.pressure_trend,
         "current_low": sensor["current"][0],
         "current_high": sensor["current"][1],
         "rate_high": sensor["rate"][1],
@@ -278,11 +277,10 @@ def _supervisor(
     drop = at["resistance"] + at["loss"] * flow
     unit = max(at["oil_unit"], 0.0)
 
-    # Oil with its air from the fill to the soft limit: the secant of its isotherm.
+    # Oil with its air in the cylinder from the fill to the soft limit: the secant of its isotherm.
     low, high = _core.ATMOSPHERE + fill, _core.ATMOSPHERE + control.pressure_soft
-    gas = at["air"] * _core.ATMOSPHERE / (low * high) + 1 / at["bulk_modulus"]
-    pump, unit = at["oil_pump"] * gas, at["oil_unit"] * gas + at["compliance"]
-    by_rate, by_flow, by_step = _predict(loop, slope, drop, at["inertance"], pump, unit, tick)
+    pump = at["oil_pump"] * (at["air"] * _core.ATMOSPHERE / (low * high) + 1 / at["bulk_modulus"])
+    oil = at["oil_pump"] + at["oil_unit"]
     rate, decay = _follow(loop, tick)
     return {
         "servo_rate": [rate],
@@ -290,44 +288,45 @@ def _supervisor(
         "servo_speed": [at["speed"]],
         "servo_stall": [at["stall_torque"] / slope],
         "line": [drop * slope],
-        "stiffness": [slope / (pump + unit)],
         "fill": [fill],
-        "belief": [0.0],
         "draw": [(fill - at["cavitation"]) / (drop * slope) * tick],
-        "gas": [at["oil_pump"] * at["air"] / slope],
-        "by_rate": by_rate,
-        "by_flow": by_flow,
-        "by_step": by_step,
+        "gas": [oil * at["air"] / slope],
+        "gas_pump": [at["oil_pump"] * at["air"] / slope],
+        "soft": [(at["compliance"] + oil / at["bulk_modulus"]) / slope],
+        **_predict(loop, slope, drop, at["inertance"], pump, tick),
     }
 
 
 def _predict(
-    loop: float, slope: float, drop: float, inertance: float, pump: float, unit: float, tick: float
-) -> tuple[list[float], ...]:
-    """Pressure in the cylinder within a tick, over that in the units at its start: per servo rate, flow, step of target.
+    loop: float, slope: float, drop: float, inertance: float, pump: float, tick: float
+) -> dict[str, list[float]]:
+    """What a servo and a cylinder do within a tick while the pressure in the units holds: the worst by each instant.
 
-    Each is the largest value since the instant before. The joint is held, so this bounds what a free one does.
+    Servo moves, and pressure in the cylinder over that in the units, per servo rate, flow beyond it and step of target.
     """
     from scipy.linalg import expm
 
-    # States: servo angle, its rate, pressure in the cylinder, flow, pressure in the units, target.
-    rates = np.zeros((6, 6))
+    # States: servo angle, its rate, pressure in the cylinder over that in the units, flow, target.
+    rates = np.zeros((5, 5))
     rates[0, 1] = 1.0
-    rates[1, [0, 1, 5]] = -(loop**2), -2 * loop, loop**2
+    rates[1, [0, 1, 4]] = -(loop**2), -2 * loop, loop**2
     rates[2, [1, 3]] = slope / pump, -1 / pump
-    rates[3, [2, 3, 4]] = 1 / inertance, -drop / inertance, -1 / inertance
-    rates[4, 3] = 1 / unit
+    rates[3, [2, 3]] = 1 / inertance, -drop / inertance
     one = expm(rates * tick / (INSTANTS * FINE))
-    turning = np.array([0.0, 1.0, drop * slope, slope, 0.0, 0.0])  # the flow is in step with the servo
-    flowing = np.array([0.0, 0.0, drop * slope, slope, 0.0, 0.0])  # and what flows beyond that
-    stepped = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
-    seen = []
-    for state in (turning, flowing, stepped):
-        pressures = []
+    starts = {
+        "rate": np.array([0.0, 1.0, drop * slope, slope, 0.0]),  # the flow is in step with the servo
+        "flow": np.array([0.0, 0.0, drop * slope, slope, 0.0]),  # and what flows beyond that
+        "step": np.array([0.0, 0.0, 0.0, 0.0, 1.0]),
+    }
+    seen = {}
+    for name, state in starts.items():
+        states = []
         for _ in range(INSTANTS * FINE):
             state = one @ state
-            pressures.append(state[2])
-        seen.append(np.array(pressures).reshape(INSTANTS, FINE))
+            states.append(state)
+        seen[name] = np.array(states).reshape(INSTANTS, FINE, 5)
     # At each instant the time within its interval that a step of the target makes worst.
-    worst = seen[-1].argmax(axis=1)
-    return tuple(pressure[np.arange(INSTANTS), worst].tolist() for pressure in seen)
+    worst = np.arange(INSTANTS), seen["step"][:, :, 2].argmax(axis=1)
+    columns = {f"drop_by_{name}": states[..., 2][worst].tolist() for name, states in seen.items()}
+    moves = {f"move_by_{name}": seen[name][..., 0][worst].tolist() for name in ("rate", "step")}
+    return {**columns, **moves}

@@ -43,15 +43,15 @@ struct Controller {
     JointModel<T> joint[most_joints];
     PumpMap<T> map[most_circuits];
     SupervisorModel<T> circuit[most_circuits];
-    T pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step, pressure_ease, pressure_trend;  // Pa
-    T current_low, current_high;                                                                                // A
-    T rate_high, acceleration_high;                             // rad/s, m/s^2
-    T voltage_rated, voltage_low, voltage_least, voltage_most;  // V
-    T frequency_most;                                           // Hz
-    T fin_most;                                                 // rad
-    int timeout;                                                // ticks
-    T pulse_center, pulse_per_rad, pulse_least, pulse_most;     // s, s/rad
-    T slew;                                                     // rad per tick
+    T pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step, pressure_ease;  // Pa
+    T current_low, current_high;                                                                // A
+    T rate_high, acceleration_high;                                                             // rad/s, m/s^2
+    T voltage_rated, voltage_low, voltage_least, voltage_most;                                  // V
+    T frequency_most;                                                                           // Hz
+    T fin_most;                                                                                 // rad
+    int timeout;                                                                                // ticks
+    T pulse_center, pulse_per_rad, pulse_least, pulse_most;                                     // s, s/rad
+    T slew;                                                                                     // rad per tick
 };
 
 template <class T>
@@ -91,7 +91,7 @@ struct ControllerState {
     PostureState<T> posture[most_joints];
     SupervisorState<T> circuit[most_circuits];
     Health<T> bend[most_joints], pressure[most_circuits], current[most_circuits], imu[6], voltage;
-    T supply;                  // V believed
+    T supply;             // V believed
     T bend_sent[most_joints];  // rad: bends that the pumps were last sent to
     T sent[most_servos];       // rad: last angles sent
 };
@@ -119,8 +119,7 @@ ControllerState<T> init(const Controller<T>& model) {
     state.supply = model.voltage_rated;
     for (int c = 0; c < most_circuits; ++c) {
         state.oscillator[c] = c % 2 == 0 ? Oscillator<T>{T(0), T(-1)} : Oscillator<T>{T(0), T(1)};
-        state.circuit[c].air = model.circuit[c].gas * T(one_atmosphere) / (T(one_atmosphere) + model.circuit[c].fill);
-        state.circuit[c].pressure = state.circuit[c].measured = model.circuit[c].fill;
+        state.circuit[c].pressure = state.circuit[c].reading = model.circuit[c].fill;
     }
     return state;
 }
@@ -208,16 +207,17 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
     SupervisorState<T>& circuit = state.circuit[c];
     const T rate = circuit.servo.change / model.tick;
     const bool moving = T(0.2) < abs(rate);
-    const T expected = expected_pressure(supervisor, circuit, state.pressure[c].last, model.tick);
+    const T expected = expected_pressure(supervisor, circuit, model.tick);
     const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step}, state.pressure[c],
                                      reading, expected, moving);
     const bool fresh = verdict.usable && !(verdict.repeated && moving);
-    believe(supervisor, circuit, fresh, reading, model.tick, model.pressure_ease, model.pressure_trend);
+    believe(supervisor, circuit, fresh, reading, model.tick, model.pressure_ease);
     if (fresh && model.pressure_hard < reading) circuit.stopped = true;
     if (!verdict.usable) status.tell(Condition::pressure_fault, c);
     if (state.pressure[c].faulty) {
         status.tell(Condition::blind, c);
-        circuit.pressure = circuit.measured = supervisor.fill;
+        circuit.pressure = circuit.reading = supervisor.fill;
+        circuit.squeeze = circuit.flow = T(0);
     }
     if (circuit.stopped) status.tell(Condition::hard_stop, c);
 }
@@ -314,7 +314,8 @@ void tell_limits(const Controller<T>& model, const SupervisorState<T>& circuit, 
 
 /// Send a circuit's servo to an angle and follow it there.
 template <class T>
-void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c, T angle) {
+void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c,
+                   T angle) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
     send(model, state, output, c, angle);
@@ -407,18 +408,18 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         SupervisorModel<T>& circuit = m.circuit[c];
         visit("servo_rate", c, circuit.servo.rate), visit("servo_decay", c, circuit.servo.decay);
         visit("servo_speed", c, circuit.speed), visit("servo_stall", c, circuit.stall);
-        visit("line", c, circuit.line), visit("stiffness", c, circuit.stiffness), visit("fill", c, circuit.fill),
-            visit("draw", c, circuit.draw), visit("belief", c, circuit.belief), visit("gas", c, circuit.gas);
+        visit("line", c, circuit.line), visit("fill", c, circuit.fill), visit("draw", c, circuit.draw);
+        visit("gas", c, circuit.gas), visit("gas_pump", c, circuit.gas_pump), visit("soft", c, circuit.soft);
         for (int k = 0; k < instants; ++k) {
-            visit("by_rate", instants * c + k, circuit.by_rate[k]);
-            visit("by_flow", instants * c + k, circuit.by_flow[k]);
-            visit("by_step", instants * c + k, circuit.by_step[k]);
+            const int at = instants * c + k;
+            visit("move_by_rate", at, circuit.move_by_rate[k]), visit("move_by_step", at, circuit.move_by_step[k]);
+            visit("drop_by_rate", at, circuit.drop_by_rate[k]), visit("drop_by_flow", at, circuit.drop_by_flow[k]);
+            visit("drop_by_step", at, circuit.drop_by_step[k]);
         }
     }
     visit("pressure_soft", 0, m.pressure_soft), visit("pressure_hard", 0, m.pressure_hard);
     visit("pressure_low", 0, m.pressure_low), visit("pressure_high", 0, m.pressure_high);
-    visit("pressure_step", 0, m.pressure_step), visit("pressure_ease", 0, m.pressure_ease),
-        visit("pressure_trend", 0, m.pressure_trend);
+    visit("pressure_step", 0, m.pressure_step), visit("pressure_ease", 0, m.pressure_ease);
     visit("current_low", 0, m.current_low), visit("current_high", 0, m.current_high);
     visit("rate_high", 0, m.rate_high), visit("acceleration_high", 0, m.acceleration_high);
     visit("voltage_rated", 0, m.voltage_rated), visit("voltage_low", 0, m.voltage_low);

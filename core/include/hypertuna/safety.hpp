@@ -137,21 +137,22 @@ inline constexpr double one_atmosphere = 101325.0;  // Pa
 /// Instants within a tick, evenly spaced and the last one its end, at which the supervisor predicts the pressure.
 inline constexpr int instants = 4;
 
-/// What the supervisor knows of one circuit: a critically damped servo, the line, oil as stiff as at the soft limit.
+/// What the supervisor knows of one circuit: a critically damped servo, a line, oil with air in it. Volumes are servo
+/// angles: what the pump pushes out per radian is 1.
 template <class T>
 struct SupervisorModel {
-    Smoothing<T> servo;   // its position loop at one tick
-    T speed;              // rad/s without load, at the rated voltage
-    T stall;              // Pa at which it stalls, at the rated voltage
-    T line;               // Pa s/rad: pressure drop of the line per servo rate
-    T stiffness;          // Pa/rad: pressure per servo angle with the joint held fast
-    T fill;               // Pa: pressure at rest
-    T belief;             // Pa: least pressure that is believed in
-    T draw;               // rad per tick: drawing faster than this opens a cavity and moves no more oil
-    T gas;                // rad: what the air in the cylinder takes at atmospheric pressure
-    T by_rate[instants];  // Pa s/rad: pressure in the cylinder at each instant over that in the units, per servo rate
-    T by_flow[instants];  // Pa s/rad: the same per flow that the servo does not make
-    T by_step[instants];  // Pa/rad: the same per step of the target from the servo's angle
+    Smoothing<T> servo;  // its position loop at one tick
+    T speed;             // rad/s without load, at the rated voltage
+    T stall;             // Pa at which it stalls, at the rated voltage
+    T line;              // Pa s/rad: pressure drop of the line per flow
+    T fill;              // Pa: pressure at rest
+    T draw;              // rad per tick: drawing faster than this opens a cavity and moves no more oil
+    T gas, gas_pump;     // rad: the air in the whole circuit and in its cylinder, at atmospheric pressure
+    T soft;              // rad/Pa: what oil, hoses and fittings give
+    // At each instant: the servo's move per rate [s] and per step of the target [1], and the pressure in the cylinder
+    // over that in the units per servo rate, per flow beyond it [Pa s/rad] and per step [Pa/rad].
+    T move_by_rate[instants], move_by_step[instants];
+    T drop_by_rate[instants], drop_by_flow[instants], drop_by_step[instants];
 };
 
 /// What it believes.
@@ -160,13 +161,11 @@ struct SupervisorState {
     Follower<T> servo;  // rad, rad per tick: where the servo is
     T moved;            // rad: by how much it turned within the last tick
     T turned;           // rad per tick: by how much its rate changed
-    T swelling;         // rad per tick: flow out of the cylinder that its air makes by expanding
-    T air;              // rad: what the air in it takes
     T target;           // rad: its last command
     T reading;          // Pa: last one that was believed
-    T measured;         // Pa: in the units, by the last reading
-    T pressure;         // Pa: in the units, as high as it may be
-    T trend;            // Pa: what others than the own pump raised it by within the last tick
+    T flow;             // rad/s: flow out of the cylinder beyond the servo's
+    T pressure;         // Pa: in the units
+    T squeeze;          // rad: volume that bending took from the units within the last tick
     bool stopped;       // released by the hard limit
 };
 
@@ -174,49 +173,70 @@ struct SupervisorState {
 template <class T>
 Follower<T> turn_servo(const SupervisorModel<T>& model, const Follower<T>& now, T target, T most) {
     const Follower<T> free = follow(model.servo, now, target);
-    return {now.value + max(-most, min(most, free.value - now.value)), max(-most, min(most, free.change))};
+    return {now.value + clamp(free.value - now.value, -most, most), clamp(free.change, -most, most)};
 }
 
-/// Take in a pressure reading, less what the line drops: the flow there is the servo's and that of the air in the
-/// cylinder, which soaks up the first of each push. Where there is no reading, the joint is taken as held fast: then no
-/// push can raise the pressure above what is believed. Belief rises at once, but falls no faster than the pump draws
-/// back, and `ease`; and never below `belief`: a cylinder that draws hard shows nothing of its units.
-///
-/// What the pressure rose beyond the own pump's part is the other pump and the tail's swing: it goes on for a tick.
+/// Air of this volume at one atmosphere under a pressure (isothermal).
 template <class T>
-void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fresh, T reading, T tick, T ease,
-             T most_trend) {
-    const T before = now.pressure, push = model.stiffness * now.moved;
+T air_at(T gas, T pressure) {
+    return gas * T(one_atmosphere) / max(T(0.05 * one_atmosphere), T(one_atmosphere) + pressure);
+}
+/// Volume that a circuit gives to a pressure: its air is compressed, the rest yields linearly.
+template <class T>
+T yielded(const SupervisorModel<T>& model, T pressure) {
+    return model.soft * pressure - air_at(model.gas, pressure);
+}
+
+/// Take in a pressure reading. The units stand at the reading less what the line drops, where the flow is the servo's
+/// and that of the air in the cylinder, which soaks up the first of each push: now, or over the last tick, whichever says
+/// more. What volume the units lost beyond what the pump pushed in, the bending joint took from them: a tail that swings
+/// will go on doing so for a tick.
+///
+/// Where there is no reading the joint is taken as held fast, and pushed oil finds no room but its own compression.
+template <class T>
+void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fresh, T reading, T tick, T ease) {
+    const T before = now.pressure, rate = now.servo.change / tick;
     if (fresh) {
-        const T air = model.gas * T(one_atmosphere) / max(T(0.05 * one_atmosphere), T(one_atmosphere) + reading);
-        now.swelling = air - now.air;
-        now.air = air;
-        const T measured = reading - model.line * (now.servo.change + now.swelling) / tick;
-        now.trend = clamp(measured - now.measured - push, T(0), most_trend);
+        const T swelling = air_at(model.gas_pump, reading) - air_at(model.gas_pump, now.reading);
+        const T at_end = reading - model.line * (rate + swelling / tick);
+        const T in_mean = T(0.5) * (reading + now.reading) - model.line * (now.moved + swelling) / tick;
+        now.pressure = max(at_end, in_mean);
+        now.flow = (reading - now.pressure) / model.line - rate;
+        const T taken = yielded(model, now.pressure) - yielded(model, before) - now.moved - swelling;
+        now.squeeze = clamp(taken, -model.draw, model.draw);
+        now.pressure = max(now.pressure, before - ease);
         now.reading = reading;
-        now.measured = measured;
-        now.pressure = max(measured, max(model.belief, before + min(push, T(0)) - ease));
     } else {
-        now.swelling = T(0);
-        now.measured += push + now.trend;
-        now.pressure = max(model.belief, before + push + now.trend);
+        now.flow = T(0);
+        now.squeeze = max(now.squeeze, T(0));
+        const T stiffness = T(1) / (model.soft + air_at(model.gas, before) / (T(one_atmosphere) + before));
+        now.pressure = before + stiffness * (now.moved + now.squeeze);
     }
+    now.pressure = clamp(now.pressure, T(-0.9 * one_atmosphere), T(10 * one_atmosphere));
 }
 
 /// What the cylinder should show now, where no more happened than the own pump did.
 template <class T>
-T expected_pressure(const SupervisorModel<T>& model, const SupervisorState<T>& now, T last, T tick) {
-    return last + model.stiffness * now.moved + model.line * now.turned / tick;
+T expected_pressure(const SupervisorModel<T>& model, const SupervisorState<T>& now, T tick) {
+    return now.reading + model.line * now.turned / tick;
 }
 
-/// The furthest target that keeps the cylinder below `limit` until the next tick, with the joint held fast.
+/// The furthest target that keeps the cylinder below `limit` until the next tick.
+///
+/// The units' pressure goes along the secant from now to the limit: air is stiffer the more it is compressed, so this is
+/// never too low. Everything is linear in the step of the target then, at every instant.
 template <class T>
 T furthest(const SupervisorModel<T>& model, const SupervisorState<T>& now, T limit, T tick) {
-    const T room = limit - now.pressure - now.trend, rate = now.servo.change / tick, flow = now.swelling / tick;
+    const T room = limit - now.pressure, rate = now.servo.change / tick;
+    const T span = max(room, T(0.1) * limit);
+    const T stiffness = span / (yielded(model, now.pressure + span) - yielded(model, now.pressure));
     T step = T(0);
     for (int k = 0; k < instants; ++k) {
-        const T left = (room - model.by_rate[k] * rate - model.by_flow[k] * flow) / model.by_step[k];
-        step = k == 0 ? left : min(step, left);
+        const T squeezed = now.squeeze * (T(k + 1) / T(instants));
+        const T left = room - stiffness * (model.move_by_rate[k] * rate + squeezed) - model.drop_by_rate[k] * rate -
+                       model.drop_by_flow[k] * now.flow;
+        const T most = left / (stiffness * model.move_by_step[k] + model.drop_by_step[k]);
+        step = k == 0 ? most : min(step, most);
     }
     return now.servo.value + (now.reading < limit ? max(step, T(0)) : step);
 }
