@@ -12,6 +12,7 @@ import io
 import math
 import os
 import re
+import runpy
 import shlex
 import shutil
 import sys
@@ -48,6 +49,8 @@ from hypertuna.reproduce import Ledger, reproduce
 from hypertuna.reproduce_fit import bandwidth_table, coefficient_table
 from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table
+from hypertuna.reproduce_twin import speed_table, tank_table
+from hypertuna.results_page import posture_table
 from hypertuna.steady import COLUMNS
 from hypertuna.swim import Swim, swim
 
@@ -111,7 +114,7 @@ def ledger_table() -> str:
     return rows(["number", "model", "verdict", "published", "computed", "unit"], body, left=3)
 
 
-def speed_table() -> str:
+def speeds_table() -> str:
     """Tabulate the eight speeds, computed beside published."""
     models = MODELS[:2]
     body = []
@@ -228,7 +231,7 @@ def range_table() -> str:
         (f"{cells} × {charge:.1f} Ah × {battery.voltage} V", cells * charge * battery.voltage),
     )
     body = [[text, f"{energy:.1f}", f"{energy * 3.6 / (cost * FISH.body.mass):.2f}"] for text, energy in cases]
-    body.append(["published", "", f"{told('range/claimed'):.2f}"])
+    body.append(["published", "", f"{told('range/battery'):.2f}"])
     return rows(["battery", "energy [Wh]", "range [km]"], body)
 
 
@@ -343,7 +346,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "manifest example": lambda: quoted("tank/tank.toml", "toml"),
     "manifest keys": manifest_keys,
     "ledger": ledger_table,
-    "speeds": speed_table,
+    "speeds": speeds_table,
     "errors": error_table,
     "sections": section_table,
     "cost of transport": cost_table,
@@ -356,6 +359,9 @@ TABLES: dict[str, Callable[[], str]] = {
     "bandwidth": lambda: of_report(bandwidth_table(ledger().fits, PAPER)),
     "Table IV": lambda: of_report(gait_table(ledger().optima, ledger().trials), 2),
     "optimizers": lambda: of_report(method_table(ledger().optima), 2),
+    "twin speeds": lambda: of_report(speed_table(ledger().twins, PAPER), 1),
+    "twin amplitudes": lambda: of_report(tank_table(ledger().twins), 1),
+    "posture": lambda: of_report(posture_table(ledger().twins.posture), 2),
     "Table V": lambda: of_report(robot_table(computed_among(ledger().trials)[0]), 2),
 }
 
@@ -458,6 +464,12 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/convergence.svg": lambda: plot_convergence([optimum(MODELS[1], m, speed=0.4) for m in METHODS]),
     "docs/minnow.svg": lambda: draw(load(ROOT / "examples/minnow.toml")),
 }
+
+# Other pages have a module of their own.
+for part in ("figures_actuator.py",):
+    made = runpy.run_path(str(ROOT / "docs" / part))
+    TABLES |= made["TABLES"]
+    PICTURES |= made["PICTURES"]
 
 # --- pages
 

@@ -245,7 +245,7 @@ def _print_table(console: Console, cases: list[Size]) -> None:
     for temperature in temperatures:
         viscosity = known[bores[0], temperature].viscosity * 1e6
         head = f"{temperature - ZERO_CELSIUS:.3g} C\n{viscosity:.3g} mm^2/s"
-        table.add_column(Text(head, justify="right"), justify="right")
+        table.add_column(Text(head, justify="right"), justify="right", no_wrap=True)
     for bore in bores:
         row = (known[bore, temperature] for temperature in temperatures)
         table.add_row(f"{bore * 1e3:.3g}", *(_cell(size) for size in row))
@@ -255,4 +255,4 @@ def _print_table(console: Console, cases: list[Size]) -> None:
 def _cell(size: Size) -> str:
     """Tell a case in a few letters."""
     letters = "".join(LETTERS[name] for name in size.limits)
-    return f"{math.degrees(size.amplitude):.3g} ({size.corner:.2g}) {letters:3}"
+    return f"{math.degrees(size.amplitude):.1f}{letters} ({size.corner:.2g})"

@@ -265,9 +265,7 @@ def _water_load(robot: Robot, frequency: float) -> Array:
     return np.array([abs(moment).max() for moment in moments])
 
 
-def _supervisor(
-    control: Controller, found: Circuits, circuit: int, fill: float, tick: float
-) -> dict[str, list[float]]:
+def _supervisor(control: Controller, found: Circuits, circuit: int, fill: float, tick: float) -> dict[str, list[float]]:
     """Servo, line and oil of a circuit with its joint held, as the pressure supervisor predicts them."""
     at = {name: float(found.column(name)[circuit]) for name in found.columns}
     angles = np.linspace(-0.5, 0.5, 51)
