@@ -130,15 +130,14 @@ PlantState<S, D> plant_rate(const Plant<S, Law, D>& plant, const PlantState<S, D
     return rate;
 }
 
-/// One step of fourth-order Runge-Kutta; `seen` gets what its start shows.
+/// One step of fourth-order Runge-Kutta; `seen` gets what its start and its middle show.
 template <class S, class Law, int D>
 PlantState<S, D> plant_step(const Plant<S, Law, D>& plant, const PlantState<S, D>& at,
-                            const ServoTargets<S, D>& targets, const S& step, PlantOutput<S, D>& seen) {
-    bool first = true;
+                            const ServoTargets<S, D>& targets, const S& step, PlantOutput<S, D> (&seen)[2]) {
+    int stage = 0;
     return runge_kutta_4(step, at, [&](int, const PlantState<S, D>& now) {
-        PlantOutput<S, D>* out = first ? &seen : nullptr;
-        first = false;
-        return plant_rate(plant, now, targets, out);
+        PlantOutput<S, D>* const shown[4] = {&seen[0], nullptr, &seen[1], nullptr};
+        return plant_rate(plant, now, targets, shown[stage++]);
     });
 }
 
