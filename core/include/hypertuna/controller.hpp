@@ -217,7 +217,7 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
     if (state.pressure[c].faulty) {
         status.tell(Condition::blind, c);
         circuit.pressure = circuit.reading = supervisor.fill;
-        circuit.squeeze = circuit.swelling = T(0);
+        circuit.squeeze = circuit.flow = T(0);
     }
     if (circuit.stopped) status.tell(Condition::hard_stop, c);
 }

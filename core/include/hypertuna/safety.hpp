@@ -163,7 +163,7 @@ struct SupervisorState {
     T turned;           // rad per tick: by how much its rate changed
     T target;           // rad: its last command
     T reading;          // Pa: last one that was believed
-    T swelling;         // rad: oil that the air in the cylinder pushed out within the last tick
+    T flow;             // rad/s: flow out of the cylinder beyond the servo's
     T pressure;         // Pa: in the units
     T squeeze;          // rad: volume that bending took from the units within the last tick
     bool stopped;       // released by the hard limit
@@ -188,22 +188,26 @@ T yielded(const SupervisorModel<T>& model, T pressure) {
 }
 
 /// Take in a pressure reading. The units stand at the reading less what the line drops, where the flow is the servo's
-/// and that of the air in the cylinder, which soaks up the first of each push. What volume the units then lost beyond
-/// what the pump pushed in, the bending joint took from them: a tail that swings will go on doing so for a tick.
+/// and that of the air in the cylinder, which soaks up the first of each push: now, or over the last tick, whichever says
+/// more. What volume the units lost beyond what the pump pushed in, the bending joint took from them: a tail that swings
+/// will go on doing so for a tick.
 ///
 /// Where there is no reading the joint is taken as held fast, and pushed oil finds no room but its own compression.
 template <class T>
 void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fresh, T reading, T tick, T ease) {
-    const T before = now.pressure;
+    const T before = now.pressure, rate = now.servo.change / tick;
     if (fresh) {
-        now.swelling = air_at(model.gas_pump, reading) - air_at(model.gas_pump, now.reading);
-        now.pressure = reading - model.line * (now.servo.change + now.swelling) / tick;
-        const T taken = yielded(model, now.pressure) - yielded(model, before) - now.moved;
+        const T swelling = air_at(model.gas_pump, reading) - air_at(model.gas_pump, now.reading);
+        const T at_end = reading - model.line * (rate + swelling / tick);
+        const T in_mean = T(0.5) * (reading + now.reading) - model.line * (now.moved + swelling) / tick;
+        now.pressure = max(at_end, in_mean);
+        now.flow = (reading - now.pressure) / model.line - rate;
+        const T taken = yielded(model, now.pressure) - yielded(model, before) - now.moved - swelling;
         now.squeeze = clamp(taken, -model.draw, model.draw);
         now.pressure = max(now.pressure, before - ease);
         now.reading = reading;
     } else {
-        now.swelling = T(0);
+        now.flow = T(0);
         now.squeeze = max(now.squeeze, T(0));
         const T stiffness = T(1) / (model.soft + air_at(model.gas, before) / (T(one_atmosphere) + before));
         now.pressure = before + stiffness * (now.moved + now.squeeze);
@@ -223,14 +227,14 @@ T expected_pressure(const SupervisorModel<T>& model, const SupervisorState<T>& n
 /// never too low. Everything is linear in the step of the target then, at every instant.
 template <class T>
 T furthest(const SupervisorModel<T>& model, const SupervisorState<T>& now, T limit, T tick) {
-    const T room = limit - now.pressure, rate = now.servo.change / tick, flow = now.swelling / tick;
+    const T room = limit - now.pressure, rate = now.servo.change / tick;
     const T span = max(room, T(0.1) * limit);
     const T stiffness = span / (yielded(model, now.pressure + span) - yielded(model, now.pressure));
     T step = T(0);
     for (int k = 0; k < instants; ++k) {
         const T squeezed = now.squeeze * (T(k + 1) / T(instants));
         const T left = room - stiffness * (model.move_by_rate[k] * rate + squeezed) - model.drop_by_rate[k] * rate -
-                       model.drop_by_flow[k] * flow;
+                       model.drop_by_flow[k] * now.flow;
         const T most = left / (stiffness * model.move_by_step[k] + model.drop_by_step[k]);
         step = k == 0 ? most : min(step, most);
     }
