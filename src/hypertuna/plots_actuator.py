@@ -35,7 +35,7 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend], *, width: float = WIDTH) -> 
     matplotlib.figure.Figure
         With the largest bend of the robot's description as a cross.
     """
-    figure = Figure(figsize=(width, 0.55 * width), layout="constrained")
+    figure = Figure(figsize=(width, 0.4 * width + 1.4), layout="constrained")
     axes = figure.subplots()
     pressure = bend.pressure / 1e3
     angles = np.degrees([found.angle for found in sets.values()])
