@@ -286,8 +286,8 @@ def reach(
     """Find the largest amplitude that a joint group holds at a frequency, the others kept straight.
 
     An amplitude is held if in a run of 8 s (and 8 beats) the mean peak bend of the last second (and beat) is within
-    0.5 deg of it. The largest bend of the description is asked first, then what was reached, and so on down to one that is held; between
-    that one and the last that was not, it is sought by bisection.
+    0.5 deg of it. The largest bend of the description is asked first, then what was reached, and so on down to one that
+    is held; between that one and the last that was not, it is sought by bisection.
 
     Parameters
     ----------
