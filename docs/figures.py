@@ -510,7 +510,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
 }
 
 # Other pages have a module of their own.
-for part in ("figures_actuator.py",):
+for part in ("figures_actuator.py", "figures_bench.py"):
     made = runpy.run_path(str(ROOT / "docs" / part))
     TABLES |= made["TABLES"]
     PICTURES |= made["PICTURES"]
