@@ -90,6 +90,8 @@ struct ControllerState {
     Oscillator<T> oscillator[most_circuits];            // of each circuit; the two of a joint in antiphase
     PostureState<T> posture[most_joints];
     SupervisorState<T> circuit[most_circuits];
+    T allowed[most_joints];  // part of the amplitude that the pressures of the last beats allow
+    T peak[most_joints];     // Pa: largest pressure read in the beat so far
     Health<T> bend[most_joints], pressure[most_circuits], current[most_circuits], imu[6], voltage;
     T supply;             // V believed
     T bend_sent[most_joints];  // rad: bends that the pumps were last sent to
@@ -117,6 +119,7 @@ ControllerState<T> init(const Controller<T>& model) {
     ControllerState<T> state{};
     state.age = model.timeout + 1;
     state.supply = model.voltage_rated;
+    for (int j = 0; j < most_joints; ++j) state.allowed[j] = T(1);
     for (int c = 0; c < most_circuits; ++c) {
         state.oscillator[c] = c % 2 == 0 ? Oscillator<T>{T(0), T(-1)} : Oscillator<T>{T(0), T(1)};
         state.circuit[c].pressure = state.circuit[c].reading = model.circuit[c].fill;
@@ -129,6 +132,12 @@ template <class T>
 void take(T& kept, T value, T low, T high, Status& status) {
     if (is_finite(value)) kept = clamp(value, low, high);
     if (!(low <= value && value <= high)) status.tell(Condition::bad_command);
+}
+
+/// Amplitude that a joint with a blind circuit may have: where its model's pressure stays below the soft limit.
+template <class T>
+T safe_amplitude(const JointModel<T>& joint, T frequency) {
+    return T(1) / (joint.safe_static + frequency * (joint.safe_rate + frequency * joint.safe_square));
 }
 
 template <class T>
@@ -144,6 +153,11 @@ void take_command(const Controller<T>& model, ControllerState<T>& state, const C
             take(wish.bias[j], command.bias[j], -model.joint[j].amplitude, model.joint[j].amplitude, status);
         }
         for (int k = 0; k < 2; ++k) take(wish.fin[k], command.fin[k], -model.fin_most, model.fin_most, status);
+        for (int j = 0; j < model.joints; ++j) {
+            const T safe = safe_amplitude(model.joint[j], wish.frequency);
+            if (state.amplitude[j].value < safe && safe < wish.amplitude[j])
+                state.allowed[j] = min(state.allowed[j], safe / wish.amplitude[j]);
+        }
         // Arming anew, not staying armed, gives a stopped circuit back.
         if (command.armed && !state.armed)
             for (int c = 0; c < 2 * model.joints; ++c) state.circuit[c].stopped = false;
@@ -174,27 +188,29 @@ SinCos<T> generate(const Controller<T>& model, ControllerState<T>& state, bool a
     return turn;
 }
 
-/// Amplitude that a joint with a blind circuit may have: where its model's pressure stays below the soft limit.
+/// Whether a circuit's servo moves, so that its joint's sensors must show it.
 template <class T>
-T safe_amplitude(const JointModel<T>& joint, T frequency) {
-    return T(1) / (joint.safe_static + frequency * (joint.safe_rate + frequency * joint.safe_square));
+bool moves(const Controller<T>& model, const SupervisorState<T>& circuit) {
+    return T(0.2) * model.tick < abs(circuit.servo.change);
 }
 
-/// Bends, pressures, currents, IMU and battery: believe what can be believed.
+/// Currents, IMU and battery: they steer nothing but the voltage, which the servos' speed depends on.
 template <class T>
 void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, Status& status) {
-    const auto plain = [](Health<T>& health, T reading, T low, T high) {
-        return judge({low, high, high - low}, health, reading, reading, false).usable;
+    bool moving = false;
+    for (int c = 0; c < 2 * model.joints; ++c) moving = moving || moves(model, state.circuit[c]);
+    const auto plain = [&](Health<T>& health, T reading, T low, T high, T part) {
+        return judge({low, high, part * (high - low), repeats_slow}, health, reading, health.last, moving).usable;
     };
     for (int c = 0; c < 2 * model.joints; ++c)
-        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high))
+        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(1)))
             status.tell(Condition::current_fault, c);
     for (int k = 0; k < 6; ++k) {
         const T most = k < 3 ? model.rate_high : model.acceleration_high;
         const T reading = k < 3 ? readings.rate[k] : readings.acceleration[k - 3];
-        if (!plain(state.imu[k], reading, -most, most)) status.tell(Condition::imu_fault);
+        if (!plain(state.imu[k], reading, -most, most, T(0.2))) status.tell(Condition::imu_fault);
     }
-    const bool voltage = plain(state.voltage, readings.voltage, model.voltage_least, model.voltage_most);
+    const bool voltage = plain(state.voltage, readings.voltage, model.voltage_least, model.voltage_most, T(0.2));
     if (voltage) state.supply += T(0.1) * (readings.voltage - state.supply);
     if (!voltage) status.tell(Condition::battery_fault);
     if (state.supply < model.voltage_low) status.tell(Condition::low_voltage);
@@ -205,21 +221,32 @@ template <class T>
 void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, Status& status) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
-    const T rate = circuit.servo.change / model.tick;
-    const bool moving = T(0.2) < abs(rate);
-    const T expected = expected_pressure(supervisor, circuit, model.tick);
-    const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step}, state.pressure[c],
-                                     reading, expected, moving);
+    const bool moving = moves(model, circuit);
+    const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast},
+                                     state.pressure[c], reading, state.pressure[c].last, moving);
     const bool fresh = verdict.usable && !(verdict.repeated && moving);
-    believe(supervisor, circuit, fresh, reading, model.tick, model.pressure_ease);
+    if (fresh) {
+        circuit.pressure = reading;
+        state.peak[c / 2] = max(state.peak[c / 2], reading);
+    }
     if (fresh && model.pressure_hard < reading) circuit.stopped = true;
     if (!verdict.usable) status.tell(Condition::pressure_fault, c);
     if (state.pressure[c].faulty) {
         status.tell(Condition::blind, c);
-        circuit.pressure = circuit.reading = supervisor.fill;
-        circuit.squeeze = circuit.flow = T(0);
+        circuit.pressure = supervisor.fill;
     }
     if (circuit.stopped) status.tell(Condition::hard_stop, c);
+}
+
+/// End of a beat: its largest pressure tells by how much the next one may be wider, or must be narrower.
+template <class T>
+void govern(const Controller<T>& model, ControllerState<T>& state, int j) {
+    if (state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty) return;
+    const T fill = model.circuit[2 * j].fill, room = T(0.92) * model.pressure_soft - fill;
+    const T part = room / max(state.peak[j] - fill, T(0.1) * room);
+    const T change = T(1) < part ? min(T(1) + T(0.5) * (part - T(1)), T(1.1)) : max(part, T(0.6));
+    state.allowed[j] = clamp(state.allowed[j] * change, T(0.05), T(1));
+    state.peak[j] = fill;
 }
 
 /// One tick of a joint's posture control; at the end of its beat the PID sets the corrections anew.
@@ -231,9 +258,9 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     const T turns = state.frequency.value * model.tick;
     const LowPass<T> filter = low_pass(model.posture, max(turns, T(1e-4)), turn);
     const T set = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
-    const bool moving = T(0.2) < abs(state.circuit[2 * j].servo.change / model.tick);
-    const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step}, state.bend[j], reading,
-                                     state.bend[j].seen ? state.bend[j].last : reading, moving);
+    const bool moving = moves(model, state.circuit[2 * j]);
+    const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast},
+                                     state.bend[j], reading, state.bend[j].last, moving);
     look(posture.wanted, filter.weight, set);
     if (verdict.usable) look(posture.measured, filter.weight, reading);
     ++posture.ticks;
@@ -243,13 +270,14 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
         posture.set = close_beat(posture.wanted, filter.gain);
         posture.seen = close_beat(posture.measured, filter.gain);
         const bool heard = T(posture.missing) <= model.posture.missing * T(posture.ticks);
-        const bool held = T(posture.limited) > model.posture.limited * T(posture.ticks);
+        const bool held = T(posture.limited) > model.posture.limited * T(posture.ticks) || state.allowed[j] < T(1);
         if (heard && state.armed) {
             posture.amplitude = correct(model.posture, posture.amplitude,
                                         posture.set.amplitude - posture.seen.amplitude, held, joint.reach);
             posture.bias =
                 correct(model.posture, posture.bias, posture.set.bias - posture.seen.bias, held, joint.reach);
         }
+        govern(model, state, j);
         posture.ticks = posture.missing = posture.limited = 0;
     }
     if (state.bend[j].faulty) status.tell(Condition::open_loop, j);
@@ -274,14 +302,16 @@ void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutpu
 /// Bend that is asked of a joint, within what its pumps reach: half the difference of what its two oscillators put out.
 template <class T>
 T asked_bend(const Controller<T>& model, const ControllerState<T>& state, int j, Status& status) {
-    const T amplitude = max(T(0), state.amplitude[j].value + state.more[j].value);
+    const T amplitude = state.allowed[j] * max(T(0), state.amplitude[j].value + state.more[j].value);
     const T swing = T(0.5) * (state.oscillator[2 * j].x - state.oscillator[2 * j + 1].x);
     const T wanted = state.bias[j].value + state.aside[j].value + amplitude * swing;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
     if (bend != wanted) status.tell(Condition::amplitude_limit, j);
-    const bool blind = state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty;
-    const T safe = safe_amplitude(model.joint[j], state.frequency.value);
-    return blind ? clamp(bend, -safe, safe) : bend;
+    if (!state.pressure[2 * j].faulty && !state.pressure[2 * j + 1].faulty) return bend;
+    // Blind: no wider than is safe, and no faster than such a beat goes.
+    const T frequency = state.frequency.value, safe = safe_amplitude(model.joint[j], frequency);
+    const T last = state.bend_sent[j], most = safe * (T(2 * pi) * frequency + T(1)) * model.tick;
+    return clamp(clamp(bend, -safe, safe), last - most, last + most);
 }
 
 /// Range of servo angles that the pressures of a circuit allow until the next tick.
@@ -291,8 +321,10 @@ struct Allowed {
 };
 template <class T>
 Allowed<T> supervise(const Controller<T>& model, const ControllerState<T>& state, int c) {
-    return {state.circuit[c].target - model.circuit[c].draw,
-            furthest(model.circuit[c], state.circuit[c], model.pressure_soft, model.tick)};
+    const SupervisorState<T>& circuit = state.circuit[c];
+    const T over = (circuit.pressure - model.pressure_soft) / (model.pressure_hard - model.pressure_soft);
+    const T most = over < T(0) ? T(1e3) : circuit.target - min(over, T(1)) * model.slew;
+    return {circuit.target - model.circuit[c].draw, most};
 }
 
 /// How far a circuit may go on its way from one angle to another, as a part of it.
