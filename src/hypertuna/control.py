@@ -28,6 +28,8 @@ MAP_DEGREE = 5
 FLOOR = 0.2  # of the cavitation pressure: as low as the pump may draw its units to hold a bend at rest
 BEYOND = 1.2  # of a joint's largest bend under pressure: what control may ask for, to make up for losses
 BEND_STEP = 2.0  # of the fastest beat's largest change within a tick: what a sound bend sensor may show
+CAUTION = 1.15  # what the supervisor adds to its linear forecast of a step, for the air that stiffens on the way
+GROWTH = 0.5  # of the first-order push that the line alone would allow: how much longer a push may be each tick
 INSTANTS = 4  # within a tick, at which the supervisor predicts: as core safety.hpp
 FINE = 10  # steps of the prediction from one of them to the next
 
@@ -290,6 +292,7 @@ def _supervisor(control: Controller, found: Circuits, circuit: int, fill: float,
         "draw": [(fill - at["cavitation"]) / (drop * slope) * tick],
         "gas": [oil * at["air"] / slope],
         "gas_pump": [at["oil_pump"] * at["air"] / slope],
+        "grow": [GROWTH * (control.pressure_soft - fill) / (drop * slope * loop)],
         "soft": [(at["compliance"] + oil / at["bulk_modulus"]) / slope],
         **_predict(loop, slope, drop, at["inertance"], pump, tick),
     }
@@ -326,5 +329,6 @@ def _predict(
     # At each instant the time within its interval that a step of the target makes worst.
     worst = np.arange(INSTANTS), seen["step"][:, :, 2].argmax(axis=1)
     columns = {f"drop_by_{name}": states[..., 2][worst].tolist() for name, states in seen.items()}
-    moves = {f"move_by_{name}": seen[name][..., 0][worst].tolist() for name in ("rate", "step")}
-    return {**columns, **moves}
+    columns |= {f"move_by_{name}": seen[name][..., 0][worst].tolist() for name in ("rate", "step")}
+    more = {"drop_by_step": CAUTION, "move_by_step": CAUTION, "drop_by_flow": CAUTION**2}
+    return {name: [more.get(name, 1.0) * value for value in column] for name, column in columns.items()}

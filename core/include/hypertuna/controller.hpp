@@ -180,21 +180,29 @@ T safe_amplitude(const JointModel<T>& joint, T frequency) {
     return T(1) / (joint.safe_static + frequency * (joint.safe_rate + frequency * joint.safe_square));
 }
 
-/// Bends, pressures, currents, IMU and battery: believe what can be believed.
+/// Whether a circuit's servo moves, so that its joint's sensors must show it.
+template <class T>
+bool moves(const Controller<T>& model, const SupervisorState<T>& circuit) {
+    return T(0.2) * model.tick < abs(circuit.servo.change);
+}
+
+/// Currents, IMU and battery: they steer nothing but the voltage, which the servos' speed depends on.
 template <class T>
 void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, Status& status) {
-    const auto plain = [](Health<T>& health, T reading, T low, T high) {
-        return judge({low, high, high - low}, health, reading, reading, false).usable;
+    bool moving = false;
+    for (int c = 0; c < 2 * model.joints; ++c) moving = moving || moves(model, state.circuit[c]);
+    const auto plain = [&](Health<T>& health, T reading, T low, T high, T part) {
+        return judge({low, high, part * (high - low), repeats_slow}, health, reading, health.last, moving).usable;
     };
     for (int c = 0; c < 2 * model.joints; ++c)
-        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high))
+        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(1)))
             status.tell(Condition::current_fault, c);
     for (int k = 0; k < 6; ++k) {
         const T most = k < 3 ? model.rate_high : model.acceleration_high;
         const T reading = k < 3 ? readings.rate[k] : readings.acceleration[k - 3];
-        if (!plain(state.imu[k], reading, -most, most)) status.tell(Condition::imu_fault);
+        if (!plain(state.imu[k], reading, -most, most, T(0.2))) status.tell(Condition::imu_fault);
     }
-    const bool voltage = plain(state.voltage, readings.voltage, model.voltage_least, model.voltage_most);
+    const bool voltage = plain(state.voltage, readings.voltage, model.voltage_least, model.voltage_most, T(0.2));
     if (voltage) state.supply += T(0.1) * (readings.voltage - state.supply);
     if (!voltage) status.tell(Condition::battery_fault);
     if (state.supply < model.voltage_low) status.tell(Condition::low_voltage);
@@ -205,11 +213,10 @@ template <class T>
 void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, Status& status) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
-    const T rate = circuit.servo.change / model.tick;
-    const bool moving = T(0.2) < abs(rate);
+    const bool moving = moves(model, circuit);
     const T expected = expected_pressure(supervisor, circuit, model.tick);
-    const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step}, state.pressure[c],
-                                     reading, expected, moving);
+    const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast},
+                                     state.pressure[c], reading, expected, moving);
     const bool fresh = verdict.usable && !(verdict.repeated && moving);
     believe(supervisor, circuit, fresh, reading, model.tick, model.pressure_ease);
     if (fresh && model.pressure_hard < reading) circuit.stopped = true;
@@ -231,9 +238,9 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     const T turns = state.frequency.value * model.tick;
     const LowPass<T> filter = low_pass(model.posture, max(turns, T(1e-4)), turn);
     const T set = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
-    const bool moving = T(0.2) < abs(state.circuit[2 * j].servo.change / model.tick);
-    const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step}, state.bend[j], reading,
-                                     state.bend[j].seen ? state.bend[j].last : reading, moving);
+    const bool moving = moves(model, state.circuit[2 * j]);
+    const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast},
+                                     state.bend[j], reading, state.bend[j].last, moving);
     look(posture.wanted, filter.weight, set);
     if (verdict.usable) look(posture.measured, filter.weight, reading);
     ++posture.ticks;
@@ -279,9 +286,11 @@ T asked_bend(const Controller<T>& model, const ControllerState<T>& state, int j,
     const T wanted = state.bias[j].value + state.aside[j].value + amplitude * swing;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
     if (bend != wanted) status.tell(Condition::amplitude_limit, j);
-    const bool blind = state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty;
-    const T safe = safe_amplitude(model.joint[j], state.frequency.value);
-    return blind ? clamp(bend, -safe, safe) : bend;
+    if (!state.pressure[2 * j].faulty && !state.pressure[2 * j + 1].faulty) return bend;
+    // Blind: no wider than is safe, and no faster than such a beat goes.
+    const T frequency = state.frequency.value, safe = safe_amplitude(model.joint[j], frequency);
+    const T last = state.bend_sent[j], most = safe * (T(2 * pi) * frequency + T(1)) * model.tick;
+    return clamp(clamp(bend, -safe, safe), last - most, last + most);
 }
 
 /// Range of servo angles that the pressures of a circuit allow until the next tick.
@@ -409,7 +418,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         visit("servo_rate", c, circuit.servo.rate), visit("servo_decay", c, circuit.servo.decay);
         visit("servo_speed", c, circuit.speed), visit("servo_stall", c, circuit.stall);
         visit("line", c, circuit.line), visit("fill", c, circuit.fill), visit("draw", c, circuit.draw);
-        visit("gas", c, circuit.gas), visit("gas_pump", c, circuit.gas_pump), visit("soft", c, circuit.soft);
+        visit("gas", c, circuit.gas), visit("gas_pump", c, circuit.gas_pump), visit("grow", c, circuit.grow), visit("soft", c, circuit.soft);
         for (int k = 0; k < instants; ++k) {
             const int at = instants * c + k;
             visit("move_by_rate", at, circuit.move_by_rate[k]), visit("move_by_step", at, circuit.move_by_step[k]);

@@ -96,6 +96,7 @@ template <class T>
 struct Plausible {
     T low, high;  // range of the sensor, SI
     T step;       // largest change within a tick
+    int repeats;  // so many equal readings while the robot moves are no coincidence
 };
 
 /// The past of one sensor. `bucket` fills where readings are bad and drains where they are good.
@@ -108,8 +109,8 @@ struct Health {
 
 inline constexpr int bucket_bad = 4;      // a bad reading weighs as much as four good ones
 inline constexpr int bucket_faulty = 20;  // five bad readings in a row, or every fourth of them bad
-inline constexpr int bucket_most = 100;   // a second of good readings at 100 Hz and 1 per tick redeems a sensor
-inline constexpr int repeats_stuck = 6;   // so many equal readings while the command moves are no coincidence
+inline constexpr int bucket_most = 100;   // a second of good readings at 100 Hz redeems the worst sensor
+inline constexpr int repeats_fast = 6, repeats_slow = 25;  // equal readings: of what moves with each beat, of the rest
 
 template <class T>
 struct Verdict {
@@ -123,8 +124,8 @@ Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T exp
     const bool inside = is_finite(reading) && limits.low <= reading && reading <= limits.high;
     const bool near = !health.seen || abs(reading - expected) <= limits.step;
     const bool repeated = inside && health.seen && reading == health.last;
-    health.repeats = !repeated ? 0 : moving && health.repeats < repeats_stuck ? health.repeats + 1 : health.repeats;
-    const bool usable = inside && near && health.repeats < repeats_stuck;
+    health.repeats = !repeated ? 0 : moving && health.repeats < limits.repeats ? health.repeats + 1 : health.repeats;
+    const bool usable = inside && near && health.repeats < limits.repeats;
     const int bucket = health.bucket + (usable ? -1 : bucket_bad);
     health.bucket = bucket < 0 ? 0 : bucket < bucket_most ? bucket : bucket_most;
     health.faulty = health.bucket >= bucket_faulty || (health.faulty && health.bucket > 0);
@@ -147,6 +148,7 @@ struct SupervisorModel {
     T line;              // Pa s/rad: pressure drop of the line per flow
     T fill;              // Pa: pressure at rest
     T draw;              // rad per tick: drawing faster than this opens a cavity and moves no more oil
+    T grow;              // rad: by how much a push may be longer than the one of the tick before
     T gas, gas_pump;     // rad: the air in the whole circuit and in its cylinder, at atmospheric pressure
     T soft;              // rad/Pa: what oil, hoses and fittings give
     // At each instant: the servo's move per rate [s] and per step of the target [1], and the pressure in the cylinder
@@ -196,6 +198,7 @@ T yielded(const SupervisorModel<T>& model, T pressure) {
 template <class T>
 void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fresh, T reading, T tick, T ease) {
     const T before = now.pressure, rate = now.servo.change / tick;
+    const T stiffness = T(1) / (model.soft + air_at(model.gas, before) / (T(one_atmosphere) + before));
     if (fresh) {
         const T swelling = air_at(model.gas_pump, reading) - air_at(model.gas_pump, now.reading);
         const T at_end = reading - model.line * (rate + swelling / tick);
@@ -209,7 +212,6 @@ void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fres
     } else {
         now.flow = T(0);
         now.squeeze = max(now.squeeze, T(0));
-        const T stiffness = T(1) / (model.soft + air_at(model.gas, before) / (T(one_atmosphere) + before));
         now.pressure = before + stiffness * (now.moved + now.squeeze);
     }
     now.pressure = clamp(now.pressure, T(-0.9 * one_atmosphere), T(10 * one_atmosphere));
@@ -238,6 +240,8 @@ T furthest(const SupervisorModel<T>& model, const SupervisorState<T>& now, T lim
         const T most = left / (stiffness * model.move_by_step[k] + model.drop_by_step[k]);
         step = k == 0 ? most : min(step, most);
     }
+    const T before = now.target - now.servo.value + now.moved;
+    step = min(step, max(before, T(0)) + model.grow);
     return now.servo.value + (now.reading < limit ? max(step, T(0)) : step);
 }
 
