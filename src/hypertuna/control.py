@@ -29,6 +29,7 @@ FLOOR = 0.2  # of the cavitation pressure: as low as the pump may draw its units
 BEYOND = 1.2  # of a joint's largest bend under pressure: what control may ask for, to make up for losses
 BEND_STEP = 2.0  # of the fastest beat's largest change within a tick: what a sound bend sensor may show
 CAUTION = 1.15  # what the supervisor adds to its linear forecast of a step, for the air that stiffens on the way
+GROWTH = 0.5  # of the first-order push that the line alone would allow: how much longer a push may be each tick
 INSTANTS = 4  # within a tick, at which the supervisor predicts: as core safety.hpp
 FINE = 10  # steps of the prediction from one of them to the next
 
@@ -291,6 +292,7 @@ def _supervisor(control: Controller, found: Circuits, circuit: int, fill: float,
         "draw": [(fill - at["cavitation"]) / (drop * slope) * tick],
         "gas": [oil * at["air"] / slope],
         "gas_pump": [at["oil_pump"] * at["air"] / slope],
+        "grow": [GROWTH * (control.pressure_soft - fill) / (drop * slope * loop)],
         "soft": [(at["compliance"] + oil / at["bulk_modulus"]) / slope],
         **_predict(loop, slope, drop, at["inertance"], pump, tick),
     }
