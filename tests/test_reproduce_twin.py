@@ -14,7 +14,7 @@ from hypertuna.published_swims import SPEEDS
 from hypertuna.report import Picture, Section, Table
 from hypertuna.reproduce_actuator import ACTUATOR, PRINTED, Bends, bend_published
 from hypertuna.reproduce_actuator import findings as bend_findings
-from hypertuna.reproduce_twin import TWIN, Twins, findings, run_published, sections, speed_table, tank_table
+from hypertuna.reproduce_twin import TWIN, Twins, bore_table, findings, run_published, sections, speed_table, tank_table
 
 PAPER = published()
 
@@ -97,6 +97,16 @@ def test_tables_say_what_the_runs_did(twins: Twins) -> None:
             wished = run.gait.amplitude[twins.robot.joints.index(group)]
             left = np.degrees(wished) / np.sqrt(1 + (run.gait.frequency / group.bandwidth) ** 2)
             assert lag == f"{left:.1f}"
+
+
+def test_other_bores_are_told_by_their_errors() -> None:
+    speeds = {name: PAPER["values"][f"speed/{name}"]["value"] for name in SPEEDS}
+    swing = np.radians([10.0, 20.0])
+    exact, fast = ({name: (k * speed, swing, 20.0) for name, speed in speeds.items()} for k in (1.0, 1.1))
+    table = bore_table({0.004: exact, 0.005: fast}, PAPER)
+    assert [row[:2] for row in table.rows] == [["4 mm", "0.0 %"], ["5 mm", "10.0 %"]]
+    assert set(table.rows[1][2:10]) == {"+10 %"}
+    assert table.rows[0][-2:] == ["10.0, 20.0", "20.0"]
 
 
 def test_the_page_shows_what_the_issue_names(shown: list[Section]) -> None:
