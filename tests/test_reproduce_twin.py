@@ -12,7 +12,7 @@ from hypertuna import reproduce_twin
 from hypertuna.ledger import Entry, judge, published
 from hypertuna.published_swims import SPEEDS
 from hypertuna.report import Picture, Section, Table
-from hypertuna.reproduce_actuator import ACTUATOR, PRINTED, Bends, bend_published
+from hypertuna.reproduce_actuator import ACTUATOR, PRINTED, Bends, bend_published, step_table
 from hypertuna.reproduce_actuator import findings as bend_findings
 from hypertuna.reproduce_twin import TWIN, Twins, bore_table, findings, run_published, sections, speed_table, tank_table
 
@@ -83,6 +83,13 @@ def test_bends_meet_the_paper_and_the_printed_equations_do_not(bends: Bends) -> 
     for name in ("I", "II"):
         assert judged[f"bending/{name}", ACTUATOR].verdict == "reproduced"
         assert judged[f"bending/{name}", PRINTED].verdict == "deviates"
+
+
+def test_steps_lead_from_the_printed_bend_to_the_corrected_one(bends: Bends) -> None:
+    rows = step_table(bends).rows
+    for k, name in enumerate(bends.steps, start=1):
+        assert float(rows[0][k]) == pytest.approx(np.degrees(bends.printed[name].angle[-1]), abs=0.06)
+        assert float(rows[-1][k]) == pytest.approx(np.degrees(bends.corrected[name].angle[-1]), abs=0.06)
 
 
 def test_tables_say_what_the_runs_did(twins: Twins) -> None:

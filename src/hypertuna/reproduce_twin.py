@@ -44,7 +44,7 @@ TANK = "large"  # amplitude of the tank tests at which joints are watched over f
 TANK_PHASE = 40.0  # deg, of the fastest gait
 COSTS = WISHES[:3]
 BORES = (0.003, 0.004, 0.005, 0.006)  # m, of the oil lines: what may be
-ESTIMATED = "servos by their data sheets' estimates, not fitted to this number"
+ESTIMATED = "servos as data sheets have them, not fitted to this number, but chosen with it in sight"
 
 
 @dataclass(frozen=True)
