@@ -310,6 +310,7 @@ def _settling(one: Held, model: str) -> Finding:
         note += f"; not settled by then, but {np.degrees(one.error[-1]):.2f} deg off"
     elif one.measured_settling is not None:
         note += f"; by the bending sensor {one.measured_settling:.2f} s"
+    note += "; the bore of the oil lines was chosen with this test in sight"
     at = float(one.time[-1]) if one.settling is None else one.settling
     return Finding(f"control/settling-{one.frequency:g}hz", model, at, note)
 
