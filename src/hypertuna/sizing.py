@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuator import JointTable, joint_tables
-from hypertuna.description import Robot
+from hypertuna.description import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.hydraulics import Circuits, circuits, needed, servo_angle, supply_voltage
 
-__all__ = ["POWERS", "Size", "largest_beat", "size_pump"]
+__all__ = ["POWERS", "Size", "largest_beat", "size_pump", "with_bore"]
 
 Array = NDArray[np.float64]
 
@@ -347,3 +347,28 @@ def _limited(
         seen = run(middle)
         low, high = (middle, high) if seen["pump_pressure"][-period:].max() <= limit else (low, middle)
     return run(low), low
+
+
+def with_bore(robot: Robot, bore: float) -> Robot:
+    """Return a robot with other oil lines.
+
+    Parameters
+    ----------
+    robot : Robot
+    bore : float
+        Inner diameter of all lines [m].
+
+    Returns
+    -------
+    Robot
+
+    Raises
+    ------
+    InputError
+        If a joint group has no line.
+    """
+    document = robot.document()
+    for k, joint in enumerate(document["joints"]):
+        line = needed(joint.get("line"), f"joints[{k}].line", "add that table", robot)
+        line["bore_m"] = bore
+    return parse(document, file=robot.file)
