@@ -60,6 +60,9 @@ class Size:
         Corner frequency of the line with these, 1 / (2 pi R C) [Hz].
     resonance, damping : float
         Of the line's inertance with the capacity, 1 / (2 pi sqrt(I C)) [Hz], and its damping ratio [1].
+    ring, ring_damping : float
+        Of the line's inertance with oil and air of the cylinder at the fill pressure [Hz], and its damping ratio [1]: what
+        a step of the servo strikes.
     drop, reynolds : float
         Largest pressure drop along the line if the joint makes the command [Pa], and Reynolds number there [1].
     amplitude : float
@@ -96,6 +99,8 @@ class Size:
     corner: float
     resonance: float
     damping: float
+    ring: float
+    ring_damping: float
     drop: float
     reynolds: float
     amplitude: float
@@ -200,9 +205,9 @@ def _size(
     group, supply = robot.joints[j], supply_voltage(robot)
     limit = needed(group.pressure_max, f"joints.{group.name}.pressure_max_pa", "give the joint's pressure limit", robot)
     column = {name: float(found.column(name)[2 * j]) for name in found.columns}
-    line = _line(found, table, j, limit)
-    if bore is None:
-        bore = needed(group.line, "joints.line", "add that table", robot).bore
+    hose = needed(group.line, "joints.line", "add that table", robot)
+    line = _line(found, table, j, limit, hose.fill_pressure)
+    bore = hose.bore if bore is None else bore
     time, period = _times(frequency, line["resistance"] * line["capacity_rest"])
     target = _target(found, table, j, amplitude * np.sin(2 * np.pi * frequency * time))
     rows = np.ascontiguousarray(found.values[2 * j : 2 * j + 2])
@@ -265,7 +270,7 @@ def _beat(
     }
 
 
-def _line(found: Circuits, table: JointTable, j: int, limit: float) -> dict[str, Any]:
+def _line(found: Circuits, table: JointTable, j: int, limit: float, fill: float) -> dict[str, Any]:
     """Return what line and actuator are for small motions, and on the way to the pressure limit."""
     resistance, inertance = (float(found.column(name)[2 * j]) for name in ("resistance", "inertance"))
     rest = table.at([0.0])
@@ -278,6 +283,8 @@ def _line(found: Circuits, table: JointTable, j: int, limit: float) -> dict[str,
     held = -at["elastic"] / at["slope"][:, 0]  # pressure that holds each angle
     volume = float(np.interp(limit, held, at["volume"][:, 0])) - float(rest["volume"][0, 0])
     capacity = volume / limit
+    oil, modulus, air = (float(found.column(name)[2 * j]) for name in ("oil_pump", "bulk_modulus", "air"))
+    gives = oil * (1 / modulus + air * _core.ATMOSPHERE / (_core.ATMOSPHERE + fill) ** 2)
     return {
         "resistance": resistance,
         "inertance": inertance,
@@ -287,6 +294,8 @@ def _line(found: Circuits, table: JointTable, j: int, limit: float) -> dict[str,
         "corner": 1 / (2 * np.pi * resistance * capacity),
         "resonance": 1 / (2 * np.pi * math.sqrt(inertance * capacity)),
         "damping": resistance / 2 * math.sqrt(capacity / inertance),
+        "ring": 1 / (2 * np.pi * math.sqrt(inertance * gives)),
+        "ring_damping": resistance / 2 * math.sqrt(gives / inertance),
     }
 
 
