@@ -61,8 +61,8 @@ class Size:
     resonance, damping : float
         Of the line's inertance with the capacity, 1 / (2 pi sqrt(I C)) [Hz], and its damping ratio [1].
     ring, ring_damping : float
-        Of the line's inertance with oil and air of the cylinder at the fill pressure [Hz], and its damping ratio [1]: what
-        a step of the servo strikes.
+        Of the line's inertance with oil and air of the cylinder at the fill pressure [Hz], and its damping ratio [1]:
+        what a step of the servo strikes.
     drop, reynolds : float
         Largest pressure drop along the line if the joint makes the command [Pa], and Reynolds number there [1].
     amplitude : float
