@@ -88,7 +88,7 @@ def findings(bends: Bends) -> Iterator[Finding]:
         angle = float(np.degrees(found.angle[-1]))
         note = (
             "calibrated, not predicted: the geometry, which is not published, was chosen so that both come out. A "
-            f"line through 100 to 250 kPa has R^2 = {found.r_squared():.3f}; rising and falling pressure differ by "
+            f"line through 100 to 250 kPa has R² = {found.r_squared():.3f}; rising and falling pressure differ by "
             f"{loop(found):.2g} deg at most"
         )
         yield Finding(f"bending/{name}", ACTUATOR, angle, note)
@@ -179,7 +179,7 @@ def _text(bends: Bends) -> str:
 neither the drive units' dimensions nor their lever; two published angles fix two combinations of thirteen unknowns. The
 description holds one geometry of that family, made to meet both: **the two angles are calibrated here, not predicted**.
 
-What is predicted is the rest. The curves are nearly straight, with R^2 = {straight} of a line through the tested
+What is predicted is the rest. The curves are nearly straight, with R² = {straight} of a line through the tested
 pressures. Friction between braid and hose opens a loop of {wide} deg between rising and falling pressure; the paper
 does not show one. Other sets of elastic constants for the same two silicones would bend the joints by {spread} deg
 at the same pressure. The equations as

@@ -363,7 +363,8 @@ def _swim_text(twins: Twins, paper: Mapping[str, Any]) -> str:
     lag = 100 / np.sqrt(1 + (fast.gait.frequency / _bandwidth(twins.robot)) ** 2)
     return f"""Here nothing is told about how the joints move. The controller on board commands the servos, the servos
 turn cranks, pistons push oil through thin lines into the drive units, and the tail bends against silicone and water.
-The bench gave what the bench can give; of the swimming tests only the water's coefficients of Table III are used.
+Estimates stand for what the paper leaves out; the actuator's geometry and the bore of the oil lines were chosen with
+its bench tests in sight. Of the swimming tests only the water's coefficients of Table III are used.
 
 **The eight speeds come out with {100 * rms:.1f} % rms error**, the largest {100 * errors[worst]:+.1f} % ({worst}). At
 {hertz[0]} the joints reach {ratios[0]} of large amplitude, at {hertz[1]} {ratios[1]}; the lag of
