@@ -166,7 +166,7 @@ struct Governor {
 
 inline constexpr double governor_aim = 0.92;    // of the soft limit: the rest is for what passes between two readings
 inline constexpr double governor_least = 0.6;   // an amplitude falls to this part from beat to beat at most,
-inline constexpr double governor_most = 1.25;   // and grows to this one
+inline constexpr double governor_most = 1.5;    // and grows to this one
 inline constexpr double governor_floor = 0.02;  // rad: an amplitude is never governed below
 
 /// End of a beat of this amplitude. Pressure above the fill grows with the amplitude at least in proportion, in water
