@@ -113,7 +113,7 @@ def pump_map(robot: Robot, found: Circuits, circuit: int) -> PumpMap:
     slope = _core.displaced(found.values[circuit], angle)[:, 1]
     fit = np.polynomial.Polynomial.fit(bend, angle, MAP_DEGREE, w=slope).convert()
     error = fit(bend) - angle
-    return PumpMap(fit.coef, float(abs(error).max()), float(abs(error * slope).max()))
+    return PumpMap(np.asarray(fit.coef, dtype=np.float64), float(abs(error).max()), float(abs(error * slope).max()))
 
 
 def _reach(group: JointGroup) -> float:
@@ -155,7 +155,7 @@ def _follow(rate: float, tick: float) -> tuple[float, float]:
 
 
 def _constants(robot: Robot, control: Controller, tick: float) -> dict[str, list[float]]:
-    """What the whole controller has once."""
+    """Compute what the whole controller has once."""
     rate, decay = _follow(SETTLED / control.smoothing, tick)
     sensor = {kind: sensor_range(robot, kind) for kind in ("pressure", "current", "rate", "acceleration", "voltage")}
     servo = circuits_voltage(robot)
@@ -214,7 +214,7 @@ def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
 
 
 def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[str, float]:
-    """What the controller knows of a joint."""
+    """Compute what the controller knows of a joint."""
     group = robot.joints[j]
     bend_max = needed(group.bend_max, f"joints.{group.name}.bend_max_deg", "give the joint's largest bend", robot)
     high = sensor_range(robot, "bend")[1]
@@ -231,7 +231,7 @@ def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[s
 
 
 def _pressure_of_beat(robot: Robot, control: Controller, found: Circuits, j: int) -> tuple[float, float, float]:
-    """Bound the pressure of a beat above the fill: per amplitude, by powers of the frequency, over the soft limit's room.
+    """Bound a beat's pressure over the fill: per amplitude, by powers of the frequency, over the soft limit's room.
 
     What holds the bend at rest, what the flow drops in the line, and the water's load on the moving tail are added as
     if they came at once.
@@ -267,9 +267,7 @@ def _water_load(robot: Robot, frequency: float) -> Array:
     return np.array([abs(moment).max() for moment in moments])
 
 
-def _supervisor(
-    control: Controller, found: Circuits, circuit: int, fill: float, tick: float
-) -> dict[str, list[float]]:
+def _supervisor(control: Controller, found: Circuits, circuit: int, fill: float, tick: float) -> dict[str, list[float]]:
     """Servo, line and oil of a circuit with its joint held, as the pressure supervisor predicts them."""
     at = {name: float(found.column(name)[circuit]) for name in found.columns}
     angles = np.linspace(-0.5, 0.5, 51)
@@ -277,8 +275,6 @@ def _supervisor(
     loop = at["bandwidth"] * 2 * math.pi / math.sqrt(math.sqrt(2) - 1)  # |1 / (1 + i w / w0)^2| = 1 / sqrt(2)
     flow = slope * at["speed"]
     drop = at["resistance"] + at["loss"] * flow
-    unit = max(at["oil_unit"], 0.0)
-
     # Oil with its air in the cylinder from the fill to the soft limit: the secant of its isotherm.
     low, high = _core.ATMOSPHERE + fill, _core.ATMOSPHERE + control.pressure_soft
     pump = at["oil_pump"] * (at["air"] * _core.ATMOSPHERE / (low * high) + 1 / at["bulk_modulus"])

@@ -91,7 +91,7 @@ struct ControllerState {
     PostureState<T> posture[most_joints];
     SupervisorState<T> circuit[most_circuits];
     Health<T> bend[most_joints], pressure[most_circuits], current[most_circuits], imu[6], voltage;
-    T supply;             // V believed
+    T supply;                  // V believed
     T bend_sent[most_joints];  // rad: bends that the pumps were last sent to
     T sent[most_servos];       // rad: last angles sent
 };
@@ -195,7 +195,7 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
         return judge({low, high, part * (high - low), repeats_slow}, health, reading, health.last, moving).usable;
     };
     for (int c = 0; c < 2 * model.joints; ++c)
-        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(1)))
+        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(0.24)))
             status.tell(Condition::current_fault, c);
     for (int k = 0; k < 6; ++k) {
         const T most = k < 3 ? model.rate_high : model.acceleration_high;
@@ -323,8 +323,7 @@ void tell_limits(const Controller<T>& model, const SupervisorState<T>& circuit, 
 
 /// Send a circuit's servo to an angle and follow it there.
 template <class T>
-void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c,
-                   T angle) {
+void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c, T angle) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
     send(model, state, output, c, angle);
@@ -418,7 +417,8 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         visit("servo_rate", c, circuit.servo.rate), visit("servo_decay", c, circuit.servo.decay);
         visit("servo_speed", c, circuit.speed), visit("servo_stall", c, circuit.stall);
         visit("line", c, circuit.line), visit("fill", c, circuit.fill), visit("draw", c, circuit.draw);
-        visit("gas", c, circuit.gas), visit("gas_pump", c, circuit.gas_pump), visit("grow", c, circuit.grow), visit("soft", c, circuit.soft);
+        visit("gas", c, circuit.gas), visit("gas_pump", c, circuit.gas_pump), visit("grow", c, circuit.grow),
+            visit("soft", c, circuit.soft);
         for (int k = 0; k < instants; ++k) {
             const int at = instants * c + k;
             visit("move_by_rate", at, circuit.move_by_rate[k]), visit("move_by_step", at, circuit.move_by_step[k]);

@@ -190,9 +190,9 @@ T yielded(const SupervisorModel<T>& model, T pressure) {
 }
 
 /// Take in a pressure reading. The units stand at the reading less what the line drops, where the flow is the servo's
-/// and that of the air in the cylinder, which soaks up the first of each push: now, or over the last tick, whichever says
-/// more. What volume the units lost beyond what the pump pushed in, the bending joint took from them: a tail that swings
-/// will go on doing so for a tick.
+/// and that of the air in the cylinder, which soaks up the first of each push: now, or over the last tick, whichever
+/// says more. What volume the units lost beyond what the pump pushed in, the bending joint took from them: a tail that
+/// swings will go on doing so for a tick.
 ///
 /// Where there is no reading the joint is taken as held fast, and pushed oil finds no room but its own compression.
 template <class T>
@@ -225,8 +225,8 @@ T expected_pressure(const SupervisorModel<T>& model, const SupervisorState<T>& n
 
 /// The furthest target that keeps the cylinder below `limit` until the next tick.
 ///
-/// The units' pressure goes along the secant from now to the limit: air is stiffer the more it is compressed, so this is
-/// never too low. Everything is linear in the step of the target then, at every instant.
+/// The units' pressure goes along the secant from now to the limit: air is stiffer the more it is compressed, so this
+/// is never too low. Everything is linear in the step of the target then, at every instant.
 template <class T>
 T furthest(const SupervisorModel<T>& model, const SupervisorState<T>& now, T limit, T tick) {
     const T room = limit - now.pressure, rate = now.servo.change / tick;
