@@ -299,7 +299,7 @@ def _supervisor(control: Controller, found: Circuits, circuit: int, fill: float,
 def _predict(
     loop: float, slope: float, drop: float, inertance: float, pump: float, tick: float
 ) -> dict[str, list[float]]:
-    """What a servo and a cylinder do within a tick while the pressure in the units holds: the worst by each instant.
+    """Compute the worst that servo and cylinder do by each instant of a tick while the pressure in the units holds.
 
     Servo moves, and pressure in the cylinder over that in the units, per servo rate, flow beyond it and step of target.
     """

@@ -249,7 +249,11 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     if (ended) {
         posture.set = close_beat(posture.wanted, filter.gain);
         posture.seen = close_beat(posture.measured, filter.gain);
-        const bool heard = T(posture.missing) <= model.posture.missing * T(posture.ticks);
+        const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
+        const bool dull = !stopped && model.posture.least < posture.set.amplitude &&
+                          posture.seen.amplitude < model.posture.moving * posture.set.amplitude;
+        posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
+        const bool heard = !dull && !stopped && T(posture.missing) <= model.posture.missing * T(posture.ticks);
         const bool held = T(posture.limited) > model.posture.limited * T(posture.ticks);
         if (heard && state.armed) {
             posture.amplitude = correct(model.posture, posture.amplitude,
@@ -259,7 +263,9 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
         }
         posture.ticks = posture.missing = posture.limited = 0;
     }
-    if (state.bend[j].faulty) status.tell(Condition::open_loop, j);
+    // Two beats without a swing: the sensor lives, but does not follow.
+    if (posture.dull > 1) status.tell(Condition::bend_fault, j);
+    if (state.bend[j].faulty || posture.dull > 1) status.tell(Condition::open_loop, j);
     state.more[j] = follow(model.smoothing, state.more[j], posture.amplitude.output);
     state.aside[j] = follow(model.smoothing, state.aside[j], posture.bias.output);
 }
@@ -359,7 +365,7 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
         tell_limits(model, state.circuit[c], c, allowed[side], wanted, output.status);
     }
     state.bend_sent[j] = stopped ? T(0) : from + part * (to - from);
-    bool held = part < T(1);
+    bool held = part < T(1) || state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
         const T sign = side == 0 ? T(1) : T(-1);
