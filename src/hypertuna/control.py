@@ -109,7 +109,7 @@ def pump_map(robot: Robot, found: Circuits, circuit: int) -> PumpMap:
     slope = _core.displaced(found.values[circuit], angle)[:, 1]
     fit = np.polynomial.Polynomial.fit(bend, angle, MAP_DEGREE, w=slope).convert()
     error = fit(bend) - angle
-    return PumpMap(fit.coef, float(abs(error).max()), float(abs(error * slope).max()))
+    return PumpMap(np.asarray(fit.coef, dtype=np.float64), float(abs(error).max()), float(abs(error * slope).max()))
 
 
 def _reach(group: JointGroup) -> float:
@@ -151,7 +151,7 @@ def _follow(rate: float, tick: float) -> tuple[float, float]:
 
 
 def _constants(robot: Robot, control: Controller, tick: float) -> dict[str, list[float]]:
-    """What the whole controller has once."""
+    """Compute what the whole controller has once."""
     rate, decay = _follow(SETTLED / control.smoothing, tick)
     sensor = {kind: sensor_range(robot, kind) for kind in ("pressure", "current", "rate", "acceleration", "voltage")}
     servo = circuits_voltage(robot)
@@ -209,7 +209,7 @@ def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
 
 
 def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[str, float]:
-    """What the controller knows of a joint."""
+    """Compute what the controller knows of a joint."""
     group = robot.joints[j]
     bend_max = needed(group.bend_max, f"joints.{group.name}.bend_max_deg", "give the joint's largest bend", robot)
     high = sensor_range(robot, "bend")[1]
@@ -226,7 +226,7 @@ def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[s
 
 
 def _pressure_of_beat(robot: Robot, control: Controller, found: Circuits, j: int) -> tuple[float, float, float]:
-    """Bound the pressure of a beat above the fill: per amplitude, by powers of the frequency, over the soft limit's room.
+    """Bound a beat's pressure over the fill: per amplitude, by powers of the frequency, over the soft limit's room.
 
     What holds the bend at rest, what the flow drops in the line, and the water's load on the moving tail are added as
     if they came at once.

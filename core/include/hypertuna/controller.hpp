@@ -207,7 +207,7 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
         return judge({low, high, part * (high - low), repeats_slow}, health, reading, health.last, moving).usable;
     };
     for (int c = 0; c < 2 * model.joints; ++c)
-        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(1)))
+        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(0.24)))
             status.tell(Condition::current_fault, c);
     for (int k = 0; k < 6; ++k) {
         const T most = k < 3 ? model.rate_high : model.acceleration_high;
@@ -273,7 +273,12 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     if (ended) {
         posture.set = close_beat(posture.wanted, filter.gain);
         posture.seen = close_beat(posture.measured, filter.gain);
-        const bool heard = T(posture.missing) <= model.posture.missing * T(posture.ticks);
+        const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
+        const T sent = min(posture.set.amplitude, state.governor[j].lid);
+        const bool dull =
+            !stopped && model.posture.least < sent && posture.seen.amplitude < model.posture.moving * sent;
+        posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
+        const bool heard = !dull && !stopped && T(posture.missing) <= model.posture.missing * T(posture.ticks);
         const bool held = T(posture.limited) > model.posture.limited * T(posture.ticks);
         if (heard && state.armed && !blind(state, j)) {
             posture.amplitude = correct(model.posture, posture.amplitude,
@@ -287,7 +292,9 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
                model.pressure_soft);
         posture.ticks = posture.missing = posture.limited = 0;
     }
-    if (state.bend[j].faulty) status.tell(Condition::open_loop, j);
+    // Two beats without a swing: the sensor lives, but does not follow.
+    if (posture.dull > 1) status.tell(Condition::bend_fault, j);
+    if (state.bend[j].faulty || posture.dull > 1) status.tell(Condition::open_loop, j);
     state.more[j] = follow(model.smoothing, state.more[j], posture.amplitude.output);
     state.aside[j] = follow(model.smoothing, state.aside[j], posture.bias.output);
 }
