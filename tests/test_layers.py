@@ -45,7 +45,7 @@ LAYERS = (
     *("space", "limits", "objective", "robust", "optimizers", "walk", "descents", "optimum", "optimize", "experiment"),
     *("evolution", "polish", "pareto"),
     *("silicone", "soft_joint", "actuator"),
-    *("bench", "bench_unknowns", "bench_combinations", "bench_search", "bench_fit", "bench_worth"),
+    *("bench", "bench_unknowns", "bench_combinations", "bench_search", "bench_draws", "bench_fit", "bench_worth"),
     *("hydraulics", "sizing", "control", "sensing", "energy", "twin_run", "twin", "posture", "sobol"),
     *("drawing", "style", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "ledger", "reproduce_*", "reproduce", "ledger_page"),

@@ -17,7 +17,8 @@ Array = NDArray[np.float64]
 
 DETERMINED = 3.0  # a combination that the bench narrows so many times counts as determined
 SHARPNESS = (10.0, DETERMINED)  # the same, by which combinations are told apart: sharp ones first
-LOOSER, ROUNDED, SLIGHT = 1.5, 1.2, 0.01  # how much less sharp a combination may be with fewer factors, and rounded
+LOOSER, ROUNDED, SLIGHT = 1.15, 1.1, 0.01  # how much less sharp a combination may be with fewer factors, and rounded
+FEWEST = 8  # draws that an interval can be told from
 GRIDS = (1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01)
 # Which unknown a combination is solved for, first to last: those that no caliper reaches come first.
 PREFERRED = (
@@ -37,7 +38,8 @@ class Direction:
     singular_value : float
         Of the Jacobian over the noise in these units: how many times better the bench knows it than it was known.
     sd : float
-        Standard deviation along it, of bench and bounds together; 1 without the bench.
+        Standard deviation along it, of bench and bounds together, the bending of the valley included; 1 without the
+        bench.
     """
 
     vector: Array
@@ -46,8 +48,8 @@ class Direction:
 
     @property
     def determined(self) -> bool:
-        """Whether the bench narrows it threefold at least."""
-        return DETERMINED * self.sd < 1
+        """Whether the bench narrows it threefold at least, near the fit: 1 / sqrt(1 + s^2) is left."""
+        return math.hypot(1, self.singular_value) >= DETERMINED
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ class Combination:
 
 
 def combinations(
-    free: Sequence[Unknown], z: Array, length: Array, cov: Array, quantile: float
+    free: Sequence[Unknown], z: Array, directions: Sequence[Direction], cov: Array, drawn: Array, quantile: float
 ) -> tuple[Combination, ...]:
     """Write what is determined as products of powers, each solved for one unknown.
 
@@ -86,10 +88,11 @@ def combinations(
     free : sequence of Unknown
     z : ndarray, shape (n,)
         The fit: logarithms from what is described, in units of `Unknown.spread` [1].
-    length : ndarray, shape (n,)
-        Standard deviations along the directions in these units [1].
+    directions : sequence of Direction
     cov : ndarray, shape (n, n)
         Covariance in these units [1].
+    drawn : ndarray, shape (draws, n)
+        Other points that fit [1].
     quantile : float
         Of the 95 % interval, in standard deviations [1].
 
@@ -104,15 +107,17 @@ def combinations(
     follow them with the exponents -L_AB / L_AA. Sharp combinations come first; L of the others without A is then
     L_BB - L_BA L_AB / L_AA, and tells the next ones.
     """
-    precision, left = np.asarray(np.linalg.inv(cov), dtype=np.float64), list(range(len(free)))
+    vectors = np.array([one.vector for one in directions])
+    known = np.hypot(1, [one.singular_value for one in directions])
+    precision, left = np.asarray(vectors.T * known**2 @ vectors), list(range(len(free)))
     found: list[Combination] = []
     for narrowing in SHARPNESS:
-        most = int(np.sum(narrowing * length < 1)) - len(found)  # no more than there are directions
+        most = int(np.sum(known >= narrowing)) - len(found)  # no more than there are directions
         chosen = _solvable(free, precision, left, narrowing)[:most]
         others = [k for k in range(len(left)) if k not in chosen]
         own = np.linalg.inv(precision[np.ix_(chosen, chosen)])
         known_by = [left[i] for i in others]
-        found += [_combination(free, left[k], known_by, z, cov, quantile) for k in chosen]
+        found += [_combination(free, left[k], known_by, z, cov, drawn, quantile) for k in chosen]
         follow = own @ precision[np.ix_(chosen, others)]
         precision = np.asarray(precision[np.ix_(others, others)] - precision[np.ix_(others, chosen)] @ follow)
         left = known_by
@@ -130,7 +135,7 @@ def _solvable(free: Sequence[Unknown], precision: Array, left: Sequence[int], na
 
 
 def _combination(
-    free: Sequence[Unknown], k: int, others: Sequence[int], z: Array, cov: Array, quantile: float
+    free: Sequence[Unknown], k: int, others: Sequence[int], z: Array, cov: Array, drawn: Array, quantile: float
 ) -> Combination:
     """Write what an unknown follows: with few others, exponents rounded, and the interval of what is written."""
     spread, n = np.array([one.spread for one in free]), len(free)
@@ -158,17 +163,32 @@ def _combination(
         exponents = np.asarray(grid * np.round(exact / grid))
         if sd_of(exponents) <= max(ROUNDED * sd_of(exact), SLIGHT):
             break
-    middle, sd = float(exponents * spread @ z), sd_of(exponents)
+    along = exponents * spread
+    middle, low, high = _interval(along, z, sd_of(exponents), drawn, quantile)
     names = {one.factor: round(float(e), 2) for one, e in zip(free, exponents, strict=True) if e}
     return Combination(
         exponents=names,
         unknown=free[k].factor,
-        narrowing=float(np.linalg.norm(exponents * spread)) / sd,
+        narrowing=2 * quantile * float(np.linalg.norm(along)) / (high - low),
         value=math.exp(middle),
-        low=math.exp(middle - quantile * sd),
-        high=math.exp(middle + quantile * sd),
+        low=math.exp(low),
+        high=math.exp(high),
         text=_product(names),
     )
+
+
+def _interval(along: Array, z: Array, sd: float, drawn: Array, quantile: float) -> tuple[float, float, float]:
+    """Return a combination's value and 95 % interval: that about the fit, widened to that of the draws.
+
+    A product of powers holds near the fit; draws further off, but as good, tell how far it really does.
+    """
+    middle = float(along @ z)
+    low, high = middle - quantile * sd, middle + quantile * sd
+    if len(drawn) >= FEWEST:
+        values = drawn @ along
+        about, reach = float(values.mean()), quantile * float(values.std(ddof=1)) * math.sqrt(1 + 1 / len(values))
+        low, high = min(low, about - reach), max(high, about + reach)
+    return middle, low, high
 
 
 def _product(exponents: Mapping[str, float]) -> str:

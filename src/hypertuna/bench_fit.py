@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from hypertuna.agreement import excess
 from hypertuna.bench import Bench
 from hypertuna.bench_combinations import DETERMINED, Combination, Direction, combinations
+from hypertuna.bench_draws import draws
 from hypertuna.bench_search import (
     FIRST_LEVEL,
     KINDS,
@@ -83,6 +84,8 @@ class BenchFit:
     evaluations : int
     seconds : float
     loss : str
+    draws : ndarray, shape (draws, n)
+        Other actuators that meet the bench as well [SI].
     warnings : tuple of str
     """
 
@@ -109,6 +112,7 @@ class BenchFit:
     evaluations: int
     seconds: float
     loss: str
+    draws: Array
     warnings: tuple[str, ...]
 
     @property
@@ -205,11 +209,13 @@ def _result(problem: Problem, found: Any, level: Array, evaluations: int) -> Ben
     _, singular, vectors = np.linalg.svd(slope[:rows], full_matrices=True)
     singular = np.append(singular, np.zeros(len(problem.free)))[: len(problem.free)]
     length = _lengths(problem, found.x, level, factor, slope, singular, vectors, quantile)
+    drawn = draws(problem, found.x, level, factor, slope)
     spread, low, high = problem.spread, *problem.ends()
     cov = vectors.T * length**2 @ vectors
     sd = np.sqrt(np.diag(cov))
     ends = np.sort([problem.values(np.clip(found.x + side * quantile * sd, low, high)) for side in (-1, 1)], axis=0)
     values = problem.values(found.x)
+    directions = tuple(Direction(v, float(s), float(d)) for v, s, d in zip(vectors, singular, length, strict=True))
     ends = np.clip(ends, *np.array([[one.lower, one.upper] for one in problem.free]).T)  # rounding left them outside
     fish = with_unknowns(problem.robot, problem.free, values)
     angle, volume = computed(fish, bench)
@@ -224,8 +230,8 @@ def _result(problem: Problem, found: Any, level: Array, evaluations: int) -> Ben
         high=ends[1],
         narrowing=1 / sd,
         covariance=np.outer(spread, spread) * cov,
-        directions=tuple(Direction(v, float(s), float(d)) for v, s, d in zip(vectors, singular, length, strict=True)),
-        combinations=combinations(problem.free, found.x, length, cov, quantile),
+        directions=directions,
+        combinations=combinations(problem.free, found.x, directions, cov, drawn, quantile),
         angle=angle,
         volume=volume,
         noise={KINDS[k]: float(level[k]) for k in np.unique(problem.kind[np.isnan(problem.sd)])},
@@ -238,6 +244,7 @@ def _result(problem: Problem, found: Any, level: Array, evaluations: int) -> Ben
         evaluations=evaluations,
         seconds=0.0,
         loss=problem.loss,
+        draws=np.array([problem.values(z) for z in drawn]),
         warnings=(),
     )
     return replace(fit, robot=_with_origin(fit), warnings=(*bench.warnings, *_warnings(fit)))

@@ -27,9 +27,10 @@ Array = NDArray[np.float64]
 
 CLOSE = math.radians(0.5)  # error of a peak bend that counts as none
 RESOLUTION = math.radians(0.5)  # to which the largest amplitude is sought
-TRIAL, TRIAL_BEATS = 5.0, 8  # s and beats: whichever is longer, an amplitude is tried so long
-BEYOND = 1.25  # amplitudes are sought up to so many times the largest bend of the description
+TRIAL, TRIAL_BEATS = 8.0, 8  # s and beats: whichever is longer, an amplitude is tried so long
+MOST_BEND = math.radians(45)  # is tried where the description has no largest bend
 EASED = 0.9  # of the largest amplitude: what is set where the set angle is not reached
+STEP_DOWN = 0.8  # from a trial that failed to the next, at least
 MOST_FREQUENCIES = 100
 LONGEST = 600.0  # s
 
@@ -230,7 +231,8 @@ def posture_test(
         held += hold(robot, frequency, angle, duration=duration, **conditions)
         for joint in moving if limits else ():
             far.append(reach(robot, joint, frequency, **conditions))
-            if angle[joint] > far[-1].amplitude > 0:
+            lost = next(one for one in held if one.frequency == frequency and one.joint == joint).settling is None
+            if lost and angle[joint] > far[-1].amplitude > 0:
                 alone = [EASED * far[-1].amplitude if j == joint else 0.0 for j in range(len(angle))]
                 eased += hold(robot, frequency, alone, duration=duration, **conditions)
         if progress is not None:
@@ -281,10 +283,11 @@ def reach(
     temperature: float | None = None,
     seed: int = 0,
 ) -> Reach:
-    """Find the largest amplitude that a joint group holds at a frequency, the others kept straight, by bisection.
+    """Find the largest amplitude that a joint group holds at a frequency, the others kept straight.
 
-    An amplitude is held if after 5 s (and 8 beats) the peak bends of the last second (and beat) are within 0.5 deg of
-    it.
+    An amplitude is held if in a run of 8 s (and 8 beats) the mean peak bend of the last second (and beat) is within
+    0.5 deg of it. The largest bend of the description is asked first, then what was reached, and so on down to one that
+    is held; between that one and the last that was not, it is sought by bisection.
 
     Parameters
     ----------
@@ -302,19 +305,23 @@ def reach(
         Amplitude to 0.5 deg; without limits if all that was tried is held.
     """
     group = robot.joints[joint]
-    low, high = 0.0, BEYOND * (group.bend_max or group.amplitude_max or math.radians(45))
+    conditions: Any = {"fish_in": fish_in, "temperature": temperature, "seed": seed}
+    low, high = 0.0, math.inf
+    trial = group.bend_max or group.amplitude_max or MOST_BEND
     stopped: tuple[str, ...] = ()
-    trial, duration = high, max(TRIAL, TRIAL_BEATS / frequency)
-    while high - low > RESOLUTION:
-        angle = [0.0] * len(robot.joints)
-        angle[joint] = trial
-        (one,) = hold(robot, frequency, angle, duration=duration, fish_in=fish_in, temperature=temperature, seed=seed)
+    while high - low > RESOLUTION and trial > RESOLUTION:
+        angle = [trial if j == joint else 0.0 for j in range(len(robot.joints))]
+        (one,) = hold(robot, frequency, angle, duration=max(TRIAL, TRIAL_BEATS / frequency), **conditions)
         last = one.time >= one.time[-1] - max(1.0, 1.5 / frequency)
-        if one.run.status != "diverged" and (one.error[last] < CLOSE).all():
+        reached = float(one.peaks[last].mean())
+        if one.run.status != "diverged" and abs(reached - trial) < CLOSE:
             low = trial
+            if math.isinf(high):  # the first one
+                break
         else:
             high, stopped = trial, one.limits
-        trial = (low + high) / 2
+        down = min(reached + CLOSE / 2, trial - RESOLUTION) if math.isfinite(reached) else 0.0
+        trial = (low + high) / 2 if low > 0 else max(down, STEP_DOWN * trial)
     return Reach(joint, frequency, low, stopped)
 
 

@@ -83,7 +83,7 @@ def posture_table(test: PostureTest) -> Table:
     shows = "When all peak bends are within half a degree of the set angle and stay there"
     shows += ", the largest amplitude that is held, and what stops more." if test.reach else "."
     made = f"In {test.fish_in}, from rest."
-    made += " The largest amplitude by bisection to half a degree." if test.reach else ""
+    made += " The largest amplitude to half a degree." if test.reach else ""
     return Table(columns, rows, shows, made)
 
 
