@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna import reproduce_twin
+from hypertuna import published_twins
 from hypertuna.ledger import Entry, judge, published
 from hypertuna.published_swims import SPEEDS
+from hypertuna.published_twins import Twins, run_published
 from hypertuna.report import Picture, Section, Table
 from hypertuna.reproduce_actuator import ACTUATOR, PRINTED, Bends, bend_published, step_table
 from hypertuna.reproduce_actuator import findings as bend_findings
-from hypertuna.reproduce_twin import TWIN, Twins, bore_table, findings, run_published, sections, speed_table, tank_table
+from hypertuna.reproduce_twin import TWIN, bore_table, findings, sections, speed_table, tank_table
 
 PAPER = published()
 
@@ -30,7 +31,7 @@ def twins(tuna: ht.Robot) -> Twins:
     posture = PAPER["posture"] | {"frequency_hz": [2.0, 6.0]}
     tank = PAPER["tank"] | {"frequency_hz": [1.0, 6.0]}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reproduce_twin, "SWIM", 2.0)
+        patch.setattr(published_twins, "SWIM", 2.0)
         return run_published(tuna, PAPER | {"posture": posture, "tank": tank})
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,119 +11,22 @@ from numpy.typing import NDArray
 
 from hypertuna.description import Robot
 from hypertuna.energy import range_of
-from hypertuna.gait import Gait, named_gait
 from hypertuna.ledger import Finding
-from hypertuna.posture import CLOSE, Held, PostureTest, posture_test
+from hypertuna.posture import CLOSE, Held, PostureTest
 from hypertuna.published_swims import SPEEDS, WISHES, bandwidths
+from hypertuna.published_twins import SWIM, TANK_PHASE, Twins
 from hypertuna.report import WIDTH, Part, Picture, Section, Table
 from hypertuna.results_page import posture_table, spelled_limits
-from hypertuna.sizing import with_bore
-from hypertuna.twin import twin
 from hypertuna.twin_run import TwinRun
 
-__all__ = [
-    "EASED",
-    "TWIN",
-    "Twins",
-    "bore_table",
-    "findings",
-    "run_published",
-    "sections",
-    "speed_table",
-    "swim_bores",
-    "tank_table",
-]
+__all__ = ["EASED", "TWIN", "bore_table", "findings", "sections", "speed_table", "tank_table"]
 
 Array = NDArray[np.float64]
 
 TWIN = "twin"
 EASED = "twin, angle within reach"  # where the set angle of Fig. 8 is not
-SWIM = 12.0  # s: from the gait's settled speed, until the controller's and the pumps' own transients are over
-TANK = "large"  # amplitude of the tank tests at which joints are watched over frequency
-TANK_PHASE = 40.0  # deg, of the fastest gait
 COSTS = WISHES[:3]
-BORES = (0.003, 0.004, 0.005, 0.006)  # m, of the oil lines: what may be
 ESTIMATED = "servos as data sheets have them, not fitted to this number, but chosen with it in sight"
-
-
-@dataclass(frozen=True)
-class Twins:
-    """What the twin computes.
-
-    Attributes
-    ----------
-    robot : Robot
-    gaits : dict of str to TwinRun
-        The eight gaits of Table IV.
-    tank : tuple of TwinRun
-        Large amplitude at the frequencies of the tank tests.
-    posture : PostureTest
-        Fig. 8.
-    bores : dict of float to dict of str to tuple
-        By bore of the oil lines [m]: speed [m/s], swing of each joint [rad] and power [W] of the eight gaits; empty if
-        it was not asked for.
-    """
-
-    robot: Robot
-    gaits: dict[str, TwinRun]
-    tank: tuple[TwinRun, ...]
-    posture: PostureTest
-    bores: dict[float, dict[str, tuple[float, Array, float]]]
-
-
-def run_published(
-    robot: Robot, paper: Mapping[str, Any], *, full: bool = False, progress: Callable[[], None] | None = None
-) -> Twins:
-    """Run the twin through what the paper reports.
-
-    Parameters
-    ----------
-    robot : Robot
-    paper : mapping
-        Content of data/published/published.toml.
-    full : bool
-        Also with other oil lines.
-    progress : callable, optional
-        Called after the swims and after the posture test.
-
-    Returns
-    -------
-    Twins
-    """
-    tank, posture = paper["tank"], paper["posture"]
-    gaits = {name: _swim(robot, named_gait(robot, name)) for name in SPEEDS}
-    amplitude, phase = tank["amplitude_deg"][TANK], (0.0, TANK_PHASE)
-    swept = tuple(
-        _swim(robot, Gait.from_degrees(frequency=hertz, amplitude=amplitude, phase=phase))
-        for hertz in tank["frequency_hz"]
-    )
-    if progress is not None:
-        progress()
-    angle = np.radians([posture["angle_deg"] if group.name == posture["joint"] else 0.0 for group in robot.joints])
-    held = posture_test(robot, frequencies=posture["frequency_hz"], angle=angle.tolist())
-    if progress is not None:
-        progress()
-    return Twins(robot, gaits, swept, held, swim_bores(robot) if full else {})
-
-
-def swim_bores(robot: Robot) -> dict[float, dict[str, tuple[float, Array, float]]]:
-    """Swim the eight gaits with oil lines of other bores, which are not published.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    dict of float to dict of str to tuple
-        As `Twins` holds it.
-    """
-    found = {}
-    for bore in BORES:
-        other = with_bore(robot, bore)
-        runs = {name: _swim(other, named_gait(other, name)) for name in SPEEDS}
-        found[bore] = {name: (run.speed, run.swing, run.power) for name, run in runs.items()}
-    return found
 
 
 def findings(twins: Twins, paper: Mapping[str, Any]) -> Iterator[Finding]:
@@ -222,7 +124,7 @@ def speed_table(twins: Twins, paper: Mapping[str, Any]) -> Table:
         rows,
         "The eight gaits of Table IV in the twin: half of what each joint swings from left to right, speed, and the "
         "electrical power of the servos.",
-        "Runs of 12 s; means over the last whole beats. No swimming data is used beyond Table III.",
+        f"Runs of {SWIM:g} s; means over the last whole beats. No swimming data is used beyond Table III.",
     )
 
 
@@ -252,7 +154,7 @@ def tank_table(twins: Twins) -> Table:
         rows,
         f"Amplitude of the first harmonic of each joint where {both} deg are set, in the twin, and in a first-order "
         f"lag of {bandwidths(twins.robot)} Hz that was identified from speeds.",
-        f"Runs of 12 s in water at a phase difference of {TANK_PHASE:g} deg.",
+        f"Runs of {SWIM:g} s in water at a phase difference of {TANK_PHASE:g} deg.",
     )
 
 
@@ -282,13 +184,8 @@ def bore_table(bores: Mapping[float, Mapping[str, tuple[float, Array, float]]], 
         rows,
         "Errors of the eight speeds with oil lines of other bores, and what the joints reach and the servos take with "
         "the fastest unoptimized gait.",
-        "Runs of 12 s, everything else as described.",
+        f"Runs of {SWIM:g} s, everything else as described.",
     )
-
-
-def _swim(robot: Robot, gait: Gait) -> TwinRun:
-    """Swim a gait until it has settled."""
-    return twin(robot, gait, duration=SWIM, start="swimming")
 
 
 def _reached(run: TwinRun) -> str:
@@ -333,7 +230,7 @@ def _swim_section(twins: Twins, paper: Mapping[str, Any]) -> Section:
         plot_pressures(fastest, width=WIDTH),
         "Pressures of one beat of the fastest unoptimized gait, in the pumps and behind the oil lines in the drive "
         "units. Dotted: the controller's limit and cavitation.",
-        "The last of 12 s of the twin.",
+        f"The last of {SWIM:g} s of the twin.",
     )
     whole = Picture(
         "twin",
@@ -353,7 +250,8 @@ def _swim_text(twins: Twins, paper: Mapping[str, Any]) -> str:
     errors = {name: twins.gaits[name].speed / paper["values"][f"speed/{name}"]["value"] - 1 for name in SPEEDS}
     rms = float(np.sqrt(np.mean(np.square(list(errors.values())))))
     worst = max(errors, key=lambda name: abs(errors[name]))
-    slow, fast = twins.tank[0], twins.tank[-1]
+    slow, fast, told = twins.tank[0], twins.tank[-1], paper["values"]
+    fastest, lake = twins.gaits["unoptimised-max"], twins.gaits[paper["lake"]["gait"]]
     ratios = [
         f"{100 * run.amplitude[0] / run.gait.amplitude[0]:.0f} and "
         f"{100 * run.amplitude[1] / run.gait.amplitude[1]:.0f} %"
@@ -368,7 +266,29 @@ its bench tests in sight. Of the swimming tests only the water's coefficients of
 
 **The eight speeds come out with {100 * rms:.1f} % rms error**, the largest {100 * errors[worst]:+.1f} % ({worst}). At
 {hertz[0]} the joints reach {ratios[0]} of large amplitude, at {hertz[1]} {ratios[1]}; the lag of
-{bandwidths(twins.robot)} Hz that was identified from speeds leaves {lag:.0f} % there."""
+{bandwidths(twins.robot)} Hz that was identified from speeds leaves {lag:.0f} % there. {_held_back(fast)}
+
+The servos take {fastest.power:.3g} W in the fastest unoptimized gait, where {told["power/fastest"]["value"]:g} W were
+measured, and {lake.power:.3g} W with the gait of the lake run, where it was {told["power/lake"]["value"]:g} W. Servos
+are as data sheets have them: not fitted to these numbers, but chosen with them in sight. {_cheapest(twins)}"""
+
+
+def _held_back(run: TwinRun) -> str:
+    """Say what keeps the joints from the set amplitude."""
+    if not run.limits:
+        return "No limit acts."
+    return f"Limits that act: {spelled_limits(run.limits)}."
+
+
+def _cheapest(twins: Twins) -> str:
+    """Say how cost of transport goes with the frequency, where the paper finds it to fall all the way."""
+    costs = {run.gait.frequency: run.cost_of_transport for run in twins.tank}
+    least, last = min(costs, key=lambda hertz: costs[hertz]), max(costs)
+    fall = f"Cost of transport falls from {costs[min(costs)]:.3g} J/(kg m) at {min(costs):g} Hz to {costs[least]:.3g}"
+    if least == last:
+        return f"{fall} at {last:g} Hz, as the paper finds."
+    rise = f"and rises to {costs[last]:.3g} at {last:g} Hz"
+    return f"{fall} at {least:g} Hz {rise}; the paper finds that it falls all the way."
 
 
 def _posture_section(twins: Twins) -> Section:
