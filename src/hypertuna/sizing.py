@@ -150,7 +150,7 @@ def size_pump(
     robot : Robot
     frequency : sequence of float
         Of the beat [Hz].
-    amplitude : sequence of float, shape (joints,)
+    amplitude : sequence of float, shape (groups,)
         Commanded to each joint group [rad].
     bore, temperature : sequence of float, optional
         Of the lines [m] and of the oil [K]; None is the robot's own.
