@@ -79,7 +79,7 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     for c in range(len(found.names)):
         map_ = pump_map(robot, found, c)
         fill = robot.joints[c // 2].line.fill_pressure  # type: ignore[union-attr]
-        for name, values in {"map": map_.coefficients.tolist(), **_supervisor(found, c, fill)}.items():
+        for name, values in {"map": map_.coefficients.tolist(), **_supervisor(control, found, c, fill)}.items():
             columns.setdefault(name, []).extend(float(value) for value in values)
     return columns
 
@@ -262,8 +262,15 @@ def _water_load(robot: Robot, frequency: float) -> Array:
     return np.array([abs(moment).max() for moment in moments])
 
 
-def _supervisor(found: Circuits, circuit: int, fill: float) -> dict[str, list[float]]:
+def _supervisor(control: Controller, found: Circuits, circuit: int, fill: float) -> dict[str, list[float]]:
     """What the supervisor knows of a circuit."""
+    at = {name: float(found.column(name)[circuit]) for name in found.columns}
     slope = float(_core.displaced(found.values[circuit], np.linspace(-0.5, 0.5, 51))[:, 1].max())
-    stall = float(found.column("stall_torque")[circuit]) / slope
-    return {"servo_speed": [float(found.column("speed")[circuit])], "servo_stall": [stall], "fill": [fill]}
+    high = _core.ATMOSPHERE + control.pressure_soft
+    oil = (at["oil_pump"] + at["oil_unit"]) * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / high**2)
+    return {
+        "servo_speed": [at["speed"]],
+        "servo_stall": [at["stall_torque"] / slope],
+        "fill": [fill],
+        "give": [(at["compliance"] + oil) / slope],
+    }

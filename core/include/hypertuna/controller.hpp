@@ -121,7 +121,7 @@ ControllerState<T> init(const Controller<T>& model) {
     for (int j = 0; j < most_joints; ++j) state.governor[j].ceiling = model.joint[j].reach;
     for (int c = 0; c < most_circuits; ++c) {
         state.oscillator[c] = c % 2 == 0 ? Oscillator<T>{T(0), T(-1)} : Oscillator<T>{T(0), T(1)};
-        state.circuit[c].pressure = model.circuit[c].fill;
+        state.circuit[c].before = state.circuit[c].pressure = model.circuit[c].fill;
     }
     return state;
 }
@@ -229,18 +229,18 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
     const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast},
                                      state.pressure[c], reading, state.pressure[c].last, moving);
     Governor<T>& governor = state.governor[c / 2];
-    const bool high = model.pressure_hard < circuit.pressure;  // and it was so before: one reading stops nothing
     if (verdict.usable) {
+        governor.peak = max(governor.peak, median(circuit.before, circuit.pressure, reading));
+        if (model.pressure_hard < min(circuit.pressure, reading)) circuit.stopped = true;
+        circuit.before = circuit.pressure;
         circuit.pressure = reading;
-        governor.peak = max(governor.peak, reading);
-        if (high && model.pressure_hard < reading) circuit.stopped = true;
     } else {
         status.tell(Condition::pressure_fault, c);
     }
     governor.doubt = governor.doubt || !verdict.usable || T(1) < T(state.pressure[c].repeats);
     if (state.pressure[c].faulty) {
         status.tell(Condition::blind, c);
-        circuit.pressure = supervisor.fill;
+        circuit.before = circuit.pressure = supervisor.fill;
         governor.ceiling =
             min(governor.ceiling, max(governor.proven, safe_amplitude(model.joint[c / 2], state.wish.frequency)));
     }
@@ -325,7 +325,10 @@ T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Statu
     const T wanted = state.bias[j].value + state.aside[j].value + amplitude * swing;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
     if (bend != wanted) status.tell(Condition::amplitude_limit, j);
-    return bend;
+    // What was held back catches up little faster than the beat goes: no jump, no surge of pressure.
+    const T fastest = amplitude * T(2 * pi) * state.frequency.value * model.tick + abs(state.bias[j].change);
+    const T most = T(1.25) * fastest + T(0.02) * reach, last = state.bend_sent[j];
+    return clamp(bend, last - most, last + most);
 }
 
 /// Send a circuit's servo to an angle, and say where it cannot follow. Torque-speed line: no load leaves the whole
@@ -356,7 +359,8 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
         return stopped ? T(0) : servo_angle(model.map[c], c % 2 == 0 ? bend : -bend);
     };
     const auto most = [&](int c) {
-        return furthest(state.sent[c], state.circuit[c].pressure, model.pressure_soft, model.pressure_hard, model.slew);
+        return furthest(model.circuit[c], state.sent[c], state.circuit[c].pressure, model.pressure_soft,
+                        model.pressure_hard);
     };
     bool pressed = false, slow = false;
     for (int c = 2 * j; c < 2 * j + 2; ++c)
@@ -414,7 +418,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
     for (int c = 0; c < 2 * m.joints; ++c) {
         for (int k = 0; k < map_terms; ++k) visit("map", map_terms * c + k, m.map[c].term[k]);
         visit("servo_speed", c, m.circuit[c].speed), visit("servo_stall", c, m.circuit[c].stall);
-        visit("fill", c, m.circuit[c].fill);
+        visit("fill", c, m.circuit[c].fill), visit("give", c, m.circuit[c].give);
     }
     visit("pressure_soft", 0, m.pressure_soft), visit("pressure_hard", 0, m.pressure_hard);
     visit("pressure_low", 0, m.pressure_low), visit("pressure_high", 0, m.pressure_high);

@@ -137,20 +137,23 @@ struct SupervisorModel {
     T speed;  // rad/s of the servo without load, at the rated voltage
     T stall;  // Pa at which it stalls, at the rated voltage
     T fill;   // Pa: pressure at rest
+    T give;   // rad/Pa: how far the servo turns for a pressure at the soft limit, where the joint is held
 };
 
 template <class T>
 struct SupervisorState {
     T pressure;    // Pa: last reading believed, the fill where there is none
+    T before;      // Pa: the one before
     T change;      // rad: of the servo's angle that the last tick commanded
     bool stopped;  // released by the hard limit
 };
 
-/// Within a tick: the furthest angle a pump may be sent to. It comes closer to the soft limit ever more slowly, stands
-/// still at it, and beyond it goes back, at full slew at the hard one.
+/// Within a tick: the furthest angle a pump may be sent to. Beyond the soft limit it goes back by what takes the
+/// pressure off, but for no more than the hard limit's: a sensor may lie.
 template <class T>
-T furthest(T sent, T pressure, T soft, T hard, T slew) {
-    return sent + slew * clamp((soft - pressure) / (hard - soft), T(-1), T(1));
+T furthest(const SupervisorModel<T>& model, T sent, T pressure, T soft, T hard) {
+    const T over = min(pressure, hard) - soft;
+    return over < T(0) ? T(1e3) : sent - model.give * over;
 }
 
 /// From beat to beat: the widest amplitude of a joint that its pressures allow.
@@ -175,13 +178,14 @@ template <class T>
 void govern(Governor<T>& governor, T amplitude, T frequency, T fill, T soft) {
     const T room = T(governor_aim) * soft - fill;
     const T part = room / max(governor.peak - fill, T(0.01) * room);
-    if (!governor.doubt) {
-        const T cut = max(part, T(governor_least)), growth = min(sqrt(part), T(governor_most));
-        governor.ceiling = part < T(1) ? amplitude * cut : max(governor.ceiling, amplitude * growth);
-        governor.ceiling = max(governor.ceiling, T(governor_floor));
-        governor.frequency = frequency;
-        governor.proven = amplitude * min(part, T(1));
+    if (part < T(1)) {
+        governor.ceiling = amplitude * max(part, T(governor_least));
+    } else if (!governor.doubt) {
+        governor.ceiling = max(governor.ceiling, amplitude * min(sqrt(part), T(governor_most)));
+        governor.proven = amplitude;
     }
+    governor.ceiling = max(governor.ceiling, T(governor_floor));
+    governor.frequency = frequency;
     governor.peak = fill;
     governor.doubt = false;
 }
