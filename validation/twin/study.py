@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -165,8 +165,8 @@ def write_page(name: str, lines: list[str]) -> None:
     page.write_text(text, encoding="utf-8")
 
 
-if __name__ == "__main__":
-    parts = {"amplitudes": amplitudes, "speeds": speeds, "bore": bore}
+def main(parts: dict[str, Callable[[], Iterator[str]]]) -> None:
+    """Print the parts that the command names, or all; with --page, put them into docs/twin.md too."""
     for part in [part for part in sys.argv[1:] if part in parts] or list(parts):
         lines = []
         for line in parts[part]():
@@ -174,3 +174,7 @@ if __name__ == "__main__":
             lines.append(line)
         if "--page" in sys.argv:
             write_page(part, lines)
+
+
+if __name__ == "__main__":
+    main({"amplitudes": amplitudes, "speeds": speeds, "bore": bore})
