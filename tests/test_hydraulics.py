@@ -186,6 +186,19 @@ def test_a_robot_without_a_table_is_told_which(tuna: ht.Robot, tables: tuple[str
 
 
 @pytest.mark.parametrize(
+    ("table", "values", "sentence"),
+    [
+        ("oil", {"viscosity_40_m2_s": 1e-6, "viscosity_100_m2_s": 3e-7}, "viscosity_100_m2_s must be more than 3e-07"),
+        ("oil", {"cavitation_pa": -102e3}, "cavitation_pa must be more than -101325, a perfect vacuum"),
+        ("line", {"fill_pressure_pa": -95e3}, r"I.line.fill_pressure_pa must be more than oil.cavitation_pa = -95000"),
+    ],
+)
+def test_oil_that_cannot_be_is_refused(tuna: ht.Robot, table: str, values: dict[str, float], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        circuits(changed(tuna, **{table: values}))
+
+
+@pytest.mark.parametrize(
     ("options", "sentence"),
     [
         ({"bore": [0.0]}, "bore must be greater than 0, but is 0 mm"),

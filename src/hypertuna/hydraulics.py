@@ -299,6 +299,10 @@ def circuits(robot: Robot, temperature: float | None = None, *, bore: float | No
         line = needed(group.line, f"joints.{group.name}.line", "add the table [joints.line] to each joint group", robot)
         if bore is not None:
             line = line.model_copy(update={"bore": bore})
+        if line.fill_pressure <= oil.cavitation:
+            rule, value = f"must be more than oil.cavitation_pa = {oil.cavitation:g}", f"{line.fill_pressure:g}"
+            key, fix = f"joints.{group.name}.line.fill_pressure_pa", "below it the circuit is not full of oil"
+            raise InputError(rule, file=robot.file or None, key=key, value=value, fix=fix)
         row = _circuit(pump, servo, oil, line, rest_volume(robot, group), nu)
         for side in SIDES:
             names.append(f"{group.name}-{side}")
