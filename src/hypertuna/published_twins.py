@@ -21,7 +21,7 @@ __all__ = ["SWIM", "TANK_PHASE", "Twins", "run_published", "swim_bores"]
 
 Array = NDArray[np.float64]
 
-SWIM = 12.0  # s: from the gait's settled speed, until the controller's and the pumps' own transients are over
+SWIM = 20.0  # s: from the speed of the lagging joints, until the controller's own transients are over
 TANK = "large"  # amplitude of the tank tests at which joints are watched over frequency
 TANK_PHASE = 40.0  # deg, of the fastest gait
 BORES = (0.003, 0.004, 0.005, 0.006)  # m, of the oil lines: what may be

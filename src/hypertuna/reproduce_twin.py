@@ -217,7 +217,7 @@ def _swim_section(twins: Twins, paper: Mapping[str, Any]) -> Section:
     from hypertuna.plots_posture import plot_limits
     from hypertuna.plots_twin import plot_pressures, plot_twin
 
-    fastest = twins.gaits["unoptimised-max"]
+    fastest, middle = twins.gaits["unoptimised-max"], twins.tank[len(twins.tank) // 2]
     limits = Picture(
         "twin-amplitude",
         plot_limits([run.gait.frequency for run in twins.tank], _ratios(twins), _bandwidth(twins.robot), width=WIDTH),
@@ -227,9 +227,9 @@ def _swim_section(twins: Twins, paper: Mapping[str, Any]) -> Section:
     )
     pressures = Picture(
         "twin-pressures",
-        plot_pressures(fastest, width=WIDTH),
-        "Pressures of one beat of the fastest unoptimized gait, in the pumps and behind the oil lines in the drive "
-        "units. Dotted: the controller's limit and cavitation.",
+        plot_pressures(middle, width=WIDTH),
+        f"Pressures of one beat at {middle.gait.frequency:g} Hz, large amplitude, in the pumps and behind the oil "
+        "lines in the drive units. Dotted: the controller's limit and cavitation.",
         f"The last of {SWIM:g} s of the twin.",
     )
     whole = Picture(
