@@ -63,9 +63,10 @@ static void the_integrator_does_not_wind_up() {
 /// Error of the amplitude after 4 s, of a plant that makes `gain` of what it is told a tick later.
 static double error_after(double frequency, double gain, double seconds) {
     static Controller<double> model = test_controller<double>();
-    for (int c = 0; c < 4; ++c) model.map[c] = {{0, 1, 0, 0, 0, 0}}, model.circuit[c].draw = 1;
+    for (int c = 0; c < 4; ++c) model.map[c] = {{0, 1, 0, 0, 0, 0}};
     model.pressure_soft = 4.9e5, model.pressure_hard = 5e5;  // nothing holds it back
-    for (int c = 0; c < 4; ++c) model.circuit[c].speed = 100, model.circuit[c].grow = 1, model.circuit[c].line = 1;
+    for (int c = 0; c < 4; ++c) model.circuit[c].speed = 100;
+    for (JointModel<double>& joint : model.joint) joint.safe_static = joint.safe_rate = joint.safe_square = 1e-9;
     model.slew = 1;
     ControllerState<double> state = init(model);
     ControllerOutput<double> out{};
