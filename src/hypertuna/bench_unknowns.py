@@ -15,6 +15,7 @@ from hypertuna.description import Robot, parse
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.free_names import split_names
 from hypertuna.schema_actuator import NEUTRAL_BRAID
+from hypertuna.soft_joint import mooney
 
 __all__ = ["FACTORS", "PER_JOINT", "SHARED", "Unknown", "check_tables", "keys_of", "unknowns", "with_unknowns"]
 
@@ -130,11 +131,13 @@ def check_tables(robot: Robot, joints: Sequence[int]) -> None:
     Raises
     ------
     InputError
-        If a table is missing: with its name.
+        If a table or the constants of a material are missing: with their name.
     """
     fix = "add it to the robot's file; docs/description.md tells its keys, robots/hypertuna.toml shows one"
     if robot.drive_unit is None:
         raise InputError("is needed to identify an actuator", file=robot.file, key="table [drive_unit]", fix=fix)
+    for material in (robot.drive_unit.hose, robot.drive_unit.matrix):
+        mooney(robot, material)  # says what the set of constants in use lacks
     for j in joints:
         group = robot.joints[j]
         for key, part in (("actuator", group.actuator), ("drive_units", group.drive_units)):

@@ -1,7 +1,7 @@
 """The paper's two angles by brute force: actuators drawn within the bounds that meet both, and their combinations.
 
-`python sampled.py [COUNT]` draws the unknowns but the two levers from what is held possible, solves for the levers, keeps
-those within their bounds (by importance: the levers' own likelihood), and prints how many lie in the fit's intervals.
+`python sampled.py [COUNT]` draws the unknowns but the two levers from what is held possible, solves for the levers
+within their bounds, weighs every actuator by its likelihood, and prints how many lie in the fit's intervals.
 """
 
 import sys
@@ -9,71 +9,63 @@ from pathlib import Path
 
 import numpy as np
 from scipy.optimize import brentq
+from study import FISH, drawn
 
-import hypertuna as ht
 from hypertuna.actuator import bend
 from hypertuna.bench import read_bench
-from hypertuna.bench_fit import fit_bench
-from hypertuna.bench_unknowns import Unknown, with_unknowns
+from hypertuna.bench_fit import BenchFit, fit_bench
+from hypertuna.bench_unknowns import with_unknowns
 
-FISH = ht.load("hypertuna")
 PAPER = Path(__file__).parents[2] / "examples" / "bench" / "paper.csv"
+NEAR = 1.001  # for a derivative by differences
 
 
-def draw(rng: np.random.Generator, one: Unknown) -> float:
-    """Draw an unknown: normal in its logarithm, within its bounds."""
-    while True:
-        log = one.log(one.described) + one.spread * rng.standard_normal()
-        if one.kind != "diameter_ratio" or log < 0:
-            value = one.value(log)
-            if one.lower <= value <= one.upper:
-                return value
+def error(fit: BenchFit, values: np.ndarray, k: int, lever: float, angle: float) -> float:
+    """Bend of a lever's joint by 250 kPa, less that of the paper [rad]."""
+    fish = with_unknowns(FISH, fit.free, np.where(np.arange(len(values)) == k, lever, values), checked=False)
+    return float(bend(fish, fit.free[k].joint, [250e3]).angle[0]) - angle
+
+
+def met(fit: BenchFit, rng: np.random.Generator) -> tuple[float, np.ndarray] | None:
+    """Draw an actuator that meets both angles, with its weight; None where no lever does."""
+    values, weight = drawn(rng, fit.free), 1.0
+    levers = [k for k, one in enumerate(fit.free) if one.kind == "lever"]
+    for k, angle in zip(levers, fit.bench.angle, strict=True):
+        one = fit.free[k]
+        grid = np.geomspace(one.lower, one.upper, 9)
+        off = np.array([error(fit, values, k, lever, angle) for lever in grid])
+        crossings = np.flatnonzero(off[:-1] * off[1:] < 0)  # a longer lever pulls harder, and shortens its muscle more
+        if not len(crossings):
+            return None
+        m = int(rng.choice(crossings))
+        values[k] = brentq(lambda x, k=k, v=values, a=angle: error(fit, v, k, x, a), grid[m], grid[m + 1], rtol=1e-6)
+        # how likely this lever is by itself; the slope turns the density of bends into that of levers
+        z = (one.log(values[k]) - one.log(one.described)) / one.spread
+        up, down = (error(fit, values, k, values[k] * NEAR**side, angle) for side in (1, -1))
+        weight *= float(np.exp(-0.5 * z**2)) * len(crossings) * 2 * np.log(NEAR) / abs(up - down)
+    return weight, values
 
 
 def main(count: int) -> None:
     """Draw, solve, compare."""
     rng, fit = np.random.default_rng(0), fit_bench(FISH, read_bench(PAPER, FISH), starts=1)
-    print(f"{len(fit.draws)} draws of the fit meet the bench")
-    levers = [k for k, one in enumerate(fit.free) if one.kind == "lever"]
-    kept, tried = [], 0
-    while len(kept) < count:
+    found, tried = [], 0
+    while len(found) < count:
         tried += 1
-        values = np.array([draw(rng, one) for one in fit.free])
-        weight = 1.0
-        for k, target in zip(levers, np.degrees(fit.bench.angle), strict=True):
-            one = fit.free[k]
-
-            def off(lever: float, k: int = k, target: float = target) -> float:
-                trial = with_unknowns(FISH, fit.free, np.where(np.arange(len(values)) == k, lever, values), checked=False)
-                return float(np.degrees(bend(trial, fit.free[k].joint, [250e3]).angle[0])) - target
-
-            grid = np.geomspace(one.lower, one.upper, 9)
-            signs = np.array([off(lever) for lever in grid])
-            crossings = np.flatnonzero(signs[:-1] * signs[1:] < 0)
-            if not len(crossings):
-                weight = 0.0
-                break
-            m = int(rng.choice(crossings))
-            values[k] = brentq(off, grid[m], grid[m + 1], rtol=1e-6)
-            # a described lever is as likely as its bounds say, and the slope turns densities of bends into those of levers
-            z = (one.log(values[k]) - one.log(one.described)) / one.spread
-            slope = (off(values[k] * 1.001) - off(values[k] / 1.001)) / 0.002
-            weight *= float(np.exp(-0.5 * z**2)) / abs(slope) * len(crossings)
-        if weight:
-            kept.append((weight, values))
-    weights = np.array([w for w, _ in kept])
-    weights /= weights.sum()
-    print(f"{count} of {tried} drawn meet both angles; effective number {1 / np.sum(weights**2):.0f}")
+        if (one := met(fit, rng)) is not None:
+            found.append(one)
+    weight = np.array([w for w, _ in found]) / sum(w for w, _ in found)
+    points = np.array([values for _, values in found])
+    print(f"{count} of {tried} drawn meet both angles; they count as {1 / np.sum(weight**2):.0f}")
+    logs = {u.factor: np.array([u.log(x) - u.log(u.described) for x in points[:, k]]) for k, u in enumerate(fit.free)}
     for one in fit.combinations:
-        logs = [{u.factor: u.log(v) - u.log(u.described) for u, v in zip(fit.free, x, strict=True)} for _, x in kept]
-        value = np.array([sum(e * log[name] for name, e in one.exponents.items()) for log in logs])
+        value = np.exp(sum(e * logs[name] for name, e in one.exponents.items()))
         order = np.argsort(value)
-        low, high = (value[order][np.searchsorted(np.cumsum(weights[order]), q)] for q in (0.025, 0.975))
-        inside = float(weights[(np.log(one.low) <= value) & (value <= np.log(one.high))].sum())
-        print(f"{one.text}\n  fit {one.low:.3g} .. {one.high:.3g}, drawn {np.exp(low):.3g} .. {np.exp(high):.3g}, inside {inside:.2f}")
+        low, high = (value[order][np.searchsorted(np.cumsum(weight[order]), q)] for q in (0.025, 0.975))
+        inside = weight[(one.low <= value) & (value <= one.high)].sum()
+        print(f"{one.text}\n  fit {one.low:.2g} .. {one.high:.2g}, drawn {low:.2g} .. {high:.2g}, inside {inside:.2f}")
     for k, one in enumerate(fit.free):
-        x = np.array([v[k] for _, v in kept])
-        inside = float(weights[(fit.low[k] <= x) & (x <= fit.high[k])].sum())
+        inside = weight[(fit.low[k] <= points[:, k]) & (points[:, k] <= fit.high[k])].sum()
         print(f"{one.name}: inside {inside:.2f}")
 
 
