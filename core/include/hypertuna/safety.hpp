@@ -183,9 +183,9 @@ void govern(Governor<T>& governor, T amplitude, T frequency, T fill, T soft) {
     } else if (!governor.doubt) {
         governor.ceiling = max(governor.ceiling, amplitude * min(sqrt(sqrt(part)), T(governor_most)));
         governor.proven = amplitude;
+        governor.frequency = frequency;
     }
     governor.ceiling = max(governor.ceiling, T(governor_floor));
-    governor.frequency = frequency;
     governor.peak = fill;
     governor.doubt = false;
 }
