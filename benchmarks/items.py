@@ -273,6 +273,23 @@ def call_overhead(turns: int) -> Item:
     return Item("One call", f"The whole call less the call of the core inside it. Median of {turns}.", rows)
 
 
+def twin_speed(turns: int) -> Item:
+    """(i) The twin against the clock on the wall."""
+    robot, duration = hypertuna.load("hypertuna"), 20.0
+    gait = hypertuna.Gait.from_degrees(frequency=3, amplitude=(12, 20), phase=(0, 20))
+    race = Race({"twin": lambda: hypertuna.twin(robot, gait, duration=duration)}, turns)
+    seconds = race.seconds("twin")
+    rows = [
+        Row("twin_real_time", "the twin over real time", duration / seconds, "x", "100 or more"),
+        Row("twin_run_ms", f"a run of {duration:g} s", 1e3 * seconds, "ms"),
+    ]
+    method = (
+        "`hypertuna.twin` with closed loop, 3 Hz, 12 and 20 deg, in water, on one thread; the robot's tables are "
+        f"computed before. Median of {turns}."
+    )
+    return Item("Twin", method, rows)
+
+
 def _check(who: str, difference: float, most: float = AGREE) -> None:
     """A peer that computes something else is not compared with."""
     if not difference <= most:

@@ -12,6 +12,7 @@ import io
 import math
 import os
 import re
+import runpy
 import shlex
 import shutil
 import sys
@@ -31,8 +32,9 @@ from scipy.special import ellipe
 
 from hypertuna.beats import QUANTITIES
 from hypertuna.cli import main
-from hypertuna.description import load
+from hypertuna.description import load, parse
 from hypertuna.drawing import BODY, COLORS, EDGE, INK, draw, save
+from hypertuna.gait import named_gait
 from hypertuna.ledger import published
 from hypertuna.limits import gait_limits
 from hypertuna.manifest import reference as manifest_keys
@@ -42,14 +44,19 @@ from hypertuna.pareto import Front, pareto
 from hypertuna.plots import plot_swim
 from hypertuna.plots_optimize import plot_convergence
 from hypertuna.plots_pareto import plot_pareto
+from hypertuna.plots_pump import plot_pump
 from hypertuna.published_swims import SPEEDS, Trial, swim_published
 from hypertuna.report import Table
 from hypertuna.reproduce import Ledger, reproduce
 from hypertuna.reproduce_fit import bandwidth_table, coefficient_table
 from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table
+from hypertuna.reproduce_twin import bore_table, speed_table, swim_bores, tank_table
+from hypertuna.results_page import posture_table
+from hypertuna.sizing import Size, largest_beat, size_pump
 from hypertuna.steady import COLUMNS
 from hypertuna.swim import Swim, swim
+from hypertuna.twin import twin
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
@@ -111,7 +118,7 @@ def ledger_table() -> str:
     return rows(["number", "model", "verdict", "published", "computed", "unit"], body, left=3)
 
 
-def speed_table() -> str:
+def speeds_table() -> str:
     """Tabulate the eight speeds, computed beside published."""
     models = MODELS[:2]
     body = []
@@ -228,7 +235,7 @@ def range_table() -> str:
         (f"{cells} × {charge:.1f} Ah × {battery.voltage} V", cells * charge * battery.voltage),
     )
     body = [[text, f"{energy:.1f}", f"{energy * 3.6 / (cost * FISH.body.mass):.2f}"] for text, energy in cases]
-    body.append(["published", "", f"{told('range/claimed'):.2f}"])
+    body.append(["published", "", f"{told('range/battery'):.2f}"])
     return rows(["battery", "energy [Wh]", "range [km]"], body)
 
 
@@ -332,7 +339,63 @@ def quoted(name: str, kind: str, lines: int | None = None) -> str:
     return "\n".join([f"```{kind}", *text[:lines], *(["..."] if lines else []), "```"])
 
 
+def servo_power_table() -> str:
+    """Tabulate the twin's electrical power in the two gaits whose power is published, over what it hangs on."""
+    cost, lake = told("cost-of-transport/minimum"), PAPER["lake"]
+    body = [["published", f"{cost * FISH.body.mass * told('speed/unoptimised-max'):.3g}", "", ""]]
+    body[0][2] = f"{lake['energy_wh'] / 0.5:.3g}"  # in 30 minutes
+    servo = next(k for k, s in enumerate(FISH.servos) if s.drives == "piston pump")
+    stiff = {"bandwidth_hz": 20.0, "inertia_kg_m2": 0.009, "idle_current_a": 0.3}
+    cases: dict[str, tuple[str, dict[str, float]]] = {
+        "the twin": ("", {}),
+        "first guess: 20 Hz, 0.009 kg m², 0.3 A": ("servos", stiff),
+        "position loop of 15 Hz instead of 10": ("servos", {"bandwidth_hz": 15.0}),
+        "rotor twice as heavy": ("servos", {"inertia_kg_m2": 0.009}),
+        "twice the friction": ("servos", {"friction_n_m": 0.6}),
+        "idle current of 0.3 A instead of 0.05": ("servos", {"idle_current_a": 0.3}),
+        "oil of 35 C": ("oil", {"temperature_c": 35.0}),
+        "lines of 3 mm": ("line", {"bore_m": 0.003}),
+        "lines of 4 mm": ("line", {"bore_m": 0.004}),
+    }
+    for name, (where, values) in cases.items():
+        document = FISH.document()
+        tables = {"servos": [document["servos"][servo]], "oil": [document["oil"]]}
+        for table in tables.get(where, [group["line"] for group in document["joints"]] if where else []):
+            table.update(values)
+        robot = parse(document)
+        runs = [twin(robot, named_gait(robot, gait), duration=12) for gait in ("unoptimised-max", "optimised-0.5")]
+        body.append([name, *(f"{run.power:.3g}" for run in runs), ", ".join(f"{run.speed:.2f}" for run in runs)])
+    return rows(("", "fastest gait [W]", "lake gait [W]", "their speeds [m/s]"), body)
+
+
+@cache
+def sizes() -> list[Size]:
+    """Size the pump over bore and temperature."""
+    frequency, amplitude = largest_beat(FISH)
+    celsius = (5, 10, 15, 20, 25, 30)
+    bores, kelvin = [2e-3, 3e-3, 4e-3, 5e-3], [273.15 + t for t in celsius]
+    return size_pump(FISH, frequency=[frequency], amplitude=amplitude, bore=bores, temperature=kelvin)
+
+
+def prototype_table() -> str:
+    """Tabulate what an independent prototype found for joint I at 6 Hz and 16 deg, beside ours."""
+    bores, corners, bends = (2, 3, 4, 5), (1.1, 5.7, 18.0, 44.0), (4.2, 10.1, 12.7, 13.5)
+    ours = {round(1e3 * s.bore): s for s in sizes() if s.joint == "I" and round(s.temperature - 273.15) == 20}
+    body = [
+        [f"{bore}", f"{corner:g}", f"{ours[bore].corner:.2g}", f"{bend:g}", f"{math.degrees(ours[bore].amplitude):.1f}"]
+        for bore, corner, bend in zip(bores, corners, bends, strict=True)
+    ]
+    one, resistance = ours[3], 128 * 0.1164 * 0.08 / (math.pi * 0.003**4)
+    oil = [250e3 / (2 * math.pi * resistance * 5.7), 250e3 * one.capacity]
+    told = rows(("bore [mm]", "corner [Hz]", "ours", "bend [deg]", "ours"), body)
+    volumes = f"{1e6 * oil[0]:.1f} ml in the prototype's muscles and {1e6 * oil[1]:.1f} ml in ours"
+    speed = f"{one.speed / one.speed_limit:.2g} times what it has"
+    return f"{told}\n\nOil on the way to 250 kPa: {volumes}. Speed that the beat asks of our servo: {speed}."
+
+
 TABLES: dict[str, Callable[[], str]] = {
+    "prototype": prototype_table,
+    "servo power": servo_power_table,
     "front": front_table,
     "objectives": objectives_table,
     "methods": methods_table,
@@ -343,7 +406,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "manifest example": lambda: quoted("tank/tank.toml", "toml"),
     "manifest keys": manifest_keys,
     "ledger": ledger_table,
-    "speeds": speed_table,
+    "speeds": speeds_table,
     "errors": error_table,
     "sections": section_table,
     "cost of transport": cost_table,
@@ -356,6 +419,10 @@ TABLES: dict[str, Callable[[], str]] = {
     "bandwidth": lambda: of_report(bandwidth_table(ledger().fits, PAPER)),
     "Table IV": lambda: of_report(gait_table(ledger().optima, ledger().trials), 2),
     "optimizers": lambda: of_report(method_table(ledger().optima), 2),
+    "twin speeds": lambda: of_report(speed_table(ledger().twins, PAPER), 1),
+    "twin amplitudes": lambda: of_report(tank_table(ledger().twins), 1),
+    "twin bores": lambda: of_report(bore_table(swim_bores(FISH), PAPER)),
+    "posture": lambda: of_report(posture_table(ledger().twins.posture), 2),
     "Table V": lambda: of_report(robot_table(computed_among(ledger().trials)[0]), 2),
 }
 
@@ -454,10 +521,17 @@ def draw_frames() -> Figure:
 PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/swim.svg": lambda: plot_swim(swum("unoptimised-max", "joint bandwidth")),
     "docs/frames.svg": draw_frames,
+    "docs/pump.svg": lambda: plot_pump(sizes()),
     "docs/pareto.svg": lambda: plot_pareto(front()),
     "docs/convergence.svg": lambda: plot_convergence([optimum(MODELS[1], m, speed=0.4) for m in METHODS]),
     "docs/minnow.svg": lambda: draw(load(ROOT / "examples/minnow.toml")),
 }
+
+# Other pages have a module of their own.
+for part in ("figures_actuator.py", "figures_bench.py"):
+    made = runpy.run_path(str(ROOT / "docs" / part))
+    TABLES |= made["TABLES"]
+    PICTURES |= made["PICTURES"]
 
 # --- pages
 

@@ -205,7 +205,8 @@ def test_an_angle_is_where_moments_by_stresses_balance(tuna: ht.Robot) -> None:
     document = tuna.document()
     material = {"tensile_strength_pa": 1e6, "modulus_100_pa": 1e5, "shore": "0", "tensile_pa": list(HOSE)}
     document |= {"materials": {"EC50": material, "DR10": material}}
-    document["drive_unit"] |= {"material_set": "tensile"}
+    document["drive_unit"] |= {"material_set": "tensile", "outer_diameter_m": OUTER, "inner_diameter_m": INNER}
+    document["drive_unit"] |= {"braid_angle_deg": math.degrees(BRAID)}
     document["sources"] = {}
     robot = parse(document)
     group = robot.joints[1]
@@ -223,6 +224,43 @@ def test_an_angle_is_where_moments_by_stresses_balance(tuna: ht.Robot) -> None:
         total += brentq(excess, 0, 0.3, xtol=1e-14)
     found = bend(robot, "II", [1e5, 2e5], friction=False)
     assert found.angle[-1] == pytest.approx(total, rel=1e-10)
+
+
+@given(
+    braid=st.floats(5, 54.6),
+    hollow=st.floats(0.1, 0.98),
+    lever=st.floats(0.6, 6),
+    lengths=st.lists(st.floats(0.003, 0.3), min_size=1, max_size=4),
+    logs=st.tuples(st.floats(3, 6), st.floats(-5, 1), st.floats(3, 9)),
+    friction=st.sampled_from([0.0, 0.1, 5.0]),
+    side=st.sampled_from([0, 1]),
+)
+def test_any_joint_bends_toward_its_side_and_drags_behind(
+    braid: float,
+    hollow: float,
+    lever: float,
+    lengths: list[float],
+    logs: tuple[float, float, float],
+    friction: float,
+    side: int,
+) -> None:
+    """Angles are finite, rise with the pressure, and come back above; tables of such joints store what they take."""
+    stiff, bending, top = (10**x for x in logs)
+    hose = {"outer": OUTER, "inner": hollow * OUTER, "tan2": math.tan(math.radians(braid)) ** 2, "sleeve": 0.0}
+    any_unit = _core.DriveUnit(**hose, hose=(stiff, 0.0), matrix=(1e4, 0.0), friction=friction)
+    options = {"units": 3, "lever": (lever * OUTER, 0.9 * lever * OUTER), "length": lengths}
+    joint = _core.SoftJoint(any_unit, **options, stiffness=[bending] * len(lengths))
+    path = np.zeros((22, 2))
+    path[:, side] = top * np.concatenate([np.linspace(0, 1, 11), np.linspace(1, 0, 11)])
+    angle = np.asarray(joint.bend(path)) * (1 - 2 * side)
+    assert np.isfinite(angle).all()
+    assert (angle[0] == 0).all()
+    assert (np.diff(angle[:11], axis=0) >= -1e-15).all()
+    assert (angle[11:][::-1] >= angle[:11] - 1e-15).all()
+    reach = min(joint.reach(s, left=0.05, highest=2e7) for s in (0, 1))
+    table = np.asarray(joint.table(reach=reach, points=17))
+    assert np.isfinite(table).all()
+    assert (np.diff(table[:, 1]) > 0).all()  # the moment rises with the angle: stable without pressure
 
 
 def test_sides_mirror_each_other_but_for_the_asymmetry(tuna: ht.Robot) -> None:

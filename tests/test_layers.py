@@ -44,11 +44,12 @@ LAYERS = (
     ),
     *("space", "limits", "objective", "robust", "optimizers", "walk", "descents", "optimum", "optimize", "experiment"),
     *("evolution", "polish", "pareto"),
-    *("silicone", "actuator", "bench", "hydraulics", "control", "sensing"),
-    *("energy", "twin_run", "twin", "posture", "sobol"),
+    *("silicone", "soft_joint", "actuator"),
+    *("bench", "bench_unknowns", "bench_combinations", "bench_search", "bench_draws", "bench_fit", "bench_worth"),
+    *("hydraulics", "sizing", "control", "sensing", "energy", "twin_run", "twin", "posture", "sobol"),
     *("drawing", "style", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "ledger", "reproduce_*", "reproduce", "ledger_page"),
-    *("__init__", "console", "cli_optimize", "cli_*", "cli", "__main__"),
+    *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_*", "cli", "__main__"),
 )
 
 # The core runs on a microcontroller: no heap, no exceptions, no input or output, nothing of Python.

@@ -13,6 +13,7 @@ from hypertuna.drawing import INK
 from hypertuna.errors import InputError
 from hypertuna.identify import identify
 from hypertuna.plots_report import plot_dots, plot_map
+from hypertuna.posture import posture_test
 from hypertuna.report import Fact, Picture, Section, Table, inline, page, write_page
 from hypertuna.style import styled
 
@@ -148,16 +149,25 @@ def test_results_of_every_kind_on_one_page(tmp_path: Path) -> None:
     speeds = [(name, ht.swim(fish, ht.named_gait(fish, name)).speed) for name in ("unoptimised-0.3", "unoptimised-max")]
     runs = tuple(ht.SteadyRun(name, ht.named_gait(fish, name), speed=speed) for name, speed in speeds)
     fit = identify(fish, ht.Trials(runs), ["joints.bandwidth"], validate=0, starts=1)
-    text = ht.report([ht.swim(fish, gait), best, fit, front], tmp_path / "fish.html").read_text()
+    run = ht.twin(fish, ht.named_gait(fish, "unoptimised-0.3"), duration=3)
+    test = posture_test(fish, frequencies=[2.0], angle=[0.2, 0.2], duration=2, limits=False)
+    text = ht.report([ht.swim(fish, gait), run, test, best, fit, front], tmp_path / "fish.html").read_text()
     found = Page(text)
     assert not found.open
     assert len(set(found.identifiers)) == len(found.identifiers)
     assert f"{best.speed:.3g}" in found.words
-    for words in ("A swim at 6", "The best gait for speed", "Coefficients", "Pareto front of speed"):
+    for words in (
+        "A swim at 6",
+        "The twin at 2",
+        "Posture control",
+        "The best gait for speed",
+        "Coefficients",
+        "Pareto front of speed",
+    ):
         assert words in found.words
     with pytest.raises(InputError, match="one result at least"):
         ht.report([], tmp_path / "none.html")
-    with pytest.raises(InputError, match="Swim, Fit, Optimum or Front"):
+    with pytest.raises(InputError, match="Swim, TwinRun, PostureTest, Fit, Optimum or Front"):
         ht.report([3], tmp_path / "none.html")  # type: ignore[list-item]
     assert not (tmp_path / "none.html").exists()
 

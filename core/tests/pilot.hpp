@@ -18,7 +18,7 @@ Controller<T> test_controller() {
         m.map[c] = {{T(0), T(1), T(-0.3), T(0.2), T(0), T(0)}};
         SupervisorModel<T>& s = m.circuit[c];
         s.servo = {T(loop * tick), T(std::exp(-loop * tick))};
-        s.speed = T(7.5), s.stall = T(1.2e6), s.line = T(1e4), s.fill = T(6e4), s.draw = T(0.15), s.grow = T(0.06);
+        s.speed = T(7.5), s.stall = T(1.2e6), s.line = T(1e4), s.fill = T(6e4), s.draw = T(0.15);
         s.gas = T(0.02), s.gas_pump = T(0.01), s.soft = T(3e-7);
         for (int k = 0; k < instants; ++k) {
             const double t = tick * (k + 1) / instants, e = std::exp(-loop * t);

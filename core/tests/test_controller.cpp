@@ -56,10 +56,11 @@ static void faults_are_told_and_survived() {
     });
     CHECK(bend.output.status.has(Condition::bend_fault, 1) && bend.output.status.has(Condition::open_loop, 1));
     CHECK(!bend.output.status.has(Condition::bend_fault, 0));
-    // A sensor that lives but does not follow: noise about one angle.
-    const auto dull = run<double>(600, [&](int i, auto& r, auto&) { r.bend[0] = 0.1 + 1e-3 * ((7 * i) % 5); });
+    // A sensor that lives but does not follow: noise about one angle. Nothing is learned from it.
+    const auto noise = [](int i, auto& r, auto&) { r.bend[0] = 0.1 + 1e-3 * ((7 * i) % 5); };
+    const auto dull = run<double>(600, noise);
     CHECK(dull.output.status.has(Condition::bend_fault, 0) && dull.output.status.has(Condition::open_loop, 0));
-    CHECK(dull.state.posture[0].amplitude.output == 0);
+    CHECK(dull.state.posture[0].amplitude.output == run<double>(200, noise).state.posture[0].amplitude.output);
     double held = 0;
     const auto stuck = run<double>(
         600, [&](int i, auto& r, auto&) { (i < 300 ? held : r.pressure[2]) = i < 300 ? r.pressure[2] : held; });

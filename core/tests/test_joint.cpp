@@ -61,7 +61,13 @@ static void locks() {
     const double near = balance(j, 0, ten, 0.0), nearer = balance(j, 0, more, 0.0);
     CHECK(near < nearer && nearer <= reach);
     CHECK_NEAR(lumen(j.unit, side_stretch(j, 0, 1, reach)), 0, 1e-12);
-    CHECK(friction_limit(j, 0, 0, 0.0, near) == 0);  // shortened without pressure, the braid is loose
+    // A shortened hose carries some of the pressure, and below that the braid is loose; a stretched one presses on it.
+    const double swollen = carried(j.unit, side_stretch(j, 0, 0, 0.2)), rubbed = joint(40e3, 0.1).unit.friction;
+    const SoftJoint<double> rough = joint(40e3, 0.1);
+    CHECK(0 < swollen && friction_limit(rough, 0, 0, 0.99 * swollen, 0.2) == 0);
+    const double area = contact(j.unit, side_stretch(j, 0, 0, 0.2));
+    CHECK_NEAR(friction_limit(rough, 0, 0, swollen + 1e5, 0.2), 5 * 0.014 * rubbed * area * 1e5, 1e-12);
+    CHECK(0 < friction_limit(rough, 0, 1, 0.0, 0.2));
 }
 
 /// By the printed equations the joint bends too far, without hysteresis, and the other way round to the right.

@@ -65,8 +65,10 @@ static double error_after(double frequency, double gain, double seconds) {
     static Controller<double> model = test_controller<double>();
     for (int c = 0; c < 4; ++c) model.map[c] = {{0, 1, 0, 0, 0, 0}}, model.circuit[c].draw = 1;
     model.pressure_soft = 4.9e5, model.pressure_hard = 5e5;  // nothing holds it back
-    for (int c = 0; c < 4; ++c) model.circuit[c].speed = 100, model.circuit[c].grow = 1, model.circuit[c].line = 1;
+    for (int c = 0; c < 4; ++c) model.circuit[c].speed = 100, model.circuit[c].line = 1;
     model.slew = 1;
+    for (int j = 0; j < 2; ++j)
+        model.joint[j].safe_static = model.joint[j].safe_rate = model.joint[j].safe_square = 0.01;
     ControllerState<double> state = init(model);
     ControllerOutput<double> out{};
     for (int i = 0; i < int(seconds * 100); ++i) {

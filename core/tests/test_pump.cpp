@@ -216,7 +216,52 @@ static void half_the_step() {
     }
 }
 
+/// A row of numbers becomes a circuit, in double and in float; float sees the same to its digits.
+static void rows_and_floats() {
+    double row[circuit_column_count];
+    for (int k = 0; k < circuit_column_count; ++k) row[k] = k + 1;
+    const Circuit<double> counted = read_circuit<double>(row);
+    CHECK(counted.pump.area == 1 && counted.pump.chamber == 6 && counted.servo.stall_torque == 7);
+    CHECK(counted.servo.inertia == 14 && counted.resistance == 15 && counted.oil_pump == 18);
+    CHECK(counted.air == 23 && counted.cavitation == 24 && circuit_column_count == 24);
+
+    const Circuit<double> c = circuit();
+    const double all[circuit_column_count] = {c.pump.area,
+                                              c.pump.crank,
+                                              c.pump.rod,
+                                              c.pump.neutral,
+                                              c.pump.start,
+                                              c.pump.chamber,
+                                              c.servo.stall_torque,
+                                              c.servo.speed,
+                                              c.servo.bandwidth,
+                                              c.servo.friction,
+                                              c.servo.voltage,
+                                              c.servo.stall_current,
+                                              c.servo.idle_current,
+                                              c.servo.inertia,
+                                              c.resistance,
+                                              c.loss,
+                                              c.inertance,
+                                              c.oil_pump,
+                                              c.oil_unit,
+                                              c.unit_rest,
+                                              c.compliance,
+                                              c.bulk_modulus,
+                                              c.air,
+                                              c.cavitation};
+    const Circuit<float> single = read_circuit<float>(all);
+    const CircuitState<double> at{0.2, 3.0, 2e-5, 1e-6};
+    const auto wide = circuit_rate(c, at, 0.3, 7.2, 1e-7);
+    const auto narrow = circuit_rate(single, CircuitState<float>{0.2f, 3.0f, 2e-5f, 1e-6f}, 0.3f, 7.2f, 1e-7f);
+    // Pressure is the small difference of volumes: a float's 6e-8 of 8 ml over 1e-13 m^3/Pa of oil and air.
+    CHECK_NEAR(narrow.output.unit.pressure, wide.output.unit.pressure, 2e3);
+    CHECK_NEAR(narrow.output.pump.pressure, wide.output.pump.pressure, 2e4);
+    CHECK_NEAR(narrow.output.torque, wide.output.torque, 0.1);
+}
+
 int main() {
+    rows_and_floats();
     crank_by_hand();
     pressure_fills_the_space();
     rest_stays_rest();

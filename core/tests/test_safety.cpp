@@ -50,7 +50,6 @@ static void yielding_by_hand() {
 /// At rest a push goes until the forecast meets the limit at one instant, and stays below it at the others.
 static void the_furthest_push_meets_the_limit() {
     SupervisorModel<double> s = test_controller<double>().circuit[0];
-    s.grow = 9;
     SupervisorState<double> now{};
     now.pressure = now.reading = 6e4;
     const double limit = 2.5e5, step = furthest(s, now, limit, 0.01), room = limit - 6e4;

@@ -143,7 +143,7 @@ static void work_of_the_oil() {
     Robot<Law>::targets(20, 1, target);
     for (int c = 0; c < 4; ++c) state.targets.angle[c] = target[c];
     const double start = look(state.plant).energy, h = 1e-5;
-    PlantOutput<double, 3> seen;
+    PlantOutput<double, 3> seen[2];
     for (int k = 0; k < 5000; ++k) {
         const Flows before = look(state.plant);
         const PlantState<double, 3> half = plant_step(plant, state.plant, state.targets, 0.5 * h, seen);

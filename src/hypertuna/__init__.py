@@ -1,5 +1,6 @@
 """Open digital twin and control stack for soft robotic fish."""
 
+from hypertuna.actuator import Bend, bend
 from hypertuna.comparison import compare_recording, replay_recording
 from hypertuna.description import Robot, load, robots
 from hypertuna.errors import InputError
@@ -19,6 +20,7 @@ from hypertuna.twin import twin, twins
 from hypertuna.twin_run import TwinRun
 
 __all__ = [
+    "Bend",
     "Fit",
     "Front",
     "Gait",
@@ -37,6 +39,7 @@ __all__ = [
     "Track",
     "Trials",
     "TwinRun",
+    "bend",
     "compare_recording",
     "gait_limits",
     "gradient",

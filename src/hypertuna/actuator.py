@@ -206,11 +206,10 @@ def bend(
     Examples
     --------
     >>> import numpy as np
-    >>> from hypertuna.actuator import bend
-    >>> from hypertuna.description import load
-    >>> found = bend(load("hypertuna"), "I", [100e3, 250e3])
+    >>> import hypertuna as ht
+    >>> found = ht.bend(ht.load("hypertuna"), "I", [100e3, 250e3])
     >>> np.degrees(found.angle).round(1).tolist()
-    [10.0, 18.2]
+    [9.5, 18.2]
     """
     rising = _check_pressure(pressure)
     if side not in SIDES:

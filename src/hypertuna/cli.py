@@ -16,6 +16,7 @@ from hypertuna.cli_experiment import ask_command, tell_command
 from hypertuna.cli_identify import identify_command
 from hypertuna.cli_optimize import optimize_app
 from hypertuna.cli_pareto import pareto_command
+from hypertuna.cli_posture import posture_command
 from hypertuna.cli_pump import pump_command
 from hypertuna.cli_range import range_command
 from hypertuna.cli_replay import replay_command
@@ -23,6 +24,7 @@ from hypertuna.cli_reproduce import reproduce_command
 from hypertuna.cli_robot import robot_app
 from hypertuna.cli_swim import sweep_command, swim_command
 from hypertuna.cli_trials import trials_app
+from hypertuna.cli_twin import twin_command
 from hypertuna.console import print_json
 from hypertuna.errors import InputError
 from hypertuna.results import version
@@ -37,6 +39,8 @@ app = typer.Typer(
 app.command("swim")(swim_command)
 app.command("sweep")(sweep_command)
 app.command("replay")(replay_command)
+app.command("twin")(twin_command)
+app.command("posture-test")(posture_command)
 app.command("identify")(identify_command)
 app.command("reproduce")(reproduce_command)
 optimize_app.command("ask")(ask_command)

@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from hypertuna.cli_bench import fit_command
 from hypertuna.console import number, print_json
 from hypertuna.results import version
 from hypertuna.silicone import UP_TO, TensileFit, TensileTest, fit_silicone, read_tensile
@@ -16,6 +17,7 @@ from hypertuna.silicone import UP_TO, TensileFit, TensileTest, fit_silicone, rea
 __all__ = ["actuator_app"]
 
 actuator_app = typer.Typer(no_args_is_help=True, help="What tests at the bench tell of an actuator.")
+actuator_app.command("fit")(fit_command)
 
 
 @actuator_app.command("silicone")

@@ -23,7 +23,7 @@ from hypertuna.console import (
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
-from hypertuna.hydraulics import ZERO_CELSIUS
+from hypertuna.hydraulics import ZERO_CELSIUS, circuits
 from hypertuna.results import dataset, provenance, write_atomically, write_netcdf
 from hypertuna.sizing import Size, largest_beat, size_pump
 
@@ -98,6 +98,7 @@ def pump_command(
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     kind = check_suffix(output, (".nc", ".csv"), "--output")
     fish = load(robot)
+    circuits(fish)  # says what the file lacks
     frequencies, amplitudes = _beat(fish, gait, frequency, amplitude)
     bores = [None] if bore is None else [value * 1e-3 for value in _axis(bore, "bore", "mm")]
     celsius = [None] if temperature is None else _axis(temperature, "temperature", "C")
@@ -244,7 +245,7 @@ def _print_table(console: Console, cases: list[Size]) -> None:
     for temperature in temperatures:
         viscosity = known[bores[0], temperature].viscosity * 1e6
         head = f"{temperature - ZERO_CELSIUS:.3g} C\n{viscosity:.3g} mm^2/s"
-        table.add_column(Text(head, justify="right"), justify="right")
+        table.add_column(Text(head, justify="right"), justify="right", no_wrap=True)
     for bore in bores:
         row = (known[bore, temperature] for temperature in temperatures)
         table.add_row(f"{bore * 1e3:.3g}", *(_cell(size) for size in row))
@@ -254,4 +255,4 @@ def _print_table(console: Console, cases: list[Size]) -> None:
 def _cell(size: Size) -> str:
     """Tell a case in a few letters."""
     letters = "".join(LETTERS[name] for name in size.limits)
-    return f"{math.degrees(size.amplitude):.3g} ({size.corner:.2g}) {letters:3}"
+    return f"{math.degrees(size.amplitude):.1f}{letters} ({size.corner:.2g})"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.text import Text
 
+from hypertuna.cli_optimize import gait_record
 from hypertuna.console import number, number_list, print_json
 from hypertuna.description import Robot, load
 from hypertuna.energy import Range, range_of
@@ -16,6 +18,7 @@ from hypertuna.gait import Gait, named_gait
 from hypertuna.ledger import judge, published
 from hypertuna.reproduce_gaits import range_finding
 from hypertuna.results import provenance
+from hypertuna.twin import twin
 
 __all__ = ["range_command"]
 
@@ -54,6 +57,9 @@ def range_command(
         watts, going = _given(power, speed)
     else:
         watts, going, told = _swum(fish, _gait(fish, gait, frequency, amplitude, phase), duration)
+    if not math.isfinite(watts + going):
+        print_json(provenance(fish) | told) if as_json else Console().print(Text(told["status_text"], style="bold red"))
+        raise typer.Exit(1)
     found = range_of(fish, power=watts, speed=going, reserve=kept)
     if as_json:
         print_json(_record(fish, found, told))
@@ -107,7 +113,15 @@ def _gait(fish: Robot, gait: str | None, frequency: str | None, amplitude: str |
 
 def _swum(fish: Robot, gait: Gait, duration: str) -> tuple[float, float, dict[str, Any]]:
     """Let the twin swim a gait: power, speed, and what it says."""
-    raise NotImplementedError
+    run = twin(fish, gait, duration=number(duration, "duration", "seconds"), start="swimming")
+    told = {
+        "gait": gait_record(gait),
+        "duration_s": run.duration,
+        "settled": run.settled,
+        "limits": list(run.limits),
+        "status_text": " ".join(run.sentences),
+    }
+    return run.power, run.speed, told
 
 
 def _record(fish: Robot, found: Range, told: dict[str, Any]) -> dict[str, Any]:
@@ -154,8 +168,6 @@ def _print(fish: Robot, found: Range, told: dict[str, Any]) -> None:
     record = _record(fish, found, told)
     battery, console = record["battery"], Console()
     console.print(Text(f"{fish.name}: range on one charge", style="bold"))
-    if told:
-        console.print(Text(f"{told['swim']}"))
     cells = f"{battery['cells']} cells x {battery['capacity_ah']:g} Ah x {battery['cell_v']:g} V"
     of_charge = f"{100 * battery['usable']:.3g} % of the charge, {100 * found.reserve:.3g} % of that in reserve"
     volts = f"{found.voltage[0]:.4g} to {found.voltage[1]:.4g} V under load"
@@ -173,6 +185,10 @@ def _print(fish: Robot, found: Range, told: dict[str, Any]) -> None:
     )
     for name, text in lines:
         console.print(Text(f"{name:26}{text}"))
+    if told:
+        console.print(
+            Text(f"power and speed are the twin's. {told['status_text']}", style="" if told["settled"] else "red")
+        )
     if "published" in record:
         told_there = record["published"]
         console.print(

@@ -26,7 +26,11 @@ def reproduce_command(
         str | None, typer.Option("-o", "--output", help="Write index.html, ledger.json and the plots to this folder.")
     ] = None,
     full: Annotated[
-        bool, typer.Option("--full", help="Also under the areas as Table II prints them, and fits from more starts.")
+        bool,
+        typer.Option(
+            "--full",
+            help="Also under the areas as Table II prints them, fits from more starts, the twin with other oil lines.",
+        ),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -54,21 +58,22 @@ def _print(ledger: Ledger) -> None:
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("number", no_wrap=True)
     table.add_column("published", justify="right", no_wrap=True)
-    for model in ledger.trials:
-        table.add_column(model, no_wrap=len(ledger.trials) < 3)
+    models = list(ledger.summary["speeds"])
+    for model in models:
+        table.add_column(model, no_wrap=len(models) < 4)
     rows: dict[str, dict[str, Entry]] = {}
     for entry in ledger.entries:
         rows.setdefault(entry.id, {})[entry.model] = entry
     for key, row in rows.items():
         any_entry = next(iter(row.values()))
-        cells = [_answer(row[model]) if model in row else Text() for model in ledger.trials]
+        cells = [_answer(row[model]) if model in row else Text() for model in models]
         if any(cells):
             table.add_row(key, any_entry.told, *cells)
     console = Console()
     console.print(table)
     console.print()
     for entry in ledger.entries:
-        if entry.model not in ledger.trials:
+        if entry.model not in models:
             told = f" {entry.id}, {entry.told}; {entry.model}: "
             console.print(Text.assemble(_answer(entry), told, (f"{entry.note}.", "dim")))
     console.print()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -23,9 +22,9 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
-from hypertuna.description import Robot, load
+from hypertuna.description import load
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait, named_gait
+from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, gait_axes, one_gait, spelled
 from hypertuna.results import provenance, write_atomically, write_netcdf
 from hypertuna.sweep import Gaits, sweep
 from hypertuna.swim import Swim, swim
@@ -35,13 +34,10 @@ if TYPE_CHECKING:
 
 __all__ = ["sweep_command", "swim_command"]
 
-GROUP = "one value per joint group, separated by commas"
 RANGE = "A value or a range start:stop:count"
 STRAIGHT = 1e3  # a turning radius of so many body lengths is not shown on the terminal
 ROWS = 40  # gaits of a sweep that the terminal shows one by one
 
-Name = Annotated[str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")]
-Named = Annotated[str | None, typer.Option("--gait", help="A gait of the robot's file; the options below change it.")]
 Joints = Annotated[str | None, typer.Option("--joints", help="ideal or bandwidth  [default: the robot's choice]")]
 Areas = Annotated[str | None, typer.Option("--areas", help="consistent or as-printed  [default: the robot's choice]")]
 Water = Annotated[str | None, typer.Option("--water", help="lumped or strip  [default: the robot's choice]")]
@@ -79,10 +75,10 @@ MORE = (
 def swim_command(
     robot: Name,
     gait: Named = None,
-    frequency: Annotated[str | None, typer.Option("--frequency", help="Beat frequency in Hz.")] = None,
-    amplitude: Annotated[str | None, typer.Option("--amplitude", help=f"Amplitude in degrees, {GROUP}.")] = None,
-    phase: Annotated[str | None, typer.Option("--phase", help=f"Lag behind the first group's clock, {GROUP}.")] = None,
-    bias: Annotated[str | None, typer.Option("--bias", help=f"Mean angle in degrees, {GROUP}.")] = None,
+    frequency: Frequency = None,
+    amplitude: Amplitude = None,
+    phase: Phase = None,
+    bias: Bias = None,
     joints: Joints = None,
     areas: Areas = None,
     water: Water = None,
@@ -104,7 +100,7 @@ def swim_command(
     fish = load(robot).using(joints=joints, areas=areas, water=water)
     done = swim(
         fish,
-        _gait(_axes(fish, gait, {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias})),
+        one_gait(gait_axes(fish, gait, {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias})),
         from_rest=None if from_rest is None else number(from_rest, "from_rest", "seconds"),
         steps=whole_number(steps, "steps"),
         current=(0.0, 0.0) if current is None else _pair(current),
@@ -153,7 +149,7 @@ def sweep_command(
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     kind = check_suffix(output, (".nc", ".csv"), "--output")
     fish = load(robot).using(joints=joints, areas=areas, water=water)
-    axes = _axes(fish, gait, {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}, ranges)
+    axes = gait_axes(fish, gait, {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}, ranges)
     workers = None if threads is None else whole_number(threads, "threads")
     with progress_bar("swimming") as progress:
         found = sweep(fish, _grid(axes), threads=workers, steps=whole_number(steps, "steps"), progress=progress)
@@ -174,57 +170,11 @@ def sweep_command(
         Console(stderr=True).print(f"{missing} of {found.settled.size} gaits are not settled: see their status.")
 
 
-def _one(text: str, key: str, unit: str) -> list[tuple[float, ...]]:
-    """Read one value per joint group, as `ranges` reads many."""
-    return [number_list(text, key, unit)]
-
-
-def _axes(
-    robot: Robot,
-    name: str | None,
-    given: dict[str, str | list[str] | None],
-    read: Callable[[str, str, str], list[tuple[float, ...]]] = _one,
-) -> dict[str, list[tuple[float, ...]]]:
-    """Read the values of frequency [Hz], amplitude, phase and bias [deg]; what is not given comes from a named gait."""
-    groups = len(robot.joints)
-    axes = {"bias": [(0.0,) * groups]}
-    if name is not None:
-        known = named_gait(robot, name)
-        axes["frequency"] = [(known.frequency,)]
-        axes |= {key: [tuple(np.degrees(getattr(known, key)).tolist())] for key in ("amplitude", "phase", "bias")}
-    for key, texts in given.items():
-        if texts:
-            unit = "Hz" if key == "frequency" else "degrees"
-            several = [texts] if isinstance(texts, str) else texts
-            axes[key] = [value for text in several for value in read(text, key, unit)]
-            _check_count(robot, key, axes[key], 1 if key == "frequency" else groups)
-        elif key not in axes:
-            raise InputError("is missing", key=f"--{key}", fix="give it, or a gait of the robot's file with --gait")
-    return axes
-
-
-def _check_count(robot: Robot, key: str, values: list[tuple[float, ...]], count: int) -> None:
-    """Check that there is one frequency, and one angle per joint group."""
-    for value in values:
-        if len(value) != count:
-            groups = ", ".join(group.name for group in robot.joints)
-            rule = "must be one value" if key == "frequency" else f"must be {count} values, for joint groups {groups}"
-            given = f"but has {len(value)} ({', '.join(f'{x:g}' for x in value)})"
-            fix = "give one number" if count == 1 else f"give {count}, separated by commas"
-            raise InputError(f"{rule}, {given}", key=f"--{key}", fix=fix)
-
-
-def _gait(axes: dict[str, list[tuple[float, ...]]]) -> Gait:
-    """Make the one gait that the options describe."""
-    amplitude, phase, bias = (axes[key][0] for key in ("amplitude", "phase", "bias"))
-    return Gait.from_degrees(frequency=axes["frequency"][0][0], amplitude=amplitude, phase=phase, bias=bias)
-
-
 def _grid(axes: dict[str, list[tuple[float, ...]]]) -> Gaits:
     """Make every combination of the options; each value is checked in degrees first."""
     for key, values in axes.items():
         for value in values:
-            _gait(axes | {key: [value]})
+            one_gait(axes | {key: [value]})
     angles = {key: np.radians(axes[key]).tolist() for key in ("amplitude", "phase", "bias")}
     return Gaits.grid(frequency=[value[0] for value in axes["frequency"]], **angles)
 
@@ -275,22 +225,13 @@ def _print_swim(done: Swim) -> None:
     model = done.robot.model
     areas = f", {model.areas} areas" if model.water == "lumped" else ""
     console = Console()
-    console.print(Text(f"{done.robot.name}, {_spelled(done.gait)}", style="bold"))
+    console.print(Text(f"{done.robot.name}, {spelled(done.gait)}", style="bold"))
     console.print(Text(f"{model.water} water, {model.joints} joints{areas}", style="dim"))
     if any(done.current):
         x, y = done.current
         console.print(Text(f"current {x:g}, {y:g} m/s; speed is through the water", style="dim"))
     console.print(table)
     console.print(Text(done.status_text, style="green" if done.settled else "bold red"))
-
-
-def _spelled(gait: Gait) -> str:
-    """Write a gait in the words of the options."""
-    angles = {key: np.degrees(getattr(gait, key)) for key in ("amplitude", "phase", "bias")}
-    parts = [f"{key} {', '.join(f'{a:.4g}' for a in values)} deg" for key, values in angles.items() if key != "bias"]
-    if any(gait.bias):
-        parts.append(f"bias {', '.join(f'{a:.4g}' for a in angles['bias'])} deg")
-    return f"{gait.frequency:g} Hz, {', '.join(parts)}"
 
 
 def _plot_swim(done: Swim, plot: str, kind: str | None) -> None:

@@ -29,7 +29,6 @@ FLOOR = 0.2  # of the cavitation pressure: as low as the pump may draw its units
 BEYOND = 1.2  # of a joint's largest bend under pressure: what control may ask for, to make up for losses
 BEND_STEP = 2.0  # of the fastest beat's largest change within a tick: what a sound bend sensor may show
 CAUTION = 1.15  # what the supervisor adds to its linear forecast of a step, for the air that stiffens on the way
-GROWTH = 0.5  # of the first-order push that the line alone would allow: how much longer a push may be each tick
 INSTANTS = 4  # within a tick, at which the supervisor predicts: as core safety.hpp
 FINE = 10  # steps of the prediction from one of them to the next
 
@@ -76,19 +75,20 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     control = needed(robot.controller, "controller", "add the table [controller]", robot)
     found = circuits(robot, temperature)
     tick = 1 / control.rate
+    tables = joint_tables(robot)
     columns = _constants(robot, control, tick)
     for j in range(len(robot.joints)):
-        for name, value in _joint(robot, control, found, j).items():
+        for name, value in _joint(robot, control, found, tables[j], j).items():
             columns.setdefault(name, []).append(value)
     for c in range(len(found.names)):
-        map_ = pump_map(robot, found, c)
+        map_ = pump_map(robot, found, c, tables)
         fill = robot.joints[c // 2].line.fill_pressure  # type: ignore[union-attr]
         for name, values in {"map": map_.coefficients.tolist(), **_supervisor(control, found, c, fill, tick)}.items():
             columns.setdefault(name, []).extend(float(value) for value in values)
     return columns
 
 
-def pump_map(robot: Robot, found: Circuits, circuit: int) -> PumpMap:
+def pump_map(robot: Robot, found: Circuits, circuit: int, tables: tuple[JointTable, ...] = ()) -> PumpMap:
     """Fit the servo angle that holds a bend at rest: the inverse of volumes and pressures of both sides.
 
     Parameters
@@ -98,6 +98,8 @@ def pump_map(robot: Robot, found: Circuits, circuit: int) -> PumpMap:
         Its circuits.
     circuit : int
         Which one; 2 j + s is side s of joint j.
+    tables : tuple of JointTable
+        Of the robot's joints, where they are known already.
 
     Returns
     -------
@@ -107,7 +109,7 @@ def pump_map(robot: Robot, found: Circuits, circuit: int) -> PumpMap:
     group = robot.joints[circuit // 2]
     reach = _reach(group)
     bend = np.linspace(-reach, reach, 201)
-    table = joint_tables(robot)[circuit // 2]
+    table = (tables or joint_tables(robot))[circuit // 2]
     volume, pressure = _side_at_rest(robot, table, found, circuit, bend)
     angle = servo_angle(found, _displacement(found, circuit, volume, pressure), circuit)
     slope = _core.displaced(found.values[circuit], angle)[:, 1]
@@ -213,12 +215,12 @@ def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
     return needed(None, "sensors", fix, robot)
 
 
-def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[str, float]:
+def _joint(robot: Robot, control: Controller, found: Circuits, table: JointTable, j: int) -> dict[str, float]:
     """Compute what the controller knows of a joint."""
     group = robot.joints[j]
     bend_max = needed(group.bend_max, f"joints.{group.name}.bend_max_deg", "give the joint's largest bend", robot)
     high = sensor_range(robot, "bend")[1]
-    static, rate, square = _pressure_of_beat(robot, control, found, j)
+    static, rate, square = _pressure_of_beat(robot, control, found, table, j)
     return {
         "reach": _reach(group),
         "amplitude": bend_max,
@@ -230,7 +232,9 @@ def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[s
     }
 
 
-def _pressure_of_beat(robot: Robot, control: Controller, found: Circuits, j: int) -> tuple[float, float, float]:
+def _pressure_of_beat(
+    robot: Robot, control: Controller, found: Circuits, table: JointTable, j: int
+) -> tuple[float, float, float]:
     """Bound a beat's pressure over the fill: per amplitude, by powers of the frequency, over the soft limit's room.
 
     What holds the bend at rest, what the flow drops in the line, and the water's load on the moving tail are added as
@@ -239,7 +243,6 @@ def _pressure_of_beat(robot: Robot, control: Controller, found: Circuits, j: int
     amplitude = float(robot.joints[j].bend_max or 0.0)
     fill = float(robot.joints[j].line.fill_pressure)  # type: ignore[union-attr]
     bend = np.linspace(0.1, 1.0, 10) * amplitude
-    table = joint_tables(robot)[j]
     held = (_side_at_rest(robot, table, found, 2 * j, bend)[1] - fill) / bend
     flow = np.gradient(_side_at_rest(robot, table, found, 2 * j, bend)[0], bend)
     resistance = float(found.column("resistance")[2 * j])
@@ -290,7 +293,6 @@ def _supervisor(control: Controller, found: Circuits, circuit: int, fill: float,
         "draw": [(fill - at["cavitation"]) / (drop * slope) * tick],
         "gas": [oil * at["air"] / slope],
         "gas_pump": [at["oil_pump"] * at["air"] / slope],
-        "grow": [GROWTH * (control.pressure_soft - fill) / (drop * slope * loop)],
         "soft": [(at["compliance"] + oil / at["bulk_modulus"]) / slope],
         **_predict(loop, slope, drop, at["inertance"], pump, tick),
     }

@@ -41,7 +41,7 @@ OPEN = 0.7  # of ASTM D341, cSt
 
 @dataclass(frozen=True)
 class Circuits:
-    """The four (two per joint) circuits of a robot as the core takes them.
+    """The circuits of a robot, two per joint, as the core takes them.
 
     Parameters
     ----------
@@ -189,10 +189,10 @@ def rest_volume(robot: Robot, group: JointGroup) -> float:
     float
         Lumens of straight hoses as long as the joint's neutral layer [m^3].
     """
-    unit = needed(robot.drive_unit, "drive_unit", "add the table [drive_unit]")
+    unit = needed(robot.drive_unit, "drive_unit", "add the table [drive_unit]", robot)
     where = f"joints.{group.name}"
-    actuator = needed(group.actuator, f"{where}.actuator", "add the table [joints.actuator] to each joint group")
-    count = needed(group.drive_units, f"{where}.drive_units", "give the number of pairs of drive units")
+    actuator = needed(group.actuator, f"{where}.actuator", "add the table [joints.actuator] to each joint group", robot)
+    count = needed(group.drive_units, f"{where}.drive_units", "give the number of pairs of drive units", robot)
     return float(count * np.pi / 4 * unit.inner_diameter**2 * sum(actuator.segment_length))
 
 
@@ -213,13 +213,11 @@ def pump_servo(robot: Robot) -> Servo:
     InputError
         If none drives the pump, there are not two a joint, or a value is missing.
     """
-    k = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
-    if k is None:
-        raise _missing(robot, f"[[servos]] with drives = {DRIVES!r}", "add that table to the robot's file")
+    found = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
+    k = needed(found, f"[[servos]] with drives = {DRIVES!r}", "add that table to the robot's file", robot)
     servo = robot.servos[k]
     for name, info in type(servo).model_fields.items():
-        if getattr(servo, name) is None:
-            raise _missing(robot, f"servos[{k}].{info.alias}", f"give its {info.description}")
+        needed(getattr(servo, name), f"servos[{k}].{info.alias}", f"give its {info.description}", robot)
     wanted = len(SIDES) * len(robot.joints)
     if servo.count != wanted:
         rule, fix = f"must be {wanted}, one a side of each joint group", "one servo drives one cylinder"
@@ -244,7 +242,7 @@ def oil_of(robot: Robot, temperature: float | None = None) -> tuple[Oil, float, 
     float
         Kinematic viscosity [m^2/s].
     """
-    oil = needed(robot.oil, "oil", "add the table [oil]")
+    oil = needed(robot.oil, "oil", "add the table [oil]", robot)
     at = oil.temperature if temperature is None else temperature
     return oil, at, float(viscosity(oil, at))
 
@@ -359,11 +357,6 @@ def needed(value: T | None, key: str, fix: str, robot: Robot | None = None) -> T
     if value is None:
         raise InputError("is needed for the hydraulics", file=(robot and robot.file) or None, key=key, fix=fix)
     return value
-
-
-def _missing(robot: Robot, key: str, fix: str) -> InputError:
-    """Name what a robot's file lacks."""
-    return InputError("is needed for the hydraulics", file=robot.file or None, key=key, fix=fix)
 
 
 def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: float) -> dict[str, float]:

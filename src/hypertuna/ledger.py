@@ -93,6 +93,10 @@ RULES = (
     Rule("optimum/*", "*", 0.10, False, "many gaits have nearly the same speed and cost"),
     Rule("cost-of-transport/model-error", "*", 0.0, False, "an upper bound is kept or not", bound=True),
     Rule("turning/radius", "*", 0.10, False, "measured in snapshots of one turn"),
+    Rule("bending/*", "*", 0.01, False, "the actuator's estimated geometry was made to meet both: it must"),
+    Rule("control/settling-*", "*", 0.0, False, "an upper bound is kept or not", bound=True),
+    Rule("power/*", "*", 0.10, False, "what the servos and converters lose is estimated, not published"),
+    Rule("cost-of-transport/minimum", "*", 0.10, False, "a power of 10 % over a speed"),
     Rule("range/*", "*", 0.01, False, "arithmetic on numbers of three digits"),
     Rule("*", "*", 0.05, False, "the accuracy that the paper claims for its own model, section III.E"),
 )
@@ -117,6 +121,8 @@ class Entry:
     note : str
     interval : tuple of float or None
         Of an identified number, 95 %.
+    bound : bool
+        Whether the published number is an upper bound.
     """
 
     id: str
@@ -129,18 +135,20 @@ class Entry:
     verdict: str
     note: str
     interval: tuple[float, float] | None = None
+    bound: bool = False
 
     @property
     def error(self) -> str:
-        """The relative error as text; empty for percentages and angles, whose difference says more."""
-        if self.relative_error is None or self.unit in ("%", "deg") or self.verdict == "undetermined":
+        """The relative error as text; empty for percentages and angles, whose difference says more, and for bounds."""
+        if self.relative_error is None or self.unit in ("%", "deg") or self.verdict == "undetermined" or self.bound:
             return ""
         return f"{100 * self.relative_error:+.1f} %"
 
     @property
     def told(self) -> str:
         """The published number with its unit."""
-        return f"{self.published:g}" if self.unit == "1" else f"{self.published:g} {self.unit}"
+        most = "≤ " if self.bound else ""
+        return f"{most}{self.published:g}" if self.unit == "1" else f"{most}{self.published:g} {self.unit}"
 
     @property
     def answer(self) -> str:
@@ -197,6 +205,7 @@ def judge(paper: Mapping[str, Any], found: Finding) -> Entry:
         verdict=_verdict(found, fact),
         note=found.note,
         interval=found.interval,
+        bound=_rule(found, fact).bound,
     )
 
 
@@ -209,7 +218,11 @@ def _verdict(found: Finding, fact: Mapping[str, Any]) -> str:
         if high - low > abs(fact["value"]):
             return "undetermined"
         return "reproduced" if low <= fact["value"] <= high else "deviates"
-    rule = next(rule for rule in RULES if fnmatch(found.id, rule.ids) and fnmatch(fact["kind"], rule.kind))
-    if rule.holds(fact["value"], found.computed):
+    if _rule(found, fact).holds(fact["value"], found.computed):
         return "reproduced"
     return "contradicted" if fact["kind"] == "derived" else "deviates"
+
+
+def _rule(found: Finding, fact: Mapping[str, Any]) -> Rule:
+    """Return the first rule that fits."""
+    return next(rule for rule in RULES if fnmatch(found.id, rule.ids) and fnmatch(fact["kind"], rule.kind))

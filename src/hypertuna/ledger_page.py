@@ -11,6 +11,7 @@ from hypertuna.ledger import MARKS, RULES, VERDICTS, Entry
 from hypertuna.published_swims import OURS, PAPER, bandwidths
 from hypertuna.report import WIDTH, Fact, Picture, Section, page
 from hypertuna.reproduce import Ledger, ledger_record, ledger_sections
+from hypertuna.reproduce_gaits import ARITHMETIC
 from hypertuna.results import write_atomically
 
 __all__ = ["ledger_html", "write_ledger"]
@@ -106,7 +107,7 @@ def _chapters(ledger: Ledger) -> list[dict[str, Any]]:
 def _facts(ledger: Ledger) -> list[Fact]:
     """Choose the numbers for large letters."""
     errors, verdicts = ledger.summary["speeds"], ledger.summary["verdicts"]
-    (distance,) = [entry for entry in ledger.entries if entry.id == "range/claimed"]
+    (distance,) = [entry for entry in ledger.entries if (entry.id, entry.model) == ("range/battery", ARITHMETIC)]
     rms, largest = (
         {model: f"{100 * error[f'{kind}_relative_error']:.3g} %" for model, error in errors.items()}
         for kind in ("rms", "largest")

@@ -35,7 +35,7 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend], *, width: float = WIDTH) -> 
     matplotlib.figure.Figure
         With the largest bend of the robot's description as a cross.
     """
-    figure = Figure(figsize=(width, 0.55 * width), layout="constrained")
+    figure = Figure(figsize=(width, 0.4 * width + 1.4), layout="constrained")
     axes = figure.subplots()
     pressure = bend.pressure / 1e3
     angles = np.degrees([found.angle for found in sets.values()])
@@ -43,16 +43,16 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend], *, width: float = WIDTH) -> 
         axes.fill_between(pressure, angles.min(axis=0), angles.max(axis=0), color=FAINT, alpha=0.15, lw=0)
     others = (found for name, found in sets.items() if name != bend.material)
     for found, dashes in zip(others, DASHES, strict=False):
-        axes.plot(pressure, np.degrees(found.angle), color=FAINT, lw=1.1, ls=dashes, label=found.material)
+        axes.plot(pressure, np.degrees(found.angle), color=FAINT, lw=1.1, ls=dashes, label=f"{found.material} set")
     _draw_loop(axes, bend)
     group = next(group for group in bend.robot.joints if group.name == bend.joint)
     if group.bend_max is not None and group.pressure_max is not None:
         place = (group.pressure_max / 1e3, np.degrees(group.bend_max))
-        axes.plot(*place, "x", color=INK, ms=7, mew=1.6, zorder=5, label="largest bend in the description")
+        axes.plot(*place, "x", color=INK, ms=7, mew=1.6, zorder=5, label="largest bend, as described")
     equations = "" if bend.law == "corrected" else ", equations as printed"
     axes.set_title(f"{bend.robot.name}, joint {bend.joint}, {bend.side} side{equations}")
     axes.set(xlabel="gauge pressure [kPa]", ylabel="bend [deg]", xlim=(0, None), ylim=(0, None))
-    figure.legend(loc="outside lower left", ncols=3, **TIGHT)
+    figure.legend(loc="outside lower left", ncols=3 if width > 6 else 2, **TIGHT)
     return figure
 
 

@@ -25,7 +25,7 @@ AXES = (
 
 @styled
 def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
-    """Plot what is left of the bend, and the corner of the line, one column for each joint.
+    """Plot what is left of the bend, and below it the corner of the line or the power, one column for each joint.
 
     Parameters
     ----------
@@ -38,11 +38,12 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
     -------
     matplotlib.figure.Figure
         Along bore, frequency or temperature, the first that varies; one line for each value of the others. Open marks
-        are at the pressure limit.
+        are at the pressure limit. Along the frequency, which the corner does not depend on, power is below.
     """
     joints = list(dict.fromkeys(size.joint for size in sizes))
     along, *across = sorted(AXES, key=lambda axis: len({getattr(size, axis[0]) for size in sizes}) < 2)
     lines = list(dict.fromkeys(tuple(_value(size, axis[0]) for axis in across) for size in sizes))
+    powers = along[0] == "frequency"
     figure = Figure(figsize=(width, 0.62 * width + 0.5), layout="constrained")
     panels = figure.subplots(2, len(joints), sharex=True, sharey="row", squeeze=False)
     for column, joint in enumerate(joints):
@@ -62,12 +63,19 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
                 (at, angle) for at, angle, size in zip(x, bend, chosen, strict=True) if "pressure" in size.limits
             ]
             panels[0, column].plot(*np.reshape(limited, (-1, 2)).T, ls="none", **marks | {"mfc": "white", "mec": color})
-            panels[1, column].plot(x, [size.corner for size in chosen], **marks)
+            below = [size.power["total"] if powers else size.corner for size in chosen]
+            panels[1, column].plot(x, below, **marks)
         _finish(panels[0, column], panels[1, column], mine, along[2])
     for axes in panels[0]:
         axes.set_ylim(0, 1.08 * np.degrees(max(size.command for size in sizes)))
     panels[0, 0].set_ylabel("bend that is left [deg]")
-    panels[1, 0].set_ylabel("corner of the line [Hz]")
+    panels[1, 0].set_ylabel("power of both servos [W]" if powers else "corner of the line [Hz]")
+    if powers:
+        panels[1, 0].set_ylim(0, None)
+    else:
+        panels[1, 0].set_yscale("log")
+        panels[1, 0].yaxis.set_major_formatter("{x:g}")
+        panels[1, 0].yaxis.set_minor_formatter("")
     handles, texts = panels[0, 0].get_legend_handles_labels()
     handles.append(panels[0, 0].plot([], [], "o", color=FAINT, mfc="white")[0])
     figure.legend(
@@ -91,4 +99,4 @@ def _finish(top: Axes, bottom: Axes, sizes: Sequence[Size], label: str) -> None:
     command = float(np.degrees(sizes[0].command))
     top.axhline(command, color=INK, lw=1, ls=(0, (4, 3)))
     top.set(title=f"Joint {sizes[0].joint}, {command:.3g}° commanded")
-    bottom.set(xlabel=label, yscale="log")
+    bottom.set_xlabel(label)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna import (
+    reproduce_actuator,
     reproduce_fig12,
     reproduce_fit,
     reproduce_gaits,
@@ -16,6 +17,7 @@ from hypertuna import (
     reproduce_others,
     reproduce_tank,
     reproduce_turning,
+    reproduce_twin,
 )
 from hypertuna.description import load
 from hypertuna.ledger import RULES, VERDICTS, Entry, judge, published
@@ -36,6 +38,8 @@ class Ledger:
     trials: dict[str, Trial]
     fits: reproduce_fit.Fits
     optima: reproduce_optima.Optima
+    bends: reproduce_actuator.Bends
+    twins: reproduce_twin.Twins
     full: bool
 
 
@@ -45,7 +49,8 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     Parameters
     ----------
     full : bool
-        Also under the areas as Table II prints them, and nine coefficients sought from more starts.
+        Also under the areas as Table II prints them, nine coefficients sought from more starts, and the twin with oil
+        lines of other bores.
     progress : callable, optional
         Called with the number of steps done and their total.
 
@@ -55,7 +60,7 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     """
     paper, robot = published(), load("hypertuna")
     steps = iter(range(1, 100))
-    total = 2 * len(MODELS) + 3 + (len(AS_PRINTED) if full else 0)
+    total = 2 * len(MODELS) + 6 + (len(AS_PRINTED) if full else 0)
 
     def step() -> None:
         if progress is not None:
@@ -64,16 +69,21 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     trials = swim_published(robot, paper, full=full, progress=step)
     fits = reproduce_fit.fit_published(trials, paper, starts=4 if full else 1, progress=step)
     optima = reproduce_optima.seek(trials, step)
+    bends = reproduce_actuator.bend_published(robot)
+    step()
+    twins = reproduce_twin.run_published(robot, paper, full=full, progress=step)
     chapters = (reproduce_gaits, reproduce_tank, reproduce_turning)
     findings = [found for chapter in chapters for found in chapter.findings(trials, paper)]
     findings += reproduce_fit.findings(fits)
     findings += reproduce_optima.findings(optima)
+    findings += reproduce_actuator.findings(bends)
+    findings += reproduce_twin.findings(twins, paper)
     order = list(paper["values"])
     entries = tuple(judge(paper, found) for found in sorted(findings, key=lambda found: order.index(found.id)))
     made_by = provenance(robot)
     for key in ("joints", "areas"):  # each entry names its own
         del made_by[key]
-    return Ledger(entries, _summary(entries), made_by, trials, fits, optima, full)
+    return Ledger(entries, _summary(entries), made_by, trials, fits, optima, bends, twins, full)
 
 
 def ledger_record(ledger: Ledger) -> dict[str, Any]:
@@ -111,6 +121,8 @@ def ledger_sections(ledger: Ledger) -> list[Section]:
         *reproduce_fit.sections(ledger.fits, trials, paper),
         *reproduce_fig12.sections(ledger.fits.nine, trials, paper),
         *reproduce_optima.sections(ledger.optima, trials, paper),
+        *reproduce_actuator.sections(ledger.bends),
+        *reproduce_twin.sections(ledger.twins, paper),
         *reproduce_turning.sections(trials, paper),
         reproduce_gaits.range_section(trials, paper),
         *reproduce_others.sections(trials, paper),

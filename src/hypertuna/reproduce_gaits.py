@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from hypertuna.description import Robot
-from hypertuna.ledger import Finding, judge, published
+from hypertuna.ledger import Finding, judge
 from hypertuna.metrics import cost_of_transport
 from hypertuna.published_swims import OURS, PAPER, SPEEDS, WISHES, Trial, bandwidths
 from hypertuna.report import WIDTH, Picture, Section
 from hypertuna.swim import Swim
 
-__all__ = ["findings", "range_finding", "range_section", "sections"]
+__all__ = ["ARITHMETIC", "findings", "range_finding", "range_section", "sections"]
 
 ARITHMETIC = "the paper's own numbers"
 COSTS = WISHES[:3]  # wishes whose costs of transport the paper compares
@@ -46,7 +46,6 @@ def findings(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> Iterator[
     yield _largest_error(trials[PAPER], paper)
     yield _largest_cost_error(trials[PAPER], paper)
     yield range_finding(trials[PAPER].robot, paper)
-    yield from _to_come(trials)
 
 
 def sections(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> list[Section]:
@@ -144,18 +143,6 @@ def _largest_cost_error(own: Trial, paper: Mapping[str, Any]) -> Finding:
     return Finding("cost-of-transport/model-error", PAPER, 100 * max(map(abs, changes)), note)
 
 
-def _to_come(trials: Mapping[str, Trial]) -> Iterator[Finding]:
-    """Yield what later parts of hypertuna will compute."""
-    best = trials[OURS].gaits["unoptimised-max"]
-    share = best.cost_of_transport / published()["values"]["cost-of-transport/minimum"]["value"]
-    cost = f"{best.cost_of_transport:.3g} J/(kg m)"
-    note = f"the joints' mechanical power is {cost} of it, {100 * share:.0f} %, under {OURS}"
-    yield Finding("cost-of-transport/minimum", "to come: pumps, servos and energy", None, note)
-    for joint in ("I", "II"):
-        yield Finding(f"bending/joint-{joint}", "to come: actuator", None, "from muscle pressure to the tail's bend")
-    yield Finding("control/settling", "to come: twin", None, "the robot's controller on the simulated robot")
-
-
 def _change(before: float, after: float) -> float:
     """Change in percent."""
     return 100 * (after / before - 1)
@@ -190,7 +177,7 @@ def range_finding(robot: Robot, paper: Mapping[str, Any]) -> Finding:
     assert battery is not None  # the robot of the paper has one
     cost = paper["values"]["cost-of-transport/minimum"]["value"] * robot.body.mass  # J/m
     energy = battery.cells * battery.capacity * battery.voltage
-    claimed = paper["values"]["range/claimed"]["value"] * 1e3 * cost
+    claimed = paper["values"]["range/battery"]["value"] * 1e3 * cost
     charge, cell = paper["range"]["battery_ah"], paper["range"]["charged_cell_v"]
     lake = paper["lake"]["energy_wh"] * 3600 / paper["lake"]["distance_m"]
     lake_cost = float(cost_of_transport(lake, robot.body.mass, 1.0))
@@ -202,7 +189,7 @@ def range_finding(robot: Robot, paper: Mapping[str, Any]) -> Finding:
         f"The lake run, {paper['lake']['energy_wh']:g} Wh for {paper['lake']['distance_m']:g} m or "
         f"{lake_cost:.1f} J/(kg m), gives {energy / lake / 1e3:.2g} km"
     )
-    return Finding("range/claimed", ARITHMETIC, energy / cost / 1e3, note)
+    return Finding("range/battery", ARITHMETIC, energy / cost / 1e3, note)
 
 
 def _holds(name: str, trial: Trial, paper: Mapping[str, Any]) -> bool:

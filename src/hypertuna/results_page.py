@@ -1,4 +1,4 @@
-"""One page on results of any kind: swims, fits, optima and Pareto fronts."""
+"""One page on results of any kind: swims, runs of the twin, fits, optima and Pareto fronts."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from hypertuna.gait import Gait
 from hypertuna.identify import Fit
 from hypertuna.optimize import Optimum
 from hypertuna.pareto import Front
+from hypertuna.posture import Held, PostureTest
 from hypertuna.report import WIDTH, Part, Picture, Section, Table, write_page
 from hypertuna.swim import Swim
+from hypertuna.twin_run import TwinRun
 
-__all__ = ["report"]
+__all__ = ["posture_table", "report", "spelled_limits"]
 
 MOST = 8  # gaits of a front in a table
-Result: TypeAlias = Swim | Fit | Optimum | Front
+Result: TypeAlias = Swim | TwinRun | PostureTest | Fit | Optimum | Front
 
 
 def report(results: Result | Sequence[Result], path: str | Path, *, title: str = "") -> Path:
@@ -29,7 +31,7 @@ def report(results: Result | Sequence[Result], path: str | Path, *, title: str =
 
     Parameters
     ----------
-    results : Swim, Fit, Optimum, Front, or sequence of them
+    results : Swim, TwinRun, PostureTest, Fit, Optimum, Front, or sequence of them
         A section or several for each, in their order.
     path : str or Path
         Of the page; replaced if it exists.
@@ -54,10 +56,65 @@ def report(results: Result | Sequence[Result], path: str | Path, *, title: str =
     return write_page(title, sections, path, lede="\n\n".join(f"{text}." for text in robots))
 
 
+def posture_table(test: PostureTest) -> Table:
+    """Tabulate when peak bends settled, and the largest amplitude that was held.
+
+    Parameters
+    ----------
+    test : PostureTest
+
+    Returns
+    -------
+    Table
+    """
+    far = {(one.joint, one.frequency): one for one in test.reach}
+    eased = {(one.joint, one.frequency): one for one in test.eased}
+    rows: list[list[str | float]] = []
+    for one in test.held:
+        key = (one.joint, one.frequency)
+        row = [f"{one.frequency:g} Hz", one.name, f"{np.degrees(one.angle):.4g}", _settles(one)]
+        if test.reach:
+            less = eased.get(key)
+            row += [f"{np.degrees(far[key].amplitude):.1f}", spelled_limits(far[key].limits)]
+            row.append("" if less is None else f"{_settles(less)} at {np.degrees(less.angle):.1f} deg")
+        rows.append([*row])
+    columns = ["frequency", "joint", "set [deg]", "settles [s]"]
+    columns += ["holds up to [deg]", "then stopped by", "settles [s] within reach"] if test.reach else []
+    shows = "When all peak bends are within half a degree of the set angle and stay there"
+    shows += ", the largest amplitude that is held, and what stops more." if test.reach else "."
+    made = f"In {test.fish_in}, from rest."
+    made += " The largest amplitude to half a degree." if test.reach else ""
+    return Table(columns, rows, shows, made)
+
+
+def spelled_limits(names: Sequence[str]) -> str:
+    """List the names of limits as words.
+
+    Parameters
+    ----------
+    names : sequence of str
+
+    Returns
+    -------
+    str
+        A dash for none.
+    """
+    return ", ".join(name.replace("_", " ") for name in names) or "–"
+
+
+def _settles(one: Held) -> str:
+    """Write a settling time [s], or the end of the run that was not long enough."""
+    return f"> {one.time[-1]:.1f}" if one.settling is None else f"{one.settling:.2f}"
+
+
 def _sections(result: Result) -> list[Section]:
     """Tell of one result."""
     if isinstance(result, Swim):
         return [_swim(result)]
+    if isinstance(result, TwinRun):
+        return [_twin(result)]
+    if isinstance(result, PostureTest):
+        return [_posture(result)]
     if isinstance(result, Fit):
         from hypertuna.fit_page import fit_sections
 
@@ -66,7 +123,7 @@ def _sections(result: Result) -> list[Section]:
         return [_optimum(result)]
     if isinstance(result, Front):
         return [_front(result)]
-    rule = "must be a Swim, Fit, Optimum or Front"
+    rule = "must be a Swim, TwinRun, PostureTest, Fit, Optimum or Front"
     raise InputError(rule, key="results", value=type(result).__name__, fix="leave it out")
 
 
@@ -87,6 +144,40 @@ def _swim(swim: Swim) -> Section:
         parts.append(Picture("body", fish, shows, "The motion is computed; the body's thickness is schematic."))
         parts.append(_motion(swim))
     return Section(f"A swim at {swim.gait.frequency:.4g} Hz", parts)
+
+
+def _twin(run: TwinRun) -> Section:
+    """Tell how the twin ran."""
+    from hypertuna.plots_twin import plot_twin
+
+    rows: list[list[str | float]] = [*_gait_rows(run.gait)]
+    if run.fish_in == "water":
+        rows += [["speed", run.speed, "m/s"], ["speed", run.speed_bl, "body lengths/s"]]
+    for name, swing in zip(run.joints, np.degrees(run.swing), strict=True):
+        rows.append([f"amplitude reached, joint {name}", float(swing), "deg"])
+    rows.append(["electrical power", run.power, "W"])
+    if run.fish_in == "water":
+        rows.append(["cost of transport", run.cost_of_transport, "J/(kg m)"])
+    rows.append(["largest pressure in a pump", float(run.pressure_max.max()) / 1e3, "kPa"])
+    shows = f"What {run.robot.name} was told and did, over the last whole beats."
+    table = Table(["quantity", "value", "unit"], rows, shows, f"{run.duration:g} s in {run.fish_in} from {run.start}.")
+    drawn = "Bend of the joints beside what was set, pressures in the pumps, electrical power"
+    drawn += ", speed and path." if run.fish_in == "water" else "."
+    loop = "Closed loop" if run.closed_loop else "Open loop"
+    picture = Picture("twin", plot_twin(run, width=WIDTH), drawn, f"{loop}, seed {run.seed}.")
+    title = f"The twin at {run.gait.frequency:.4g} Hz"
+    return Section(title, ["\n\n".join(run.sentences), table, picture])
+
+
+def _posture(test: PostureTest) -> Section:
+    """Tell how the posture control settles."""
+    from hypertuna.plots_posture import plot_posture
+
+    shows = "Bend from rest to the set angle, error of the peak bends beat by beat, and the largest amplitude held."
+    picture = Picture(
+        "posture", plot_posture(test, width=WIDTH), shows, f"In {test.fish_in}, {test.duration:g} s each."
+    )
+    return Section("Posture control", [picture, posture_table(test)])
 
 
 def _motion(swim: Swim) -> Picture:

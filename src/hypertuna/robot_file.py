@@ -87,12 +87,14 @@ def with_fit(
     return parse(document, file=robot.file)
 
 
-def robot_text(robot: Robot) -> str:
+def robot_text(robot: Robot, *, note: str | None = None) -> str:
     """Write a robot as TOML.
 
     Parameters
     ----------
     robot : Robot
+    note : str, optional
+        What comments beside changed values say instead: where the new values come from.
 
     Returns
     -------
@@ -107,20 +109,22 @@ def robot_text(robot: Robot) -> str:
         document = tomlkit.parse(text)
     except (OSError, ValueError):
         document = tomlkit.document()
-    _merge(document, robot.document(), note="identified, see [fit]" if robot.fit else "changed")
+    _merge(document, robot.document(), note=note or ("identified, see [fit]" if robot.fit else "changed"))
     whole = tomlkit.dumps(document)
     if parse(tomllib.loads(whole)).hash != robot.hash:  # the file is not what the robot was read from
         whole = tomlkit.dumps(_merge(tomlkit.document(), robot.document()))
     return whole if whole.endswith("\n") else f"{whole}\n"
 
 
-def write_robot(robot: Robot, path: str | Path) -> Path:
+def write_robot(robot: Robot, path: str | Path, *, note: str | None = None) -> Path:
     """Write a robot file, whole or not at all.
 
     Parameters
     ----------
     robot : Robot
     path : str or Path
+    note : str, optional
+        As for `robot_text`.
 
     Returns
     -------
@@ -132,7 +136,7 @@ def write_robot(robot: Robot, path: str | Path) -> Path:
     InputError
         If the file cannot be written.
     """
-    return write_atomically(path, robot_text(robot).encode())
+    return write_atomically(path, robot_text(robot, note=note).encode())
 
 
 def _merge(table: Any, target: Mapping[str, Any], note: str = "") -> Any:

@@ -6,6 +6,7 @@ The equations stand in core muscle.hpp, joint.hpp and joint_table.hpp; docs/actu
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import cast, get_args
 
@@ -43,7 +44,10 @@ COLUMNS = (
 )
 LUMEN_LEFT = 0.05  # of the lumen at rest, on the stretched side, where a table ends and the joint counts as locked
 HIGHEST = 20e6  # Pa, where a table ends if the joint locks nowhere below
+MOST_TABLES = 256  # sets of tables that are kept, 40 kB each
 STOP = 20.0  # stiffness beyond a table's end, in units of the stiffness at rest
+
+_tables: dict[tuple[Hashable, ...], tuple[JointTable, ...]] = {}  # by all that they depend on
 
 
 @dataclass(frozen=True)
@@ -299,14 +303,24 @@ def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257
     if points < 3 or points % 2 == 0:
         raise InputError("must be odd, and 3 at least", key="points", value=str(points), fix="leave it out for 257")
     unit = drive_unit(robot)
-    tables = []
-    for g, group in enumerate(robot.joints):
-        joint = soft_joint(robot, g, material)
-        reach = min(joint.reach(side, left=LUMEN_LEFT, highest=HIGHEST) for side in (0, 1))
-        table = joint.table(reach=reach, points=points)
-        matrix, walls = joint.stiffness()
-        # Kelvin-Voigt: relaxation time times stiffness, as at rest
-        viscosity = robot.materials[unit.matrix].relaxation * matrix + robot.materials[unit.hose].relaxation * walls
-        step = 2 * reach / (points - 1)
-        tables.append(JointTable(group.name, -reach, step, table, viscosity, STOP * (matrix + walls)))
-    return tuple(tables)
+    hose, matrix = robot.materials[unit.hose], robot.materials[unit.matrix]
+    joints = tuple((group.name, group.drive_units, group.actuator) for group in robot.joints)
+    key = (unit, hose, matrix, joints, material, points)
+    if key not in _tables:
+        if len(_tables) == MOST_TABLES:
+            _tables.clear()
+        _tables[key] = tuple(_table(robot, g, material, points) for g in range(len(robot.joints)))
+    return _tables[key]
+
+
+def _table(robot: Robot, g: int, material: str | None, points: int) -> JointTable:
+    """Tabulate one joint."""
+    unit, joint = drive_unit(robot), soft_joint(robot, g, material)
+    reach = min(joint.reach(side, left=LUMEN_LEFT, highest=HIGHEST) for side in (0, 1))
+    table = joint.table(reach=reach, points=points)
+    table.flags.writeable = False  # it is kept, and handed out again
+    matrix, walls = joint.stiffness()
+    # Kelvin-Voigt: relaxation time times stiffness, as at rest
+    viscosity = robot.materials[unit.matrix].relaxation * matrix + robot.materials[unit.hose].relaxation * walls
+    step = 2 * reach / (points - 1)
+    return JointTable(robot.joints[g].name, -reach, step, table, viscosity, STOP * (matrix + walls))

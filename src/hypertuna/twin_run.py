@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -93,7 +93,7 @@ class TwinRun:
         "completed" or "diverged".
     """
 
-    robot: Robot
+    robot: Robot = field(repr=False)
     gait: Gait
     duration: float
     fish_in: str
@@ -103,8 +103,8 @@ class TwinRun:
     start: str
     faults_given: tuple[str, ...]
     step: float
-    time: Array
-    data: dict[str, Array]
+    time: Array = field(repr=False)
+    data: dict[str, Array] = field(repr=False)
     status: str
 
     @property
@@ -162,7 +162,7 @@ class TwinRun:
 
     @cached_property
     def change(self) -> float:
-        """Relative change per beat, still, of what changes most: speed, or a joint's swing over the last beats [1]."""
+        """Relative change per beat, beyond noise, of what changes most: speed, or a joint's swing [1]."""
         found = [_trend(swing) for swing in self._swings.T if swing.size > 1 and swing.mean() > 1e-3]
         if self.fish_in == "water":
             found.append(_trend(self.speeds))
@@ -357,9 +357,14 @@ def _between(time: Array, value: Array, rate: Array, at: Array) -> Array:
 
 
 def _trend(series: Array) -> float:
-    """Relative change per item of a series, by least squares."""
+    """Relative change per item of a series, by least squares, as far as it is more than twice its standard error."""
     n = len(series)
     mean = float(series.mean())
     if n < 2 or not math.isfinite(mean) or mean == 0:
         return math.nan
-    return float(np.polynomial.polynomial.polyfit(np.arange(n), series, 1)[1]) / abs(mean)
+    place = np.arange(n) - (n - 1) / 2
+    square = float(place @ place)
+    slope = float(place @ series) / square
+    scatter = series - mean - slope * place
+    error = math.sqrt(float(scatter @ scatter) / (max(1, n - 2) * square))
+    return math.copysign(max(0.0, abs(slope) - 2 * error), slope) / abs(mean)

@@ -1,8 +1,8 @@
-"""From servo to wake, plainly: Lagrange's equations in the world frame, pressures by root finding, SciPy's Radau.
+"""From servo to wake, plainly: Lagrange's equations in the world frame, pressures by root finding, SciPy's DOP853.
 
 The chain is the paper's: lumped added mass and drag at each center of mass, or none of them in air with the head held.
-Muscles are integrated numerically through their walls; pressures are roots of the oil's volume; the mass matrix is made
-of Jacobians and its slope of complex steps. Nothing is shared with the core but the equations of the documentation.
+Muscles are integrated numerically through their walls; pressures are roots of the oil's volume; the inertia is
+made of Jacobians, and those of complex steps. Nothing is shared with the core but the equations of the documentation.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from scipy.optimize import brentq
 
 Real = NDArray[np.float64]
 ATMOSPHERE = 101325.0
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 
 
 @dataclass(frozen=True)
@@ -42,18 +43,16 @@ class Muscle:
 
     def energy(self, stretch: float) -> float:
         """Energy of the wall per length at rest [J/m], integrated through it."""
-
-        nodes, weights = np.polynomial.legendre.leggauss(40)
-        R = (self.outer + self.inner + (self.outer - self.inner) * nodes) / 4
+        R = (self.outer + self.inner + (self.outer - self.inner) * NODES) / 4
         r2 = (self.braid(stretch) / 2) ** 2 - ((self.outer / 2) ** 2 - R**2) / stretch
         hoop2 = r2 / R**2
         density = self.c1 * (stretch**2 + hoop2 + 1 / (stretch**2 * hoop2) - 3) * 2 * np.pi * R
-        return float(weights @ density) * (self.outer - self.inner) / 4
+        return float(WEIGHTS @ density) * (self.outer - self.inner) / 4
 
 
 @dataclass(frozen=True)
 class Joint:
-    """Segments that share the bend by their compliance; ``units`` muscles a side at ``lever`` [m]."""
+    """Segments that bend as the pressure of one side alone bends them; ``units`` muscles a side at ``lever`` [m]."""
 
     muscle: Muscle
     units: int
@@ -61,45 +60,50 @@ class Joint:
     length: Sequence[float]  # m
     stiffness: Sequence[float]  # N m^2, E I
     relaxation: float  # s
-    reach: float  # rad, largest bend that comes up; the lumen of the stretched side must stay open
+    pressure_most: float  # Pa, of one side alone, up to which the joint is looked at
 
-    def energy(self, angle: float) -> float:
-        """Energy of matrix and walls [J]."""
-        total = 0.0
-        for length, EI, part in zip(self.length, self.stiffness, self.parts, strict=True):
-            bend = part * angle
-            strain = self.lever * bend / length
-            walls = self.muscle.energy(1 - strain) + self.muscle.energy(1 + strain) - 2 * self.muscle.energy(1)
-            total += 0.5 * EI / length * bend**2 + self.units * length * walls
-        return total
+    def segment_energy(self, i: int, bend: float) -> float:
+        """Energy of a segment's matrix and walls [J]."""
+        strain = self.lever * bend / self.length[i]
+        walls = self.muscle.energy(1 - strain) + self.muscle.energy(1 + strain)
+        return 0.5 * self.stiffness[i] / self.length[i] * bend**2 + self.units * self.length[i] * walls
 
-    def volume(self, angle: float, side: int) -> float:
-        """Oil in the muscles of a side more than at rest [m^3]."""
-        sign = -1 if side == 0 else 1
-        total, rest = 0.0, self.muscle.lumen(1)
-        for length, part in zip(self.length, self.parts, strict=True):
-            strain = sign * self.lever * part * angle / length
-            total += self.units * length * (self.muscle.lumen(1 + strain) - rest)
-        return total
+    def segment_volume(self, i: int, bend: float) -> float:
+        """Oil in the muscles of the segment's left side [m^3]; the right side has that of the opposite bend."""
+        return self.units * self.length[i] * self.muscle.lumen(1 - self.lever * bend / self.length[i])
+
+    def segment_bend(self, i: int, pressure: float) -> float:
+        """Bend at which a segment's energy less the work of the left side's pressure is least [rad]."""
+        h = 1e-5
+
+        def slope(bend: float) -> float:
+            energy = self.segment_energy(i, bend + h) - self.segment_energy(i, bend - h)
+            return energy - pressure * (self.segment_volume(i, bend + h) - self.segment_volume(i, bend - h))
+
+        return float(brentq(slope, -1e-3, 0.6 * self.length[i] / self.lever * 0.4, xtol=1e-14))
 
     @cached_property
     def splines(self) -> tuple[BSpline, BSpline, BSpline]:
-        """Energy and the volumes of both sides over the bend, fine enough for ten digits."""
-        bends = np.linspace(-self.reach, self.reach, 201)
-        energy = [self.energy(bend) for bend in bends]
-        volumes = [[self.volume(bend, side) for bend in bends] for side in (0, 1)]
-        return tuple(make_interp_spline(bends, values, k=7) for values in (energy, *volumes))
+        """Energy, and oil of the left and the right side beyond the straight joint's, over the whole bend."""
+        segments = range(len(self.length))
+        rows = []
+        for pressure in np.linspace(0, self.pressure_most**0.5, 60) ** 2:
+            bends = [self.segment_bend(i, pressure) if pressure > 0 else 0.0 for i in segments]
+            energy = sum(self.segment_energy(i, bend) for i, bend in zip(segments, bends, strict=True))
+            left, right = (
+                sum(self.segment_volume(i, side * bend) for i, bend in zip(segments, bends, strict=True))
+                for side in (1, -1)
+            )
+            rows.append((sum(bends), energy, left, right))
+        mirrored = [(-bend, energy, right, left) for bend, energy, left, right in rows[:0:-1]]
+        table = np.array(mirrored + rows)
+        table[:, 1:] -= table[len(rows) - 1, 1:]
+        return tuple(make_interp_spline(table[:, 0], column, k=7) for column in table.T[1:])
 
-    @property
-    def parts(self) -> Real:
-        """Part of the bend that each segment takes."""
-        compliance = np.array(self.length) / np.array(self.stiffness)
-        return compliance / compliance.sum()
-
-    @property
+    @cached_property
     def viscosity(self) -> float:
-        """Viscous moment per rate [N m s/rad]."""
-        return self.relaxation / float(np.sum(np.array(self.length) / np.array(self.stiffness)))
+        """Viscous moment per rate [N m s/rad]: the relaxation time of matrix and walls times the stiffness at rest."""
+        return self.relaxation * float(self.splines[0](0.0, 2))
 
 
 @dataclass(frozen=True)
@@ -201,24 +205,13 @@ def jacobian(robot: Robot, q: Real) -> NDArray:
     return np.moveaxis(np.array(columns), 0, -1)
 
 
-def mass_matrix(robot: Robot, q: Real) -> Real:
-    """Inertia by the coordinates, with added mass on the translation of every center of mass."""
-    J = jacobian(robot, q)
-    weights = np.stack([robot.mass + robot.added, robot.mass + robot.added, robot.inertia])
-    return np.einsum("pla,pl,plb->ab", J, weights, J)
-
-
 def accelerations(robot: Robot, q: Real, v: Real, moment: Real) -> Real:
-    """Lagrange's equations: M q'' = Q - (dM/dt) v + 1/2 d(v M v)/dq."""
-    h = 1e-6
-    slopes = []
-    for k in range(q.size):
-        step = np.zeros(q.size)
-        step[k] = h
-        slopes.append((mass_matrix(robot, q + step) - mass_matrix(robot, q - step)) / (2 * h))
-    slope = np.array(slopes)  # (k, a, b): dM_ab/dq_k
-    bias = np.einsum("kab,k,b->a", slope, v, v) - 0.5 * np.einsum("kab,a,b->k", slope, v, v)
-    J = jacobian(robot, q)
+    """Lagrange's equations for a mass that does not depend on the coordinates: J^T W (J q'' + J' q') = Q."""
+    J, h = jacobian(robot, q), 1e-6
+    turning = (jacobian(robot, q + h * v) - jacobian(robot, q - h * v)) / (2 * h)
+    weights = np.stack([robot.mass + robot.added, robot.mass + robot.added, robot.inertia])
+    M = np.einsum("pla,pl,plb->ab", J, weights, J)
+    bias = np.einsum("pla,pl,plb,b->a", J, weights, turning, v)
     vx, vy, _ = J @ v
     theta = centers(robot, q)[2]
     c, s = np.cos(theta), np.sin(theta)
@@ -227,7 +220,6 @@ def accelerations(robot: Robot, q: Real, v: Real, moment: Real) -> Real:
     force = np.stack([c * f_t - s * f_n, s * f_t + c * f_n])
     load = np.einsum("pla,pl->a", J[:2], force) - bias
     load[3:] += moment
-    M = mass_matrix(robot, q)
     out = np.zeros(q.size)
     free = slice(3, None) if robot.clamped else slice(None)
     out[free] = np.linalg.solve(M[free, free], load[free])
@@ -263,7 +255,7 @@ def run(robot: Robot, state: Real, targets: Real, supply: Real, tick: float) -> 
     states, pressures = [state], [rates(robot, state, targets[0], supply[0])[1]]
     for target, volts in zip(targets, supply, strict=True):
         slope = partial(_slope, robot, target, volts)
-        found = solve_ivp(slope, (0, tick), states[-1], method="Radau", rtol=1e-6, atol=1e-12)
+        found = solve_ivp(slope, (0, tick), states[-1], method="DOP853", rtol=1e-6, atol=1e-11)
         states.append(found.y[:, -1])
         pressures.append(rates(robot, states[-1], target, volts)[1])
     return np.array(states), np.array(pressures)

@@ -90,6 +90,8 @@ struct ControllerState {
     Oscillator<T> oscillator[most_circuits];            // of each circuit; the two of a joint in antiphase
     PostureState<T> posture[most_joints];
     SupervisorState<T> circuit[most_circuits];
+    T allowed[most_joints];  // part of the amplitude that the pressures of the last beats allow
+    T peak[most_joints];     // Pa: largest pressure read in the beat so far
     Health<T> bend[most_joints], pressure[most_circuits], current[most_circuits], imu[6], voltage;
     T supply;                  // V believed
     T bend_sent[most_joints];  // rad: bends that the pumps were last sent to
@@ -117,6 +119,7 @@ ControllerState<T> init(const Controller<T>& model) {
     ControllerState<T> state{};
     state.age = model.timeout + 1;
     state.supply = model.voltage_rated;
+    for (int j = 0; j < most_joints; ++j) state.allowed[j] = T(1);
     for (int c = 0; c < most_circuits; ++c) {
         state.oscillator[c] = c % 2 == 0 ? Oscillator<T>{T(0), T(-1)} : Oscillator<T>{T(0), T(1)};
         state.circuit[c].pressure = state.circuit[c].reading = model.circuit[c].fill;
@@ -129,6 +132,12 @@ template <class T>
 void take(T& kept, T value, T low, T high, Status& status) {
     if (is_finite(value)) kept = clamp(value, low, high);
     if (!(low <= value && value <= high)) status.tell(Condition::bad_command);
+}
+
+/// Amplitude that a joint with a blind circuit may have: where its model's pressure stays below the soft limit.
+template <class T>
+T safe_amplitude(const JointModel<T>& joint, T frequency) {
+    return T(1) / (joint.safe_static + frequency * (joint.safe_rate + frequency * joint.safe_square));
 }
 
 template <class T>
@@ -144,6 +153,11 @@ void take_command(const Controller<T>& model, ControllerState<T>& state, const C
             take(wish.bias[j], command.bias[j], -model.joint[j].amplitude, model.joint[j].amplitude, status);
         }
         for (int k = 0; k < 2; ++k) take(wish.fin[k], command.fin[k], -model.fin_most, model.fin_most, status);
+        for (int j = 0; j < model.joints; ++j) {
+            const T safe = safe_amplitude(model.joint[j], wish.frequency);
+            if (state.amplitude[j].value < safe && safe < wish.amplitude[j])
+                state.allowed[j] = min(state.allowed[j], safe / wish.amplitude[j]);
+        }
         // Arming anew, not staying armed, gives a stopped circuit back.
         if (command.armed && !state.armed)
             for (int c = 0; c < 2 * model.joints; ++c) state.circuit[c].stopped = false;
@@ -172,12 +186,6 @@ SinCos<T> generate(const Controller<T>& model, ControllerState<T>& state, bool a
     }
     for (int k = 0; k < 2; ++k) state.fin[k] = follow(model.smoothing, state.fin[k], active ? wish.fin[k] : T(0));
     return turn;
-}
-
-/// Amplitude that a joint with a blind circuit may have: where its model's pressure stays below the soft limit.
-template <class T>
-T safe_amplitude(const JointModel<T>& joint, T frequency) {
-    return T(1) / (joint.safe_static + frequency * (joint.safe_rate + frequency * joint.safe_square));
 }
 
 /// Whether a circuit's servo moves, so that its joint's sensors must show it.
@@ -214,19 +222,31 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
     const bool moving = moves(model, circuit);
-    const T expected = expected_pressure(supervisor, circuit, model.tick);
     const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast},
-                                     state.pressure[c], reading, expected, moving);
+                                     state.pressure[c], reading, state.pressure[c].last, moving);
     const bool fresh = verdict.usable && !(verdict.repeated && moving);
-    believe(supervisor, circuit, fresh, reading, model.tick, model.pressure_ease);
+    if (fresh) {
+        circuit.pressure = reading;
+        state.peak[c / 2] = max(state.peak[c / 2], reading);
+    }
     if (fresh && model.pressure_hard < reading) circuit.stopped = true;
     if (!verdict.usable) status.tell(Condition::pressure_fault, c);
     if (state.pressure[c].faulty) {
         status.tell(Condition::blind, c);
-        circuit.pressure = circuit.reading = supervisor.fill;
-        circuit.squeeze = circuit.flow = T(0);
+        circuit.pressure = supervisor.fill;
     }
     if (circuit.stopped) status.tell(Condition::hard_stop, c);
+}
+
+/// End of a beat: its largest pressure tells by how much the next one may be wider, or must be narrower.
+template <class T>
+void govern(const Controller<T>& model, ControllerState<T>& state, int j) {
+    if (state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty) return;
+    const T fill = model.circuit[2 * j].fill, room = T(0.92) * model.pressure_soft - fill;
+    const T part = room / max(state.peak[j] - fill, T(0.1) * room);
+    const T change = T(1) < part ? min(T(1) + T(0.5) * (part - T(1)), T(1.1)) : max(part, T(0.6));
+    state.allowed[j] = clamp(state.allowed[j] * change, T(0.05), T(1));
+    state.peak[j] = fill;
 }
 
 /// One tick of a joint's posture control; at the end of its beat the PID sets the corrections anew.
@@ -254,13 +274,14 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
                           posture.seen.amplitude < model.posture.moving * posture.set.amplitude;
         posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
         const bool heard = !dull && !stopped && T(posture.missing) <= model.posture.missing * T(posture.ticks);
-        const bool held = T(posture.limited) > model.posture.limited * T(posture.ticks);
+        const bool held = T(posture.limited) > model.posture.limited * T(posture.ticks) || state.allowed[j] < T(1);
         if (heard && state.armed) {
             posture.amplitude = correct(model.posture, posture.amplitude,
                                         posture.set.amplitude - posture.seen.amplitude, held, joint.reach);
             posture.bias =
                 correct(model.posture, posture.bias, posture.set.bias - posture.seen.bias, held, joint.reach);
         }
+        govern(model, state, j);
         posture.ticks = posture.missing = posture.limited = 0;
     }
     // Two beats without a swing: the sensor lives, but does not follow.
@@ -287,7 +308,7 @@ void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutpu
 /// Bend that is asked of a joint, within what its pumps reach: half the difference of what its two oscillators put out.
 template <class T>
 T asked_bend(const Controller<T>& model, const ControllerState<T>& state, int j, Status& status) {
-    const T amplitude = max(T(0), state.amplitude[j].value + state.more[j].value);
+    const T amplitude = state.allowed[j] * max(T(0), state.amplitude[j].value + state.more[j].value);
     const T swing = T(0.5) * (state.oscillator[2 * j].x - state.oscillator[2 * j + 1].x);
     const T wanted = state.bias[j].value + state.aside[j].value + amplitude * swing;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
@@ -306,8 +327,10 @@ struct Allowed {
 };
 template <class T>
 Allowed<T> supervise(const Controller<T>& model, const ControllerState<T>& state, int c) {
-    return {state.circuit[c].target - model.circuit[c].draw,
-            furthest(model.circuit[c], state.circuit[c], model.pressure_soft, model.tick)};
+    const SupervisorState<T>& circuit = state.circuit[c];
+    const T over = (circuit.pressure - model.pressure_soft) / (model.pressure_hard - model.pressure_soft);
+    const T most = over < T(0) ? T(1e3) : circuit.target - min(over, T(1)) * model.slew;
+    return {circuit.target - model.circuit[c].draw, most};
 }
 
 /// How far a circuit may go on its way from one angle to another, as a part of it.
@@ -423,8 +446,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         visit("servo_rate", c, circuit.servo.rate), visit("servo_decay", c, circuit.servo.decay);
         visit("servo_speed", c, circuit.speed), visit("servo_stall", c, circuit.stall);
         visit("line", c, circuit.line), visit("fill", c, circuit.fill), visit("draw", c, circuit.draw);
-        visit("gas", c, circuit.gas), visit("gas_pump", c, circuit.gas_pump), visit("grow", c, circuit.grow),
-            visit("soft", c, circuit.soft);
+        visit("gas", c, circuit.gas), visit("gas_pump", c, circuit.gas_pump), visit("soft", c, circuit.soft);
         for (int k = 0; k < instants; ++k) {
             const int at = instants * c + k;
             visit("move_by_rate", at, circuit.move_by_rate[k]), visit("move_by_step", at, circuit.move_by_step[k]);

@@ -93,7 +93,7 @@ S joint_friction(const JointLoad<S>& load, const S* pressure) {
 /// How much a segment's angle grows with the pressure of a side, rad/Pa, where its moments balance.
 template <std::floating_point S>
 S segment_response(const SoftJoint<S>& joint, int i, int side, const S* pressure, S angle) {
-    const S h(base_t<S>(1e-5)), zero(0);  // rad: the moment's slope is good to ten digits
+    const S zero(0), h = S(base_t<S>(3e-5)) * segment_reach(joint, i, zero);  // rad: for nine digits of the slope
     const S softening =
         segment_moment(joint, i, pressure, angle - h, zero) - segment_moment(joint, i, pressure, angle + h, zero);
     const S per_pascal =
@@ -199,10 +199,11 @@ struct JointStiffness {
 };
 template <std::floating_point S>
 JointStiffness<S> stiffness_at_rest(const SoftJoint<S>& joint) {
-    const S none[2] = {S(0), S(0)}, h(base_t<S>(1e-5)), zero(0);
+    const S none[2] = {S(0), S(0)}, zero(0);
     S sum(0), matrix(0);
     for (int pass = 0; pass < 2; ++pass)
         for (int i = 0; i < joint.segments; ++i) {
+            const S h = S(base_t<S>(3e-5)) * segment_reach(joint, i, zero);
             const S whole =
                 (segment_moment(joint, i, none, -h, zero) - segment_moment(joint, i, none, h, zero)) / (h + h);
             const S share = S(1) / (whole * sum);  // in the second pass: equal moments, so angles as the compliances

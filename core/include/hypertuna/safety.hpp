@@ -148,7 +148,6 @@ struct SupervisorModel {
     T line;              // Pa s/rad: pressure drop of the line per flow
     T fill;              // Pa: pressure at rest
     T draw;              // rad per tick: drawing faster than this opens a cavity and moves no more oil
-    T grow;              // rad: by how much a push may be longer than the one of the tick before
     T gas, gas_pump;     // rad: the air in the whole circuit and in its cylinder, at atmospheric pressure
     T soft;              // rad/Pa: what oil, hoses and fittings give
     // At each instant: the servo's move per rate [s] and per step of the target [1], and the pressure in the cylinder
@@ -206,7 +205,8 @@ void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fres
         now.pressure = max(at_end, in_mean);
         now.flow = (reading - now.pressure) / model.line - rate;
         const T taken = yielded(model, now.pressure) - yielded(model, before) - now.moved - swelling;
-        now.squeeze = clamp(taken, -model.draw, model.draw);
+        const T squeeze = clamp(taken, -model.draw, model.draw);
+        now.squeeze = T(0) < now.squeeze ? max(squeeze, T(0.5) * now.squeeze) : squeeze;
         now.pressure = max(now.pressure, before - ease);
         now.reading = reading;
     } else {
@@ -240,8 +240,6 @@ T furthest(const SupervisorModel<T>& model, const SupervisorState<T>& now, T lim
         const T most = left / (stiffness * model.move_by_step[k] + model.drop_by_step[k]);
         step = k == 0 ? most : min(step, most);
     }
-    const T before = now.target - now.servo.value + now.moved;
-    step = min(step, max(before, T(0)) + model.grow);
     return now.servo.value + (now.reading < limit ? max(step, T(0)) : step);
 }
 

@@ -76,14 +76,15 @@ void follow_targets(const Twin<S, Law, D>& twin, TwinState<S, D>& state, Tick<S,
         tick.unit[c] = {unit, unit};
         tick.power[c] = state.plant.energy[c];
     }
-    PlantOutput<S, D> seen;
+    const auto widen = [](Range<S>& range, const S& x) { range = {min(range.low, x), max(range.high, x)}; };
+    PlantOutput<S, D> seen[2];
     for (int k = 0; k < twin.steps; ++k) {
         state.plant = plant_step(twin.plant, state.plant, state.targets, twin.step, seen);
-        for (int c = 0; c < circuits; ++c) {
-            const CircuitOutput<S>& now = seen.circuit[c];
-            tick.pump[c] = {min(tick.pump[c].low, now.pump.pressure), max(tick.pump[c].high, now.pump.pressure)};
-            tick.unit[c] = {min(tick.unit[c].low, now.unit.pressure), max(tick.unit[c].high, now.unit.pressure)};
-        }
+        for (const PlantOutput<S, D>& now : seen)
+            for (int c = 0; c < circuits; ++c) {
+                widen(tick.pump[c], now.circuit[c].pump.pressure);
+                widen(tick.unit[c], now.circuit[c].unit.pressure);
+            }
     }
     const S period = twin.step * S(static_cast<base_t<S>>(twin.steps));
     tick.servo_power = twin.idle;

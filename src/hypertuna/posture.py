@@ -1,0 +1,399 @@
+"""Test of the posture control, the paper's Fig. 8: how fast peak bends reach the set angle, and what limits them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.description import Robot
+from hypertuna.errors import InputError
+from hypertuna.gait import Gait
+from hypertuna.results import dataset, provenance
+from hypertuna.twin import twin
+from hypertuna.twin_run import TwinRun
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["CLOSE", "Held", "PostureTest", "Reach", "peak_bends", "posture_test", "reach"]
+
+Array = NDArray[np.float64]
+
+CLOSE = math.radians(0.5)  # error of a peak bend that counts as none
+RESOLUTION = math.radians(0.5)  # to which the largest amplitude is sought
+TRIAL, TRIAL_BEATS = 8.0, 8  # s and beats: whichever is longer, an amplitude is tried so long
+MOST_BEND = math.radians(45)  # is tried where the description has no largest bend
+EASED = 0.9  # of the largest amplitude: what is set where the set angle is not reached
+STEP_DOWN = 0.8  # from a trial that failed to the next, at least
+MOST_FREQUENCIES = 100
+LONGEST = 600.0  # s
+
+
+@dataclass(frozen=True)
+class Held:
+    """How one joint group reached its set angle at one frequency.
+
+    Attributes
+    ----------
+    joint : int
+        Index of the joint group.
+    frequency : float
+        [Hz].
+    angle : float
+        Set angle, the peak bend that is asked for to both sides [rad].
+    time : ndarray, shape (beats,)
+        End of each beat [s].
+    peaks : ndarray, shape (beats, 2)
+        Peak bend to the left and to the right, both positive [rad].
+    measured : ndarray, shape (beats, 2)
+        The same as the bending sensor shows it.
+    limits : tuple of str
+        Limits that held the joint back in the last beats, by the names of their flags.
+    run : TwinRun
+    """
+
+    joint: int
+    frequency: float
+    angle: float
+    time: Array
+    peaks: Array
+    measured: Array
+    limits: tuple[str, ...]
+    run: TwinRun
+
+    @property
+    def name(self) -> str:
+        """Name of the joint group."""
+        return self.run.robot.joints[self.joint].name
+
+    @property
+    def error(self) -> Array:
+        """Error of the peak bend that is further off, in each beat, shape (beats,) [rad]."""
+        return _worst(self.peaks - self.angle)
+
+    @property
+    def measured_error(self) -> Array:
+        """The same by the bending sensor, which is all that the controller knows, shape (beats,) [rad]."""
+        return _worst(self.measured - self.angle)
+
+    @property
+    def settling(self) -> float | None:
+        """Time after which the error stays below half a degree [s]; None if it does not."""
+        return _settling(self.time, self.error)
+
+    @property
+    def measured_settling(self) -> float | None:
+        """The same by the bending sensor [s]."""
+        return _settling(self.time, self.measured_error)
+
+
+class Reach(NamedTuple):
+    """Largest amplitude that a joint group holds at a frequency, and what stops it there."""
+
+    joint: int
+    frequency: float  # [Hz]
+    amplitude: float  # [rad]
+    limits: tuple[str, ...]  # flags that acted at the smallest amplitude that was not held
+
+
+@dataclass(frozen=True)
+class PostureTest:
+    """The paper's Fig. 8, computed: joints that are told to beat with a set angle, at several frequencies.
+
+    Attributes
+    ----------
+    robot : Robot
+    fish_in : str
+        "air" or "water".
+    angle : ndarray, shape (groups,)
+        Set angle of each joint group [rad]; those with 0 stay straight.
+    duration : float
+        Of each run [s].
+    held : tuple of Held
+        One for each frequency and moving joint group, by frequency.
+    reach : tuple of Reach
+        The same; empty if it was not asked for.
+    eased : tuple of Held
+        Where the set angle is out of reach: the same with 90 % of the largest amplitude.
+    seed : int
+    temperature : float
+        Of the oil [K].
+    """
+
+    robot: Robot
+    fish_in: str
+    angle: Array
+    duration: float
+    held: tuple[Held, ...]
+    reach: tuple[Reach, ...]
+    eased: tuple[Held, ...]
+    seed: int
+    temperature: float
+
+    def dataset(self) -> xr.Dataset:
+        """Label the result.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimensions frequency, joint, beat and side; beats that a frequency does not have are empty.
+        """
+        frequencies = list(dict.fromkeys(one.frequency for one in self.held))
+        joints = list(dict.fromkeys(one.joint for one in self.held))
+        shape = (len(frequencies), len(joints), max(len(one.time) for one in self.held))
+        time, settling, most = (np.full(size, np.nan) for size in (shape, shape[:2], shape[:2]))
+        peaks, measured = (np.full((*shape, 2), np.nan) for _ in range(2))
+        for one in self.held:
+            at = (frequencies.index(one.frequency), joints.index(one.joint))
+            beats = len(one.time)
+            time[at][:beats], peaks[at][:beats], measured[at][:beats] = one.time, one.peaks, one.measured
+            settling[at] = np.nan if one.settling is None else one.settling
+        for far in self.reach:
+            most[frequencies.index(far.frequency), joints.index(far.joint)] = far.amplitude
+        grid, beat = ("frequency", "joint"), ("frequency", "joint", "beat")
+        variables = {
+            "time": (beat, time, "s", "end of the beat"),
+            "peak": ((*beat, "side"), peaks, "rad", "peak bend to each side"),
+            "peak_measured": ((*beat, "side"), measured, "rad", "peak bend to each side by the bending sensor"),
+            "settling": (grid, settling, "s", "time after which the error stays below 0.5 deg"),
+            "reach": (grid, most, "rad", "largest amplitude that is held"),
+        }
+        return dataset(
+            {
+                name: (dims, values, {"units": unit, "long_name": text})
+                for name, (dims, values, unit, text) in variables.items()
+            },
+            {
+                "frequency": ("frequency", frequencies, {"units": "Hz"}),
+                "joint": ("joint", [self.robot.joints[j].name for j in joints]),
+                "set_angle": ("joint", self.angle[joints], {"units": "rad"}),
+                "side": ("side", ["left", "right"]),
+            },
+            provenance(self.robot) | {"medium": self.fish_in, "duration_s": self.duration, "seed": self.seed},
+        )
+
+
+def posture_test(
+    robot: Robot,
+    *,
+    frequencies: Sequence[float],
+    angle: Sequence[float],
+    duration: float = 8.0,
+    fish_in: str = "air",
+    temperature: float | None = None,
+    seed: int = 0,
+    limits: bool = True,
+    progress: Callable[[int, int], None] | None = None,
+) -> PostureTest:
+    """Test the posture control as the paper's Fig. 8 does: from rest to a set angle, at several frequencies.
+
+    Parameters
+    ----------
+    robot : Robot
+    frequencies : sequence of float
+        [Hz].
+    angle : sequence of float, shape (groups,)
+        Peak bend to both sides that each joint group is told to make [rad].
+    duration : float
+        Of each run [s].
+    fish_in : {"air", "water"}
+    temperature : float, optional
+        Of the oil [K]; left out, that of the description.
+    seed : int
+        Of the sensors' noise.
+    limits : bool
+        Whether to seek the largest amplitude of each joint group, too.
+    progress : callable, optional
+        Called with the number of frequencies done and their total.
+
+    Returns
+    -------
+    PostureTest
+
+    Raises
+    ------
+    InputError
+        If there is nothing to test, a run would be shorter than two beats, or the robot lacks what the twin needs.
+    """
+    _check(robot, frequencies, angle, duration)
+    moving = [joint for joint, value in enumerate(angle) if value > 0]
+    conditions: Any = {"fish_in": fish_in, "temperature": temperature, "seed": seed}
+    held: list[Held] = []
+    far: list[Reach] = []
+    eased: list[Held] = []
+    for done, frequency in enumerate(frequencies):
+        held += hold(robot, frequency, angle, duration=duration, **conditions)
+        for joint in moving if limits else ():
+            far.append(reach(robot, joint, frequency, **conditions))
+            lost = next(one for one in held if one.frequency == frequency and one.joint == joint).settling is None
+            if lost and angle[joint] > far[-1].amplitude > 0:
+                alone = [EASED * far[-1].amplitude if j == joint else 0.0 for j in range(len(angle))]
+                eased += hold(robot, frequency, alone, duration=duration, **conditions)
+        if progress is not None:
+            progress(done + 1, len(frequencies))
+    return PostureTest(
+        robot, fish_in, np.array(angle), duration, tuple(held), tuple(far), tuple(eased), seed, held[0].run.temperature
+    )
+
+
+def hold(
+    robot: Robot,
+    frequency: float,
+    angle: Sequence[float],
+    *,
+    duration: float,
+    fish_in: str,
+    temperature: float | None,
+    seed: int,
+) -> list[Held]:
+    """Let joints beat with set angles at one frequency, and look at their peak bends.
+
+    Parameters
+    ----------
+    robot, frequency, angle, duration, fish_in, temperature, seed
+        As for `posture_test`.
+
+    Returns
+    -------
+    list of Held
+        One for each joint group whose angle is not 0.
+    """
+    gait = Gait(frequency, tuple(angle), (0.0,) * len(angle))
+    run = twin(robot, gait, duration=duration, fish_in=fish_in, temperature=temperature, seed=seed)
+    found = []
+    for joint in (joint for joint, value in enumerate(angle) if value > 0):
+        time, peaks = peak_bends(run.time, run.data["angle"][:, joint], frequency)
+        _, measured = peak_bends(run.time, run.data["angle_measured"][:, joint], frequency)
+        found.append(Held(joint, frequency, angle[joint], time, peaks, measured, run.limits, run))
+    return found
+
+
+def reach(
+    robot: Robot,
+    joint: int,
+    frequency: float,
+    *,
+    fish_in: str = "air",
+    temperature: float | None = None,
+    seed: int = 0,
+) -> Reach:
+    """Find the largest amplitude that a joint group holds at a frequency, the others kept straight.
+
+    An amplitude is held if in a run of 8 s (and 8 beats) the mean peak bend of the last second (and beat) is within
+    0.5 deg of it. The largest bend of the description is asked first, then what was reached, and so on down to one that
+    is held; between that one and the last that was not, it is sought by bisection.
+
+    Parameters
+    ----------
+    robot : Robot
+    joint : int
+        Index of the joint group.
+    frequency : float
+        [Hz].
+    fish_in, temperature, seed
+        As for `posture_test`.
+
+    Returns
+    -------
+    Reach
+        Amplitude to 0.5 deg; without limits if all that was tried is held.
+    """
+    group = robot.joints[joint]
+    conditions: Any = {"fish_in": fish_in, "temperature": temperature, "seed": seed}
+    low, high = 0.0, math.inf
+    trial = group.bend_max or group.amplitude_max or MOST_BEND
+    stopped: tuple[str, ...] = ()
+    while high - low > RESOLUTION and trial > RESOLUTION:
+        angle = [trial if j == joint else 0.0 for j in range(len(robot.joints))]
+        (one,) = hold(robot, frequency, angle, duration=max(TRIAL, TRIAL_BEATS / frequency), **conditions)
+        last = one.time >= one.time[-1] - max(1.0, 1.5 / frequency)
+        reached = float(one.peaks[last].mean())
+        if one.run.status != "diverged" and abs(reached - trial) < CLOSE:
+            low = trial
+            if math.isinf(high):  # the first one
+                break
+        else:
+            high, stopped = trial, one.limits
+        down = min(reached + CLOSE / 2, trial - RESOLUTION) if math.isfinite(reached) else 0.0
+        trial = (low + high) / 2 if low > 0 else max(down, STEP_DOWN * trial)
+    return Reach(joint, frequency, low, stopped)
+
+
+def peak_bends(time: Array, angle: Array, frequency: float) -> tuple[Array, Array]:
+    """Find the peak bends of each beat to both sides, between samples by a parabola.
+
+    Parameters
+    ----------
+    time : ndarray, shape (times,)
+        Evenly spaced [s].
+    angle : ndarray, shape (times,)
+        [rad], positive to the left.
+    frequency : float
+        [Hz].
+
+    Returns
+    -------
+    end : ndarray, shape (beats,)
+        End of each whole beat [s].
+    peaks : ndarray, shape (beats, 2)
+        Largest bend to the left and to the right [rad]; negative if it did not come so far.
+    """
+    step = time[1] - time[0]
+    beats = int((time[-1] - time[0]) * frequency + 1e-9)
+    edges = np.round(np.arange(beats + 1) / (frequency * step)).astype(int)
+    peaks = np.empty((beats, 2))
+    for beat, (first, last) in enumerate(pairwise(edges)):
+        for side, signed in enumerate((angle, -angle)):
+            peaks[beat, side] = _top(signed, first + int(signed[first:last].argmax()))
+    return time[0] + edges[1:] * step, peaks
+
+
+def _top(values: Array, k: int) -> float:
+    """Top of the parabola through a largest sample and its neighbors; the sample itself where it is no local top."""
+    if not 0 < k < len(values) - 1:
+        return float(values[k])
+    before, at, after = values[k - 1 : k + 2]
+    curve = before - 2 * at + after
+    if not (curve < 0 and at >= before and at >= after):
+        return float(at)
+    return float(at - (before - after) ** 2 / (8 * curve))
+
+
+def _worst(error: Array) -> Array:
+    """Of both sides, the error that is further off, without sign."""
+    worst: Array = np.abs(error).max(axis=1)
+    return worst
+
+
+def _settling(time: Array, error: Array) -> float | None:
+    """Time of the last beat whose error is too large, counted at its end; None if that is the last one of all."""
+    late = np.flatnonzero(~(error < CLOSE))  # what is not a number is late, too
+    if late.size == 0:
+        return float(time[0])
+    return None if late[-1] == len(time) - 1 else float(time[late[-1] + 1])
+
+
+def _check(robot: Robot, frequencies: Sequence[float], angle: Sequence[float], duration: float) -> None:
+    """Check that there are beats to look at."""
+    if len(angle) != len(robot.joints):
+        names = ", ".join(group.name for group in robot.joints)
+        rule, fix = f"must be {len(robot.joints)} values, for joint groups {names}", "give one angle for each"
+        raise InputError(rule, key="angle", value=f"{len(angle)} long", fix=fix)
+    if not any(value > 0 for value in angle) or min(angle) < 0:
+        value = ", ".join(f"{math.degrees(a):g}" for a in angle)
+        raise InputError("must have one angle above 0, and none below", key="angle", value=f"{value} deg")
+    if not 1 <= len(frequencies) <= MOST_FREQUENCIES:
+        rule = f"must be 1 to {MOST_FREQUENCIES} values"
+        raise InputError(rule, key="frequency", value=f"{len(frequencies)} long", fix="ask for fewer")
+    for frequency in frequencies:
+        if not frequency > 0:
+            raise InputError("must be greater than 0", key="frequency", value=f"{frequency:g}", fix="give it in Hz")
+        if not 2 / frequency <= duration <= LONGEST:
+            rule, value = f"must be from two beats to {LONGEST:g} s", f"{duration:g} s at {frequency:g} Hz"
+            raise InputError(rule, key="duration", value=value, fix=f"give {max(8.0, 4 / frequency):g}")

@@ -1,0 +1,329 @@
+"""Which estimate matters: the twin's reach and speed over what its hydraulics may be, by Sobol's indices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.description import Robot, parse
+from hypertuna.errors import InputError
+from hypertuna.gait import Gait
+from hypertuna.twin import twins
+from hypertuna.twin_run import TwinRun
+
+__all__ = ["FACTORS", "Factor", "Influence", "Spread", "influence", "spread", "varied"]
+
+Array = NDArray[np.float64]
+
+SECONDS = 8.0  # of a run: at a steady beat and, begun at speed, near a steady swim
+THREADS = 2
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One estimate of a description and how far it may be off.
+
+    Attributes
+    ----------
+    name : str
+        In words.
+    key : str
+        Place in the robot's file, e.g. ``joints.line.bore_m``: in a list of tables, of every one that has it.
+    low, high : float
+        Multiples of the description's value, alike on a logarithmic scale, or what is added to it.
+    how : str
+        "times" or "plus".
+    """
+
+    name: str
+    key: str
+    low: float
+    high: float
+    how: Literal["times", "plus"] = "times"
+
+    def change(self, part: Array) -> Array:
+        """Return the multiple, or the addend, at a part of the range.
+
+        Parameters
+        ----------
+        part : ndarray
+            From 0 to 1.
+
+        Returns
+        -------
+        ndarray
+            Of the same shape [1, or the unit of the key].
+        """
+        if self.how == "plus":
+            return self.low + (self.high - self.low) * part
+        logarithm = math.log(self.low) + math.log(self.high / self.low) * part
+        result: Array = np.exp(logarithm)
+        return result
+
+
+# How far HyperTuna's estimates may be off, by the reasons that its [sources] give.
+FACTORS = (
+    Factor("bore of the lines", "joints.line.bore_m", 0.8, 1.2),
+    Factor("temperature of the oil", "oil.temperature_c", -10.0, 10.0, "plus"),
+    Factor("entrained air", "oil.air", 0.5, 5.0),
+    Factor("compliance of the circuits", "joints.line.compliance_m3_pa", 0.3, 3.0),
+    Factor("fill pressure", "joints.line.fill_pressure_pa", 0.4, 1.6),
+    Factor("speed of the servos", "servos.speed_rad_s", 0.9, 1.1),
+    Factor("bandwidth of the servos", "servos.bandwidth_hz", 0.5, 2.0),
+    Factor("inertia of the servos", "servos.inertia_kg_m2", 0.7, 3.0),
+    Factor("pressure limit", "controller.pressure_soft_pa", 0.8, 1.15),
+    Factor("stiffness of the silicone", "joints.actuator.stiffness_factor", 0.7, 1.4),
+)
+
+
+@dataclass(frozen=True)
+class Influence:
+    """Sobol's indices of some outputs of the twin.
+
+    Attributes
+    ----------
+    factors : tuple of Factor
+    outputs : tuple of str
+    first, total : ndarray, shape (outputs, factors)
+        Part of the variance that a factor makes alone, and with all others.
+    error : ndarray, shape (outputs, factors)
+        Half width of the total index's 95 % interval, by bootstrap.
+    mean, deviation : ndarray, shape (outputs,)
+        Of each output over the ranges [unit of the output].
+    runs : int
+    """
+
+    factors: tuple[Factor, ...]
+    outputs: tuple[str, ...]
+    first: Array
+    total: Array
+    error: Array
+    mean: Array
+    deviation: Array
+    runs: int
+
+
+@dataclass(frozen=True)
+class Spread:
+    """What the twin's speeds may be while its estimates are off.
+
+    Attributes
+    ----------
+    gaits : tuple of str
+    speed : ndarray, shape (draws, gaits)
+        [m/s].
+    """
+
+    gaits: tuple[str, ...]
+    speed: Array
+
+    def interval(self, gait: str) -> tuple[float, float]:
+        """Return the interval that holds 95 % of the draws.
+
+        Parameters
+        ----------
+        gait : str
+
+        Returns
+        -------
+        tuple of float
+            Lower and upper end [m/s].
+        """
+        low, high = np.nanpercentile(self.speed[:, self.gaits.index(gait)], [2.5, 97.5])
+        return float(low), float(high)
+
+
+def varied(robot: Robot, changes: Mapping[Factor, float]) -> Robot:
+    """Return a robot with some of its estimates changed.
+
+    Parameters
+    ----------
+    robot : Robot
+    changes : mapping of Factor to float
+        The multiple, or the addend.
+
+    Returns
+    -------
+    Robot
+
+    Raises
+    ------
+    InputError
+        If the robot has no such value, or the description does not take the changed one.
+    """
+    document = robot.document()
+    for factor, change in changes.items():
+        path, _, last = factor.key.rpartition(".")
+        found = [table for table in _tables(document, path.split(".")) if last in table or last in _DEFAULTS]
+        if not found:
+            fix = "leave this factor out"
+            raise InputError("must be a value of the robot", file=robot.file, key=factor.key, fix=fix)
+        for table in found:
+            value = table[last] if last in table else _DEFAULTS[last]
+            table[last] = value * change if factor.how == "times" else value + change
+    return parse(document, file=robot.file)
+
+
+def influence(
+    robot: Robot,
+    gait: Gait,
+    *,
+    factors: Sequence[Factor] = FACTORS,
+    samples: int = 64,
+    seed: int = 1,
+    seconds: float = SECONDS,
+    threads: int = THREADS,
+    progress: Callable[[int, int], None] | None = None,
+) -> Influence:
+    """Tell which estimates the twin's joint amplitudes and speed hang on, by Saltelli's scheme.
+
+    Parameters
+    ----------
+    robot : Robot
+        Its controller goes on counting on the robot as described, but for its own limits.
+    gait : Gait
+    factors : sequence of Factor
+    samples : int
+        A power of two; samples times (factors + 2) runs are made.
+    seed : int
+    seconds : float
+        Of each run [s].
+    threads : int
+    progress : callable, optional
+        Called with runs done and their total.
+
+    Returns
+    -------
+    Influence
+        Outputs: first harmonic of each joint [deg] and the speed [m/s].
+
+    Raises
+    ------
+    InputError
+        If the number of samples is no power of two, or as `twin` does.
+    """
+    from scipy import stats
+
+    if samples < 2 or samples & (samples - 1):
+        raise InputError("must be a power of two", key="samples", value=str(samples), fix="give 64, say")
+    outputs = (*(f"amplitude of joint {group.name} [deg]" for group in robot.joints), "speed [m/s]")
+    total, done = samples * (len(factors) + 2), 0
+    believed: dict[float, Robot] = {}
+    everything: list[Array] = []
+
+    def evaluate(parts: Array) -> Array:
+        nonlocal done
+        columns = []
+        for start in range(0, parts.shape[1], 16 * threads):
+            block = parts[:, start : start + 16 * threads]
+            runs = [_options(robot, gait, factors, part, believed, seconds) for part in block.T]
+            columns += twins(runs, measure=_outputs, threads=threads)
+            done += block.shape[1]
+            if progress is not None:
+                progress(done, total)
+        everything.append(np.array(columns))
+        return np.array(columns).T
+
+    dists = [stats.uniform()] * len(factors)
+    found = stats.sobol_indices(func=evaluate, n=samples, dists=dists, rng=np.random.default_rng(seed))
+    spread_of = found.bootstrap(n_resamples=200).total_order.confidence_interval
+    plain = np.concatenate(everything[:2])  # the two independent samples
+    return Influence(
+        factors=tuple(factors),
+        outputs=outputs,
+        first=found.first_order,
+        total=found.total_order,
+        error=(spread_of.high - spread_of.low) / 2,
+        mean=plain.mean(axis=0),
+        deviation=plain.std(axis=0),
+        runs=total,
+    )
+
+
+def spread(
+    robot: Robot,
+    gaits: Mapping[str, Gait],
+    *,
+    factors: Sequence[Factor] = FACTORS,
+    draws: int = 32,
+    seed: int = 1,
+    seconds: float = SECONDS,
+    threads: int = THREADS,
+    progress: Callable[[int, int], None] | None = None,
+) -> Spread:
+    """Swim gaits with estimates drawn from their ranges, by Sobol's sequence.
+
+    Parameters
+    ----------
+    robot : Robot
+    gaits : mapping of str to Gait
+    factors : sequence of Factor
+    draws : int
+        A power of two.
+    seed : int
+    seconds : float
+        Of each run [s].
+    threads : int
+    progress : callable, optional
+        Called with runs done and their total.
+
+    Returns
+    -------
+    Spread
+
+    Raises
+    ------
+    InputError
+        As `twin` does.
+    """
+    from scipy.stats import qmc
+
+    parts = qmc.Sobol(len(factors), rng=np.random.default_rng(seed)).random(draws)
+    believed: dict[float, Robot] = {}
+    speeds = np.full((draws, len(gaits)), np.nan)
+    for k, part in enumerate(parts):
+        runs = [_options(robot, gait, factors, part, believed, seconds) for gait in gaits.values()]
+        speeds[k] = twins(runs, measure=lambda run: run.speed, threads=threads)
+        if progress is not None:
+            progress((k + 1) * len(gaits), draws * len(gaits))
+    return Spread(tuple(gaits), speeds)
+
+
+_DEFAULTS: dict[str, float] = {"stiffness_factor": 1.0}  # of keys that a file may leave out
+
+
+def _tables(node: Any, path: Sequence[str]) -> list[dict[str, Any]]:
+    """Collect the tables at a path, of every entry where there is a list."""
+    if isinstance(node, list):
+        return [table for part in node for table in _tables(part, path)]
+    if not path:
+        return [node]
+    return _tables(node[path[0]], path[1:]) if path[0] in node else []
+
+
+def _options(
+    robot: Robot,
+    gait: Gait,
+    factors: Sequence[Factor],
+    part: Array,
+    believed: dict[float, Robot],
+    seconds: float,
+) -> dict[str, Any]:
+    """Options of one run: the robot is another one, its controller knows only its own limits."""
+    changes = {factor: float(factor.change(value)) for factor, value in zip(factors, part, strict=True)}
+    own = {factor: change for factor, change in changes.items() if factor.key.startswith("controller.")}
+    key = math.prod(own.values())
+    if key not in believed:
+        believed[key] = varied(robot, own)
+    options = {"robot": varied(robot, changes), "believed": believed[key], "gait": gait}
+    return options | {"duration": seconds, "start": "swimming"}
+
+
+def _outputs(run: TwinRun) -> list[float]:
+    """Joint amplitudes [deg] and speed [m/s]."""
+    return [*np.degrees(run.amplitude).tolist(), run.speed]

@@ -1,0 +1,126 @@
+"""The command `hypertuna actuator fit`: what it prints, draws and writes, and what it says of bad input."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import hypertuna as ht
+from hypertuna.bench import read_bench
+from hypertuna.bench_fit import fit_bench
+from hypertuna.cli import main
+
+Run = Callable[..., tuple[int, str, str]]
+EXAMPLE = Path(__file__).parents[1] / "examples" / "bench"
+PAPER = ("actuator", "fit", str(EXAMPLE / "paper.csv"), "--robot", "hypertuna", "--starts", "1")
+FEW = ("--free", "lever,stiffness_factor,outer_diameter")
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run `hypertuna` with arguments: exit code, output, errors."""
+    monkeypatch.setenv("COLUMNS", "160")
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
+        with pytest.raises(SystemExit) as exit_:
+            main()
+        code = exit_.value.code
+        return int(code or 0), *capsys.readouterr()
+
+    return call
+
+
+def test_json_tells_what_the_function_finds(run: Run, tuna: ht.Robot) -> None:
+    code, output, _ = run(*PAPER, *FEW, "--json")
+    told = json.loads(output)
+    fit = fit_bench(tuna, read_bench(EXAMPLE / "paper.csv", tuna), FEW[1], starts=1)
+    assert code == 0
+    assert (told["rows"], told["determined"], told["converged"]) == (2, 2, True)
+    assert [row["name"] for row in told["unknowns"]] == [one.name for one in fit.free]
+    lever, diameter = told["unknowns"][0], told["unknowns"][-1]
+    assert (lever["unit"], diameter["name"]) == ("mm", "outer_diameter")
+    assert [row["value"] for row in told["unknowns"][:2]] == pytest.approx((1e3 * fit.values[:2]).tolist())
+    assert [one["text"] for one in told["combinations"]] == [one.text for one in fit.combinations]
+    values = [one["singular_value"] for one in told["spectrum"]]
+    assert values == sorted(values, reverse=True)
+    assert [one["determined"] for one in told["spectrum"]] == [True, True, False, False, False]
+    bits = [one["bits"] for one in told["measurements"]]
+    assert bits == sorted(bits, reverse=True)
+    assert told["robot_hash"] == tuna.hash
+    assert told["fit_hash"] == fit.robot.hash
+
+
+def test_the_terminal_says_what_is_known_and_what_stays_free(run: Run) -> None:
+    code, output, _ = run(*PAPER, *FEW)
+    assert code == 0
+    assert "hypertuna, joints I and II: 2 rows" in output
+    assert "The bench determines 2 of 5 combinations of the unknowns, 3 stay free." in output
+    assert output.count("free") >= 4
+    assert "What one more measurement would narrow, the most informative first:" in output
+    assert "outer diameter of the hose, by caliper" in output
+
+
+def test_bounds_are_what_is_known_before(run: Run) -> None:
+    wide, narrow = (
+        json.loads(run(*PAPER, *FEW, "--json", *more)[1])["unknowns"][-1]
+        for more in ((), ("--bounds", "outer_diameter=7.9:8.1"))
+    )
+    assert narrow["low"] >= 7.9
+    assert narrow["high"] <= 8.1
+    assert wide["high"] > 10
+    assert narrow["determined"] is False  # by its bounds, not by the bench
+
+
+def test_it_draws_and_writes_a_robot(run: Run, tmp_path: Path) -> None:
+    plot, robot = tmp_path / "fit.svg", tmp_path / "fit.toml"
+    code, output, _ = run(*PAPER, *FEW, "--plot", str(plot), "-o", str(robot))
+    assert code == 0
+    assert f"written: {plot}" in output
+    text = plot.read_text()
+    for word in ("joint I", "joint II", "spectrum", "95 % intervals", "gauge pressure [kPa]"):
+        assert f"<!-- {word} -->" in text
+    fitted = ht.load(robot)
+    assert (fitted.source("joints.actuator.lever_m") or "").startswith("fitted by hypertuna actuator fit to ")
+    assert robot.read_text().startswith("# HyperTuna:")
+    again = run("actuator", "fit", str(EXAMPLE / "paper.csv"), "--robot", str(robot), "--starts", "1", *FEW, "--json")
+    assert json.loads(again[1])["robot_hash"] == fitted.hash
+
+
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        (("--free", "leaver"), "free leaver must be an unknown of this bench and robot"),
+        (("--bounds", "lever"), "--bounds must be NAME=LOW:HIGH, but is lever"),
+        (("--bounds", "lever=a:b"), "--bounds lever must be a number, but is 'a': give it in mm"),
+        (("--bounds", "lever[I]=1:2"), "bounds lever[I] must hold the described value"),
+        (("--loss", "l2"), "loss must be a known loss"),
+        (("--starts", "some"), "--starts must be a whole number"),
+        (("-o", "robot.csv"), "--output must end in .toml"),
+        (("--plot", "fit.txt"), "--plot must end in .svg, .png or .pdf"),
+    ],
+)
+def test_bad_options_are_told(run: Run, more: tuple[str, ...], sentence: str) -> None:
+    code, output, errors = run(*PAPER, *more)
+    assert (code, output) == (2, "")
+    assert errors.startswith("error: ")
+    assert sentence in errors
+
+
+def test_a_bad_bench_writes_nothing(run: Run, tmp_path: Path) -> None:
+    bad, robot = tmp_path / "bad.csv", tmp_path / "fit.toml"
+    bad.write_text("joint,side,pressure_kpa,angle_deg\nI,left,100,5\nI,left,nan,6\n")
+    code, _, errors = run("actuator", "fit", str(bad), "--robot", "hypertuna", "-o", str(robot))
+    assert code == 2
+    assert f"{bad}: line 3, pressure_kpa must be a finite number, but is 'nan'" in errors
+    assert not robot.exists()
+    code, _, errors = run("actuator", "fit", str(tmp_path / "none.csv"), "--robot", "hypertuna")
+    assert (code, "must be a file, but is missing" in errors) == (2, True)
+    fine = tmp_path / "fine.csv"
+    fine.write_text("joint,side,pressure_kpa,angle_deg\n1,left,100,5\n")
+    code, _, errors = run("actuator", "fit", str(fine), "--robot", "rexeel")
+    assert (code, "table [drive_unit] is needed to identify an actuator" in errors) == (2, True)

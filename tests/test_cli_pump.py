@@ -1,0 +1,110 @@
+"""The command `hypertuna pump`: what it prints and writes, and what it says of bad input."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hypertuna as ht
+from hypertuna.cli import main
+from hypertuna.sizing import largest_beat, size_pump
+
+Run = Callable[..., tuple[int, str, str]]
+PUMP = ("pump", "--robot", "hypertuna")
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run `hypertuna` with arguments: exit code, output, errors."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
+        with pytest.raises(SystemExit) as exit_:
+            main()
+        code = exit_.value.code
+        return int(code or 0), *capsys.readouterr()
+
+    return call
+
+
+def test_json_tells_the_sizes_of_the_function(run: Run, tuna: ht.Robot) -> None:
+    code, output, _ = run(*PUMP, "--bore", "3:4:2", "--temperature", "20", "--json")
+    assert code == 0
+    told = json.loads(output)["sizes"]
+    frequency, amplitude = largest_beat(tuna)
+    sizes = size_pump(tuna, frequency=[frequency], amplitude=amplitude, bore=[3e-3, 4e-3], temperature=[293.15])
+    assert [(row["joint"], row["bore_mm"]) for row in told] == [("I", 3), ("II", 3), ("I", 4), ("II", 4)]
+    for row, size in zip(told, sizes, strict=True):
+        assert row["amplitude_deg"] == pytest.approx(math.degrees(size.amplitude))
+        assert row["corner_hz"] == pytest.approx(size.corner)
+        assert row["torque_margin"] == pytest.approx(size.torque_limit / size.torque - 1)
+        assert row["pressure_max_kpa"] <= 250
+        assert tuple(row["limits"]) == size.limits
+
+
+def test_files_hold_the_table(run: Run, tmp_path: Path) -> None:
+    table, data, plot = (str(tmp_path / name) for name in ("pump.csv", "pump.nc", "pump.svg"))
+    options = ("--frequency", "2", "--temperature", "15:30:2")
+    code, output, _ = run(*PUMP, *options, "-o", table, "--plot", plot)
+    assert code == 0
+    assert output.endswith(f"written: {plot}\nwritten: {table}\n")
+    lines = [line for line in Path(table).read_text().splitlines() if not line.startswith("#")]
+    rows = np.genfromtxt(lines, delimiter=",", names=True, dtype=None, encoding="utf-8")
+    assert rows["temperature_c"].tolist() == [15, 15, 30, 30]
+    assert "temperature of the oil" in Path(plot).read_text()
+    assert run(*PUMP, *options, "-o", data)[0] == 0
+    with xr.open_dataset(data, engine="h5netcdf") as found:
+        np.testing.assert_allclose(found.amplitude_deg, rows["amplitude_deg"], rtol=1e-12)
+        assert found.attrs["robot"] == "hypertuna"
+
+
+def test_table_over_bore_and_temperature(run: Run) -> None:
+    output = run(*PUMP, "--frequency", "1", "--amplitude", "4,8", "--bore", "3:4:2", "--temperature", "10:20:2")[1]
+    assert "joint I at 1 Hz, 4 deg told" in output
+    assert "10 C" in output
+    assert "corner of the line" in output
+
+
+def test_one_case_is_told_in_full(run: Run) -> None:
+    output = run(*PUMP, "--gait", "optimised-0.3")[1]
+    for words in ("of 6.86 N m", "of 7.5 rad/s", "20 C, 133.8 mm^2/s", "damping ratio", "power of its two servos"):
+        assert output.count(words) == 2, words
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--bore", "0"), "bore must be greater than 0, but is 0 mm"),
+        (("--bore", "2,3"), "bore must be a value or a range start:stop:count"),
+        (("--temperature", "130"), "temperature must be from -9 to 100 degC, but is 130 degC"),
+        (("--temperature", "cold"), "temperature must be a number"),
+        (("--frequency", "0"), "frequency must be greater than 0"),
+        (("--amplitude", "16"), "amplitude must be 2 long, one value per joint group"),
+        (("--amplitude", "80,25"), "must be at most what pump and joint can do"),
+        (("--gait", "turnin"), "did you mean turning?"),
+        (("--gait", "turning", "--frequency", "3"), "--gait has a frequency and amplitudes of its own"),
+        (("--plot", "pump.doc"), "--plot must end in .svg, .png or .pdf"),
+        (("-o", "pump.txt"), "--output must end in .nc or .csv"),
+    ],
+)
+def test_bad_input_is_told_in_one_sentence(run: Run, options: tuple[str, ...], sentence: str) -> None:
+    code, output, errors = run(*PUMP, *options)
+    assert code == 2
+    assert not output
+    assert sentence in errors
+    assert errors.startswith("error: ")
+    assert errors.count("\n") == 1
+
+
+def test_a_robot_without_a_pump_is_told_so(run: Run) -> None:
+    code, _, errors = run("pump", "--robot", "rexeel")
+    assert code == 2
+    assert errors == "error: robots/rexeel.toml: pump is needed for the hydraulics: add the table [pump].\n"

@@ -1,0 +1,210 @@
+"""The commands `hypertuna twin` and `hypertuna posture-test`: what they print and write, and what they refuse."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hypertuna as ht
+from hypertuna import cli_twin
+from hypertuna.cli import main
+from hypertuna.gait import Gait
+from hypertuna.posture import PostureTest, posture_test
+from hypertuna.twin import twin
+from hypertuna.twin_run import TwinRun
+
+Run = Callable[..., tuple[int, str, str]]
+GAIT = ("--frequency", "3", "--amplitude", "12,20", "--phase", "0,20")
+SHORT = ("twin", "--robot", "hypertuna", *GAIT, "--duration", "3")
+FIG8 = ("posture-test", "--robot", "hypertuna", "--frequency", "2,4", "--no-limits", "--duration", "6")
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run `hypertuna` with arguments: exit code, output, errors."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
+        with pytest.raises(SystemExit) as exit_:
+            main()
+        code = exit_.value.code
+        return int(code or 0), *capsys.readouterr()
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def short(tuna: ht.Robot) -> TwinRun:
+    return twin(tuna, Gait.from_degrees(frequency=3, amplitude=(12, 20), phase=(0, 20)), duration=3)
+
+
+@pytest.fixture(scope="module")
+def fig8(tuna: ht.Robot) -> PostureTest:
+    return posture_test(tuna, frequencies=[2, 4], angle=[0.0, math.radians(20)], duration=6, limits=False)
+
+
+def test_json_tells_the_run_of_the_function(run: Run, short: TwinRun) -> None:
+    code, output, _ = run(*SHORT, "--json")
+    told = json.loads(output)
+    assert code == 0
+    assert told["speed_m_s"] == short.speed
+    assert told["electrical_power_w"] == short.power
+    assert told["cost_of_transport_j_per_kg_m"] == pytest.approx(short.power / (3.3 * short.speed))
+    assert [joint["name"] for joint in told["joints"]] == ["I", "II"]
+    for joint, swing, wished in zip(told["joints"], short.swing, (12, 20), strict=True):
+        assert joint["amplitude_set_deg"] == pytest.approx(wished)
+        assert joint["amplitude_deg"] == pytest.approx(math.degrees(swing))
+        assert joint["peak_error_deg"] == pytest.approx(math.degrees(swing) - wished)
+    assert [circuit["name"] for circuit in told["circuits"]] == ["I-left", "I-right", "II-left", "II-right"]
+    pressures = [circuit["pressure_max_kpa"] for circuit in told["circuits"]]
+    np.testing.assert_allclose(pressures, short.pressure_max / 1e3)
+    assert (told["status"], told["faults"], told["limits"]) == ("completed", list(short.faults), list(short.limits))
+    assert (told["frequency_hz"], told["amplitude_deg"], told["duration_s"]) == (3, [12, 20], 3)
+
+
+def test_the_table_says_the_same(run: Run, short: TwinRun) -> None:
+    code, output, _ = run(*SHORT)
+    assert code == 0
+    assert f"{short.speed:.4g}" in output
+    for joint, swing in zip(["I", "II"], np.degrees(short.swing), strict=True):
+        (line,) = [line for line in output.splitlines() if line.split()[:1] == [joint]]
+        assert f"{swing:.2f}" in line
+    for c, name in enumerate(short.circuits):
+        (line,) = [line for line in output.splitlines() if line.startswith(name)]
+        assert f"{short.pressure_max[c] / 1e3:.1f}" in line
+
+
+def test_files_hold_the_run(run: Run, short: TwinRun, tmp_path: Path) -> None:
+    table, data, plot = (str(tmp_path / name) for name in ("run.csv", "run.nc", "run.svg"))
+    assert run(*SHORT, "-o", table, "--plot", plot)[0] == 0
+    lines = Path(table).read_text().splitlines()
+    rows = np.genfromtxt([line for line in lines if not line.startswith("#")], delimiter=",", names=True)
+    np.testing.assert_allclose(rows["angle_II_deg"], np.degrees(short.data["angle"][:, 1]), rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(rows["pump_pressure_I_left_kpa"], short.data["pump_pressure"][:, 0] / 1e3, rtol=1e-5)
+    assert any(line.startswith("# robot_hash: ") for line in lines)
+    assert "pump pressure [kPa]" in Path(plot).read_text()
+    assert run(*SHORT, "-o", data)[0] == 0
+    with xr.open_dataset(data, engine="h5netcdf") as found:
+        np.testing.assert_array_equal(found.angle, short.data["angle"])
+        assert found.pump_pressure.attrs["units"] == "Pa"
+        assert found.attrs["speed_m_s"] == short.speed
+        assert found.attrs["II_amplitude_set_deg"] == pytest.approx(20)
+
+
+def test_a_named_gait_and_its_changes(run: Run) -> None:
+    options = ("twin", "--robot", "hypertuna", "--gait", "turning", "--duration", "2", "--json")
+    told = json.loads(run(*options)[1])
+    assert (told["frequency_hz"], told["bias_deg"]) == (2, [16, 25])
+    assert json.loads(run(*options, "--frequency", "3")[1])["frequency_hz"] == 3  # as with `hypertuna swim`
+
+
+def test_options_reach_the_twin(run: Run, monkeypatch: pytest.MonkeyPatch, short: TwinRun) -> None:
+    given: dict[str, object] = {}
+
+    def spy(robot: ht.Robot, gait: Gait, **options: object) -> TwinRun:
+        given.update(options, bores=[group.line.bore for group in robot.joints if group.line], gait=gait)
+        return short
+
+    monkeypatch.setattr(cli_twin, "twin", spy)
+    options = ("--fault", "bend-II:stuck@1", "--fault", "imu:nan@2", "--open-loop", "--medium", "air", "--seed", "7")
+    more = ("--temperature", "5", "--line-bore", "2.5", "--start", "swimming", "--bias", "1,2")
+    assert run(*SHORT, *options, *more)[0] == 0
+    assert given["faults"] == ("bend-II:stuck@1", "imu:nan@2")
+    assert (given["closed_loop"], given["fish_in"], given["seed"]) == (False, "air", 7)
+    assert (given["temperature"], given["start"], given["duration"]) == (278.15, "swimming", 3)
+    assert given["bores"] == pytest.approx([0.0025, 0.0025])
+    assert isinstance(given["gait"], Gait)
+    np.testing.assert_allclose(given["gait"].bias, np.radians([1, 2]))
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--amplitude", "12"), "--amplitude must be 2 values, for joint groups I, II, but has 1 (12): give 2"),
+        (("--duration", "0"), "duration must be"),
+        (("--duration", "1e9"), "duration must be"),
+        (("--duration", "x"), "--duration must be a number, but is 'x'"),
+        (("--medium", "oil"), "--medium must be water or air, but is 'oil'"),
+        (("--start", "swiming"), "did you mean swimming?"),
+        (("--line-bore", "0"), "--line-bore must be from 1 to 20 mm, but is 0"),
+        (("--fault", "bend-II:stock@1"), "use one of stuck, open, spike, nan"),
+        (("--fault", "bend-III:stuck@1"), "did you mean bend-II?"),
+        (("--fault", "bend-II:stuck@9"), "fault must start before the run ends at 3 s"),
+        (("--temperature", "-50"), "temperature must be from -9 to 100 degC"),
+        (("--temperature", "hot"), "--temperature must be a number"),
+        (("--seed", "1.5"), "--seed must be a whole number"),
+        (("--gait", "optimised-max2"), "did you mean optimised-max?"),
+        (("--plot", "run.gif"), "--plot must end in .svg, .png or .pdf"),
+        (("-o", "run.txt"), "--output must end in .nc or .csv"),
+        (("-o", "/nowhere/run.nc"), "must be in a folder that exists"),
+    ],
+)
+def test_bad_input_is_one_sentence(run: Run, options: tuple[str, ...], told: str, tmp_path: Path) -> None:
+    code, output, errors = run(*SHORT, *options)
+    assert code == 2
+    assert output == ""
+    assert told in errors
+    assert errors.count("\n") == 1
+    assert "Traceback" not in errors
+
+
+@pytest.mark.parametrize("command", ["twin", "posture-test"])
+def test_a_robot_without_the_tables_is_refused(run: Run, command: str) -> None:
+    gait = ("--gait", "wave-30") if command == "twin" else ("--angle", "5,5,5,5,5")
+    code, _, errors = run(command, "--robot", "rexeel", *gait)
+    assert code == 2
+    assert "rexeel.toml" in errors
+    assert "add the table" in errors
+
+
+def test_a_run_that_diverges_is_exit_code_1(run: Run, monkeypatch: pytest.MonkeyPatch, short: TwinRun) -> None:
+    from dataclasses import replace
+
+    monkeypatch.setattr(cli_twin, "twin", lambda *_, **__: replace(short, status="diverged"))
+    assert run(*SHORT)[0] == 1
+    code, output, _ = run(*SHORT, "--json")
+    assert code == 1
+    assert json.loads(output)["status"] == "diverged"
+
+
+def test_posture_test_tells_fig_8(run: Run, fig8: PostureTest, tmp_path: Path) -> None:
+    table, data, plot = (str(tmp_path / name) for name in ("fig8.csv", "fig8.nc", "fig8.svg"))
+    code, output, _ = run(*FIG8, "--json", "-o", table, "--plot", plot)
+    told = json.loads(output)
+    assert code == (1 if any(one.settling is None for one in fig8.held) else 0)
+    for row, one in zip(told["tests"], fig8.held, strict=True):
+        assert (row["frequency_hz"], row["joint"], row["settling_s"]) == (one.frequency, "II", one.settling)
+        np.testing.assert_allclose(row["beat_error_deg"], np.degrees(one.error))
+    lines = Path(table).read_text().splitlines()
+    head = next(line for line in lines if not line.startswith("#")).split(",")
+    assert head[:4] == ["frequency_hz", "joint", "angle_set_deg", "time_s"]
+    beats = [line for line in lines if line[0].isdigit()]
+    assert len(beats) == sum(len(one.time) for one in fig8.held)
+    assert "error of the" in Path(plot).read_text()
+    assert run(*FIG8, "-o", data)[0] == code
+    with xr.open_dataset(data, engine="h5netcdf") as found:
+        np.testing.assert_allclose(found.settling.values[:, 0], [one.settling or np.nan for one in fig8.held])
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--angle", "40"), "must be an angle that a joint group reaches: 18.2 deg (I), 31.2 deg (II)"),
+        (("--angle", "10,20,30"), "angle must be 2 values, for joint groups I, II"),
+        (("--frequency", "0"), "frequency must be greater than 0"),
+        (("--frequency", "1:6"), "--frequency must be a number or start:stop:count"),
+        (("--duration", "0.1"), "duration must be from two beats to 600 s"),
+    ],
+)
+def test_posture_test_refuses(run: Run, options: tuple[str, ...], told: str) -> None:
+    code, _, errors = run(*FIG8, *options)
+    assert code == 2
+    assert told in errors

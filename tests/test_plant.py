@@ -1,0 +1,104 @@
+"""The plant, servo to wake, against an independent one: Lagrange's equations, roots for pressures, SciPy's DOP853."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hypertuna import Robot, _core, load
+from hypertuna.description import parse
+from hypertuna.hydraulics import circuits
+from oracles import plant as oracle
+
+TICK = 0.01
+TICKS = 12
+SUPPLY = 7.4
+
+
+def without_friction() -> Robot:
+    """Return HyperTuna whose muscles do not rub: the oracle has no friction in them."""
+    document = load("hypertuna").document()
+    document["drive_unit"]["friction"] = 0.0
+    return parse(document)
+
+
+def oracle_joint(robot: Robot, g: int) -> oracle.Joint:
+    """Make the oracle's joint from the description, by the data sheets' moduli: sigma(100 %) = 3.5 C1."""
+    assert robot.drive_unit is not None
+    unit, joint = robot.drive_unit, robot.joints[g]
+    hose, matrix = robot.materials[unit.hose], robot.materials[unit.matrix]
+    assert joint.actuator is not None
+    assert joint.drive_units is not None
+    muscle = oracle.Muscle(unit.outer_diameter, unit.inner_diameter, unit.braid_angle, hose.modulus_100 / 3.5)
+    sections = zip(joint.actuator.semi_major, joint.actuator.semi_minor, strict=True)
+    young = 6 * matrix.modulus_100 / 3.5
+    return oracle.Joint(
+        muscle=muscle,
+        units=joint.drive_units,
+        lever=joint.actuator.lever,
+        length=joint.actuator.segment_length,
+        stiffness=[young * math.pi * a * b**3 / 4 for a, b in sections],
+        relaxation=matrix.relaxation,
+        pressure_most=400e3,
+    )
+
+
+def oracle_robot(robot: Robot, *, clamped: bool) -> oracle.Robot:
+    """Make the oracle from the description."""
+    links, water = robot.links, robot.water.lumped
+    assert water is not None
+    share = np.zeros((len(links.name), len(robot.joints)))
+    for g, group in enumerate(robot.joints):
+        share[list(group.links), g] = group.share
+    oil = circuits(robot)
+    rows = [dict(zip(oil.columns, row, strict=True)) for row in oil.values]
+    half, mass = 0.0 if clamped else robot.water.density / 2, np.array(links.mass)
+    return oracle.Robot(
+        length=np.array(links.length),
+        com=np.array(links.com),
+        mass=mass,
+        inertia=np.array(links.inertia),
+        share=share,
+        joints=[oracle_joint(robot, g) for g in range(len(robot.joints))],
+        circuits=[oracle.Circuit(**{f.name: row[f.name] for f in fields(oracle.Circuit)}) for row in rows],
+        added=0.0 * mass if clamped else mass * np.array(water.added_mass),
+        friction=half * np.array(water.friction) * np.array(links.wetted_area),
+        drag=half * np.array(water.drag) * np.array(links.lateral_area),
+        clamped=clamped,
+    )
+
+
+def swinging_targets(robot: Robot) -> np.ndarray[Any, Any]:
+    """Servo targets of a beat at 5 Hz that sets in: the two sides of a joint in antiphase, joint II a quarter later."""
+    time = TICK * np.arange(TICKS)
+    swing = 0.25 * np.minimum(1, time / 0.1)
+    beat = [np.sin(2 * np.pi * 5 * time - lag) for lag in (0, np.pi, np.pi / 2, 3 * np.pi / 2)]
+    return np.stack([swing * sine for sine in beat], axis=1)
+
+
+@pytest.mark.parametrize("medium", ["air", "water"])
+def test_plant_agrees_with_an_independent_one(medium: str) -> None:
+    robot, twist = without_friction(), np.array([-0.3, 0.0, 0.0] if medium == "water" else [0.0] * 3)
+    targets = swinging_targets(robot)
+    parts = importlib.import_module("hypertuna.twin")._parts_of(robot, medium, None).plant
+    ours = _core.run_plant(**parts, twist=twist, target=targets, tick=TICK, steps=40)
+
+    plain = oracle_robot(robot, clamped=medium == "air")
+    start = np.concatenate([np.zeros(5), twist, np.zeros(2 + 16)])
+    supply = ours["battery_voltage"] * 0 + SUPPLY
+    states, pressures = oracle.run(plain, start, targets[:-1], supply[:-1], TICK)
+
+    bends, theirs = ours["angle"], states[:, 3:5]
+    assert np.ptp(theirs, axis=0).min() > math.radians(5), "the comparison moves the joints"
+    assert np.ptp(pressures) > 200e3, "and the oil"
+    assert bends == pytest.approx(theirs, abs=2e-6)
+    assert ours["servo_angle"] == pytest.approx(states[:, 10::4], abs=2e-6)
+    assert ours["pump_pressure"] == pytest.approx(pressures[:, :, 0], abs=100)
+    assert ours["unit_pressure"] == pytest.approx(pressures[:, :, 1], abs=100)
+    assert ours["heading"] == pytest.approx(states[:, 2], abs=1e-6)
+    assert ours["x"] == pytest.approx(states[:, 0], abs=1e-6)

@@ -1,0 +1,141 @@
+"""The posture test: peak bends between samples, settling, the largest amplitude that is held."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna import posture
+from hypertuna.errors import InputError
+from hypertuna.gait import Gait
+from hypertuna.posture import Held, peak_bends, posture_test, reach
+
+RATE = 100.0
+
+
+@dataclass(frozen=True)
+class Beating:
+    """A run of a make-believe robot: its amplitude grows to what was set, but no further than a limit."""
+
+    robot: ht.Robot
+    gait: Gait
+    time: Any
+    data: dict[str, Any]
+    limits: tuple[str, ...]
+    status: str = "completed"
+    temperature: float = 20.0
+
+
+def beating(grow: float, most: float, sensor: float = 1.0) -> Any:
+    """Make a stand-in of `twin` whose amplitude has a time constant [s], a limit [rad] and a sensor's gain."""
+
+    def run(robot: ht.Robot, gait: Gait, *, duration: float, **_: Any) -> Beating:
+        time = np.arange(0, duration + 0.5 / RATE, 1 / RATE)
+        wished = np.array(gait.amplitude)
+        rise = 1 - np.exp(-time / grow)
+        angle = np.minimum(wished, most) * rise[:, None] * np.sin(2 * np.pi * gait.frequency * time)[:, None]
+        limits = ("pressure_soft",) if (wished > most).any() else ()
+        return Beating(robot, gait, time, {"angle": angle, "angle_measured": sensor * angle}, limits)
+
+    return run
+
+
+@pytest.mark.parametrize("frequency", [1.0, 2.13, 6.0])
+def test_peaks_are_found_between_samples(frequency: float) -> None:
+    # The nearest of 16 samples of a beat is up to 2 % below its peak; a parabola through three is 30 times nearer.
+    time = np.arange(0, 8, 1 / RATE)
+    angle = 0.1 + 0.3 * np.sin(2 * np.pi * frequency * time - 0.4)
+    end, peaks = peak_bends(time, angle, frequency)
+    assert len(end) == int(time[-1] * frequency)
+    np.testing.assert_allclose(end, np.arange(1, len(end) + 1) / frequency, atol=0.5 / RATE)
+    np.testing.assert_allclose(
+        peaks[1:], np.tile([0.4, 0.2], (len(end) - 1, 1)), atol=5e-4 * 0.3 * frequency / 6 + 1e-6
+    )
+
+
+def test_a_side_that_is_not_reached_has_a_negative_peak() -> None:
+    time = np.arange(0, 4, 1 / RATE)
+    _, peaks = peak_bends(time, 0.3 + 0.1 * np.sin(2 * np.pi * time), 1.0)
+    assert peaks[:, 1].max() == pytest.approx(-0.2, abs=1e-4)
+
+
+def held(errors: list[float]) -> Held:
+    """Make beats of 1 s whose left peak bends have these errors [rad]."""
+    peaks = np.column_stack([0.3 + np.array(errors), np.full(len(errors), 0.3)])
+    return Held(1, 1.0, 0.3, np.arange(1.0, len(errors) + 1), peaks, peaks, (), None)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("degrees", "settling"),
+    [
+        ([-5, -2, 0.4, 0.1, -0.2], 3.0),  # third beat and all after it
+        ([-5, 0.1, 0.6, 0.1, -0.2], 4.0),  # being near once is not enough
+        ([0.1, 0.1, 0.1], 1.0),
+        ([-5, 0.1, 0.1, 0.51], None),
+        ([-5, 0.1, math.nan, 0.2, 0.2], 4.0),  # no number is no success
+        ([-5, 0.1, math.nan], None),
+    ],
+)
+def test_settling_is_the_first_beat_after_which_all_are_near(degrees: list[float], settling: float | None) -> None:
+    assert held(np.radians(degrees).tolist()).settling == settling
+
+
+def test_fig_8_of_a_known_joint(tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    # 20 deg exp(-t/tau) < 0.5 deg from t = tau ln 40 = 1.84 s on, so in the beat that ends by then or the next.
+    monkeypatch.setattr(posture, "twin", beating(0.5, 1.0, sensor=0.96))
+    done = posture_test(tuna, frequencies=[1, 2, 4], angle=np.radians([0, 20]).tolist(), limits=False)
+    assert [(one.frequency, one.name) for one in done.held] == [(1, "II"), (2, "II"), (4, "II")]
+    for one in done.held:
+        assert one.settling is not None
+        assert 0.5 * math.log(40) - 1 / one.frequency < one.settling < 0.5 * math.log(40) + 2 / one.frequency
+        assert one.measured_settling is None  # a sensor that shows 4 % too little never shows 20 deg
+        assert one.measured_error[-1] == pytest.approx(math.radians(0.8), rel=0.05)
+    assert not done.reach
+    found = done.dataset()
+    assert found.settling.sel(frequency=2, joint="II") == done.held[1].settling
+    assert np.isnan(found.reach).all()
+    assert found.peak.attrs["units"] == "rad"
+
+
+def test_reach_is_the_limit_and_says_what_it_is(tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    # A joint that makes 15 deg holds any set angle up to 15.5 deg within half a degree.
+    monkeypatch.setattr(posture, "twin", beating(0.2, math.radians(15)))
+    far = reach(tuna, 1, 3.0)
+    assert math.degrees(far.amplitude) == pytest.approx(15.5, abs=0.51)
+    assert far.limits == ("pressure_soft",)
+    monkeypatch.setattr(posture, "twin", beating(0.2, 9.0))
+    free = reach(tuna, 1, 3.0)
+    assert math.degrees(free.amplitude) == pytest.approx(31.2)  # the largest bend of the description: no more is tried
+    assert free.limits == ()
+
+
+def test_a_run_that_diverges_holds_nothing(tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = beating(0.2, 9.0)
+    monkeypatch.setattr(posture, "twin", lambda *a, **k: replace(whole(*a, **k), status="diverged"))
+    assert reach(tuna, 0, 3.0).amplitude == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"angle": [0.3]}, "angle must be 2 values, for joint groups I, II, but is 1 long"),
+        ({"angle": [0.0, 0.0]}, "angle must have one angle above 0"),
+        ({"angle": [0.1, -0.1]}, "and none below, but is 5.72958, -5.72958 deg"),
+        ({"frequencies": []}, "frequency must be 1 to 100 values"),
+        ({"frequencies": [0.0]}, "frequency must be greater than 0, but is 0"),
+        ({"frequencies": [math.nan]}, "frequency must be greater than 0, but is nan"),
+        ({"duration": 0.5}, "duration must be from two beats to 600 s, but is 0.5 s at 1 Hz"),
+        ({"duration": 1e9}, "duration must be from two beats to 600 s"),
+        ({"duration": math.nan}, "duration must be from two beats to 600 s"),
+    ],
+)
+def test_what_cannot_be_tested_is_refused(tuna: ht.Robot, change: dict[str, Any], told: str) -> None:
+    good: dict[str, Any] = {"frequencies": [1.0], "angle": [0.0, 0.3], "duration": 8.0}
+    with pytest.raises(InputError) as error:
+        posture_test(tuna, **(good | change))
+    assert told in str(error.value)

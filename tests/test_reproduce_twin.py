@@ -1,0 +1,128 @@
+"""What the twin and the actuator put into the ledger, and what the page says of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna import reproduce_twin
+from hypertuna.ledger import Entry, judge, published
+from hypertuna.published_swims import SPEEDS
+from hypertuna.report import Picture, Section, Table
+from hypertuna.reproduce_actuator import ACTUATOR, PRINTED, Bends, bend_published, step_table
+from hypertuna.reproduce_actuator import findings as bend_findings
+from hypertuna.reproduce_twin import TWIN, Twins, bore_table, findings, run_published, sections, speed_table, tank_table
+
+PAPER = published()
+
+
+@pytest.fixture(scope="module")
+def bends(tuna: ht.Robot) -> Bends:
+    return bend_published(tuna)
+
+
+@pytest.fixture(scope="module")
+def twins(tuna: ht.Robot) -> Twins:
+    """Everything, but shorter and at fewer frequencies than in the ledger."""
+    posture = PAPER["posture"] | {"frequency_hz": [2.0, 6.0]}
+    tank = PAPER["tank"] | {"frequency_hz": [1.0, 6.0]}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reproduce_twin, "SWIM", 2.0)
+        return run_published(tuna, PAPER | {"posture": posture, "tank": tank})
+
+
+@pytest.fixture(scope="module")
+def entries(twins: Twins) -> dict[str, Entry]:
+    return {found.id: judge(PAPER, found) for found in findings(twins, PAPER) if found.model == TWIN}
+
+
+@pytest.fixture(scope="module")
+def shown(twins: Twins) -> list[Section]:
+    return sections(twins, PAPER)
+
+
+def test_every_number_that_waited_for_the_twin_has_an_entry(entries: dict[str, Entry]) -> None:
+    asked = [f"speed/{name}" for name in SPEEDS] + ["control/settling-2hz", "control/settling-6hz"]
+    asked += ["power/fastest", "power/lake", "cost-of-transport/minimum", "range/battery"]
+    assert set(asked) <= set(entries)
+    assert {entry.model for entry in entries.values()} == {TWIN}
+    assert all(entry.verdict != "not-computed" for entry in entries.values())
+
+
+def test_numbers_are_those_of_the_runs(entries: dict[str, Entry], twins: Twins) -> None:
+    for name in SPEEDS:
+        assert entries[f"speed/{name}"].computed == twins.gaits[name].speed
+    fastest = twins.gaits["unoptimised-max"]
+    assert entries["power/fastest"].computed == fastest.power
+    assert entries["power/lake"].computed == twins.gaits["optimised-0.5"].power  # what section III.G says it swam
+    cost = entries["cost-of-transport/minimum"].computed
+    assert cost == pytest.approx(fastest.power / (3.3 * fastest.speed))  # Eq. 38 with the mass in it
+    before, after = (twins.gaits[f"{kind}optimised-0.4"].cost_of_transport for kind in ("un", ""))
+    assert entries["cost-of-transport/change-0.4"].computed == pytest.approx(100 * (after - before) / before)
+
+
+def test_settling_is_judged_as_a_bound(entries: dict[str, Entry], twins: Twins) -> None:
+    for one in twins.posture.held:
+        entry = entries[f"control/settling-{one.frequency:g}hz"]
+        assert entry.bound
+        assert entry.told == "≤ 4 s"
+        assert entry.verdict == ("reproduced" if one.settling is not None and one.settling <= 4 else "deviates")
+        assert f"joint {one.name}" in entry.note
+
+
+def test_calibrated_numbers_say_so(entries: dict[str, Entry], bends: Bends) -> None:
+    for found in bend_findings(bends):
+        assert (found.model == ACTUATOR) == ("calibrated" in found.note)
+
+
+def test_bends_meet_the_paper_and_the_printed_equations_do_not(bends: Bends) -> None:
+    judged = {(found.id, found.model): judge(PAPER, found) for found in bend_findings(bends)}
+    for name in ("I", "II"):
+        assert judged[f"bending/{name}", ACTUATOR].verdict == "reproduced"
+        assert judged[f"bending/{name}", PRINTED].verdict == "deviates"
+
+
+def test_steps_lead_from_the_printed_bend_to_the_corrected_one(bends: Bends) -> None:
+    rows = step_table(bends).rows
+    for k, name in enumerate(bends.steps, start=1):
+        assert float(rows[0][k]) == pytest.approx(np.degrees(bends.printed[name].angle[-1]), abs=0.06)
+        assert float(rows[-1][k]) == pytest.approx(np.degrees(bends.corrected[name].angle[-1]), abs=0.06)
+
+
+def test_tables_say_what_the_runs_did(twins: Twins) -> None:
+    eight = speed_table(twins, PAPER)
+    assert [row[0] for row in eight.rows] == list(SPEEDS)
+    for row in eight.rows:
+        assert row[5] == f"{twins.gaits[str(row[0])].speed:.3f}"
+    for row, run in zip(tank_table(twins).rows, twins.tank, strict=True):
+        for group, told, lag, made in zip(twins.robot.joints, row[1::2], row[2::2], run.amplitude, strict=False):
+            assert told == f"{np.degrees(made):.1f}"
+            assert group.bandwidth is not None
+            wished = run.gait.amplitude[twins.robot.joints.index(group)]
+            left = np.degrees(wished) / np.sqrt(1 + (run.gait.frequency / group.bandwidth) ** 2)
+            assert lag == f"{left:.1f}"
+
+
+def test_other_bores_are_told_by_their_errors() -> None:
+    speeds = {name: PAPER["values"][f"speed/{name}"]["value"] for name in SPEEDS}
+    swing = np.radians([10.0, 20.0])
+    exact, fast = ({name: (k * speed, swing, 20.0) for name, speed in speeds.items()} for k in (1.0, 1.1))
+    table = bore_table({0.004: exact, 0.005: fast}, PAPER)
+    assert [row[:2] for row in table.rows] == [["4 mm", "0.0 %"], ["5 mm", "10.0 %"]]
+    assert set(table.rows[1][2:10]) == {"+10 %"}
+    assert table.rows[0][-2:] == ["10.0, 20.0", "20.0"]
+
+
+def test_the_page_shows_what_the_issue_names(shown: list[Section]) -> None:
+    parts: list[Any] = [part for section in shown for part in section.parts]
+    names = {part.name for part in parts if isinstance(part, Picture)}
+    assert {"fig8", "twin-pressures", "twin-amplitude"} <= names
+    for part in parts:
+        if isinstance(part, Picture):
+            assert part.shows.endswith(".")
+            assert "<svg" in part.svg
+        elif isinstance(part, Table):
+            assert all(len(row) == len(part.columns) for row in part.rows)

@@ -1,0 +1,206 @@
+"""The twin: repeats itself, converges, is symmetrical, closes the loop, and says what limits it."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna import _core
+from hypertuna.description import parse
+from hypertuna.twin import twin, twins
+from hypertuna.twin_run import VARIABLES, TwinRun
+
+ROBOT = ht.load("hypertuna")
+SMALL = ht.Gait.from_degrees(frequency=2, amplitude=(6, 9), phase=(0, 30))
+
+
+@cache
+def small_run() -> TwinRun:
+    return twin(ROBOT, SMALL, duration=10, start="swimming")
+
+
+def changed(table: str, **values: Any) -> ht.Robot:
+    """The robot with values of one table replaced, keys as in the file."""
+    document = ROBOT.document()
+    return parse(document | {table: document.get(table, {}) | values}, file=ROBOT.file)
+
+
+def noiseless() -> ht.Robot:
+    """The robot with sensors that tell the truth."""
+    document = ROBOT.document()
+    errors = ("noise", "resolution", "drift", "bias", "nonlinearity")
+    sensors = [{key: value for key, value in s.items() if key not in errors} for s in document["sensors"]]
+    return parse(document | {"sensors": sensors}, file=ROBOT.file)
+
+
+def test_a_seed_repeats_to_the_last_bit_whoever_runs_it() -> None:
+    options = [{"robot": ROBOT, "gait": SMALL, "duration": 1.0, "seed": seed} for seed in (0, 1, 0)]
+    runs = twins(options, measure=lambda run: run, threads=2)
+    for name in VARIABLES:
+        assert (runs[0].data[name] == runs[2].data[name]).all(), name
+    assert (runs[0].data["angle_measured"] != runs[1].data["angle_measured"]).any()
+    alone = twins(options[:1], measure=lambda run: run.data["angle"])
+    assert (alone[0] == runs[0].data["angle"]).all()
+
+
+def other_lines(**values: float) -> ht.Robot:
+    """The robot with values of both its oil lines replaced."""
+    document = ROBOT.document()
+    return parse(document | {"joints": [j | {"line": j["line"] | values} for j in document["joints"]]}, file=ROBOT.file)
+
+
+def test_posture_control_reaches_what_the_pumps_alone_miss() -> None:
+    """Hoses that give ten times as much as the controller believes cost half a degree and more, until it learns."""
+    soft = other_lines(compliance_m3_pa=2e-11)
+    closed, alone = (
+        twin(soft, SMALL, duration=12, start="swimming", believed=ROBOT, closed_loop=c) for c in (True, False)
+    )
+    assert abs(closed.change) < 0.02
+    assert closed.status == "completed"
+    error, missed = (abs(np.degrees(run.swing) - (6, 9)).max() for run in (closed, alone))
+    assert error < 0.5 < missed
+
+
+def test_joint_two_lags_by_the_phase_of_the_gait() -> None:
+    """Both joints come later than commanded; their difference is near the phase, as they lag alike."""
+    run = small_run()
+    assert np.degrees(run.phase[1] - run.phase[0]) == pytest.approx(30, abs=15)
+    assert 0 < np.degrees(run.phase[0]) < 90
+
+
+def test_straight_gait_swims_straight() -> None:
+    run = small_run()
+    assert abs(np.degrees(run.bias)).max() < 0.5
+    assert 0.05 < run.speed < 0.5
+    assert run.speed_bl == pytest.approx(run.speed / 0.52)
+    assert run.cost_of_transport == pytest.approx(run.power / (3.3 * run.speed))
+    assert 0 < run.mechanical_power < run.power
+
+
+def test_mirrored_gait_is_the_mirror_image() -> None:
+    """Without noise a gait half a beat later is the same motion with left and right exchanged."""
+    robot = noiseless()
+    gait = ht.Gait.from_degrees(frequency=2, amplitude=(6, 9), phase=(0, 30), bias=(2, -1))
+    mirror = ht.Gait.from_degrees(frequency=2, amplitude=(6, 9), phase=(0, 30), bias=(-2, 1))
+    a, b = (twin(robot, g, duration=10, start="swimming") for g in (gait, mirror))
+    assert a.speed == pytest.approx(b.speed, rel=3e-3)
+    assert a.bias == pytest.approx(-b.bias, abs=np.radians(0.05))
+    assert a.pressure_max[[0, 2]] == pytest.approx(b.pressure_max[[1, 3]], rel=0.01)
+
+
+@pytest.mark.parametrize("gait", [SMALL, ROBOT.gaits["unoptimised-0.4"], ROBOT.gaits["unoptimised-max"]])
+def test_half_the_step_changes_nothing_above_a_thousandth(gait: Any) -> None:
+    """Servos told where to go: with the controller, noise of sensors would decide when a limit acts."""
+    named = ht.Gait(gait.frequency, gait.amplitude, gait.phase)
+    heard = twin(noiseless(), named, duration=2, closed_loop=False)
+    coarse, fine = (driven(heard.data["servo_target"], steps) for steps in (30, 60))
+    last = slice(100, None)
+    for name in ("angle", "pump_pressure", "unit_pressure", "servo_angle", "surge"):
+        a, b = coarse[name][last], fine[name][last]
+        assert abs(a - b).max() < 1e-3 * np.ptp(b), name
+    for name in ("pump_pressure_high", "unit_pressure_high"):
+        assert coarse[name][last].max() == pytest.approx(fine[name][last].max(), rel=1e-3), name
+
+
+def driven(target: Any, steps: int) -> dict[str, Any]:
+    """The plant alone, its servos told where to go."""
+    from hypertuna.twin import _parts_of
+
+    parts = _parts_of(ROBOT, "water", None)
+    return _core.run_plant(
+        **parts.plant, twist=np.zeros(3), target=np.ascontiguousarray(target), tick=0.01, steps=steps
+    )
+
+
+def test_in_air_the_head_stays_and_the_joints_bend_easier() -> None:
+    gait = ht.Gait.from_degrees(frequency=4, amplitude=(8, 15), phase=(0, 0))
+    air, water = (twin(ROBOT, gait, duration=4, fish_in=medium) for medium in ("air", "water"))
+    assert np.isnan(air.speed)
+    assert np.isnan(air.cost_of_transport)
+    assert not air.data["x"].any()
+    assert not air.data["yaw"].any()
+    assert air.pressure_max[2:].max() < 0.8 * water.pressure_max[2:].max()
+
+
+def test_cold_oil_needs_more_pressure() -> None:
+    gait = ht.Gait.from_degrees(frequency=3, amplitude=(10, 15), phase=(0, 0))
+    warm, cold = (twin(ROBOT, gait, duration=4, temperature=t + 273.15) for t in (35, 5))
+    assert cold.pressure_max.max() > 1.1 * warm.pressure_max.max()
+
+
+def test_without_commands_the_tail_comes_to_rest() -> None:
+    run = twin(ROBOT, SMALL, duration=6, heard=3.0)
+    angle = np.degrees(abs(run.data["angle"]))
+    assert angle[:300].max() > 4
+    assert angle[-50:].max() < 0.5
+    assert any("no command" in sentence.lower() for sentence in run.sentences)
+
+
+def test_a_stuck_sensor_is_told_and_the_tail_beats_on() -> None:
+    run = twin(ROBOT, SMALL, duration=8, faults="bend-II:stuck@4", start="swimming")
+    assert run.faults == ("bend_fault",)
+    assert any("bend sensor" in sentence and "(II)" in sentence for sentence in run.sentences)
+    assert np.degrees(run.swing) == pytest.approx((6, 9), abs=2.0)
+
+
+def test_hinge_softens_the_fin() -> None:
+    """A stiff hinge is none; a soft one bends, and changes how the robot swims."""
+    stiff, soft = (
+        twin(changed("hinge", link=7, stiffness_n_m_per_rad=k, damping_n_m_s_per_rad=0.002), SMALL, duration=5)
+        for k in (50.0, 0.3)
+    )
+    plain = twin(ROBOT, SMALL, duration=5)
+    assert stiff.speed == pytest.approx(plain.speed, rel=0.02)
+    assert np.degrees(np.ptp(soft.data["hinge_angle"])) > 5 > np.degrees(np.ptp(stiff.data["hinge_angle"]))
+    assert abs(soft.speed / plain.speed - 1) > 0.05
+
+
+def test_believing_in_another_robot_shows() -> None:
+    """A controller that takes the lines for wider than they are pumps the same volumes, and sees other pressures."""
+    narrow = other_lines(bore_m=0.003)
+    knows, believes = (twin(narrow, SMALL, duration=4, believed=robot) for robot in (None, ROBOT))
+    assert (knows.data["servo_target"] != believes.data["servo_target"]).any()
+    assert believes.pressure_max.max() > small_run().pressure_max.max()
+
+
+def test_a_step_too_long_ends_in_a_sentence_and_not_in_nan() -> None:
+    run = twin(ROBOT, ht.Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 0)), duration=3, step=0.01)
+    assert run.status == "diverged"
+    assert "diverged after" in run.sentences[0]
+    assert len(run.time) < 300
+    assert all(np.isfinite(values).all() for values in run.data.values())
+
+
+def test_dataset_has_units_and_the_flags_their_names() -> None:
+    data = small_run().dataset()
+    assert data.sizes == {"time": 1000, "joint": 2, "circuit": 4, "servo": 6}
+    assert list(data["circuit"].values) == ["I-left", "I-right", "II-left", "II-right"]
+    assert all(data[name].attrs["units"] for name in data)
+    assert data["status"].attrs["flag_meanings"].split()[0] == "bend_fault"
+    assert data.attrs["frequency_hz"] == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"fish_in": "milk"}, "fish_in must be water or air, but is 'milk'"),
+        ({"start": "resting"}, "did you mean rest?"),
+        ({"duration": 0.0}, "duration must be from 0.01 to"),
+        ({"duration": float("nan")}, "duration must be"),
+        ({"step": 0.02}, "step must be from 1e-06 to the control tick of 0.01 s"),
+        ({"faults": "bend-II:stuck@50"}, "must start before the run ends at 2 s"),
+        ({"faults": "bend-III:stuck@1"}, "did you mean bend-II?"),
+        ({"seed": -1}, "seed must be from 0"),
+        ({"gait": ht.Gait(1.0, (0.1,), (0.0,))}, "amplitude must be 2 long"),
+        ({"robot": changed("hinge", link=8, stiffness_n_m_per_rad=1.0)}, "hinge.link must be a link from 1 to 7"),
+        ({"robot": ht.load("rexeel"), "gait": ht.Gait(1.0, (0.1,) * 5, (0.0,) * 5)}, "controller"),
+    ],
+)
+def test_bad_options_are_told(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(ht.InputError) as told:
+        twin(**{"robot": ROBOT, "gait": SMALL, "duration": 2.0} | options)
+    assert message in str(told.value)
