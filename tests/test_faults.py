@@ -12,7 +12,8 @@ RUNS = 24
 
 def _load() -> Any:
     spec = importlib.util.spec_from_file_location("fault_runs", SCRIPT)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -1,4 +1,4 @@
-"""Sensor faults at random in the twin: the tables of README.md. Run: python validation/faults/runs.py [RUNS [FIRST_SEED]]."""
+"""Sensor faults at random in the twin, for README.md. Run: python validation/faults/runs.py [RUNS [FIRST_SEED]]."""
 
 from __future__ import annotations
 
