@@ -8,27 +8,19 @@ namespace hypertuna {
 template <class T>
 Controller<T> test_controller() {
     Controller<T> m{};
-    const double tick = 0.01, smooth = 15.8, loop = 195;
+    const double tick = 0.01, smooth = 15.8;
     m.joints = 2, m.tick = T(tick);
     m.network = {T(std::exp(-20 * tick)), T(std::exp(-10 * tick))};
     m.smoothing = {T(smooth * tick), T(std::exp(-smooth * tick))};
-    m.posture = {T(0.1), T(0.8), T(0), T(0.05), T(0.25), T(0.1), T(0.05), T(0.05)};
+    m.posture = {T(0.1), T(0.5), T(0), T(0.1), T(0.25), T(0.1), T(0.05), T(0.05)};
     for (int j = 0; j < 2; ++j) m.joint[j] = {T(0.5), T(0.4), T(1.57), T(0.5), T(2.5), T(1.0), T(1.2)};
     for (int c = 0; c < 4; ++c) {
         m.map[c] = {{T(0), T(1), T(-0.3), T(0.2), T(0), T(0)}};
         SupervisorModel<T>& s = m.circuit[c];
-        s.servo = {T(loop * tick), T(std::exp(-loop * tick))};
-        s.speed = T(7.5), s.stall = T(1.2e6), s.line = T(1e4), s.fill = T(6e4), s.draw = T(0.15), s.grow = T(0.06);
-        s.gas = T(0.02), s.gas_pump = T(0.01), s.soft = T(3e-7);
-        for (int k = 0; k < instants; ++k) {
-            const double t = tick * (k + 1) / instants, e = std::exp(-loop * t);
-            s.move_by_rate[k] = T(t * e), s.move_by_step[k] = T(1 - (1 + loop * t) * e);
-            s.drop_by_rate[k] = T(1e4 * (1 - loop * t) * e), s.drop_by_step[k] = T(1e4 * loop * loop * t * e);
-            s.drop_by_flow[k] = T(0);
-        }
+        s.speed = T(7.5), s.stall = T(1.2e6), s.fill = T(6e4), s.give = T(3e-7);
     }
     m.pressure_soft = T(2.5e5), m.pressure_hard = T(3e5), m.pressure_low = T(-1e5), m.pressure_high = T(5e5);
-    m.pressure_step = T(2e5), m.pressure_ease = T(4e4);
+    m.pressure_step = T(2e5);
     m.current_low = T(-5), m.current_high = T(5), m.rate_high = T(35), m.acceleration_high = T(157);
     m.voltage_rated = T(7.2), m.voltage_low = T(12.8), m.voltage_least = T(0), m.voltage_most = T(20);
     m.frequency_most = T(8), m.fin_most = T(1), m.timeout = 50;

@@ -59,7 +59,7 @@ static void faults_are_told_and_survived() {
     // A sensor that lives but does not follow: noise about one angle.
     const auto dull = run<double>(600, [&](int i, auto& r, auto&) { r.bend[0] = 0.1 + 1e-3 * ((7 * i) % 5); });
     CHECK(dull.output.status.has(Condition::bend_fault, 0) && dull.output.status.has(Condition::open_loop, 0));
-    CHECK(dull.state.posture[0].amplitude.output == 0);
+    CHECK(dull.state.posture[0].amplitude.sum == 0);  // nothing was learned from it
     double held = 0;
     const auto stuck = run<double>(
         600, [&](int i, auto& r, auto&) { (i < 300 ? held : r.pressure[2]) = i < 300 ? r.pressure[2] : held; });
@@ -149,10 +149,10 @@ static bool all_finite(const ControllerState<T>& s) {
     T sum = s.supply + s.frequency.value;
     for (int j = 0; j < most_joints; ++j)
         sum += s.amplitude[j].value + s.bias[j].value + s.phase[j].value + s.more[j].value + s.aside[j].value +
-               s.bend_sent[j] + s.posture[j].measured.level + s.posture[j].amplitude.sum + s.posture[j].bias.output;
+               s.bend_sent[j] + s.governor[j].ceiling + s.governor[j].lid + s.posture[j].measured.level +
+               s.posture[j].amplitude.sum + s.posture[j].bias.output;
     for (int c = 0; c < most_circuits; ++c)
-        sum += s.oscillator[c].x + s.oscillator[c].y + s.circuit[c].pressure + s.circuit[c].servo.value +
-               s.circuit[c].servo.change + s.circuit[c].squeeze + s.circuit[c].flow + s.circuit[c].reading;
+        sum += s.oscillator[c].x + s.oscillator[c].y + s.circuit[c].pressure + s.circuit[c].change;
     return is_finite(sum);
 }
 

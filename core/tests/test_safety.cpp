@@ -1,4 +1,5 @@
-/// Safety: plausibility, what the supervisor believes and allows, and the table of conditions.
+/// Safety: plausibility, how wide and how far the supervisor lets a joint go, and the table of conditions.
+#include <cmath>
 #include <limits>
 
 #include "check.hpp"
@@ -37,47 +38,61 @@ static void a_reading_is_stuck_only_where_the_robot_moves() {
     CHECK(moving.faulty);
 }
 
-/// Isothermal air and a linear rest: what a circuit yields grows with the pressure, ever more slowly.
-static void yielding_by_hand() {
-    SupervisorModel<double> s = test_controller<double>().circuit[0];
-    CHECK_NEAR(air_at(0.02, 0.0), 0.02, 1e-16);
-    CHECK_NEAR(air_at(0.02, one_atmosphere), 0.01, 1e-16);
-    s.soft = 0;
-    CHECK_NEAR(yielded(s, one_atmosphere) - yielded(s, 0.0), 0.01, 1e-15);
-    CHECK(yielded(s, 2e5) - yielded(s, 1e5) < yielded(s, 1e5) - yielded(s, 0.0));
-}
-
-/// At rest a push goes until the forecast meets the limit at one instant, and stays below it at the others.
-static void the_furthest_push_meets_the_limit() {
-    SupervisorModel<double> s = test_controller<double>().circuit[0];
-    s.grow = 9;
-    SupervisorState<double> now{};
-    now.pressure = now.reading = 6e4;
-    const double limit = 2.5e5, step = furthest(s, now, limit, 0.01), room = limit - 6e4;
-    const double stiffness = room / (yielded(s, limit) - yielded(s, 6e4));
-    double highest = 0;
-    for (int k = 0; k < instants; ++k)
-        highest = std::fmax(highest, 6e4 + step * (stiffness * s.move_by_step[k] + s.drop_by_step[k]));
-    CHECK_NEAR(highest, limit, 1e-6);
-    now.pressure = now.reading = 2.6e5;  // beyond it, the pump draws back
-    CHECK(furthest(s, now, limit, 0.01) < 0);
-    now.reading = 2.4e5;  // and is never driven back by a forecast alone
-    CHECK(furthest(s, now, limit, 0.01) == 0);
-}
-
-/// Without readings no number of pushes adds up to more than the limit: the joint is taken as held fast.
-static void without_readings_pushes_do_not_add_up() {
+/// Below the soft limit a pump goes where it will; beyond it, back by what takes the pressure off: 0.015 rad for 50
+/// kPa.
+static void a_pump_goes_back_from_the_soft_limit() {
     const SupervisorModel<double> s = test_controller<double>().circuit[0];
-    SupervisorState<double> now{};
-    now.pressure = now.reading = 6e4;
-    for (int i = 0; i < 50; ++i) {
-        believe(s, now, false, no_number, 0.01, 4e4);
-        now.target = std::fmin(1.0, furthest(s, now, 2.5e5, 0.01));
-        const Follower<double> servo = turn_servo(s, now.servo, now.target, 0.075);
-        now.moved = servo.value - now.servo.value, now.servo = servo;
+    const double soft = 2.5e5, hard = 3e5;
+    CHECK(furthest(s, 0.2, 2.4e5, soft, hard) > 100);
+    CHECK_NEAR(furthest(s, 0.2, soft, soft, hard), 0.2, 1e-15);
+    CHECK_NEAR(furthest(s, 0.2, hard, soft, hard), 0.185, 1e-15);
+    CHECK_NEAR(furthest(s, 0.2, 5e5, soft, hard), 0.185, 1e-15);  // no further: a sensor may lie
+}
+
+/// A beat at fill + room x makes the next one 1 / x as wide, or wider by the fourth root.
+static void the_governor_by_hand() {
+    const double fill = 6e4, soft = 2.5e5, room = 0.92 * soft - fill;
+    const auto after = [&](double load, bool doubt) {
+        Governor<double> g{0.2, 0.2, 2, 0, fill + room * load, doubt};
+        govern(g, 0.2, 2.0, fill, soft);
+        CHECK(g.peak == fill && !g.doubt);
+        return g;
+    };
+    CHECK_NEAR(after(1.25, false).ceiling, 0.16, 1e-15);
+    CHECK_NEAR(after(1.25, true).ceiling, 0.16, 1e-15);  // a doubtful beat may be cut
+    CHECK_NEAR(after(3.0, false).ceiling, 0.2 * governor_least, 1e-15);
+    CHECK_NEAR(after(1 / 1.4641, false).ceiling, 0.22, 1e-12);  // 1.1^4
+    CHECK_NEAR(after(0.01, false).ceiling, 0.2 * governor_most, 1e-15);
+    CHECK(after(0.01, true).ceiling == 0.2);  // but does not grow
+    CHECK(after(0.5, false).proven == 0.2 && after(0.5, true).proven == 0 && after(1.25, false).proven == 0);
+}
+
+/// With pressure above the fill as the amplitude to a power, it comes to the aim and stays.
+static void the_governor_settles() {
+    const double fill = 6e4, soft = 2.5e5, aim = 0.92 * soft;
+    for (double power : {1.0, 2.0, 3.0}) {
+        Governor<double> g{0.05, 0.05, 2, 0, fill, false};
+        double most = 0, pressure = 0;
+        for (int beat = 0; beat < 60; ++beat) {
+            pressure = g.peak = fill + 1e6 * std::pow(g.ceiling, power);
+            most = std::fmax(most, pressure);
+            govern(g, g.ceiling, 2.0, fill, soft);
+        }
+        CHECK_NEAR(pressure, aim, 0.02 * aim);
+        CHECK(most < 1.05 * aim);
     }
-    CHECK(yielded(s, 6e4) + now.servo.value < yielded(s, 3e5));
-    CHECK(0.01 < now.servo.value);
+}
+
+/// A higher frequency than any seen begins with what the model holds safe; a lower one goes on as it was.
+static void a_new_frequency_begins_safe() {
+    Governor<double> g{0.3, 0.3, 2, 0.3, 0, false};
+    expect(g, 1.0, 0.1);
+    CHECK(g.ceiling == 0.3);
+    expect(g, 4.0, 0.1);
+    CHECK(g.ceiling == 0.1 && g.frequency == 4);
+    g.ceiling = 0.25;  // grown since
+    expect(g, 4.0, 0.1);
+    CHECK(g.ceiling == 0.25);
 }
 
 static void every_condition_has_its_text() {
@@ -92,9 +107,10 @@ static void every_condition_has_its_text() {
 int main() {
     implausible_readings();
     a_reading_is_stuck_only_where_the_robot_moves();
-    yielding_by_hand();
-    the_furthest_push_meets_the_limit();
-    without_readings_pushes_do_not_add_up();
+    a_pump_goes_back_from_the_soft_limit();
+    the_governor_by_hand();
+    the_governor_settles();
+    a_new_frequency_begins_safe();
     every_condition_has_its_text();
     return failures();
 }

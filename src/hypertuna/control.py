@@ -263,7 +263,7 @@ def _water_load(robot: Robot, frequency: float) -> Array:
 
 
 def _supervisor(control: Controller, found: Circuits, circuit: int, fill: float) -> dict[str, list[float]]:
-    """What the supervisor knows of a circuit."""
+    """Compute what the supervisor knows of a circuit."""
     at = {name: float(found.column(name)[circuit]) for name in found.columns}
     slope = float(_core.displaced(found.values[circuit], np.linspace(-0.5, 0.5, 51))[:, 1].max())
     high = _core.ATMOSPHERE + control.pressure_soft

@@ -1,4 +1,4 @@
-"""Sensor faults at random in the twin: the tables of README.md. Run: python validation/faults/runs.py [RUNS [FIRST_SEED]]."""
+"""Sensor faults at random in the twin, for README.md. Run: python validation/faults/runs.py [RUNS [FIRST_SEED]]."""
 
 from __future__ import annotations
 
@@ -52,9 +52,7 @@ def draw(seed: int) -> tuple[dict[str, Any], str]:
     """Draw a run and its fault: any channel, kind, time, frequency, amplitudes, lag and seed of the noise."""
     random = np.random.default_rng(seed)
     amplitude = (random.uniform(4, 16), random.uniform(6, 25))
-    gait = ht.Gait.from_degrees(
-        frequency=random.uniform(1, 6), amplitude=amplitude, phase=(0, random.uniform(0, 60))
-    )
+    gait = ht.Gait.from_degrees(frequency=random.uniform(1, 6), amplitude=amplitude, phase=(0, random.uniform(0, 60)))
     names = list(channels(ROBOT))
     fault = f"{random.choice(names)}:{random.choice(KINDS)}@{random.uniform(1, 6):.2f}"
     return {"robot": ROBOT, "gait": gait, "duration": SECONDS, "seed": seed}, fault
@@ -94,9 +92,13 @@ def main() -> None:
             print(first + k, gist, peaks, part.round(2), *wrong, sorted(faulty.conditions), flush=True)
     peak = np.array([(h.peak, f.peak) for _, _, h, f in rows]) / 1e3
     part = np.array([f.swing / h.swing for _, _, h, f in rows]).min(axis=1)
-    print(f"{count} runs; largest pressure {peak[:, 0].max():.0f} kPa healthy, {peak[:, 1].max():.0f} kPa with the fault")
+    print(
+        f"{count} runs; largest pressure {peak[:, 0].max():.0f} kPa healthy, {peak[:, 1].max():.0f} kPa with the fault"
+    )
     print(f"told: {np.mean([told(fault) in f.conditions for fault, _, _, f in rows]):.1%}")
-    print(f"false faults in healthy runs: {sum(any(c.endswith('_fault') for c in h.conditions) for _, _, h, _ in rows)}")
+    print(
+        f"false faults in healthy runs: {sum(any(c.endswith('_fault') for c in h.conditions) for _, _, h, _ in rows)}"
+    )
     print(f"hard stops: {sum('hard_stop' in f.conditions for _, _, _, f in rows)}")
     print("swing over the healthy one, smallest, 1 %, 5 %, median:", np.quantile(part, [0, 0.01, 0.05, 0.5]).round(3))
 

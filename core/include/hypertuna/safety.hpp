@@ -169,11 +169,11 @@ struct Governor {
 
 inline constexpr double governor_aim = 0.92;    // of the soft limit: the rest is for what passes between two readings
 inline constexpr double governor_least = 0.6;   // an amplitude falls to this part from beat to beat at most,
-inline constexpr double governor_most = 1.5;    // and grows to this one
+inline constexpr double governor_most = 1.4;    // and grows to this one
 inline constexpr double governor_floor = 0.02;  // rad: an amplitude is never governed below
 
-/// End of a beat of this amplitude. Pressure above the fill grows with the amplitude at least in proportion, in water
-/// up to its square: cut in proportion, and grow by the root.
+/// End of a beat of this amplitude. Pressure above the fill grows with the amplitude in proportion, in water up to its
+/// square, and it takes some beats to come about: cut in proportion, and grow by the fourth root.
 template <class T>
 void govern(Governor<T>& governor, T amplitude, T frequency, T fill, T soft) {
     const T room = T(governor_aim) * soft - fill;
@@ -181,11 +181,11 @@ void govern(Governor<T>& governor, T amplitude, T frequency, T fill, T soft) {
     if (part < T(1)) {
         governor.ceiling = amplitude * max(part, T(governor_least));
     } else if (!governor.doubt) {
-        governor.ceiling = max(governor.ceiling, amplitude * min(sqrt(part), T(governor_most)));
+        governor.ceiling = max(governor.ceiling, amplitude * min(sqrt(sqrt(part)), T(governor_most)));
         governor.proven = amplitude;
+        governor.frequency = frequency;
     }
     governor.ceiling = max(governor.ceiling, T(governor_floor));
-    governor.frequency = frequency;
     governor.peak = fill;
     governor.doubt = false;
 }
