@@ -51,6 +51,13 @@ def test_a_stiffer_plant_gets_the_steps_that_it_needs() -> None:
     assert coarse.pressure_peak > 1.1 * fine.pressure_peak, "it rings, and nothing else tells"
 
 
+def test_a_hinge_that_hardly_gives_is_a_stiff_plant_too() -> None:
+    robot = changed("hinge", link=7, stiffness_n_m_per_rad=5000.0, damping_n_m_s_per_rad=1.0)
+    run = twin(robot, SMALL, duration=0.3)
+    assert run.status == "completed"
+    assert np.ptp(run.data["hinge_angle"]) < 1e-3
+
+
 def test_a_seed_repeats_to_the_last_bit_whoever_runs_it() -> None:
     options = [{"robot": ROBOT, "gait": SMALL, "duration": 1.0, "seed": seed} for seed in (0, 1, 0)]
     runs = twins(options, measure=lambda run: run, threads=2)

@@ -122,6 +122,8 @@ def twin(
     check_gait(gait, robot)
     _check_choice("fish_in", fish_in, MEDIA)
     _check_choice("start", start, STARTS)
+    if math.isnan(heard):
+        raise InputError("must be a number", key="heard", value="nan", fix="leave it out for a command without end")
     control = needed(robot.controller, "controller", "add the table [controller]", robot)
     tick = 1 / control.rate
     ticks = _ticks(duration, tick)
@@ -240,7 +242,7 @@ def _make_parts(robot: Robot, fish_in: str, temperature: float | None) -> _Parts
 
 
 def _fastest(robot: Robot, plant: dict[str, Any], oil: Circuits, tables: Sequence[JointTable]) -> float:
-    """Bound the plant's rates at the hard limit [1/s]: a circuit's own, and its joint's swing on the units' oil."""
+    """Bound the plant's rates at the hard limit [1/s]: a circuit's own, its joint's swing on the oil, a hinge's."""
     control = robot.controller
     pressure = 0.0 if control is None else control.pressure_hard
     coordinates = plant["share"].shape[1]
@@ -262,7 +264,8 @@ def _fastest(robot: Robot, plant: dict[str, Any], oil: Circuits, tables: Sequenc
         swing = math.sqrt(float((table.at([0.0])["slope"][0] ** 2 / gives[sides]).sum() * mobility[j]))
         own = max(_core.circuit_stiffness(row, pressure, 0.0) for row in oil.values[sides])
         fastest.append(math.hypot(own, swing))
-    return max(fastest)
+    spring, damper = plant["hinge"] * mobility[-1]  # none: both are zero
+    return float(max(*fastest, math.sqrt(spring), damper))
 
 
 def _without_water(robot: Robot) -> dict[str, list[float]]:
