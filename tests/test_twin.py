@@ -37,6 +37,27 @@ def noiseless() -> ht.Robot:
     return parse(document | {"sensors": sensors}, file=ROBOT.file)
 
 
+def test_a_stiffer_plant_gets_the_steps_that_it_needs() -> None:
+    document = ROBOT.document()
+    document["oil"]["air"] = 0.0
+    for group in document["joints"]:
+        group["line"]["compliance_m3_pa"] = 0.0
+    stiff, gait = parse(document), ht.Gait.from_degrees(frequency=3, amplitude=(8, 12), phase=(0, 20))
+    run, fine = (twin(stiff, gait, duration=2, step=step) for step in (None, 1 / 12000))
+    coarse = twin(stiff, gait, duration=2, step=1 / 3000)  # the step of the shipped robot
+    assert run.step < coarse.step == small_run().step
+    assert run.pressure_peak == pytest.approx(fine.pressure_peak, rel=5e-3)
+    assert run.amplitude == pytest.approx(fine.amplitude, rel=1e-3)
+    assert coarse.pressure_peak > 1.1 * fine.pressure_peak, "it rings, and nothing else tells"
+
+
+def test_a_hinge_that_hardly_gives_is_a_stiff_plant_too() -> None:
+    robot = changed("hinge", link=7, stiffness_n_m_per_rad=5000.0, damping_n_m_s_per_rad=1.0)
+    run = twin(robot, SMALL, duration=0.3)
+    assert run.status == "completed"
+    assert np.ptp(run.data["hinge_angle"]) < 1e-3
+
+
 def test_a_seed_repeats_to_the_last_bit_whoever_runs_it() -> None:
     options = [{"robot": ROBOT, "gait": SMALL, "duration": 1.0, "seed": seed} for seed in (0, 1, 0)]
     runs = twins(options, measure=lambda run: run, threads=2)
