@@ -73,8 +73,9 @@ def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
     """
     joints = [group.name for group in run.robot.joints]
     laid = max(1, round(FINE * (run.time[1] - run.time[0]) * run.gait.frequency)) if run.settled else 1
-    last = _last(run, laid)[:-1]
-    phase = (run.time[last] - run.time[last][0]) * run.gait.frequency % 1.0
+    last = _last(run, laid)
+    phase = (run.time[last] - run.time[last][0]) * run.gait.frequency
+    phase = phase % 1.0 if laid > 1 else phase
     order = np.argsort(phase)
     last, phase = last[order], phase[order]
     figure = Figure(figsize=(width, 1.75 * len(joints) + 0.75), layout="constrained")
