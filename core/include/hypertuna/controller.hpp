@@ -236,6 +236,7 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
         circuit.pressure = reading;
     } else {
         status.tell(Condition::pressure_fault, c);
+        circuit.pressure = min(circuit.pressure, circuit.before);  // the one before may have been the first of a spike
     }
     governor.doubt = governor.doubt || !verdict.usable || T(1) < T(state.pressure[c].repeats);
     if (state.pressure[c].faulty) {
