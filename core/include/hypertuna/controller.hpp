@@ -231,7 +231,9 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
     Governor<T>& governor = state.governor[c / 2];
     if (verdict.usable) {
         governor.peak = max(governor.peak, median(circuit.before, circuit.pressure, reading));
-        if (model.pressure_hard < min(circuit.pressure, reading)) circuit.stopped = true;
+        // Two in a row, of a sensor in good standing: spikes stop nothing.
+        if (state.pressure[c].bucket == 0 && model.pressure_hard < min(circuit.pressure, reading))
+            circuit.stopped = true;
         circuit.before = circuit.pressure;
         circuit.pressure = reading;
     } else {
