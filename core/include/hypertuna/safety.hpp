@@ -168,7 +168,7 @@ struct Governor {
     bool doubt;   // a reading of this beat is not to be trusted
 };
 
-inline constexpr double governor_aim = 0.92;    // of the soft limit: the rest is for what passes between two readings
+inline constexpr double governor_aim = 0.8;     // of the soft limit: between readings hammer adds a fifth and more
 inline constexpr double governor_least = 0.6;   // an amplitude falls to this part from beat to beat at most,
 inline constexpr double governor_most = 1.4;    // and grows to this one
 inline constexpr double governor_floor = 0.02;  // rad: an amplitude is never governed below
