@@ -82,7 +82,8 @@ static double error_after(double frequency, double gain, double seconds) {
 static void the_loop_settles_for_every_gain() {
     const double half_degree = 0.5 * pi / 180;
     for (double frequency : {1.0, 2.0, 3.0, 4.0, 5.0, 6.0})
-        for (double gain : {frequency < 2 ? 0.9 : 0.8, 1.0, 1.2}) CHECK_NEAR(error_after(frequency, gain, 4.01), 0, half_degree);
+        for (double gain : {frequency < 2 ? 0.9 : 0.8, 1.0, 1.2})
+            CHECK_NEAR(error_after(frequency, gain, 4.01), 0, half_degree);
     CHECK(error_after(1, 0.5, 12) < half_degree);
     CHECK(error_after(6, 1.2, 20) < half_degree);  // does not swing up later
 }

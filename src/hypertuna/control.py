@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.actuator import JointTable, joint_tables
 from hypertuna.description import Robot
+from hypertuna.errors import InputError
 from hypertuna.hydraulics import Circuits, circuits, needed, pump_servo, servo_angle
 from hypertuna.model import core_model
 from hypertuna.schema import JointGroup
@@ -106,6 +107,11 @@ def pump_map(robot: Robot, found: Circuits, circuit: int) -> PumpMap:
     table = joint_tables(robot)[circuit // 2]
     volume, pressure = _side_at_rest(robot, table, found, circuit, bend)
     angle = servo_angle(found, _displacement(found, circuit, volume, pressure), circuit)
+    if not np.isfinite(angle).all():
+        rule = "must leave the crank room for the joint's whole reach"
+        fix = "choose it near 90, or a longer crank or a wider bore"
+        value = f"{math.degrees(robot.pump.neutral):g}" if robot.pump else None
+        raise InputError(rule, file=robot.file, key="pump.neutral_deg", value=value, fix=fix)
     slope = _core.displaced(found.values[circuit], angle)[:, 1]
     fit = np.polynomial.Polynomial.fit(bend, angle, MAP_DEGREE, w=slope).convert()
     error = fit(bend) - angle

@@ -214,10 +214,11 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
         const T reading = k < 3 ? readings.rate[k] : readings.acceleration[k - 3];
         if (!plain(state.imu[k], reading, -most, most, T(0.2))) status.tell(Condition::imu_fault);
     }
+    const bool first = !state.voltage.seen;
     const bool voltage = plain(state.voltage, readings.voltage, model.voltage_least, model.voltage_most, T(0.2));
-    if (voltage) state.supply += T(0.1) * (readings.voltage - state.supply);
+    if (voltage) state.supply += (first ? T(1) : T(0.1)) * (readings.voltage - state.supply);
     if (!voltage) status.tell(Condition::battery_fault);
-    if (state.supply < model.voltage_low) status.tell(Condition::low_voltage);
+    if (state.voltage.seen && state.supply < model.voltage_low) status.tell(Condition::low_voltage);
 }
 
 /// Take in the pressure of a circuit, and stop it where that has passed the hard limit.
@@ -231,7 +232,9 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
     Governor<T>& governor = state.governor[c / 2];
     if (verdict.usable) {
         governor.peak = max(governor.peak, median(circuit.before, circuit.pressure, reading));
-        if (model.pressure_hard < min(circuit.pressure, reading)) circuit.stopped = true;
+        // Two in a row, of a sensor in good standing: spikes stop nothing.
+        if (state.pressure[c].bucket == 0 && model.pressure_hard < min(circuit.pressure, reading))
+            circuit.stopped = true;
         circuit.before = circuit.pressure;
         circuit.pressure = reading;
     } else {

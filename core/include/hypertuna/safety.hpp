@@ -62,7 +62,8 @@ inline constexpr ConditionText condition_texts[conditions] = {
     {"hard_stop", Place::circuit, "pressure passed the hard limit: the joint is released until it is armed anew"},
     {"low_voltage", Place::robot, "the battery voltage is low"},
     {"timeout", Place::robot, "no command came in time: the tail comes to rest"},
-    {"bad_command", Place::robot, "a value of the command cannot be used: the last good one holds"},
+    {"bad_command", Place::robot,
+     "a value of the command is beyond its bounds and was clamped, or is no number and the last good one holds"},
     {"disarmed", Place::robot, "the robot is not armed: the tail rests"},
 };
 

@@ -97,8 +97,8 @@ T failed(const SensorModel<T>& model, FaultKind kind, T reading, T held, std::ui
             return held;
         case FaultKind::open:  // below the live zero, where no working sensor can be
             return model.low - T(0.125) * range;
-        case FaultKind::spike: {  // every fifth reading by a quarter to the whole of the range
-            const T height = range * (T(0.25) + T(0.75) * uniform<T>(bits << 8));
+        case FaultKind::spike: {  // every fifth reading by half to the whole of the range
+            const T height = T(0.5) * range * (T(1) + uniform<T>(bits << 8));
             const T spiked = reading + ((bits & 1) != 0 ? height : -height);
             return T(0.2) <= uniform<T>(bits) ? reading : clamp(spiked, model.low, model.high);
         }
