@@ -197,7 +197,7 @@ def test_a_step_too_long_ends_in_a_sentence_and_not_in_nan() -> None:
 
 
 def test_a_short_run_says_that_it_is_too_short_to_tell() -> None:
-    first, *conditions = twin(ROBOT, SMALL, duration=0.02).sentences
+    first, *conditions = twin(changed("controller", voltage_low_v=20.0), SMALL, duration=0.4).sentences
     assert first == "The run is too short to tell whether it is settled."
     assert conditions == ["The battery voltage is low: 100 % of the ticks."]
 
