@@ -356,7 +356,7 @@ def servo_power_table() -> str:
         "idle current of 0.3 A instead of 0.05": ("servos", {"idle_current_a": 0.3}),
         "oil of 35 C": ("oil", {"temperature_c": 35.0}),
         "lines of 3 mm": ("line", {"bore_m": 0.003}),
-        "lines of 4 mm": ("line", {"bore_m": 0.004}),
+        "lines of 5 mm": ("line", {"bore_m": 0.005}),
     }
     for name, (where, values) in cases.items():
         document = FISH.document()

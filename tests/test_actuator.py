@@ -382,6 +382,9 @@ BAD: dict[str, tuple[Callable[[ht.Robot], object], str]] = {
         "must be a law that exists.*did you mean as_printed",
     ),
     "set": (lambda fish: bend(fish, "I", PRESSURE, material="sheet"), "must be a set that exists.*datasheet"),
+    "word": (lambda fish: bend(fish, "I", ["a"]), r"pressure must be a list of numbers, but is \['a'\]"),
+    "truth": (lambda fish: bend(fish, True, PRESSURE), "joint True is not a joint of the robot: use one of I, II"),
+    "float": (lambda fish: joint_tables(fish, points=5.0), "points must be a whole number, but is 5.0: leave it out"),
     "even": (lambda fish: joint_tables(fish, points=64), "must be odd, and 3 at least"),
     "rigid": (
         lambda _: bend(ht.load("rexeel"), 0, PRESSURE),

@@ -85,6 +85,15 @@ def test_one_case_is_told_in_full(run: Run) -> None:
         assert output.count(words) == 2, words
 
 
+def test_flow_beyond_the_laminar_law_is_told(run: Run) -> None:
+    """Poiseuille's law ends at a Reynolds number of 2300; oil of 100 C passes it in joint I's line at 6 Hz."""
+    case, table = (run(*PUMP, "--frequency", "6", "--temperature", at)[1] for at in ("100", "20:100:2"))
+    assert case.count("turbulent: the drop is told too small") == 1
+    assert "t turbulent: the drop is told too small" in table
+    told = json.loads(run(*PUMP, "--frequency", "6", "--temperature", "20:100:2", "--json")[1])["sizes"]
+    assert [row["turbulent"] for row in told] == [row["reynolds"] > 2300 for row in told] == [False, False, True, False]
+
+
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
@@ -92,6 +101,8 @@ def test_one_case_is_told_in_full(run: Run) -> None:
         (("--bore", "2,3"), "bore must be a value or a range start:stop:count"),
         (("--temperature", "130"), "temperature must be from -9 to 100 degC, but is 130 degC"),
         (("--temperature", "cold"), "temperature must be a number"),
+        (("--frequency", "0.001"), "frequency must be at least 0.02 Hz, but is 0.001"),
+        (("--bore", "0.1"), "must be so wide that it settles within 200 s"),
         (("--frequency", "0"), "frequency must be greater than 0"),
         (("--amplitude", "16"), "amplitude must be 2 long, one value per joint group"),
         (("--amplitude", "80,25"), "must be at most what pump and joint can do"),

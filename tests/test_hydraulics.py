@@ -190,6 +190,11 @@ def test_a_robot_without_a_table_is_told_which(tuna: ht.Robot, tables: tuple[str
     [
         ("oil", {"viscosity_40_m2_s": 1e-6, "viscosity_100_m2_s": 3e-7}, "viscosity_100_m2_s must be more than 3e-07"),
         ("oil", {"cavitation_pa": -102e3}, "cavitation_pa must be more than -101325, a perfect vacuum"),
+        (
+            "line",
+            {"fill_pressure_pa": 250e3},
+            r"joints\[0\].line.fill_pressure_pa must be less than controller.pressure",
+        ),
         ("line", {"fill_pressure_pa": -95e3}, r"I.line.fill_pressure_pa must be more than oil.cavitation_pa = -95000"),
     ],
 )

@@ -196,6 +196,12 @@ def test_a_step_too_long_ends_in_a_sentence_and_not_in_nan() -> None:
     assert all(np.isfinite(values).all() for values in run.data.values())
 
 
+def test_a_short_run_says_that_it_is_too_short_to_tell() -> None:
+    first, *conditions = twin(changed("controller", voltage_low_v=20.0), SMALL, duration=0.4).sentences
+    assert first == "The run is too short to tell whether it is settled."
+    assert conditions == ["The battery voltage is low: 100 % of the ticks."]
+
+
 def test_dataset_has_units_and_the_flags_their_names() -> None:
     data = small_run().dataset()
     assert data.sizes == {"time": 1000, "joint": 2, "circuit": 4, "servo": 6}
@@ -211,11 +217,18 @@ def test_dataset_has_units_and_the_flags_their_names() -> None:
         ({"fish_in": "milk"}, "fish_in must be water or air, but is 'milk'"),
         ({"start": "resting"}, "did you mean rest?"),
         ({"duration": 0.0}, "duration must be from 0.01 to"),
-        ({"duration": float("nan")}, "duration must be"),
+        ({"duration": float("nan")}, "duration must be a finite number"),
         ({"step": 0.02}, "step must be from 1e-06 to the control tick of 0.01 s"),
         ({"faults": "bend-II:stuck@50"}, "must start before the run ends at 2 s"),
         ({"faults": "bend-III:stuck@1"}, "did you mean bend-II?"),
         ({"seed": -1}, "seed must be from 0"),
+        ({"seed": 1.5}, "seed must be a whole number, but is 1.5"),
+        ({"duration": "3"}, "duration must be a finite number, but is '3'"),
+        ({"temperature": "cold"}, "temperature must be a finite number, but is 'cold'"),
+        ({"heard": float("nan")}, "heard must be a finite number, but is nan"),
+        ({"step": True}, "step must be a finite number, but is true"),
+        ({"faults": [3]}, "faults[0] must be text, but is 3: spell them as"),
+        ({"robot": changed("hinge", link=7, stiffness_n_m_per_rad=1e12)}, "hinge.stiffness_n_m_per_rad must not be so"),
         ({"gait": ht.Gait(1.0, (0.1,), (0.0,))}, "amplitude must be 2 long"),
         ({"robot": changed("hinge", link=8, stiffness_n_m_per_rad=1.0)}, "hinge.link must be a link from 1 to 7"),
         ({"robot": ht.load("rexeel"), "gait": ht.Gait(1.0, (0.1,) * 5, (0.0,) * 5)}, "controller"),

@@ -192,6 +192,65 @@ static void repeats() {
     CHECK(same_bits(a.taken, b.taken) && a.taken > 0);
 }
 
+/// Charge taken over a run: the integral of P / (efficiency V) dt, with V (V0 - V) = R P / efficiency and V0 falling
+/// straight with the charge; P is what the servos' energies grow by, and the idle watt.
+static void battery_pays_for_the_run() {
+    Robot<Lumped<double>> robot;
+    TwinState<double, 3> state = at_rest(robot.twin);
+    const auto energy = [&] {
+        double sum = 0;
+        for (int c = 0; c < 4; ++c) sum += state.plant.energy[c];
+        return sum;
+    };
+    const double dt = 0.01;
+    double charge = 0, most = 0;
+    for (int k = 0; k < 50; ++k) {
+        double target[6] = {};
+        Robot<Lumped<double>>::targets(k, 1, target);
+        const double before = energy();
+        driven_tick(robot.twin, state, target);
+        const double power = (energy() - before) / dt + 1, open = 14 + (16 - 14) * (1 - charge / 1e4);
+        const double voltage = (open + std::sqrt(open * open - 4 * 0.1 * power / 0.9)) / 2;
+        CHECK_NEAR(state.battery.voltage, voltage, 1e-12);
+        charge += power / (0.9 * voltage) * dt;
+        most = max(most, power);
+    }
+    CHECK_NEAR(state.taken, charge, 1e-12);
+    CHECK(most > 20);  // beside 10 W of idle servos
+}
+
+/// The IMU reads the second derivative of the path of the head's center of mass, turned into the head's axes, and the
+/// first one of the heading: differences of three poses.
+template <class Law>
+static void imu_reads_the_path() {
+    Robot<Law> robot;
+    TwinState<double, 3> state = robot.run(33);
+    const double com = robot.fish.swimmer.link[0].com, h = 2e-5;
+    PlantOutput<double, 3> seen[2], now;
+    double x[3], y[3], heading[3];
+    Readings<double> read{};
+    for (int k = 0; k < 3; ++k) {
+        const Pose<double>& pose = state.plant.pose;
+        const auto turn = sincos(pose.heading);
+        x[k] = pose.x + com * turn.cos, y[k] = pose.y + com * turn.sin, heading[k] = pose.heading;
+        if (k == 1) {
+            plant_rate(robot.twin.plant, state.plant, state.targets, &now);
+            read = true_readings(robot.twin, state, now);
+        }
+        state.plant = plant_step(robot.twin.plant, state.plant, state.targets, h, seen);
+    }
+    const double east = (x[2] - 2 * x[1] + x[0]) / (h * h), north = (y[2] - 2 * y[1] + y[0]) / (h * h);
+    const auto turn = sincos(heading[1]);
+    const double along = turn.cos * east + turn.sin * north, across = turn.cos * north - turn.sin * east;
+    CHECK_NEAR(read.rate[2], (heading[2] - heading[0]) / (2 * h), 1e-5);
+    CHECK_NEAR(read.acceleration[0], along, 1e-4);
+    CHECK_NEAR(read.acceleration[1], across, 1e-4);
+    // Each of its terms could be told by that.
+    const Twist<double>& xi = state.plant.xi;
+    CHECK(std::fabs(xi.z * xi.y) > 1e-3 && com * xi.z * xi.z > 1e-3);
+    CHECK(std::fabs(xi.z * xi.x) > 1e-3 && std::fabs(com * now.twist_rate.z) > 1e-3);
+}
+
 /// NaN and runaway states are told from those of a robot.
 static void tells_divergence() {
     PlantState<double, 3> at{};
@@ -216,6 +275,9 @@ int main() {
     moment_by_hand();
     each_law<Lumped<double>>();
     each_law<Strip<double>>();
+    imu_reads_the_path<Lumped<double>>();
+    imu_reads_the_path<Strip<double>>();
+    battery_pays_for_the_run();
     repeats();
     tells_divergence();
     return failures();

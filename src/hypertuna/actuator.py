@@ -244,7 +244,11 @@ def bend(
 
 def _check_pressure(pressure: ArrayLike) -> Array:
     """Check that pressures are finite, not negative, and rise."""
-    rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
+    try:
+        rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
+    except (TypeError, ValueError):
+        fix = "give pressures in a row, in Pa"
+        raise InputError("must be a list of numbers", key="pressure", value=shown(pressure), fix=fix) from None
     if rising.ndim != 1 or not len(rising):
         fix = "give pressures in a row"
         raise InputError("must be a list of numbers", key="pressure", value=f"of shape {rising.shape}", fix=fix)

@@ -111,10 +111,11 @@ def _branches(found: Bend) -> dict[str, Any]:
 
 def _facts(found: Bend) -> dict[str, Any]:
     """Tell of a bend what stands beside its branches."""
+    back = found.unload_angle is not None  # without the way back there is no loop
     return {
         "r_squared": found.r_squared(),
-        "loop_area_kpa_deg": math.degrees(found.loop_area) / 1e3,
-        "friction_loss_j": found.loss if found.unload_angle is not None else math.nan,
+        "loop_area_kpa_deg": math.degrees(found.loop_area) / 1e3 if back else math.nan,
+        "friction_loss_j": found.loss if back else math.nan,
         "braid_angle_max_deg": math.degrees(found.braid_angle),
         "lumen_left_min": found.lumen_left,
         "status": found.status,

@@ -63,6 +63,7 @@ COLUMNS = (
 )
 LIMITS = {"pressure": "the pressure limit", "suction": "suction", "servo": "a servo that is too slow"}
 LETTERS = {"pressure": "p", "suction": "s", "servo": "v"}
+TURBULENT = "turbulent: the drop is told too small"  # of a line beyond the laminar law
 MARGINS = {"torque": "torque_limit", "servo_speed": "speed_limit", "stroke": "stroke_limit"}
 
 
@@ -163,13 +164,13 @@ def _record(size: Size) -> dict[str, Any]:
     for name, limit in MARGINS.items():
         attribute = "speed" if name == "servo_speed" else name
         record[f"{name}_margin"] = getattr(size, limit) / getattr(size, attribute) - 1
-    record["limits"] = list(size.limits)
+    record |= {"turbulent": size.turbulent, "limits": list(size.limits)}
     return record | {f"power_{name}_w": watts for name, watts in size.power.items()}
 
 
 def _flat(size: Size) -> dict[str, Any]:
     """Tell a size on one line."""
-    return _record(size) | {"limits": " ".join(size.limits)}
+    return _record(size) | {"turbulent": int(size.turbulent), "limits": " ".join(size.limits)}
 
 
 def _variables(sizes: list[Size]) -> dict[str, Any]:
@@ -201,6 +202,8 @@ def _print(fish: Robot, sizes: list[Size]) -> None:
             _print_table(console, cases)
     if len(sizes) > len(beats):
         legend = "; ".join(f"{letter} {LIMITS[name]}" for name, letter in LETTERS.items())
+        if any(size.turbulent for size in sizes):
+            legend += f"; t {TURBULENT}"
         console.print(Text(f"bend that is left [deg] (corner of the line [Hz]); {legend}"))
 
 
@@ -221,9 +224,10 @@ def _print_case(console: Console, size: Size) -> None:
     record = _record(size)
     shares = ", ".join(f"{name} {watts:.2g}" for name, watts in size.power.items() if name != "total")
     limits = " and ".join(LIMITS[name] for name in size.limits) or "nothing"
+    turbulent = f", {TURBULENT}" if size.turbulent else ""
     lines = (
         ("oil", f"{record['temperature_c']:.3g} C, {record['viscosity_mm2_s']:.4g} mm^2/s"),
-        ("line", f"{record['bore_mm']:.3g} mm, Reynolds number {size.reynolds:.3g}"),
+        ("line", f"{record['bore_mm']:.3g} mm, Reynolds number {size.reynolds:.3g}{turbulent}"),
         ("pressure drop along the line", f"{record['pressure_drop_kpa']:.3g} kPa for the whole bend"),
         ("corner frequency of the line", f"{size.corner:.3g} Hz, for small motions {size.corner_rest:.3g} Hz"),
         ("resonance with the muscles", f"{size.resonance:.3g} Hz, damping ratio {size.damping:.2g}"),
@@ -257,5 +261,5 @@ def _print_table(console: Console, cases: list[Size]) -> None:
 
 def _cell(size: Size) -> str:
     """Tell a case in a few letters."""
-    letters = "".join(LETTERS[name] for name in size.limits)
+    letters = "".join(LETTERS[name] for name in size.limits) + "t" * size.turbulent
     return f"{math.degrees(size.amplitude):.1f}{letters} ({size.corner:.2g})"

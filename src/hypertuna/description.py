@@ -362,12 +362,10 @@ def _check_joints(robot: Robot) -> None:
                 raise InputError("must be in one joint group only", key=key, value=taken, fix="remove it from one")
             owner[link] = g
         if not math.isclose(sum(group.share), 1, rel_tol=TOLERANCE):
-            raise InputError(
-                "must add up to 1",
-                key=f"joints[{g}].share",
-                value=f"{sum(group.share):g} in all",
-                fix="leave share out for equal shares",
-            )
+            value, fix = f"{sum(group.share):g} in all", "leave share out for equal shares"
+            raise InputError("must add up to 1", key=f"joints[{g}].share", value=value, fix=fix)
+        if group.line is not None and robot.controller is not None:
+            robot.controller.check_fill(group.line.fill_pressure, f"joints[{g}].line.fill_pressure_pa")
 
 
 def _check_model(robot: Robot) -> None:

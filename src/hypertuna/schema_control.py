@@ -52,6 +52,13 @@ class Controller(Part):
                 raise InputError(rule, key=f"controller.{alias}", value=f"{below:g}", fix="exchange the two")
         return self
 
+    def check_fill(self, pressure: float, key: str) -> None:
+        """Refuse a fill pressure that the supervisor does not let a circuit have, even at rest."""
+        if pressure >= self.pressure_soft:
+            rule = f"must be less than controller.pressure_soft_pa = {self.pressure_soft:g}"
+            fix = "fill with less, or let the supervisor allow more"
+            raise InputError(rule, key=key, value=f"{pressure:g}", fix=fix)
+
 
 Quantity = Literal["bend", "pressure", "current", "rate", "acceleration", "voltage"]
 

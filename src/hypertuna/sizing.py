@@ -28,6 +28,8 @@ STIFF = 1e6  # Pa: the pressure at which a step must be stable
 FLOWS = 200  # instants of a beat at which the joint's flow is looked for
 HALVINGS = 8  # of the command, until no pressure is above its limit
 SLOW_SERVO = 0.95  # a servo that makes less of its command limits the beat
+LONGEST = 200.0  # s of a run
+LAMINAR = 2300  # Reynolds number up to which a line's flow is laminar
 DEEP_SUCTION = 0.8  # of the cavitation pressure: air swells there, and the joint's passive side no longer follows
 POWERS = ("idle", "holding", "hydraulic", "friction", "inertia", "braking")
 
@@ -64,7 +66,7 @@ class Size:
         Of the line's inertance with oil and air of the cylinder at the fill pressure [Hz], and its damping ratio [1]:
         what a step of the servo strikes.
     drop, reynolds : float
-        Largest pressure drop along the line if the joint makes the command [Pa], and Reynolds number there [1].
+        Largest pressure drop along the line if the joint makes the command, by laminar flow [Pa], and Reynolds number.
     amplitude : float
         First harmonic of the bend that is left, in air and without mass [rad].
     lag : float
@@ -110,6 +112,11 @@ class Size:
     pressure_min: float
     limits: tuple[str, ...]
     power: dict[str, float]
+
+    @property
+    def turbulent(self) -> bool:
+        """Whether the line's flow is beyond the laminar law, so that the drop is told too small."""
+        return self.reynolds > LAMINAR
 
 
 def largest_beat(robot: Robot) -> tuple[float, tuple[float, ...]]:
@@ -165,8 +172,8 @@ def size_pump(
     Raises
     ------
     InputError
-        If a table is missing, a value is not positive, an amplitude is beyond what pump or joint can do, or the oil
-        does not flow at a temperature.
+        If a table is missing, a value is not positive, an amplitude is beyond what pump or joint can do, the oil does
+        not flow at a temperature, or beat or line are so slow that runs would take minutes.
     """
     _check(robot, frequency, amplitude)
     tables = joint_tables(robot)
@@ -190,6 +197,9 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
         for value in values:
             if not 0 < value < math.inf:
                 raise InputError("must be greater than 0", key=key, value=f"{value:g}", fix=f"give it in {unit}")
+    slowest, rule = min(frequency, default=math.inf), f"must be at least {BEATS / LONGEST:g} Hz"
+    if slowest * LONGEST < BEATS:
+        raise InputError(rule, key="frequency", value=f"{slowest:g}", fix="slower beats take too long to compute")
 
 
 def _size(
@@ -273,10 +283,7 @@ def _beat(
 def _line(found: Circuits, table: JointTable, j: int, limit: float, fill: float) -> dict[str, Any]:
     """Return what line and actuator are for small motions, and on the way to the pressure limit."""
     resistance, inertance = (float(found.column(name)[2 * j]) for name in ("resistance", "inertance"))
-    rest = table.at([0.0])
-    step = table.step / 2
-    stiffness = float(-np.diff(table.at([-step, step])["elastic"])[0] / (2 * step))
-    capacity_rest = float(rest["slope"][0, 0] ** 2 / stiffness)
+    rest, capacity_rest = table.at([0.0]), _capacity_rest(table)
     # What one side's pressure alone does, the other side open: the bend where silicone balances the limit.
     angles = table.angle[table.angle >= 0]
     at = table.at(angles)
@@ -299,8 +306,21 @@ def _line(found: Circuits, table: JointTable, j: int, limit: float, fill: float)
     }
 
 
+def _capacity_rest(table: JointTable) -> float:
+    """Return the volume that one side takes up per pressure, for small motions about rest [m^3/Pa]."""
+    step = table.step / 2
+    stiffness = -np.diff(table.at([-step, step])["elastic"])[0] / (2 * step)
+    return float(table.at([0.0])["slope"][0, 0] ** 2 / stiffness)
+
+
 def _times(frequency: float, lag: float) -> tuple[Array, int]:
     """Return the times of a run's rows [s], and how many of them make a beat."""
+    if LAGS * lag > LONGEST:
+        rule, value = (
+            f"must be so wide that it settles within {LONGEST:g} s",
+            f"so narrow that it takes {LAGS * lag:.3g}",
+        )
+        raise InputError(rule, key="bore of a line", value=value, fix="take wider lines or warmer oil")
     period = max(8, round(1 / frequency / SAMPLE))
     beats = max(BEATS, math.ceil(LAGS * lag * frequency))
     return np.arange(beats * period) / (period * frequency), period

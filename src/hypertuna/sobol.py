@@ -85,6 +85,8 @@ FACTORS = (
 class Influence:
     """Sobol's indices of some outputs of the twin.
 
+    A run that diverges has no outputs: where one did, indices, means and deviations are not numbers.
+
     Attributes
     ----------
     factors : tuple of Factor
@@ -95,7 +97,8 @@ class Influence:
         Half width of the total index's 95 % interval, by bootstrap.
     mean, deviation : ndarray, shape (outputs,)
         Of each output over the ranges [unit of the output].
-    runs : int
+    runs, diverged : int
+        Runs made, and how many of them diverged.
     """
 
     factors: tuple[Factor, ...]
@@ -106,6 +109,7 @@ class Influence:
     mean: Array
     deviation: Array
     runs: int
+    diverged: int
 
 
 @dataclass(frozen=True)
@@ -116,7 +120,7 @@ class Spread:
     ----------
     gaits : tuple of str
     speed : ndarray, shape (draws, gaits)
-        [m/s].
+        [m/s]; not a number where a run diverged.
     """
 
     gaits: tuple[str, ...]
@@ -132,9 +136,9 @@ class Spread:
         Returns
         -------
         tuple of float
-            Lower and upper end [m/s].
+            Lower and upper end [m/s]; not numbers if a run of that gait diverged.
         """
-        low, high = np.nanpercentile(self.speed[:, self.gaits.index(gait)], [2.5, 97.5])
+        low, high = np.percentile(self.speed[:, self.gaits.index(gait)], [2.5, 97.5])
         return float(low), float(high)
 
 
@@ -200,7 +204,8 @@ def influence(
     Returns
     -------
     Influence
-        Outputs: first harmonic of each joint [deg] and the speed [m/s].
+        Outputs: first harmonic of each joint [deg] and the speed [m/s]. If a run diverges, its field `diverged` counts
+        it and the indices are not numbers: narrow the ranges of the factors.
 
     Raises
     ------
@@ -230,18 +235,25 @@ def influence(
         return np.array(columns).T
 
     dists = [stats.uniform()] * len(factors)
-    found = stats.sobol_indices(func=evaluate, n=samples, dists=dists, rng=np.random.default_rng(seed))
-    spread_of = found.bootstrap(n_resamples=200).total_order.confidence_interval
+    with np.errstate(invalid="ignore"):
+        found = stats.sobol_indices(func=evaluate, n=samples, dists=dists, rng=np.random.default_rng(seed))
+    values = np.concatenate(everything)
+    diverged = int(np.isnan(values[:, 0]).sum())
+    error = np.full_like(found.total_order, np.nan)
+    if not diverged:
+        spread_of = found.bootstrap(n_resamples=200).total_order.confidence_interval
+        error = (spread_of.high - spread_of.low) / 2
     plain = np.concatenate(everything[:2])  # the two independent samples
     return Influence(
         factors=tuple(factors),
         outputs=outputs,
-        first=found.first_order,
-        total=found.total_order,
-        error=(spread_of.high - spread_of.low) / 2,
+        first=found.first_order if not diverged else np.full_like(error, np.nan),
+        total=found.total_order if not diverged else np.full_like(error, np.nan),
+        error=error,
         mean=plain.mean(axis=0),
         deviation=plain.std(axis=0),
         runs=total,
+        diverged=diverged,
     )
 
 
@@ -288,7 +300,7 @@ def spread(
     speeds = np.full((draws, len(gaits)), np.nan)
     for k, part in enumerate(parts):
         runs = [_options(robot, gait, factors, part, believed, seconds) for gait in gaits.values()]
-        speeds[k] = twins(runs, measure=lambda run: run.speed, threads=threads)
+        speeds[k] = twins(runs, measure=lambda run: _outputs(run)[-1], threads=threads)
         if progress is not None:
             progress((k + 1) * len(gaits), draws * len(gaits))
     return Spread(tuple(gaits), speeds)
@@ -325,5 +337,7 @@ def _options(
 
 
 def _outputs(run: TwinRun) -> list[float]:
-    """Joint amplitudes [deg] and speed [m/s]."""
+    """Joint amplitudes [deg] and speed [m/s]; not numbers where the run diverged, whatever its record holds."""
+    if run.status == "diverged":
+        return [math.nan] * (len(run.joints) + 1)
     return [*np.degrees(run.amplitude).tolist(), run.speed]

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
 from hypertuna.description import Robot
-from hypertuna.errors import InputError, did_you_mean
+from hypertuna.errors import InputError, did_you_mean, whole
 from hypertuna.schema import JointGroup
 from hypertuna.schema_actuator import Actuator, DriveUnit, Material, MaterialSet
 from hypertuna.silicone import Mooney
@@ -187,7 +187,7 @@ def joint_group(robot: Robot, joint: str | int) -> tuple[JointGroup, Actuator]:
         If there is no such joint, or the table or the number of muscles is missing.
     """
     names = [group.name for group in robot.joints]
-    if isinstance(joint, int) and 0 <= joint < len(names):
+    if isinstance(joint, int) and not isinstance(joint, bool) and 0 <= joint < len(names):
         index = joint
     elif joint in names:
         index = names.index(joint)
@@ -300,6 +300,7 @@ def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257
     InputError
         If the robot lacks a table, or the number of points is even.
     """
+    points = whole(points, "points", "leave it out for 257")
     if points < 3 or points % 2 == 0:
         raise InputError("must be odd, and 3 at least", key="points", value=str(points), fix="leave it out for 257")
     unit = drive_unit(robot)

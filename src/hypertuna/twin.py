@@ -20,7 +20,7 @@ from hypertuna.actuator import JointTable, joint_tables
 from hypertuna.control import controller_columns
 from hypertuna.description import Robot
 from hypertuna.energy import battery_columns
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError, did_you_mean, finite, shown, whole
 from hypertuna.gait import Gait, check_gait
 from hypertuna.hydraulics import Circuits, circuits, needed
 from hypertuna.model import core_model
@@ -36,6 +36,7 @@ T = TypeVar("T")
 
 STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
 STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable
+SHORTEST = 1e-6  # s, of a step: below it a second takes minutes
 MOST_TICKS = 1_000_000  # of a run: a gigabyte of record
 MEDIA = ("water", "air")
 STARTS = ("rest", "swimming")
@@ -48,6 +49,7 @@ class _Parts:
 
     plant: dict[str, Any]
     fastest: float  # of the plant's own rates [1/s]: Runge-Kutta's steps must resolve it
+    stiffest: tuple[str, str]  # key of what makes that rate, and what to do about it
     sensors: dict[str, list[float]]
     temperature: float
 
@@ -122,17 +124,19 @@ def twin(
     check_gait(gait, robot)
     _check_choice("fish_in", fish_in, MEDIA)
     _check_choice("start", start, STARTS)
-    if math.isnan(heard):
-        raise InputError("must be a number", key="heard", value="nan", fix="leave it out for a command without end")
+    if temperature is not None:
+        temperature = finite(temperature, "temperature", "give the temperature of the oil in K")
+    if heard != math.inf:
+        finite(heard, "heard", "leave it out for a command without end")
     control = needed(robot.controller, "controller", "add the table [controller]", robot)
     tick = 1 / control.rate
     ticks = _ticks(duration, tick)
     parts = _parts_of(robot, fish_in, temperature)
-    steps = _steps(tick, min(STEP, STABLE / parts.fastest) if step is None else step)
+    steps = _steps_needed(tick, parts, robot) if step is None else _steps(tick, step)
     columns = _controller_of(robot if believed is None else believed)
     if not closed_loop:
         columns = columns | {gain: [0.0] for gain in ("proportional", "integral", "derivative")}
-    given = (faults,) if isinstance(faults, str) else tuple(faults)
+    given = _listed(faults)
     record = _core.run_twin(
         **parts.plant,
         twist=_first_twist(robot, gait, start, fish_in),
@@ -238,11 +242,16 @@ def _make_parts(robot: Robot, fish_in: str, temperature: float | None) -> _Parts
         "idle": _idle(robot),
         "clamped": fish_in == "air",
     }
-    return _Parts(plant, _fastest(robot, plant, oil, tables), sensor_columns(robot), oil.temperature)
+    return _Parts(plant, *_fastest(robot, plant, oil, tables), sensor_columns(robot), oil.temperature)
 
 
-def _fastest(robot: Robot, plant: dict[str, Any], oil: Circuits, tables: Sequence[JointTable]) -> float:
-    """Bound the plant's rates at the hard limit [1/s]: a circuit's own, its joint's swing on the oil, a hinge's."""
+def _fastest(
+    robot: Robot, plant: dict[str, Any], oil: Circuits, tables: Sequence[JointTable]
+) -> tuple[float, tuple[str, str]]:
+    """Bound the plant's rates at the hard limit [1/s]: a circuit's own, its joint's swing on the oil, a hinge's.
+
+    Beside the fastest stands the key of what makes it, and what to do about it.
+    """
     control = robot.controller
     pressure = 0.0 if control is None else control.pressure_hard
     coordinates = plant["share"].shape[1]
@@ -258,14 +267,18 @@ def _fastest(robot: Robot, plant: dict[str, Any], oil: Circuits, tables: Sequenc
     absolute = _core.ATMOSPHERE + pressure
     swelling = 1 / column["bulk_modulus"] + column["air"] * _core.ATMOSPHERE / absolute**2
     gives = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa of the units' side
-    fastest = []
+    rates = {}
     for j, table in enumerate(tables):
         sides = slice(2 * j, 2 * j + 2)
         swing = math.sqrt(float((table.at([0.0])["slope"][0] ** 2 / gives[sides]).sum() * mobility[j]))
         own = max(_core.circuit_stiffness(row, pressure, 0.0) for row in oil.values[sides])
-        fastest.append(math.hypot(own, swing))
+        line = (f"joints.{table.name}.line", "more air or compliance, a narrower or longer line, or heavier rotors")
+        rates[line] = math.hypot(own, swing)
     spring, damper = plant["hinge"] * mobility[-1]  # none: both are zero
-    return float(max(*fastest, math.sqrt(spring), damper))
+    rates["hinge.stiffness_n_m_per_rad", "a softer hinge, or none"] = math.sqrt(spring)
+    rates["hinge.damping_n_m_s_per_rad", "less damping"] = float(damper)
+    stiffest = max(rates, key=lambda name: rates[name])
+    return float(rates[stiffest]), stiffest
 
 
 def _without_water(robot: Robot) -> dict[str, list[float]]:
@@ -318,24 +331,51 @@ def _data(record: dict[str, Array], done: int, joints: int) -> dict[str, Array]:
     return data | {CONDITIONS: columns[CONDITIONS]}
 
 
+def _listed(faults: str | Iterable[str]) -> tuple[str, ...]:
+    """Return the faults as they are spelled."""
+    fix = "spell them as on the command line, bend-II:stuck@5"
+    try:
+        given = (faults,) if isinstance(faults, str) else tuple(faults)
+    except TypeError:
+        raise InputError("must be text or a list of it", key="faults", value=shown(faults), fix=fix) from None
+    for k, fault in enumerate(given):
+        if not isinstance(fault, str):
+            raise InputError("must be text", key=f"faults[{k}]", value=shown(fault), fix=fix)
+    return given
+
+
 def _ticks(duration: float, tick: float) -> int:
     """Count the ticks of a run."""
-    ticks = duration / tick * (1 + 1e-12) if math.isfinite(duration) else math.inf
+    duration = finite(duration, "duration", "give the seconds to run")
+    ticks = duration / tick * (1 + 1e-12)
     if not 1 <= ticks <= MOST_TICKS:
         rule = f"must be from {tick:g} to {MOST_TICKS * tick:g} s"
         raise InputError(rule, key="duration", value=f"{duration:g}", fix="give the seconds to run")
     return int(ticks)
 
 
+def _steps_needed(tick: float, parts: _Parts, robot: Robot) -> int:
+    """Inner steps of a tick that the plant needs."""
+    step = min(STEP, tick, STABLE / parts.fastest)
+    if step < SHORTEST:
+        key, fix = parts.stiffest
+        rule = f"must not be so stiff that the twin needs steps of less than {SHORTEST:g} s"
+        value = f"so stiff that it needs {step:.1g} s"
+        raise InputError(rule, file=robot.file or None, key=key, value=value, fix=f"describe {fix}")
+    return _steps(tick, step)
+
+
 def _steps(tick: float, step: float) -> int:
     """Inner steps of a tick."""
-    if not 1e-6 <= step <= tick * (1 + 1e-12):
-        rule = f"must be from 1e-06 to the control tick of {tick:g} s"
+    step = finite(step, "step", f"leave it out for {STEP:g}")
+    if not SHORTEST <= step <= tick * (1 + 1e-12):
+        rule = f"must be from {SHORTEST:g} to the control tick of {tick:g} s"
         raise InputError(rule, key="step", value=f"{step:g}", fix=f"leave it out for {STEP:g}")
     return math.ceil(tick / step * (1 - 1e-12))
 
 
 def _seed(seed: int) -> int:
+    seed = whole(seed, "seed", "give a whole number")
     if not 0 <= seed < 2**64:
         raise InputError("must be from 0 to 2^64 - 1", key="seed", value=shown(seed), fix="give a whole number")
     return seed

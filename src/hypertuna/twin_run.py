@@ -137,7 +137,7 @@ class TwinRun:
 
     @cached_property
     def speeds(self) -> Array:
-        """Speed of each of the last beats, length of the nose's way over T, negative where the tail leads (beats,) [m/s]."""
+        """Speed of each of the last beats, length of the nose's way over T, negative if the tail leads [m/s]."""
         if self.fish_in == "air" or not self.beat_count:
             return np.full(max(1, self.beat_count), math.nan)
         last = self.time[-1]
@@ -258,8 +258,7 @@ class TwinRun:
     def sentences(self) -> tuple[str, ...]:
         """One sentence for the run, and one for each condition that held in it, with where and how often."""
         end = f"The run diverged after {self.time.size * self.tick:.2f} s: the plant's state is no longer a robot's."
-        ran = f"The run is {'settled' if self.settled else 'not settled'}: the most that changes does so by "
-        first = end if self.status == "diverged" else f"{ran}{100 * abs(self.change):.2g} % per beat."
+        first = end if self.status == "diverged" else self._steadiness()
         flags, places = self.data["status"].astype(np.int64), self.data["status_at"].astype(np.int64)
         names = {"joint": self.joints, "circuit": self.circuits, "servo": (*self.circuits, "fin 1", "fin 2")}
         found = []
@@ -269,11 +268,18 @@ class TwinRun:
                 where = int(np.bitwise_or.reduce(places[held, bit]))
                 here = [name for k, name in enumerate(names.get(place, ())) if where >> k & 1]
                 at = f" ({', '.join(here)})" if here else ""
-                found.append(f"{text[0].upper()}{text[1:]}{at}: {100 * held.mean():.2g} % of the ticks.")
+                found.append(f"{text[0].upper()}{text[1:]}{at}: {_percent(held.mean())} of the ticks.")
         if "cavitation" in self.acting:
-            part = 100 * self.acting["cavitation"]
-            found.append(f"The oil cavitated in a cylinder: {part:.2g} % of the last beats' ticks.")
+            part = _percent(self.acting["cavitation"])
+            found.append(f"The oil cavitated in a cylinder: {part} of the last beats' ticks.")
         return (first, *found)
+
+    def _steadiness(self) -> str:
+        """Say whether the run is settled, or too short to tell."""
+        if math.isnan(self.change):
+            return "The run is too short to tell whether it is settled."
+        settled = "settled" if self.settled else "not settled"
+        return f"The run is {settled}: the most that changes does so by {_percent(abs(self.change))} per beat."
 
     def dataset(self) -> xr.Dataset:
         """Label what was recorded: dimensions time, joint, circuit, servo; units and meaning in the attributes.
@@ -343,6 +349,12 @@ class TwinRun:
         _, sine, cosine = np.linalg.lstsq(basis, values, rcond=None)[0]
         result: NDArray[np.complex128] = sine + 1j * cosine
         return result
+
+
+def _percent(part: float) -> str:
+    """Write a part as a percentage of two digits, never as a power of ten."""
+    percent = 100 * float(part)
+    return f"{percent:.0f} %" if percent >= 10 else f"{percent:.2g} %" if percent >= 0.01 else "less than 0.01 %"
 
 
 def _between(time: Array, value: Array, rate: Array, at: Array) -> Array:

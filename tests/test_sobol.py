@@ -1,0 +1,34 @@
+"""Sobol's indices of the twin's estimates: runs that diverge are no results."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna import sobol
+from hypertuna.sobol import FACTORS, influence, spread
+
+ROBOT = ht.load("hypertuna")
+GAIT = ht.Gait.from_degrees(frequency=3, amplitude=(6, 9), phase=(0, 30))
+BORE = tuple(factor for factor in FACTORS if factor.key == "joints.line.bore_m")
+
+
+def test_runs_that_diverge_have_no_outputs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps of a whole tick: every other run ends in states that are no robot's, and must not enter the indices."""
+    options, asked = sobol._options, []
+
+    def coarse(*given: Any) -> dict[str, Any]:
+        asked.append(given)
+        return options(*given) | ({"step": 0.01} if len(asked) % 2 else {})
+
+    monkeypatch.setattr(sobol, "_options", coarse)
+    found = influence(ROBOT, GAIT, factors=BORE, samples=2, seconds=0.7)
+    assert found.diverged == 3
+    for values in (found.first, found.total, found.error, found.mean, found.deviation):
+        assert np.isnan(values).all()
+    drawn = spread(ROBOT, {"beat": GAIT}, factors=BORE, draws=2, seconds=0.7)
+    assert np.isnan(drawn.speed).sum() == 1
+    assert np.isnan(drawn.interval("beat")).all()
