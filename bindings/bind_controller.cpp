@@ -65,13 +65,13 @@ static Command<double> command_of(const Columns& columns, int joints, bool fresh
     return command;
 }
 
-static nb::dict output_of(const ControllerOutput<double>& out, int joints) {
+static nb::typed<nb::dict, nb::str, nb::any> output_of(const ControllerOutput<double>& out, int joints) {
     const auto array = [](const double* from, int count) {
         Output to = zeros({std::size_t(count)});
         std::copy(from, from + count, to.data());
         return to;
     };
-    nb::dict row;
+    nb::typed<nb::dict, nb::str, nb::any> row;
     row["pulse"] = array(out.pulse, 2 * joints + 2);
     row["target"] = array(out.target, 2 * joints + 2);
     row["set"] = array(out.set, joints);
@@ -103,12 +103,17 @@ static Columns sense_row(Senses& senses, const Columns& truth, const std::vector
 
 void bind_controller(nb::module_& m) {
     m.attr("MOST_JOINTS") = most_joints;
-    m.attr("FAULT_KINDS") = fault_kinds();
-    m.attr("SENSOR_CHANNELS") = std::map<std::string, int>{{"bend", bend_channel},
-                                                           {"pressure", pressure_channel},
-                                                           {"current", current_channel},
-                                                           {"imu", imu_channel},
-                                                           {"battery", battery_channel}};
+    m.def("fault_kinds", &fault_kinds, "Kinds of sensor faults, none first.");
+    m.def(
+        "sensor_channels",
+        [] {
+            return std::map<std::string, int>{{"bend", bend_channel},
+                                              {"pressure", pressure_channel},
+                                              {"current", current_channel},
+                                              {"imu", imu_channel},
+                                              {"battery", battery_channel}};
+        },
+        "First channel of every kind of sensor.");
     m.def("condition_table", &condition_table,
           "Conditions of the controller's status in the order of its bits: name, what a bit of its place stands for "
           "(robot, joint, circuit, servo), sentence.");

@@ -46,12 +46,13 @@ from hypertuna.plots_optimize import plot_convergence
 from hypertuna.plots_pareto import plot_pareto
 from hypertuna.plots_pump import plot_pump
 from hypertuna.published_swims import SPEEDS, Trial, swim_published
+from hypertuna.published_twins import swim_bores
 from hypertuna.report import Table
 from hypertuna.reproduce import Ledger, reproduce
 from hypertuna.reproduce_fit import bandwidth_table, coefficient_table
 from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table
-from hypertuna.reproduce_twin import speed_table, tank_table
+from hypertuna.reproduce_twin import bore_table, speed_table, tank_table
 from hypertuna.results_page import posture_table
 from hypertuna.sizing import Size, largest_beat, size_pump
 from hypertuna.steady import COLUMNS
@@ -421,6 +422,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "optimizers": lambda: of_report(method_table(ledger().optima), 2),
     "twin speeds": lambda: of_report(speed_table(ledger().twins, PAPER), 1),
     "twin amplitudes": lambda: of_report(tank_table(ledger().twins), 1),
+    "twin bores": lambda: of_report(bore_table(swim_bores(FISH), PAPER)),
     "posture": lambda: of_report(posture_table(ledger().twins.posture), 2),
     "Table V": lambda: of_report(robot_table(computed_among(ledger().trials)[0]), 2),
 }

@@ -75,7 +75,13 @@ def test_table_over_bore_and_temperature(run: Run) -> None:
 
 def test_one_case_is_told_in_full(run: Run) -> None:
     output = run(*PUMP, "--gait", "optimised-0.3")[1]
-    for words in ("of 6.86 N m", "of 7.5 rad/s", "20 C, 133.8 mm^2/s", "damping ratio", "power of its two servos"):
+    for words in (
+        "of 6.86 N m",
+        "of 7.5 rad/s",
+        "20 C, 133.8 mm^2/s",
+        "resonance with the muscles",
+        "power of its two servos",
+    ):
         assert output.count(words) == 2, words
 
 

@@ -135,6 +135,9 @@ def test_size_by_its_parts(tuna: ht.Robot, sizes: list[Size]) -> None:
         # Quality factor 1 / (2 zeta) of R, L, C in series.
         reactance = np.sqrt(size.inertance / size.capacity)
         assert size.damping == pytest.approx(size.resistance / (2 * reactance))
+        # The cylinder's air and oil are stiffer than the muscles: the line rings higher with them, and is damped less.
+        assert size.ring / size.resonance == pytest.approx(size.damping / size.ring_damping)
+        assert size.ring > 2 * size.resonance
         assert sum(size.power[name] for name in POWERS) == pytest.approx(size.power["total"])
         slope = _core.displaced(circuits(tuna).values[0], np.linspace(-size.stroke, size.stroke, 101))[:, 1]
         assert 250e3 * slope[50] <= size.torque - 0.3 <= 250e3 * slope.max()  # 0.3 N m of friction
@@ -180,6 +183,19 @@ def test_a_robot_without_a_table_is_told_which(tuna: ht.Robot, tables: tuple[str
     document["sources"] = {}
     with pytest.raises(InputError, match=rf"tuna.toml: .*{key}.* is needed for the hydraulics: add"):
         circuits(parse(document, file="tuna.toml"))
+
+
+@pytest.mark.parametrize(
+    ("table", "values", "sentence"),
+    [
+        ("oil", {"viscosity_40_m2_s": 1e-6, "viscosity_100_m2_s": 3e-7}, "viscosity_100_m2_s must be more than 3e-07"),
+        ("oil", {"cavitation_pa": -102e3}, "cavitation_pa must be more than -101325, a perfect vacuum"),
+        ("line", {"fill_pressure_pa": -95e3}, r"I.line.fill_pressure_pa must be more than oil.cavitation_pa = -95000"),
+    ],
+)
+def test_oil_that_cannot_be_is_refused(tuna: ht.Robot, table: str, values: dict[str, float], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        circuits(changed(tuna, **{table: values}))
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ LAYERS = (
     *("bench", "bench_unknowns", "bench_combinations", "bench_search", "bench_draws", "bench_fit", "bench_worth"),
     *("hydraulics", "sizing", "control", "sensing", "energy", "twin_run", "twin", "posture", "sobol"),
     *("drawing", "style", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
-    *("published_swims", "ledger", "reproduce_*", "reproduce", "ledger_page"),
+    *("published_swims", "published_twins", "ledger", "reproduce_*", "reproduce", "ledger_page"),
     *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_*", "cli", "__main__"),
 )
 

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna import reproduce_twin
+from hypertuna import published_twins
 from hypertuna.ledger import Entry, judge, published
 from hypertuna.published_swims import SPEEDS
+from hypertuna.published_twins import Twins, run_published
 from hypertuna.report import Picture, Section, Table
-from hypertuna.reproduce_actuator import ACTUATOR, PRINTED, Bends, bend_published
+from hypertuna.reproduce_actuator import ACTUATOR, PRINTED, Bends, bend_published, step_table
 from hypertuna.reproduce_actuator import findings as bend_findings
-from hypertuna.reproduce_twin import TWIN, Twins, findings, run_published, sections, speed_table, tank_table
+from hypertuna.reproduce_twin import TWIN, bore_table, findings, sections, speed_table, tank_table
 
 PAPER = published()
 
@@ -30,7 +31,7 @@ def twins(tuna: ht.Robot) -> Twins:
     posture = PAPER["posture"] | {"frequency_hz": [2.0, 6.0]}
     tank = PAPER["tank"] | {"frequency_hz": [1.0, 6.0]}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reproduce_twin, "SWIM", 2.0)
+        patch.setattr(published_twins, "SWIM", 2.0)
         return run_published(tuna, PAPER | {"posture": posture, "tank": tank})
 
 
@@ -85,6 +86,13 @@ def test_bends_meet_the_paper_and_the_printed_equations_do_not(bends: Bends) -> 
         assert judged[f"bending/{name}", PRINTED].verdict == "deviates"
 
 
+def test_steps_lead_from_the_printed_bend_to_the_corrected_one(bends: Bends) -> None:
+    rows = step_table(bends).rows
+    for k, name in enumerate(bends.steps, start=1):
+        assert float(rows[0][k]) == pytest.approx(np.degrees(bends.printed[name].angle[-1]), abs=0.06)
+        assert float(rows[-1][k]) == pytest.approx(np.degrees(bends.corrected[name].angle[-1]), abs=0.06)
+
+
 def test_tables_say_what_the_runs_did(twins: Twins) -> None:
     eight = speed_table(twins, PAPER)
     assert [row[0] for row in eight.rows] == list(SPEEDS)
@@ -97,6 +105,16 @@ def test_tables_say_what_the_runs_did(twins: Twins) -> None:
             wished = run.gait.amplitude[twins.robot.joints.index(group)]
             left = np.degrees(wished) / np.sqrt(1 + (run.gait.frequency / group.bandwidth) ** 2)
             assert lag == f"{left:.1f}"
+
+
+def test_other_bores_are_told_by_their_errors() -> None:
+    speeds = {name: PAPER["values"][f"speed/{name}"]["value"] for name in SPEEDS}
+    swing = np.radians([10.0, 20.0])
+    exact, fast = ({name: (k * speed, swing, 20.0) for name, speed in speeds.items()} for k in (1.0, 1.1))
+    table = bore_table({0.004: exact, 0.005: fast}, PAPER)
+    assert [row[:2] for row in table.rows] == [["4 mm", "0.0 %"], ["5 mm", "10.0 %"]]
+    assert set(table.rows[1][2:10]) == {"+10 %"}
+    assert table.rows[0][-2:] == ["10.0, 20.0", "20.0"]
 
 
 def test_the_page_shows_what_the_issue_names(shown: list[Section]) -> None:

@@ -20,7 +20,7 @@ SMALL = ht.Gait.from_degrees(frequency=2, amplitude=(6, 9), phase=(0, 30))
 
 @cache
 def small_run() -> TwinRun:
-    return twin(ROBOT, SMALL, duration=12, start="swimming")
+    return twin(ROBOT, SMALL, duration=10, start="swimming")
 
 
 def changed(table: str, **values: Any) -> ht.Robot:
@@ -37,6 +37,27 @@ def noiseless() -> ht.Robot:
     return parse(document | {"sensors": sensors}, file=ROBOT.file)
 
 
+def test_a_stiffer_plant_gets_the_steps_that_it_needs() -> None:
+    document = ROBOT.document()
+    document["oil"]["air"] = 0.0
+    for group in document["joints"]:
+        group["line"]["compliance_m3_pa"] = 0.0
+    stiff, gait = parse(document), ht.Gait.from_degrees(frequency=3, amplitude=(8, 12), phase=(0, 20))
+    run, fine = (twin(stiff, gait, duration=2, step=step) for step in (None, 1 / 12000))
+    coarse = twin(stiff, gait, duration=2, step=1 / 3000)  # the step of the shipped robot
+    assert run.step < coarse.step == small_run().step
+    assert run.pressure_peak == pytest.approx(fine.pressure_peak, rel=5e-3)
+    assert run.amplitude == pytest.approx(fine.amplitude, rel=1e-3)
+    assert coarse.pressure_peak > 1.1 * fine.pressure_peak, "it rings, and nothing else tells"
+
+
+def test_a_hinge_that_hardly_gives_is_a_stiff_plant_too() -> None:
+    robot = changed("hinge", link=7, stiffness_n_m_per_rad=5000.0, damping_n_m_s_per_rad=1.0)
+    run = twin(robot, SMALL, duration=0.3)
+    assert run.status == "completed"
+    assert np.ptp(run.data["hinge_angle"]) < 1e-3
+
+
 def test_a_seed_repeats_to_the_last_bit_whoever_runs_it() -> None:
     options = [{"robot": ROBOT, "gait": SMALL, "duration": 1.0, "seed": seed} for seed in (0, 1, 0)]
     runs = twins(options, measure=lambda run: run, threads=2)
@@ -47,11 +68,21 @@ def test_a_seed_repeats_to_the_last_bit_whoever_runs_it() -> None:
     assert (alone[0] == runs[0].data["angle"]).all()
 
 
+def other_lines(**values: float) -> ht.Robot:
+    """The robot with values of both its oil lines replaced."""
+    document = ROBOT.document()
+    return parse(document | {"joints": [j | {"line": j["line"] | values} for j in document["joints"]]}, file=ROBOT.file)
+
+
 def test_posture_control_reaches_what_the_pumps_alone_miss() -> None:
-    closed, open_ = small_run(), twin(ROBOT, SMALL, duration=8, start="swimming", closed_loop=False)
-    assert closed.settled
+    """Hoses that give ten times as much as the controller believes cost half a degree and more, until it learns."""
+    soft = other_lines(compliance_m3_pa=2e-11)
+    closed, alone = (
+        twin(soft, SMALL, duration=12, start="swimming", believed=ROBOT, closed_loop=c) for c in (True, False)
+    )
+    assert abs(closed.change) < 0.02
     assert closed.status == "completed"
-    error, missed = (abs(np.degrees(run.swing) - (6, 9)).max() for run in (closed, open_))
+    error, missed = (abs(np.degrees(run.swing) - (6, 9)).max() for run in (closed, alone))
     assert error < 0.5 < missed
 
 
@@ -76,8 +107,8 @@ def test_mirrored_gait_is_the_mirror_image() -> None:
     robot = noiseless()
     gait = ht.Gait.from_degrees(frequency=2, amplitude=(6, 9), phase=(0, 30), bias=(2, -1))
     mirror = ht.Gait.from_degrees(frequency=2, amplitude=(6, 9), phase=(0, 30), bias=(-2, 1))
-    a, b = (twin(robot, g, duration=8) for g in (gait, mirror))
-    assert a.speed == pytest.approx(b.speed, rel=1e-3)
+    a, b = (twin(robot, g, duration=10, start="swimming") for g in (gait, mirror))
+    assert a.speed == pytest.approx(b.speed, rel=3e-3)
     assert a.bias == pytest.approx(-b.bias, abs=np.radians(0.05))
     assert a.pressure_max[[0, 2]] == pytest.approx(b.pressure_max[[1, 3]], rel=0.01)
 
@@ -87,7 +118,7 @@ def test_half_the_step_changes_nothing_above_a_thousandth(gait: Any) -> None:
     """Servos told where to go: with the controller, noise of sensors would decide when a limit acts."""
     named = ht.Gait(gait.frequency, gait.amplitude, gait.phase)
     heard = twin(noiseless(), named, duration=2, closed_loop=False)
-    coarse, fine = (driven(heard.data["servo_target"], steps) for steps in (20, 40))
+    coarse, fine = (driven(heard.data["servo_target"], steps) for steps in (30, 60))
     last = slice(100, None)
     for name in ("angle", "pump_pressure", "unit_pressure", "servo_angle", "surge"):
         a, b = coarse[name][last], fine[name][last]
@@ -107,17 +138,18 @@ def driven(target: Any, steps: int) -> dict[str, Any]:
 
 
 def test_in_air_the_head_stays_and_the_joints_bend_easier() -> None:
-    air = twin(ROBOT, SMALL, duration=5, fish_in="air")
+    gait = ht.Gait.from_degrees(frequency=4, amplitude=(8, 15), phase=(0, 0))
+    air, water = (twin(ROBOT, gait, duration=4, fish_in=medium) for medium in ("air", "water"))
     assert np.isnan(air.speed)
     assert np.isnan(air.cost_of_transport)
     assert not air.data["x"].any()
     assert not air.data["yaw"].any()
-    assert air.pressure_max.max() < small_run().pressure_max.max()
+    assert air.pressure_max[2:].max() < 0.8 * water.pressure_max[2:].max()
 
 
 def test_cold_oil_needs_more_pressure() -> None:
-    gait = ht.Gait.from_degrees(frequency=1, amplitude=(6, 9), phase=(0, 0))
-    warm, cold = (twin(ROBOT, gait, duration=4, temperature=t + 273.15) for t in (35, 10))
+    gait = ht.Gait.from_degrees(frequency=3, amplitude=(10, 15), phase=(0, 0))
+    warm, cold = (twin(ROBOT, gait, duration=4, temperature=t + 273.15) for t in (35, 5))
     assert cold.pressure_max.max() > 1.1 * warm.pressure_max.max()
 
 
@@ -133,7 +165,7 @@ def test_a_stuck_sensor_is_told_and_the_tail_beats_on() -> None:
     run = twin(ROBOT, SMALL, duration=8, faults="bend-II:stuck@4", start="swimming")
     assert run.faults == ("bend_fault",)
     assert any("bend sensor" in sentence and "(II)" in sentence for sentence in run.sentences)
-    assert np.degrees(run.swing) == pytest.approx((6, 9), abs=1.0)
+    assert np.degrees(run.swing) == pytest.approx((6, 9), abs=2.0)
 
 
 def test_hinge_softens_the_fin() -> None:
@@ -150,9 +182,7 @@ def test_hinge_softens_the_fin() -> None:
 
 def test_believing_in_another_robot_shows() -> None:
     """A controller that takes the lines for wider than they are pumps the same volumes, and sees other pressures."""
-    document = ROBOT.document()
-    lines = [joint | {"line": joint["line"] | {"bore_m": 0.0025}} for joint in document["joints"]]
-    narrow = parse(document | {"joints": lines}, file=ROBOT.file)
+    narrow = other_lines(bore_m=0.003)
     knows, believes = (twin(narrow, SMALL, duration=4, believed=robot) for robot in (None, ROBOT))
     assert (knows.data["servo_target"] != believes.data["servo_target"]).any()
     assert believes.pressure_max.max() > small_run().pressure_max.max()
@@ -168,7 +198,7 @@ def test_a_step_too_long_ends_in_a_sentence_and_not_in_nan() -> None:
 
 def test_dataset_has_units_and_the_flags_their_names() -> None:
     data = small_run().dataset()
-    assert data.sizes == {"time": 1200, "joint": 2, "circuit": 4, "servo": 6}
+    assert data.sizes == {"time": 1000, "joint": 2, "circuit": 4, "servo": 6}
     assert list(data["circuit"].values) == ["I-left", "I-right", "II-left", "II-right"]
     assert all(data[name].attrs["units"] for name in data)
     assert data["status"].attrs["flag_meanings"].split()[0] == "bend_fault"

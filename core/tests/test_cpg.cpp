@@ -64,7 +64,7 @@ static void no_step_size_distortion() {
     Oscillator<double> a[2], b[2];
     for (int run = 0; run < 2; ++run) {
         const double tick = run == 0 ? 0.01 : 0.001;
-        Oscillator<double>*z = run == 0 ? a : b;
+        Oscillator<double>* z = run == 0 ? a : b;
         z[0] = {0.3, -0.1}, z[1] = {1.5, 0.4};
         for (int i = 0; i < (run == 0 ? 40 : 400); ++i) {
             z[1] = couple(network(tick), z[1], z[0], sincos(lag));
@@ -125,8 +125,11 @@ static void commands_jump_but_the_output_does_not() {
     double before[4] = {}, largest = 0;
     for (int i = 0; i < 2000; ++i) {
         const bool high = i / 100 % 2 == 0;
-        state.wish = {high ? 6.0 : 1.0, {high ? 0.3 : 0.1, high ? 0.0 : 0.4}, {0, high ? 0.6 : -0.6},
-                      {high ? 0.2 : -0.2, 0.1}, {}};
+        state.wish = {high ? 6.0 : 1.0,
+                      {high ? 0.3 : 0.1, high ? 0.0 : 0.4},
+                      {0, high ? 0.6 : -0.6},
+                      {high ? 0.2 : -0.2, 0.1},
+                      {}};
         generate(model, state, true);
         for (int c = 0; c < 4; ++c) {
             const double sign = c % 2 == 0 ? 1 : -1;

@@ -3,7 +3,7 @@ The numerical core: SI units and radians throughout, plain arrays in and out.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy
 from numpy.typing import NDArray
@@ -263,9 +263,11 @@ def battery_output(
 
 MOST_JOINTS: int = 4
 
-FAULT_KINDS: list = ["none", "stuck", "open", "spike", "nan"]
+def fault_kinds() -> list[str]:
+    """Kinds of sensor faults, none first."""
 
-SENSOR_CHANNELS: dict = ...
+def sensor_channels() -> dict[str, int]:
+    """First channel of every kind of sensor."""
 
 def condition_table() -> list[tuple[str, str, str]]:
     """
@@ -285,7 +287,7 @@ class Controller:
         *,
         fresh: bool = True,
         armed: bool = True,
-    ) -> dict:
+    ) -> dict[str, Any]:
         """
         One tick: servo pulses [s], their angles [rad], bends set [rad], pressures believed [Pa], and the status: flags with one bit per condition, and where it holds.
         """

@@ -26,7 +26,11 @@ def reproduce_command(
         str | None, typer.Option("-o", "--output", help="Write index.html, ledger.json and the plots to this folder.")
     ] = None,
     full: Annotated[
-        bool, typer.Option("--full", help="Also under the areas as Table II prints them, and fits from more starts.")
+        bool,
+        typer.Option(
+            "--full",
+            help="Also under the areas as Table II prints them, fits from more starts, the twin with other oil lines.",
+        ),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:

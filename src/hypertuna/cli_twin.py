@@ -220,11 +220,11 @@ def _totals(done: TwinRun) -> Table:
     table.add_column(justify="right", style="bold")
     table.add_column()
     if done.fish_in == "water":
-        table.add_row("speed", f"{done.speed:.4g}", "m/s" if done.settled else "m/s, still changing")
-        table.add_row("", f"{done.speed_bl:.4g}", "BL/s")
-    table.add_row("electrical power", f"{done.power:.4g}", "W")
+        table.add_row("speed", f"{done.speed:.3g}", "m/s" if done.settled else "m/s, still changing")
+        table.add_row("", f"{done.speed_bl:.3g}", "BL/s")
+    table.add_row("electrical power", f"{done.power:.3g}", "W")
     if done.fish_in == "water":
-        table.add_row("cost of transport", f"{done.cost_of_transport:.4g}", "J/(kg m)")
+        table.add_row("cost of transport", f"{done.cost_of_transport:.3g}", "J/(kg m)")
     return table
 
 
@@ -237,10 +237,10 @@ def _joint_table(done: TwinRun) -> Table:
     for head in (*heads, "phase\n[deg]", "set\n[deg]"):
         table.add_column(Text(head, justify="right"), justify="right")
     for row in _joints(done):
-        cells = [f"{row[key]:.2f}" for key in ("amplitude_deg", "amplitude_set_deg")]
-        cells.append(f"{row['peak_error_deg']:+.2f}")
-        cells += [f"{row[key]:.2f}" for key in ("bias_deg", "bias_set_deg")] if bias else []
-        table.add_row(row["name"], *cells, *(f"{row[key]:.1f}" for key in ("phase_deg", "phase_set_deg")))
+        cells = [f"{row[key]:.1f}" for key in ("amplitude_deg", "amplitude_set_deg")]
+        cells.append(f"{row['peak_error_deg']:+.1f}")
+        cells += [f"{row[key]:.1f}" for key in ("bias_deg", "bias_set_deg")] if bias else []
+        table.add_row(row["name"], *cells, *(f"{row[key]:.0f}" for key in ("phase_deg", "phase_set_deg")))
     return table
 
 
@@ -251,5 +251,5 @@ def _circuit_table(done: TwinRun) -> Table:
     for head in ("least\n[kPa]", "greatest\n[kPa]"):
         table.add_column(Text(head, justify="right"), justify="right")
     for row in _circuits(done):
-        table.add_row(row["name"], f"{row['pressure_min_kpa']:.1f}", f"{row['pressure_max_kpa']:.1f}")
+        table.add_row(row["name"], f"{row['pressure_min_kpa']:.0f}", f"{row['pressure_max_kpa']:.0f}")
     return table

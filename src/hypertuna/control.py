@@ -28,9 +28,6 @@ MAP_DEGREE = 5
 FLOOR = 0.2  # of the cavitation pressure: as low as the pump may draw its units to hold a bend at rest
 BEYOND = 1.2  # of a joint's largest bend under pressure: what control may ask for, to make up for losses
 BEND_STEP = 2.0  # of the fastest beat's largest change within a tick: what a sound bend sensor may show
-CAUTION = 1.15  # what the supervisor adds to its linear forecast of a step, for the air that stiffens on the way
-INSTANTS = 4  # within a tick, at which the supervisor predicts: as core safety.hpp
-FINE = 10  # steps of the prediction from one of them to the next
 
 
 @dataclass(frozen=True)
@@ -82,7 +79,7 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     for c in range(len(found.names)):
         map_ = pump_map(robot, found, c)
         fill = robot.joints[c // 2].line.fill_pressure  # type: ignore[union-attr]
-        for name, values in {"map": map_.coefficients.tolist(), **_supervisor(control, found, c, fill, tick)}.items():
+        for name, values in {"map": map_.coefficients.tolist(), **_supervisor(control, found, c, fill)}.items():
             columns.setdefault(name, []).extend(float(value) for value in values)
     return columns
 
@@ -112,7 +109,7 @@ def pump_map(robot: Robot, found: Circuits, circuit: int) -> PumpMap:
     slope = _core.displaced(found.values[circuit], angle)[:, 1]
     fit = np.polynomial.Polynomial.fit(bend, angle, MAP_DEGREE, w=slope).convert()
     error = fit(bend) - angle
-    return PumpMap(fit.coef, float(abs(error).max()), float(abs(error * slope).max()))
+    return PumpMap(np.asarray(fit.coef, dtype=np.float64), float(abs(error).max()), float(abs(error * slope).max()))
 
 
 def _reach(group: JointGroup) -> float:
@@ -154,7 +151,7 @@ def _follow(rate: float, tick: float) -> tuple[float, float]:
 
 
 def _constants(robot: Robot, control: Controller, tick: float) -> dict[str, list[float]]:
-    """What the whole controller has once."""
+    """Compute what the whole controller has once."""
     rate, decay = _follow(SETTLED / control.smoothing, tick)
     sensor = {kind: sensor_range(robot, kind) for kind in ("pressure", "current", "rate", "acceleration", "voltage")}
     servo = circuits_voltage(robot)
@@ -177,7 +174,6 @@ def _constants(robot: Robot, control: Controller, tick: float) -> dict[str, list
         "pressure_low": sensor["pressure"][0],
         "pressure_high": sensor["pressure"][1],
         "pressure_step": control.pressure_step,
-        "pressure_ease": control.pressure_ease,
         "current_low": sensor["current"][0],
         "current_high": sensor["current"][1],
         "rate_high": sensor["rate"][1],
@@ -213,7 +209,7 @@ def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
 
 
 def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[str, float]:
-    """What the controller knows of a joint."""
+    """Compute what the controller knows of a joint."""
     group = robot.joints[j]
     bend_max = needed(group.bend_max, f"joints.{group.name}.bend_max_deg", "give the joint's largest bend", robot)
     high = sensor_range(robot, "bend")[1]
@@ -230,7 +226,7 @@ def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[s
 
 
 def _pressure_of_beat(robot: Robot, control: Controller, found: Circuits, j: int) -> tuple[float, float, float]:
-    """Bound the pressure of a beat above the fill: per amplitude, by powers of the frequency, over the soft limit's room.
+    """Bound a beat's pressure over the fill: per amplitude, by powers of the frequency, over the soft limit's room.
 
     What holds the bend at rest, what the flow drops in the line, and the water's load on the moving tail are added as
     if they came at once.
@@ -266,67 +262,15 @@ def _water_load(robot: Robot, frequency: float) -> Array:
     return np.array([abs(moment).max() for moment in moments])
 
 
-def _supervisor(control: Controller, found: Circuits, circuit: int, fill: float, tick: float) -> dict[str, list[float]]:
-    """Servo, line and oil of a circuit with its joint held, as the pressure supervisor predicts them."""
+def _supervisor(control: Controller, found: Circuits, circuit: int, fill: float) -> dict[str, list[float]]:
+    """Compute what the supervisor knows of a circuit."""
     at = {name: float(found.column(name)[circuit]) for name in found.columns}
-    angles = np.linspace(-0.5, 0.5, 51)
-    slope = float(_core.displaced(found.values[circuit], angles)[:, 1].max())
-    loop = at["bandwidth"] * 2 * math.pi / math.sqrt(math.sqrt(2) - 1)  # |1 / (1 + i w / w0)^2| = 1 / sqrt(2)
-    flow = slope * at["speed"]
-    drop = at["resistance"] + at["loss"] * flow
-    unit = max(at["oil_unit"], 0.0)
-
-    # Oil with its air in the cylinder from the fill to the soft limit: the secant of its isotherm.
-    low, high = _core.ATMOSPHERE + fill, _core.ATMOSPHERE + control.pressure_soft
-    pump = at["oil_pump"] * (at["air"] * _core.ATMOSPHERE / (low * high) + 1 / at["bulk_modulus"])
-    oil = at["oil_pump"] + at["oil_unit"]
-    rate, decay = _follow(loop, tick)
+    slope = float(_core.displaced(found.values[circuit], np.linspace(-0.5, 0.5, 51))[:, 1].max())
+    high = _core.ATMOSPHERE + control.pressure_soft
+    oil = (at["oil_pump"] + at["oil_unit"]) * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / high**2)
     return {
-        "servo_rate": [rate],
-        "servo_decay": [decay],
         "servo_speed": [at["speed"]],
         "servo_stall": [at["stall_torque"] / slope],
-        "line": [drop * slope],
         "fill": [fill],
-        "draw": [(fill - at["cavitation"]) / (drop * slope) * tick],
-        "gas": [oil * at["air"] / slope],
-        "gas_pump": [at["oil_pump"] * at["air"] / slope],
-        "soft": [(at["compliance"] + oil / at["bulk_modulus"]) / slope],
-        **_predict(loop, slope, drop, at["inertance"], pump, tick),
+        "give": [(at["compliance"] + oil) / slope],
     }
-
-
-def _predict(
-    loop: float, slope: float, drop: float, inertance: float, pump: float, tick: float
-) -> dict[str, list[float]]:
-    """What a servo and a cylinder do within a tick while the pressure in the units holds: the worst by each instant.
-
-    Servo moves, and pressure in the cylinder over that in the units, per servo rate, flow beyond it and step of target.
-    """
-    from scipy.linalg import expm
-
-    # States: servo angle, its rate, pressure in the cylinder over that in the units, flow, target.
-    rates = np.zeros((5, 5))
-    rates[0, 1] = 1.0
-    rates[1, [0, 1, 4]] = -(loop**2), -2 * loop, loop**2
-    rates[2, [1, 3]] = slope / pump, -1 / pump
-    rates[3, [2, 3]] = 1 / inertance, -drop / inertance
-    one = expm(rates * tick / (INSTANTS * FINE))
-    starts = {
-        "rate": np.array([0.0, 1.0, drop * slope, slope, 0.0]),  # the flow is in step with the servo
-        "flow": np.array([0.0, 0.0, drop * slope, slope, 0.0]),  # and what flows beyond that
-        "step": np.array([0.0, 0.0, 0.0, 0.0, 1.0]),
-    }
-    seen = {}
-    for name, state in starts.items():
-        states = []
-        for _ in range(INSTANTS * FINE):
-            state = one @ state
-            states.append(state)
-        seen[name] = np.array(states).reshape(INSTANTS, FINE, 5)
-    # At each instant the time within its interval that a step of the target makes worst.
-    worst = np.arange(INSTANTS), seen["step"][:, :, 2].argmax(axis=1)
-    columns = {f"drop_by_{name}": states[..., 2][worst].tolist() for name, states in seen.items()}
-    columns |= {f"move_by_{name}": seen[name][..., 0][worst].tolist() for name in ("rate", "step")}
-    more = {"drop_by_step": CAUTION, "move_by_step": CAUTION, "drop_by_flow": CAUTION**2}
-    return {name: [more.get(name, 1.0) * value for value in column] for name, column in columns.items()}

@@ -41,7 +41,7 @@ OPEN = 0.7  # of ASTM D341, cSt
 
 @dataclass(frozen=True)
 class Circuits:
-    """The four (two per joint) circuits of a robot as the core takes them.
+    """The circuits of a robot, two per joint, as the core takes them.
 
     Parameters
     ----------
@@ -213,13 +213,11 @@ def pump_servo(robot: Robot) -> Servo:
     InputError
         If none drives the pump, there are not two a joint, or a value is missing.
     """
-    k = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
-    if k is None:
-        raise _missing(robot, f"[[servos]] with drives = {DRIVES!r}", "add that table to the robot's file")
+    found = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
+    k = needed(found, f"[[servos]] with drives = {DRIVES!r}", "add that table to the robot's file", robot)
     servo = robot.servos[k]
     for name, info in type(servo).model_fields.items():
-        if getattr(servo, name) is None:
-            raise _missing(robot, f"servos[{k}].{info.alias}", f"give its {info.description}")
+        needed(getattr(servo, name), f"servos[{k}].{info.alias}", f"give its {info.description}", robot)
     wanted = len(SIDES) * len(robot.joints)
     if servo.count != wanted:
         rule, fix = f"must be {wanted}, one a side of each joint group", "one servo drives one cylinder"
@@ -301,6 +299,10 @@ def circuits(robot: Robot, temperature: float | None = None, *, bore: float | No
         line = needed(group.line, f"joints.{group.name}.line", "add the table [joints.line] to each joint group", robot)
         if bore is not None:
             line = line.model_copy(update={"bore": bore})
+        if line.fill_pressure <= oil.cavitation:
+            rule, value = f"must be more than oil.cavitation_pa = {oil.cavitation:g}", f"{line.fill_pressure:g}"
+            key, fix = f"joints.{group.name}.line.fill_pressure_pa", "below it the circuit is not full of oil"
+            raise InputError(rule, file=robot.file or None, key=key, value=value, fix=fix)
         row = _circuit(pump, servo, oil, line, rest_volume(robot, group), nu)
         for side in SIDES:
             names.append(f"{group.name}-{side}")
@@ -359,11 +361,6 @@ def needed(value: T | None, key: str, fix: str, robot: Robot | None = None) -> T
     if value is None:
         raise InputError("is needed for the hydraulics", file=(robot and robot.file) or None, key=key, fix=fix)
     return value
-
-
-def _missing(robot: Robot, key: str, fix: str) -> InputError:
-    """Name what a robot's file lacks."""
-    return InputError("is needed for the hydraulics", file=robot.file or None, key=key, fix=fix)
 
 
 def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: float) -> dict[str, float]:

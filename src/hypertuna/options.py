@@ -9,10 +9,11 @@ import numpy as np
 import typer
 
 from hypertuna.console import number, number_list
-from hypertuna.description import Robot, load, parse
+from hypertuna.description import Robot, load
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.gait import Gait, named_gait
 from hypertuna.hydraulics import ZERO_CELSIUS
+from hypertuna.sizing import with_bore
 
 __all__ = [
     "MEDIA",
@@ -170,13 +171,7 @@ def robot_of(name: str, line_bore: str | None) -> Robot:
     if not low <= bore <= high:
         fix = "give the inner diameter of the oil lines in mm"
         raise InputError(f"must be from {low:g} to {high:g} mm", key="--line-bore", value=line_bore, fix=fix)
-    document = fish.document()
-    for k, joint in enumerate(document["joints"]):
-        if "line" not in joint:
-            fix = "add the table, or leave --line-bore out"
-            raise InputError("is missing", file=fish.file, key=f"joints[{k}].line", fix=fix)
-        joint["line"]["bore_m"] = MILLI * bore
-    return parse(document, file=fish.file)
+    return with_bore(fish, MILLI * bore)
 
 
 def celsius(text: str | None) -> float | None:

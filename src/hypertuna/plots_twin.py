@@ -68,12 +68,14 @@ def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        The last beats laid over each other, so that they show what lies between the samples of one; what lies between
-        the two lines of a circuit is lost in its oil line.
+        The last beat; of a settled run the last ones laid over each other, so that they show what lies between the
+        samples of one. What lies between the two lines of a circuit is lost in its oil line.
     """
     joints = [group.name for group in run.robot.joints]
-    last = _last(run, max(1, round(FINE * (run.time[1] - run.time[0]) * run.gait.frequency)))[:-1]
-    phase = (run.time[last] - run.time[last][0]) * run.gait.frequency % 1.0
+    laid = max(1, round(FINE * (run.time[1] - run.time[0]) * run.gait.frequency)) if run.settled else 1
+    last = _last(run, laid)
+    phase = (run.time[last] - run.time[last][0]) * run.gait.frequency
+    phase = phase % 1.0 if laid > 1 else phase
     order = np.argsort(phase)
     last, phase = last[order], phase[order]
     figure = Figure(figsize=(width, 1.75 * len(joints) + 0.75), layout="constrained")

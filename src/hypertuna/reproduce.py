@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna import (
+    published_twins,
     reproduce_actuator,
     reproduce_fig12,
     reproduce_fit,
@@ -39,7 +40,7 @@ class Ledger:
     fits: reproduce_fit.Fits
     optima: reproduce_optima.Optima
     bends: reproduce_actuator.Bends
-    twins: reproduce_twin.Twins
+    twins: published_twins.Twins
     full: bool
 
 
@@ -49,7 +50,8 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     Parameters
     ----------
     full : bool
-        Also under the areas as Table II prints them, and nine coefficients sought from more starts.
+        Also under the areas as Table II prints them, nine coefficients sought from more starts, and the twin with oil
+        lines of other bores.
     progress : callable, optional
         Called with the number of steps done and their total.
 
@@ -70,7 +72,7 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     optima = reproduce_optima.seek(trials, step)
     bends = reproduce_actuator.bend_published(robot)
     step()
-    twins = reproduce_twin.run_published(robot, paper, progress=step)
+    twins = published_twins.run_published(robot, paper, full=full, progress=step)
     chapters = (reproduce_gaits, reproduce_tank, reproduce_turning)
     findings = [found for chapter in chapters for found in chapter.findings(trials, paper)]
     findings += reproduce_fit.findings(fits)

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hypertuna.actuator import MATERIAL_SETS, Bend, bend
+from hypertuna.actuator import MATERIAL_SETS, Bend, Step, bend, misprints
 from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.ledger import Finding
-from hypertuna.report import WIDTH, Picture, Section
+from hypertuna.report import WIDTH, Picture, Section, Table
 
-__all__ = ["ACTUATOR", "PRINTED", "Bends", "bend_published", "findings", "loop", "sections"]
+__all__ = ["ACTUATOR", "PRINTED", "Bends", "bend_published", "findings", "loop", "sections", "step_table"]
 
 ACTUATOR = "actuator"
 PRINTED = "actuator, equations as printed"
@@ -32,11 +32,14 @@ class Bends:
         Corrected equations with friction, loading and unloading: of each material set that the robot has.
     printed : dict of str to Bend
         The equations as the paper prints them, with the robot's own set.
+    steps : dict of str to tuple of Step
+        From the printed equations to the corrected ones, at the largest pressure.
     """
 
     robot: Robot
     sets: dict[str, dict[str, Bend]]
     printed: dict[str, Bend]
+    steps: dict[str, tuple[Step, ...]]
 
     @property
     def corrected(self) -> dict[str, Bend]:
@@ -57,16 +60,17 @@ def bend_published(robot: Robot) -> Bends:
     Bends
     """
     sets: dict[str, dict[str, Bend]] = {}
-    printed = {}
+    printed, steps = {}, {}
     for group in robot.joints:
         assert group.pressure_max is not None  # of the paper's robot
         pressure = np.linspace(0, group.pressure_max, POINTS)
         printed[group.name] = bend(robot, group.name, pressure, law="as_printed")
+        steps[group.name] = misprints(robot, group.name, group.pressure_max)
         sets[group.name] = {}
         for material in MATERIAL_SETS:
             with contextlib.suppress(InputError):  # a set that the description does not have
                 sets[group.name][material] = bend(robot, group.name, pressure, material=material, unload=True)
-    return Bends(robot, sets, printed)
+    return Bends(robot, sets, printed, steps)
 
 
 def findings(bends: Bends) -> Iterator[Finding]:
@@ -84,7 +88,7 @@ def findings(bends: Bends) -> Iterator[Finding]:
         angle = float(np.degrees(found.angle[-1]))
         note = (
             "calibrated, not predicted: the geometry, which is not published, was chosen so that both come out. A "
-            f"line through 100 to 250 kPa has R^2 = {found.r_squared():.3f}; rising and falling pressure differ by "
+            f"line through 100 to 250 kPa has R² = {found.r_squared():.3f}; rising and falling pressure differ by "
             f"{loop(found):.2g} deg at most"
         )
         yield Finding(f"bending/{name}", ACTUATOR, angle, note)
@@ -116,7 +120,32 @@ def sections(bends: Bends) -> list[Section]:
         )
         for name, found in bends.corrected.items()
     ]
-    return [Section("Bending under pressure, Fig. 6(e)", [_text(bends), *pictures])]
+    return [Section("Bending under pressure, Fig. 6(e)", [_text(bends), *pictures, step_table(bends)])]
+
+
+def step_table(bends: Bends) -> Table:
+    """Tabulate how the bends change from the printed equations to the corrected ones.
+
+    Parameters
+    ----------
+    bends : Bends
+
+    Returns
+    -------
+    Table
+    """
+    names = list(bends.steps)
+    columns = zip(*bends.steps.values(), strict=True)
+    rows: list[list[str | float]] = [
+        [row[0].text, *(f"{np.degrees(step.angle):.1f}" for step in row)] for row in columns
+    ]
+    return Table(
+        ["equations", *(f"{name} [deg]" for name in names)],
+        rows,
+        "Bend at the largest pressure, from the printed equations to the corrected ones, each step on top of those "
+        "before it.",
+        "The shipped geometry.",
+    )
 
 
 def loop(found: Bend) -> float:
@@ -150,11 +179,12 @@ def _text(bends: Bends) -> str:
 neither the drive units' dimensions nor their lever; two published angles fix two combinations of thirteen unknowns. The
 description holds one geometry of that family, made to meet both: **the two angles are calibrated here, not predicted**.
 
-What is predicted is the rest. The curves are nearly straight, with R^2 = {straight} of a line through the tested
+What is predicted is the rest. The curves are nearly straight, with R² = {straight} of a line through the tested
 pressures. Friction between braid and hose opens a loop of {wide} deg between rising and falling pressure; the paper
 does not show one. Other sets of elastic constants for the same two silicones would bend the joints by {spread} deg
-at the same pressure. The equations as printed mix nominal and true stress and let the outer pressure act on the wrong
-diameter: with the same geometry their bends differ by {printed}."""
+at the same pressure. The equations as
+printed let the outer pressure act on the wrong diameter and leave out that the other side's walls resist: with the same
+geometry their bends differ by {printed}."""
 
 
 def _spread(sets: Mapping[str, Bend]) -> str:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,78 +11,22 @@ from numpy.typing import NDArray
 
 from hypertuna.description import Robot
 from hypertuna.energy import range_of
-from hypertuna.gait import Gait, named_gait
 from hypertuna.ledger import Finding
-from hypertuna.posture import CLOSE, Held, PostureTest, posture_test
+from hypertuna.posture import CLOSE, Held, PostureTest
 from hypertuna.published_swims import SPEEDS, WISHES, bandwidths
+from hypertuna.published_twins import SWIM, TANK_PHASE, Twins
 from hypertuna.report import WIDTH, Part, Picture, Section, Table
 from hypertuna.results_page import posture_table, spelled_limits
-from hypertuna.twin import twin
 from hypertuna.twin_run import TwinRun
 
-__all__ = ["EASED", "TWIN", "Twins", "findings", "run_published", "sections", "speed_table", "tank_table"]
+__all__ = ["EASED", "TWIN", "bore_table", "findings", "sections", "speed_table", "tank_table"]
 
 Array = NDArray[np.float64]
 
 TWIN = "twin"
 EASED = "twin, angle within reach"  # where the set angle of Fig. 8 is not
-SWIM = 12.0  # s: from the gait's settled speed, until the controller's and the pumps' own transients are over
-TANK = "large"  # amplitude of the tank tests at which joints are watched over frequency
-TANK_PHASE = 40.0  # deg, of the fastest gait
 COSTS = WISHES[:3]
-ESTIMATED = "servos by their data sheets' estimates, not fitted to this number"
-
-
-@dataclass(frozen=True)
-class Twins:
-    """What the twin computes.
-
-    Attributes
-    ----------
-    robot : Robot
-    gaits : dict of str to TwinRun
-        The eight gaits of Table IV.
-    tank : tuple of TwinRun
-        Large amplitude at the frequencies of the tank tests.
-    posture : PostureTest
-        Fig. 8.
-    """
-
-    robot: Robot
-    gaits: dict[str, TwinRun]
-    tank: tuple[TwinRun, ...]
-    posture: PostureTest
-
-
-def run_published(robot: Robot, paper: Mapping[str, Any], *, progress: Callable[[], None] | None = None) -> Twins:
-    """Run the twin through what the paper reports.
-
-    Parameters
-    ----------
-    robot : Robot
-    paper : mapping
-        Content of data/published/published.toml.
-    progress : callable, optional
-        Called after the swims and after the posture test.
-
-    Returns
-    -------
-    Twins
-    """
-    tank, posture = paper["tank"], paper["posture"]
-    gaits = {name: _swim(robot, named_gait(robot, name)) for name in SPEEDS}
-    amplitude, phase = tank["amplitude_deg"][TANK], (0.0, TANK_PHASE)
-    swept = tuple(
-        _swim(robot, Gait.from_degrees(frequency=hertz, amplitude=amplitude, phase=phase))
-        for hertz in tank["frequency_hz"]
-    )
-    if progress is not None:
-        progress()
-    angle = np.radians([posture["angle_deg"] if group.name == posture["joint"] else 0.0 for group in robot.joints])
-    held = posture_test(robot, frequencies=posture["frequency_hz"], angle=angle.tolist())
-    if progress is not None:
-        progress()
-    return Twins(robot, gaits, swept, held)
+ESTIMATED = "servos as data sheets have them, not fitted to this number, but chosen with it in sight"
 
 
 def findings(twins: Twins, paper: Mapping[str, Any]) -> Iterator[Finding]:
@@ -181,7 +124,7 @@ def speed_table(twins: Twins, paper: Mapping[str, Any]) -> Table:
         rows,
         "The eight gaits of Table IV in the twin: half of what each joint swings from left to right, speed, and the "
         "electrical power of the servos.",
-        "Runs of 12 s; means over the last whole beats. No swimming data is used beyond Table III.",
+        f"Runs of {SWIM:g} s; means over the last whole beats. No swimming data is used beyond Table III.",
     )
 
 
@@ -211,13 +154,38 @@ def tank_table(twins: Twins) -> Table:
         rows,
         f"Amplitude of the first harmonic of each joint where {both} deg are set, in the twin, and in a first-order "
         f"lag of {bandwidths(twins.robot)} Hz that was identified from speeds.",
-        f"Runs of 12 s in water at a phase difference of {TANK_PHASE:g} deg.",
+        f"Runs of {SWIM:g} s in water at a phase difference of {TANK_PHASE:g} deg.",
     )
 
 
-def _swim(robot: Robot, gait: Gait) -> TwinRun:
-    """Swim a gait until it has settled."""
-    return twin(robot, gait, duration=SWIM, start="swimming")
+def bore_table(bores: Mapping[float, Mapping[str, tuple[float, Array, float]]], paper: Mapping[str, Any]) -> Table:
+    """Tabulate what the bore of the oil lines does to the eight speeds.
+
+    Parameters
+    ----------
+    bores : mapping
+        As `Twins` holds it.
+    paper : mapping
+
+    Returns
+    -------
+    Table
+    """
+    rows: list[list[str | float]] = []
+    for bore, gaits in bores.items():
+        errors = {name: gaits[name][0] / paper["values"][f"speed/{name}"]["value"] - 1 for name in SPEEDS}
+        rms = 100 * math.sqrt(sum(error**2 for error in errors.values()) / len(errors))
+        _, swing, power = gaits["unoptimised-max"]
+        angles = ", ".join(f"{angle:.1f}" for angle in np.degrees(swing))
+        told = [f"{100 * error:+.0f} %" for error in errors.values()]
+        rows.append([f"{1e3 * bore:g} mm", f"{rms:.1f} %", *told, angles, f"{power:.1f}"])
+    return Table(
+        ["bore", "rms error", *SPEEDS, "reached at 6 Hz [deg]", "power at 6 Hz [W]"],
+        rows,
+        "Errors of the eight speeds with oil lines of other bores, and what the joints reach and the servos take with "
+        "the fastest unoptimized gait.",
+        f"Runs of {SWIM:g} s, everything else as described.",
+    )
 
 
 def _reached(run: TwinRun) -> str:
@@ -239,6 +207,7 @@ def _settling(one: Held, model: str) -> Finding:
         note += f"; not settled by then, but {np.degrees(one.error[-1]):.2f} deg off"
     elif one.measured_settling is not None:
         note += f"; by the bending sensor {one.measured_settling:.2f} s"
+    note += "; the bore of the oil lines was chosen with this test in sight"
     at = float(one.time[-1]) if one.settling is None else one.settling
     return Finding(f"control/settling-{one.frequency:g}hz", model, at, note)
 
@@ -248,7 +217,7 @@ def _swim_section(twins: Twins, paper: Mapping[str, Any]) -> Section:
     from hypertuna.plots_posture import plot_limits
     from hypertuna.plots_twin import plot_pressures, plot_twin
 
-    fastest = twins.gaits["unoptimised-max"]
+    fastest, middle = twins.gaits["unoptimised-max"], twins.tank[len(twins.tank) // 2]
     limits = Picture(
         "twin-amplitude",
         plot_limits([run.gait.frequency for run in twins.tank], _ratios(twins), _bandwidth(twins.robot), width=WIDTH),
@@ -258,10 +227,10 @@ def _swim_section(twins: Twins, paper: Mapping[str, Any]) -> Section:
     )
     pressures = Picture(
         "twin-pressures",
-        plot_pressures(fastest, width=WIDTH),
-        "Pressures of one beat of the fastest unoptimized gait, in the pumps and behind the oil lines in the drive "
-        "units. Dotted: the controller's limit and cavitation.",
-        "The last of 12 s of the twin.",
+        plot_pressures(middle, width=WIDTH),
+        f"Pressures of one beat at {middle.gait.frequency:g} Hz, large amplitude, in the pumps and behind the oil "
+        "lines in the drive units. Dotted: the controller's limit and cavitation.",
+        f"The last of {SWIM:g} s of the twin.",
     )
     whole = Picture(
         "twin",
@@ -272,6 +241,7 @@ def _swim_section(twins: Twins, paper: Mapping[str, Any]) -> Section:
     )
     text = _swim_text(twins, paper)
     parts: list[Part] = [text, limits, pressures, whole, tank_table(twins), speed_table(twins, paper)]
+    parts += [bore_table(twins.bores, paper)] if twins.bores else []
     return Section("From servo to wake: the twin", parts)
 
 
@@ -280,7 +250,8 @@ def _swim_text(twins: Twins, paper: Mapping[str, Any]) -> str:
     errors = {name: twins.gaits[name].speed / paper["values"][f"speed/{name}"]["value"] - 1 for name in SPEEDS}
     rms = float(np.sqrt(np.mean(np.square(list(errors.values())))))
     worst = max(errors, key=lambda name: abs(errors[name]))
-    slow, fast = twins.tank[0], twins.tank[-1]
+    slow, fast, told = twins.tank[0], twins.tank[-1], paper["values"]
+    fastest, lake = twins.gaits["unoptimised-max"], twins.gaits[paper["lake"]["gait"]]
     ratios = [
         f"{100 * run.amplitude[0] / run.gait.amplitude[0]:.0f} and "
         f"{100 * run.amplitude[1] / run.gait.amplitude[1]:.0f} %"
@@ -290,11 +261,34 @@ def _swim_text(twins: Twins, paper: Mapping[str, Any]) -> str:
     lag = 100 / np.sqrt(1 + (fast.gait.frequency / _bandwidth(twins.robot)) ** 2)
     return f"""Here nothing is told about how the joints move. The controller on board commands the servos, the servos
 turn cranks, pistons push oil through thin lines into the drive units, and the tail bends against silicone and water.
-The bench gave what the bench can give; of the swimming tests only the water's coefficients of Table III are used.
+Estimates stand for what the paper leaves out; the actuator's geometry and the bore of the oil lines were chosen with
+its bench tests in sight. Of the swimming tests only the water's coefficients of Table III are used.
 
 **The eight speeds come out with {100 * rms:.1f} % rms error**, the largest {100 * errors[worst]:+.1f} % ({worst}). At
 {hertz[0]} the joints reach {ratios[0]} of large amplitude, at {hertz[1]} {ratios[1]}; the lag of
-{bandwidths(twins.robot)} Hz that was identified from speeds leaves {lag:.0f} % there."""
+{bandwidths(twins.robot)} Hz that was identified from speeds leaves {lag:.0f} % there. {_held_back(fast)}
+
+The servos take {fastest.power:.3g} W in the fastest unoptimized gait, where {told["power/fastest"]["value"]:g} W were
+measured, and {lake.power:.3g} W with the gait of the lake run, where it was {told["power/lake"]["value"]:g} W. Servos
+are as data sheets have them: not fitted to these numbers, but chosen with them in sight. {_cheapest(twins)}"""
+
+
+def _held_back(run: TwinRun) -> str:
+    """Say what keeps the joints from the set amplitude."""
+    if not run.limits:
+        return "No limit acts."
+    return f"Limits that act: {spelled_limits(run.limits)}."
+
+
+def _cheapest(twins: Twins) -> str:
+    """Say how cost of transport goes with the frequency, where the paper finds it to fall all the way."""
+    costs = {run.gait.frequency: run.cost_of_transport for run in twins.tank}
+    least, last = min(costs, key=lambda hertz: costs[hertz]), max(costs)
+    fall = f"Cost of transport falls from {costs[min(costs)]:.3g} J/(kg m) at {min(costs):g} Hz to {costs[least]:.3g}"
+    if least == last:
+        return f"{fall} at {last:g} Hz, as the paper finds."
+    rise = f"and rises to {costs[last]:.3g} at {last:g} Hz"
+    return f"{fall} at {least:g} Hz {rise}; the paper finds that it falls all the way."
 
 
 def _posture_section(twins: Twins) -> Section:

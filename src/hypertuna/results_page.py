@@ -74,12 +74,14 @@ def posture_table(test: PostureTest) -> Table:
         key = (one.joint, one.frequency)
         row = [f"{one.frequency:g} Hz", one.name, f"{np.degrees(one.angle):.4g}", _settles(one)]
         if test.reach:
-            less = eased.get(key)
             row += [f"{np.degrees(far[key].amplitude):.1f}", spelled_limits(far[key].limits)]
+        if test.eased:
+            less = eased.get(key)
             row.append("" if less is None else f"{_settles(less)} at {np.degrees(less.angle):.1f} deg")
         rows.append([*row])
     columns = ["frequency", "joint", "set [deg]", "settles [s]"]
-    columns += ["holds up to [deg]", "then stopped by", "settles [s] within reach"] if test.reach else []
+    columns += ["holds up to [deg]", "then stopped by"] if test.reach else []
+    columns += ["settles [s] within reach"] if test.eased else []
     shows = "When all peak bends are within half a degree of the set angle and stay there"
     shows += ", the largest amplitude that is held, and what stops more." if test.reach else "."
     made = f"In {test.fish_in}, from rest."

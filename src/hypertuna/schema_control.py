@@ -29,9 +29,6 @@ class Controller(Part):
     pressure_step: Positive = entry(
         "pressure_step_pa", "change within a tick, beyond what the pump explains, that no sound sensor shows", "Pa"
     )
-    pressure_ease: Positive = entry(
-        "pressure_ease_pa", "how fast the supervisor believes in falling pressure, per tick", "Pa"
-    )
     pressure_soft: Positive = entry("pressure_soft_pa", "pressure that the supervisor lets no command exceed", "Pa")
     pressure_hard: Positive = entry("pressure_hard_pa", "pressure at which a circuit is released and stays so", "Pa")
     timeout: Positive = entry("timeout_s", "time without a command after which the tail comes to rest", "s")

@@ -6,6 +6,7 @@ from typing import Self
 
 from pydantic import model_validator
 
+from hypertuna import _core
 from hypertuna.errors import InputError
 from hypertuna.schema_base import (
     AmpereHours,
@@ -24,6 +25,7 @@ from hypertuna.schema_base import (
 )
 
 HOTTEST = 373.15  # K: the warmer of the two viscosities that an oil is described by
+THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is not defined from there down
 
 
 class Pump(Part):
@@ -64,6 +66,14 @@ class Oil(Part):
             rule = f"must be less than viscosity_40_m2_s = {self.viscosity_40:g}"
             value, fix = f"{self.viscosity_100:g}", "exchange the two: oil thins as it warms"
             raise InputError(rule, key="oil.viscosity_100_m2_s", value=value, fix=fix)
+        if self.viscosity_100 <= THINNEST:
+            rule = f"must be more than {THINNEST:g}, below which ASTM D341 has no logarithm"
+            value, fix = f"{self.viscosity_100:g}", "give it in m^2/s"
+            raise InputError(rule, key="oil.viscosity_100_m2_s", value=value, fix=fix)
+        if self.cavitation <= -_core.ATMOSPHERE:
+            rule = f"must be more than {-_core.ATMOSPHERE:g}, a perfect vacuum"
+            value, fix = f"{self.cavitation:g}", "give the pressure above atmosphere"
+            raise InputError(rule, key="oil.cavitation_pa", value=value, fix=fix)
         if not self.pour_point <= self.temperature <= HOTTEST:
             rule = f"must be from oil.pour_point_c = {self.pour_point - 273.15:.5g} to {HOTTEST - 273.15:g}"
             value, fix = f"{self.temperature - 273.15:.5g}", "give a temperature at which the oil flows"

@@ -14,7 +14,7 @@ from hypertuna.hydraulics import SIDES, needed
 __all__ = ["Fault", "channels", "faults", "sensor_columns"]
 
 QUANTITIES = ("bend", "pressure", "current", "rate", "acceleration", "voltage")
-KINDS = tuple(kind for kind in _core.FAULT_KINDS if kind != "none")
+KINDS = tuple(kind for kind in _core.fault_kinds() if kind != "none")
 FOREVER = float("inf")
 SPELLING = re.compile(r"(?P<channel>[^:@]+):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
 
@@ -67,11 +67,11 @@ def channels(robot: Robot) -> dict[str, tuple[int, int]]:
     Returns
     -------
     dict of str to (int, int)
-        First and last channel of ``bend-I``, ``pressure-I``, ``pressure-I-left``, ``current``, ``imu``, ``battery``, ...
+        First and last channel of ``bend-I``, ``pressure-I``, ``pressure-I-left``, ``imu``, ``battery`` and so on.
         A name without joint or side means all of them.
     """
     joints = len(robot.joints)
-    first = dict(_core.SENSOR_CHANNELS)
+    first = _core.sensor_channels()
     names = {"bend": (first["bend"], first["bend"] + joints - 1)}
     for j, group in enumerate(robot.joints):
         names[f"bend-{group.name}"] = (first["bend"] + j,) * 2

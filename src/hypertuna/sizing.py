@@ -6,17 +6,18 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuator import JointTable, joint_tables
-from hypertuna.description import Robot
+from hypertuna.description import Robot, parse
 from hypertuna.errors import InputError
-from hypertuna.hydraulics import Circuits, circuits, needed, pump_servo, servo_angle, supply_voltage
+from hypertuna.hydraulics import Circuits, circuits, needed, servo_angle, supply_voltage
 
-__all__ = ["POWERS", "Size", "largest_beat", "size_pump"]
+__all__ = ["POWERS", "Size", "largest_beat", "size_pump", "with_bore"]
 
 Array = NDArray[np.float64]
 
@@ -24,6 +25,7 @@ SAMPLE = 1e-3  # s between rows of a run
 BEATS, LAGS = 4, 6.0  # a run takes so many beats, and so many time constants of the line
 STABLE = 1.5  # part of 2.7, where Runge-Kutta steps become unstable
 STIFF = 1e6  # Pa: the pressure at which a step must be stable
+FLOWS = 200  # instants of a beat at which the joint's flow is looked for
 HALVINGS = 8  # of the command, until no pressure is above its limit
 SLOW_SERVO = 0.95  # a servo that makes less of its command limits the beat
 DEEP_SUCTION = 0.8  # of the cavitation pressure: air swells there, and the joint's passive side no longer follows
@@ -58,6 +60,9 @@ class Size:
         Corner frequency of the line with these, 1 / (2 pi R C) [Hz].
     resonance, damping : float
         Of the line's inertance with the capacity, 1 / (2 pi sqrt(I C)) [Hz], and its damping ratio [1].
+    ring, ring_damping : float
+        Of the line's inertance with oil and air of the cylinder at the fill pressure [Hz], and its damping ratio [1]:
+        what a step of the servo strikes.
     drop, reynolds : float
         Largest pressure drop along the line if the joint makes the command [Pa], and Reynolds number there [1].
     amplitude : float
@@ -94,6 +99,8 @@ class Size:
     corner: float
     resonance: float
     damping: float
+    ring: float
+    ring_damping: float
     drop: float
     reynolds: float
     amplitude: float
@@ -143,7 +150,7 @@ def size_pump(
     robot : Robot
     frequency : sequence of float
         Of the beat [Hz].
-    amplitude : sequence of float, shape (joints,)
+    amplitude : sequence of float, shape (groups,)
         Commanded to each joint group [rad].
     bore, temperature : sequence of float, optional
         Of the lines [m] and of the oil [K]; None is the robot's own.
@@ -187,7 +194,7 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
 
 def _size(
     robot: Robot,
-    all_circuits: Circuits,
+    found: Circuits,
     table: JointTable,
     j: int,
     bore: float | None,
@@ -195,61 +202,75 @@ def _size(
     amplitude: float,
 ) -> Size:
     """Size one joint."""
-    group, servo, supply = robot.joints[j], pump_servo(robot), supply_voltage(robot)
+    group, supply = robot.joints[j], supply_voltage(robot)
     limit = needed(group.pressure_max, f"joints.{group.name}.pressure_max_pa", "give the joint's pressure limit", robot)
-    line = _line(all_circuits, table, j, limit)
-    if bore is None:
-        bore = needed(group.line, "joints.line", "add that table", robot).bore
-    rows = all_circuits.values[2 * j : 2 * j + 2]
-    lag = line["resistance"] * line["capacity_rest"]
-    time, period = _times(frequency, lag)
-    target = _target(robot, all_circuits, table, j, amplitude * np.sin(2 * np.pi * frequency * time))
+    column = {name: float(found.column(name)[2 * j]) for name in found.columns}
+    hose = needed(group.line, "joints.line", "add that table", robot)
+    line = _line(found, table, j, limit, hose.fill_pressure)
+    bore = hose.bore if bore is None else bore
+    time, period = _times(frequency, line["resistance"] * line["capacity_rest"])
+    target = _target(found, table, j, amplitude * np.sin(2 * np.pi * frequency * time))
+    rows = np.ascontiguousarray(found.values[2 * j : 2 * j + 2])
     seen, part = _limited(rows, table, supply, _held(robot, target, time), frequency, period, limit)
-    bend = seen["bend"][-period:]
-    clock = np.exp(-2j * np.pi * frequency * np.append(time, time[-1] + time[1])[-period:])
-    harmonic = 2j * np.mean(bend * clock)
-    told, made = (2 * abs(np.mean(x[-period:] * clock[:, None], axis=0)) for x in (part * target, seen["angle"]))
-    volume = table.at(amplitude * np.sin(2 * np.pi * np.linspace(0, 1, 201)))["volume"]
-    flow = float(np.abs(np.diff(volume, axis=0)).max() * 200 * frequency)
-    slopes = _core.displaced(rows[0], np.ascontiguousarray(target[-period:].ravel()))[:, 1]
-    column = {name: float(all_circuits.column(name)[2 * j]) for name in all_circuits.columns}
-    pressure = seen["pump_pressure"][-period:]
-    limits = {
-        "pressure": part < 1,
-        "suction": pressure.min() < DEEP_SUCTION * column["cavitation"],
-        "servo": bool((made < SLOW_SERVO * told).any()),
-    }
-    rated = (servo.speed or 0.0) * supply / column["voltage"]
+    volume = table.at(amplitude * np.sin(2 * np.pi * np.linspace(0, 1, FLOWS + 1)))["volume"]
+    flow = float(np.abs(np.diff(volume, axis=0)).max() * FLOWS * frequency)
     return Size(
         joint=group.name,
         frequency=frequency,
         bore=bore,
-        temperature=all_circuits.temperature,
-        viscosity=all_circuits.viscosity,
+        temperature=found.temperature,
+        viscosity=found.viscosity,
         command=amplitude,
-        torque=limit * float(slopes.max()) + column["friction"],
-        torque_limit=column["stall_torque"] * supply / column["voltage"],
-        speed=float(np.abs(np.diff(target[-period:], axis=0)).max() / time[1]),
-        speed_limit=rated,
-        stroke=float(np.abs(target).max()),
-        stroke_limit=min(column["neutral"], np.pi - column["neutral"]),
         drop=line["resistance"] * flow + column["loss"] * flow**2,
-        reynolds=4 * flow / (np.pi * bore * all_circuits.viscosity),
-        amplitude=float(abs(harmonic)),
-        lag=float(-np.angle(harmonic)),
+        reynolds=4 * flow / (np.pi * bore * found.viscosity),
         part=part,
-        pressure_max=float(pressure.max()),
-        pressure_min=float(pressure.min()),
-        limits=tuple(name for name, acts in limits.items() if acts),
-        power={
-            name: float(seen[key][-period:].sum(axis=1).mean())
-            for name, key in (("total", "power"), *((name, f"power_{name}") for name in POWERS))
-        },
         **line,
+        **_servo(column, rows[0], target[-period:], time[1], supply / column["voltage"], limit),
+        **_beat(column, seen, part * target[-period:], frequency, time[1], part),
     )
 
 
-def _line(found: Circuits, table: JointTable, j: int, limit: float) -> dict[str, float]:
+def _servo(
+    column: dict[str, float], row: Array, target: Array, interval: float, voltage: float, limit: float
+) -> dict[str, Any]:
+    """Return what a beat asks of a servo, and what it can do at its part of the rated voltage."""
+    slopes = _core.displaced(row, np.ascontiguousarray(target.ravel()))[:, 1]
+    return {
+        "torque": limit * float(slopes.max()) + column["friction"],
+        "torque_limit": column["stall_torque"] * voltage,
+        "speed": float(np.abs(np.diff(target, axis=0)).max() / interval),
+        "speed_limit": column["speed"] * voltage,
+        "stroke": float(np.abs(target).max()),
+        "stroke_limit": min(column["neutral"], np.pi - column["neutral"]),
+    }
+
+
+def _beat(
+    column: dict[str, float], seen: dict[str, Array], told: Array, frequency: float, interval: float, part: float
+) -> dict[str, Any]:
+    """Return what the last beat of a run was, and what limited it."""
+    period, rows = len(told), len(seen["bend"])
+    clock = np.exp(-2j * np.pi * frequency * interval * np.arange(rows - period, rows))
+    harmonic = complex(2j * np.mean(seen["bend"][-period:] * clock))
+    asked, made = (abs(np.mean(angle[-period:] * clock[:, None], axis=0)) for angle in (told, seen["angle"]))
+    pressure = seen["pump_pressure"][-period:]
+    limits = {
+        "pressure": part < 1,
+        "suction": pressure.min() < DEEP_SUCTION * column["cavitation"],
+        "servo": (made < SLOW_SERVO * asked).any(),
+    }
+    shares = {"total": "power"} | {name: f"power_{name}" for name in POWERS}
+    return {
+        "amplitude": abs(harmonic),
+        "lag": -float(np.angle(harmonic)),
+        "pressure_max": float(pressure.max()),
+        "pressure_min": float(pressure.min()),
+        "limits": tuple(name for name, acts in limits.items() if acts),
+        "power": {name: float(seen[key][-period:].sum(axis=1).mean()) for name, key in shares.items()},
+    }
+
+
+def _line(found: Circuits, table: JointTable, j: int, limit: float, fill: float) -> dict[str, Any]:
     """Return what line and actuator are for small motions, and on the way to the pressure limit."""
     resistance, inertance = (float(found.column(name)[2 * j]) for name in ("resistance", "inertance"))
     rest = table.at([0.0])
@@ -262,6 +283,8 @@ def _line(found: Circuits, table: JointTable, j: int, limit: float) -> dict[str,
     held = -at["elastic"] / at["slope"][:, 0]  # pressure that holds each angle
     volume = float(np.interp(limit, held, at["volume"][:, 0])) - float(rest["volume"][0, 0])
     capacity = volume / limit
+    oil, modulus, air = (float(found.column(name)[2 * j]) for name in ("oil_pump", "bulk_modulus", "air"))
+    gives = oil * (1 / modulus + air * _core.ATMOSPHERE / (_core.ATMOSPHERE + fill) ** 2)
     return {
         "resistance": resistance,
         "inertance": inertance,
@@ -271,6 +294,8 @@ def _line(found: Circuits, table: JointTable, j: int, limit: float) -> dict[str,
         "corner": 1 / (2 * np.pi * resistance * capacity),
         "resonance": 1 / (2 * np.pi * math.sqrt(inertance * capacity)),
         "damping": resistance / 2 * math.sqrt(capacity / inertance),
+        "ring": 1 / (2 * np.pi * math.sqrt(inertance * gives)),
+        "ring_damping": resistance / 2 * math.sqrt(gives / inertance),
     }
 
 
@@ -281,7 +306,7 @@ def _times(frequency: float, lag: float) -> tuple[Array, int]:
     return np.arange(beats * period) / (period * frequency), period
 
 
-def _target(robot: Robot, found: Circuits, table: JointTable, j: int, bend: Array) -> Array:
+def _target(found: Circuits, table: JointTable, j: int, bend: Array) -> Array:
     """Return the servo angles of both sides that push out what the units of a bent joint hold [rad]."""
     volume = table.at(bend)["volume"] - table.at([0.0])["volume"]
     target = np.stack([servo_angle(found, volume[:, s], 2 * j + s) for s in (0, 1)], axis=1)
@@ -308,11 +333,11 @@ def _limited(
     """Run a beat; where the cylinders pass the limit, tell the servos less until they do not."""
 
     def run(part: float) -> dict[str, Array]:
-        stiff = _core.circuit_stiffness(np.ascontiguousarray(rows[0]), STIFF, 0.0)
+        stiff = _core.circuit_stiffness(rows[0], STIFF, 0.0)
         interval = 1 / (period * frequency)
         steps = max(1, math.ceil(interval * stiff / STABLE))
         return _core.run_pair(
-            np.ascontiguousarray(rows),
+            rows,
             table.points,
             first=table.first,
             step=table.step,
@@ -331,3 +356,28 @@ def _limited(
         seen = run(middle)
         low, high = (middle, high) if seen["pump_pressure"][-period:].max() <= limit else (low, middle)
     return run(low), low
+
+
+def with_bore(robot: Robot, bore: float) -> Robot:
+    """Return a robot with other oil lines.
+
+    Parameters
+    ----------
+    robot : Robot
+    bore : float
+        Inner diameter of all lines [m].
+
+    Returns
+    -------
+    Robot
+
+    Raises
+    ------
+    InputError
+        If a joint group has no line.
+    """
+    document = robot.document()
+    for k, joint in enumerate(document["joints"]):
+        line = needed(joint.get("line"), f"joints[{k}].line", "add that table", robot)
+        line["bore_m"] = bore
+    return parse(document, file=robot.file)

@@ -213,7 +213,7 @@ def influence(
         raise InputError("must be a power of two", key="samples", value=str(samples), fix="give 64, say")
     outputs = (*(f"amplitude of joint {group.name} [deg]" for group in robot.joints), "speed [m/s]")
     total, done = samples * (len(factors) + 2), 0
-    believed: dict[float, Robot] = {}
+    believed: dict[tuple[float, ...], Robot] = {}
     everything: list[Array] = []
 
     def evaluate(parts: Array) -> Array:
@@ -284,7 +284,7 @@ def spread(
     from scipy.stats import qmc
 
     parts = qmc.Sobol(len(factors), rng=np.random.default_rng(seed)).random(draws)
-    believed: dict[float, Robot] = {}
+    believed: dict[tuple[float, ...], Robot] = {}
     speeds = np.full((draws, len(gaits)), np.nan)
     for k, part in enumerate(parts):
         runs = [_options(robot, gait, factors, part, believed, seconds) for gait in gaits.values()]
@@ -311,13 +311,13 @@ def _options(
     gait: Gait,
     factors: Sequence[Factor],
     part: Array,
-    believed: dict[float, Robot],
+    believed: dict[tuple[float, ...], Robot],
     seconds: float,
 ) -> dict[str, Any]:
     """Options of one run: the robot is another one, its controller knows only its own limits."""
     changes = {factor: float(factor.change(value)) for factor, value in zip(factors, part, strict=True)}
     own = {factor: change for factor, change in changes.items() if factor.key.startswith("controller.")}
-    key = math.prod(own.values())
+    key = tuple(own.values())
     if key not in believed:
         believed[key] = varied(robot, own)
     options = {"robot": varied(robot, changes), "believed": believed[key], "gait": gait}

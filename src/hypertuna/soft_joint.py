@@ -306,11 +306,13 @@ def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257
     hose, matrix = robot.materials[unit.hose], robot.materials[unit.matrix]
     joints = tuple((group.name, group.drive_units, group.actuator) for group in robot.joints)
     key = (unit, hose, matrix, joints, material, points)
-    if key not in _tables:
-        if len(_tables) == MOST_TABLES:
+    found = _tables.get(key)  # looked up once: another thread may clear them in between
+    if found is None:
+        found = tuple(_table(robot, g, material, points) for g in range(len(robot.joints)))
+        if len(_tables) >= MOST_TABLES:
             _tables.clear()
-        _tables[key] = tuple(_table(robot, g, material, points) for g in range(len(robot.joints)))
-    return _tables[key]
+        _tables[key] = found
+    return found
 
 
 def _table(robot: Robot, g: int, material: str | None, points: int) -> JointTable:

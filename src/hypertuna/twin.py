@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.actuator import joint_tables
+from hypertuna.actuator import JointTable, joint_tables
 from hypertuna.control import controller_columns
 from hypertuna.description import Robot
 from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.gait import Gait, check_gait
-from hypertuna.hydraulics import circuits, needed
+from hypertuna.hydraulics import Circuits, circuits, needed
 from hypertuna.model import core_model
 from hypertuna.sensing import faults as read_faults
 from hypertuna.sensing import sensor_columns
@@ -34,7 +34,8 @@ __all__ = ["STEP", "twin", "twins"]
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
-STEP = 5e-4  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
+STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
+STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable
 MOST_TICKS = 1_000_000  # of a run: a gigabyte of record
 MEDIA = ("water", "air")
 STARTS = ("rest", "swimming")
@@ -46,6 +47,7 @@ class _Parts:
     """What the core takes of a robot, whatever it is told to do."""
 
     plant: dict[str, Any]
+    fastest: float  # of the plant's own rates [1/s]: Runge-Kutta's steps must resolve it
     sensors: dict[str, list[float]]
     temperature: float
 
@@ -93,7 +95,8 @@ def twin(
     start : str
         ``"rest"``, or ``"swimming"``: at the speed of the settled beat of joints that lag by their bandwidth.
     step : float, optional
-        Of the inner Runge-Kutta integration [s]; it is rounded so that it divides the control tick.
+        Of the inner Runge-Kutta integration [s]; it is rounded so that it divides the control tick. Left out, `STEP`,
+        or less where the plant is stiffer: little air and compliance, wide lines, light rotors.
     heard : float
         Time from which no command comes any more [s].
     believed : Robot, optional
@@ -119,11 +122,13 @@ def twin(
     check_gait(gait, robot)
     _check_choice("fish_in", fish_in, MEDIA)
     _check_choice("start", start, STARTS)
+    if math.isnan(heard):
+        raise InputError("must be a number", key="heard", value="nan", fix="leave it out for a command without end")
     control = needed(robot.controller, "controller", "add the table [controller]", robot)
     tick = 1 / control.rate
     ticks = _ticks(duration, tick)
-    steps = _steps(tick, STEP if step is None else step)
     parts = _parts_of(robot, fish_in, temperature)
+    steps = _steps(tick, min(STEP, STABLE / parts.fastest) if step is None else step)
     columns = _controller_of(robot if believed is None else believed)
     if not closed_loop:
         columns = columns | {gain: [0.0] for gain in ("proportional", "integral", "derivative")}
@@ -136,7 +141,7 @@ def twin(
         seed=_seed(seed),
         faults=[tuple(fault) for fault in _faults(given, robot, duration)],
         frequency=gait.frequency,
-        command=np.array([gait.amplitude, gait.phase, gait.bias], dtype=np.float64),
+        command=np.array([gait.amplitude, [_lag(gait, g) for g in range(len(gait.phase))], gait.bias]),
         heard=heard,
         ticks=ticks,
         steps=steps,
@@ -233,7 +238,34 @@ def _make_parts(robot: Robot, fish_in: str, temperature: float | None) -> _Parts
         "idle": _idle(robot),
         "clamped": fish_in == "air",
     }
-    return _Parts(plant, sensor_columns(robot), oil.temperature)
+    return _Parts(plant, _fastest(robot, plant, oil, tables), sensor_columns(robot), oil.temperature)
+
+
+def _fastest(robot: Robot, plant: dict[str, Any], oil: Circuits, tables: Sequence[JointTable]) -> float:
+    """Bound the plant's rates at the hard limit [1/s]: a circuit's own, its joint's swing on the oil, a hinge's."""
+    control = robot.controller
+    pressure = 0.0 if control is None else control.pressure_hard
+    coordinates = plant["share"].shape[1]
+    mobility = _core.tail_acceleration(  # rad/s^2 per N m of every coordinate of the straight tail
+        plant["model"],
+        plant["share"],
+        bend=np.zeros((coordinates, 2, coordinates)),
+        twist=np.zeros((coordinates, 3)),
+        moment=np.eye(coordinates),
+        clamped=plant["clamped"],
+    )[:, 3:].diagonal()
+    column = {name: oil.column(name) for name in oil.columns}
+    absolute = _core.ATMOSPHERE + pressure
+    swelling = 1 / column["bulk_modulus"] + column["air"] * _core.ATMOSPHERE / absolute**2
+    gives = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa of the units' side
+    fastest = []
+    for j, table in enumerate(tables):
+        sides = slice(2 * j, 2 * j + 2)
+        swing = math.sqrt(float((table.at([0.0])["slope"][0] ** 2 / gives[sides]).sum() * mobility[j]))
+        own = max(_core.circuit_stiffness(row, pressure, 0.0) for row in oil.values[sides])
+        fastest.append(math.hypot(own, swing))
+    spring, damper = plant["hinge"] * mobility[-1]  # none: both are zero
+    return float(max(*fastest, math.sqrt(spring), damper))
 
 
 def _without_water(robot: Robot) -> dict[str, list[float]]:
@@ -257,6 +289,11 @@ def _first_twist(robot: Robot, gait: Gait, start: str, fish_in: str) -> Array:
         return np.zeros(3)
     speed = swim(robot.using(joints="bandwidth"), gait).speed
     return np.array([-speed if math.isfinite(speed) else 0.0, 0.0, 0.0])
+
+
+def _lag(gait: Gait, group: int) -> float:
+    """Lag of a joint group behind the first, within half a turn [rad]."""
+    return math.remainder(gait.phase[group] - gait.phase[0], 2 * math.pi)
 
 
 def _faults(given: tuple[str, ...], robot: Robot, duration: float) -> tuple[Any, ...]:

@@ -137,7 +137,7 @@ class TwinRun:
 
     @cached_property
     def speeds(self) -> Array:
-        """Speed of each of the last beats, |way of the nose| / T, negative where the tail leads (beats,) [m/s]."""
+        """Speed of each of the last beats, length of the nose's way over T, negative where the tail leads (beats,) [m/s]."""
         if self.fish_in == "air" or not self.beat_count:
             return np.full(max(1, self.beat_count), math.nan)
         last = self.time[-1]

@@ -1,10 +1,15 @@
-"""What the twin reaches: the tables of docs/twin.md. Run: python validation/twin/study.py [PART ...]."""
+"""What the twin reaches: the tables of docs/twin.md, printed, or with --page written into that page (some minutes).
+
+python validation/twin/study.py [--page] [amplitudes speeds bore]
+"""
 
 from __future__ import annotations
 
 import math
+import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -49,16 +54,18 @@ def cell(run: TwinRun) -> str:
     )
 
 
-def amplitudes() -> None:
+def amplitudes() -> Iterator[str]:
     """Amplitudes reached at 1 to 6 Hz for 16 and 25 deg."""
     for closed in (True, False):
-        print(f"\n{'Closed' if closed else 'Open'} loop, 16 and 25 deg set, phase 0, in water\n")
-        print("| Hz | deg | lag 4.7 Hz | pump kPa | lowest | m/s | W | limits |")
+        yield f"{'Closed' if closed else 'Open'} loop:\n"
+        yield "| Hz | I / II, deg | by a lag of 4.7 Hz | cylinder I / II, kPa | lowest, kPa | m/s | W | limits |"
+        yield "|---:|---:|---:|---:|---:|---:|---:|---|"
         runs = [options(frequency=f, amplitude=(16, 25), closed_loop=closed) for f in range(1, 7)]
         for run in ht.twins(runs, measure=lambda run: run, threads=THREADS):
             part = 1 / math.sqrt(1 + (run.gait.frequency / 4.7) ** 2)
             first, rest = cell(run).split(" | ", 1)
-            print(f"| {run.gait.frequency:g} | {first} | {16 * part:.1f} / {25 * part:.1f} | {rest} |")
+            yield f"| {run.gait.frequency:g} | {first} | {16 * part:.1f} / {25 * part:.1f} | {rest} |"
+        yield ""
 
 
 def options(frequency: float, amplitude: Iterable[float], **more: Any) -> dict[str, Any]:
@@ -67,41 +74,49 @@ def options(frequency: float, amplitude: Iterable[float], **more: Any) -> dict[s
     return {"robot": ROBOT, "gait": gait, "duration": 20.0, "start": "swimming", **more}
 
 
-def eight(label: str, **more: Any) -> None:
+def eight(robot: ht.Robot = ROBOT, **more: Any) -> list[TwinRun]:
     """The published gaits."""
-    robot = more.pop("robot", ROBOT)
-    runs = [
-        {"robot": robot, "gait": ht.named_gait(robot, g), "duration": 20.0, "start": "swimming", **more} for g in GAITS
-    ]
-    found = ht.twins(runs, measure=lambda run: run, threads=THREADS)
+    named = [ht.named_gait(robot, name) for name in GAITS]
+    runs = [{"robot": robot, "gait": gait, "duration": 20.0, "start": "swimming", **more} for gait in named]
+    return ht.twins(runs, measure=lambda run: run, threads=THREADS)
+
+
+def row(label: str, found: list[TwinRun]) -> str:
+    """Their speeds, and how far those are from the published ones."""
     speeds = np.array([run.speed for run in found])
     rms = 100 * math.sqrt(float(np.mean((speeds / PUBLISHED - 1) ** 2)))
-    print(f"| {label} | {' | '.join(f'{s:.3f}' for s in speeds)} | {rms:.1f} % |", flush=True)
-    if label == "as shipped":
-        for name, run in zip(GAITS, found, strict=True):
-            print(f"    {name}: {cell(run)} settled {run.settled} ({100 * run.change:.2f} %/beat)")
+    return f"| {label} | {' | '.join(f'{speed:.3f}' for speed in speeds)} | {rms:.1f} % |"
 
 
-def speeds() -> None:
+def speeds() -> Iterator[str]:
     """The eight speeds, and what moves them."""
-    print("\n| | " + " | ".join(f"{s:g}" for s in PUBLISHED) + " | rms |")
-    eight("as shipped")
-    eight("open loop", closed_loop=False)
-    no_limit = changed(controller__pressure_soft_pa=2e6, controller__pressure_hard_pa=3e6)
-    eight("no pressure limit", believed=no_limit, closed_loop=False)
-    for bore in (3, 5, 6):
-        eight(f"{bore} mm lines", robot=changed(line__bore_m=bore / 1e3))
-    for celsius in (10, 30, 40):
-        eight(f"{celsius} C", temperature=celsius + 273.15)
-    for soft in (300, 400):
-        limits = {"controller__pressure_soft_pa": soft * 1e3, "controller__pressure_hard_pa": 1.2e3 * soft}
-        eight(f"{soft} kPa soft", robot=changed(**limits))
-    for speed in (6, 10):
-        eight(f"{speed} rad/s servos", robot=changed(servo__speed_rad_s=float(speed)))
+    yield "| gait | published | twin, m/s | I / II, deg | cylinder I / II, kPa | lowest, kPa | W | limits |"
+    yield "|---|---:|---:|---:|---:|---:|---:|---|"
+    shipped = eight()
+    for name, published, run in zip(GAITS, PUBLISHED, shipped, strict=True):
+        angles, pressures, low, speed, power, limits = cell(run).split(" | ")
+        yield f"| {name} | {published:g} | {speed} | {angles} | {pressures} | {low} | {power} | {limits} |"
+    yield ""
+    yield f"| | {' | '.join(f'{speed:g}' for speed in PUBLISHED)} | rms |"
+    yield "|---|" + "---:|" * 9
+    yield row("as shipped", shipped)
+    yield row("open loop", eight(closed_loop=False))
+    unlimited = changed(controller__pressure_soft_pa=2e6, controller__pressure_hard_pa=3e6)
+    yield row("no pressure limit", eight(believed=unlimited, closed_loop=False))
+    for bore in (3, 4, 6):
+        yield row(f"lines of {bore} mm", eight(changed(line__bore_m=bore / 1e3)))
+    for celsius in (10, 30):
+        yield row(f"oil at {celsius} C", eight(temperature=celsius + 273.15))
+    for soft in (200, 300):
+        limits_at = {"controller__pressure_soft_pa": soft * 1e3, "controller__pressure_hard_pa": 1.2e3 * soft}
+        yield row(f"soft limit {soft} kPa", eight(changed(**limits_at)))
+    for rate in (5, 10):
+        yield row(f"servos of {rate} rad/s", eight(changed(servo__speed_rad_s=float(rate))))
     for fill in (30, 90):
-        eight(f"{fill} kPa fill", robot=changed(line__fill_pressure_pa=fill * 1e3))
+        yield row(f"filled to {fill} kPa", eight(changed(line__fill_pressure_pa=fill * 1e3)))
     for air in (0.0, 0.03):
-        eight(f"{100 * air:g} % air", robot=changed(oil__air=air))
+        yield row(f"{100 * air:g} % air", eight(changed(oil__air=air)))
+    yield ""
 
 
 def driven(robot: ht.Robot, frequency: float, amplitude: Any, fish_in: str) -> tuple[Any, Any]:
@@ -121,21 +136,45 @@ def driven(robot: ht.Robot, frequency: float, amplitude: Any, fish_in: str) -> t
     return angle, out["pump_pressure_high"][last].max(axis=0).reshape(2, 2).max(axis=1) / 1e3
 
 
-def bore() -> None:
+def bore() -> Iterator[str]:
     """Fig. 8 on the bench: pressure that 20 deg of joint II take at the cylinder, joint I at rest and at 16 deg."""
-    print("\n| bore mm | 1 Hz | 3 Hz | 6 Hz | 6 Hz, joint I asked for 16 deg too |")
+    yield "| bore | 1 Hz | 3 Hz | 6 Hz | 6 Hz, joint I asked for 16 deg too |"
+    yield "|---:|---:|---:|---:|---:|"
     for mm in (3, 4, 5, 6):
-        robot, row = changed(line__bore_m=mm / 1e3), []
+        robot, cells = changed(line__bore_m=mm / 1e3), []
         for frequency, other in ((1, 0.0), (3, 0.0), (6, 0.0), (6, 16.0)):
             amplitude = np.array([other, 20.0])
             for _ in range(10):
                 angle, pressure = driven(robot, frequency, amplitude, "air")
                 amplitude[1] = min(amplitude[1] * np.clip(20 / angle[1], 0.5, 1.5), 40.0)
-            row.append(f"{pressure[1]:.0f}" + ("" if angle[1] > 19.9 else f" ({angle[1]:.1f} deg)"))
-        print(f"| {mm} | {' | '.join(row)} |", flush=True)
+            cells.append(f"{pressure[1]:.0f} kPa" + ("" if angle[1] > 19.9 else f", {angle[1]:.1f} deg only"))
+        yield f"| {mm} mm | {' | '.join(cells)} |"
+    yield ""
+
+
+def write_page(name: str, lines: list[str]) -> None:
+    """Put a table between its marks in the page."""
+    page = Path(__file__).resolve().parents[2] / "docs" / "twin.md"
+    table = "\n".join(lines).strip()
+    text = re.sub(
+        rf"(<!-- {name} -->\n).*?(<!-- end -->)",
+        lambda found: f"{found[1]}\n{table}\n\n{found[2]}",
+        page.read_text(encoding="utf-8"),
+        flags=re.DOTALL,
+    )
+    page.write_text(text, encoding="utf-8")
+
+
+def main(parts: dict[str, Callable[[], Iterator[str]]]) -> None:
+    """Print the parts that the command names, or all; with --page, put them into docs/twin.md too."""
+    for part in [part for part in sys.argv[1:] if part in parts] or list(parts):
+        lines = []
+        for line in parts[part]():
+            print(line, flush=True)
+            lines.append(line)
+        if "--page" in sys.argv:
+            write_page(part, lines)
 
 
 if __name__ == "__main__":
-    parts = {"amplitudes": amplitudes, "speeds": speeds, "bore": bore}
-    for part in sys.argv[1:] or parts:
-        parts[part]()
+    main({"amplitudes": amplitudes, "speeds": speeds, "bore": bore})

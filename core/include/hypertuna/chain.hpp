@@ -62,18 +62,18 @@ struct LinkShape {
 template <class S>
 using LinkAcceleration = Along<S>;
 
-/// Shape of the body from its joint angles and their rates: one walk from nose to tail.
-template <class S>
-void shape(int links, const Link<S>* link, const JointMotion<S>* joint, LinkShape<S>* out,
-           LinkAcceleration<S>* acceleration) {
-    S psi(0), psi_rate(0), psi_acceleration(0);
+/// Shape of the body from its joint motions: one walk from nose to tail. direction(i) is sine and cosine of psi_i; it
+/// is called once for each link in turn.
+template <class S, class Direction>
+HYPERTUNA_INLINE void shape(int links, const Link<S>* link, const JointMotion<S>* joint, LinkShape<S>* out,
+                            LinkAcceleration<S>* acceleration, Direction&& direction) {
+    S psi_rate(0), psi_acceleration(0);
     // The front joint of link i: position, velocity, acceleration by shape.
     S x(0), y(0), vx(0), vy(0), gx(0), gy(0);
     for (int i = 0; i < links; ++i) {
-        psi += joint[i].angle;
         psi_rate += joint[i].rate;
         psi_acceleration += joint[i].acceleration;
-        const auto [s, c] = sincos(psi);
+        const auto [s, c] = direction(i);
         const S w = psi_rate, w2 = psi_rate * psi_rate, e = psi_acceleration;
 
         const S com = link[i].com;
@@ -95,6 +95,16 @@ void shape(int links, const Link<S>* link, const JointMotion<S>* joint, LinkShap
         gx -= l * (e * s + w2 * c);
         gy += l * (e * c - w2 * s);
     }
+}
+
+template <class S>
+void shape(int links, const Link<S>* link, const JointMotion<S>* joint, LinkShape<S>* out,
+           LinkAcceleration<S>* acceleration) {
+    S psi(0);
+    shape(links, link, joint, out, acceleration, [&](int i) {
+        psi += joint[i].angle;
+        return sincos(psi);
+    });
 }
 
 /// How the links' joints turn relative to one another: rate of joint i from the rates of the links.

@@ -43,15 +43,15 @@ struct Controller {
     JointModel<T> joint[most_joints];
     PumpMap<T> map[most_circuits];
     SupervisorModel<T> circuit[most_circuits];
-    T pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step, pressure_ease;  // Pa
-    T current_low, current_high;                                                                // A
-    T rate_high, acceleration_high;                                                             // rad/s, m/s^2
-    T voltage_rated, voltage_low, voltage_least, voltage_most;                                  // V
-    T frequency_most;                                                                           // Hz
-    T fin_most;                                                                                 // rad
-    int timeout;                                                                                // ticks
-    T pulse_center, pulse_per_rad, pulse_least, pulse_most;                                     // s, s/rad
-    T slew;                                                                                     // rad per tick
+    T pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step;  // Pa
+    T current_low, current_high;                                                 // A
+    T rate_high, acceleration_high;                                              // rad/s, m/s^2
+    T voltage_rated, voltage_low, voltage_least, voltage_most;                   // V
+    T frequency_most;                                                            // Hz
+    T fin_most;                                                                  // rad
+    int timeout;                                                                 // ticks
+    T pulse_center, pulse_per_rad, pulse_least, pulse_most;                      // s, s/rad
+    T slew;                                                                      // rad per tick
 };
 
 template <class T>
@@ -90,8 +90,9 @@ struct ControllerState {
     Oscillator<T> oscillator[most_circuits];            // of each circuit; the two of a joint in antiphase
     PostureState<T> posture[most_joints];
     SupervisorState<T> circuit[most_circuits];
+    Governor<T> governor[most_joints];
     Health<T> bend[most_joints], pressure[most_circuits], current[most_circuits], imu[6], voltage;
-    T supply;             // V believed
+    T supply;                  // V believed
     T bend_sent[most_joints];  // rad: bends that the pumps were last sent to
     T sent[most_servos];       // rad: last angles sent
 };
@@ -117,9 +118,10 @@ ControllerState<T> init(const Controller<T>& model) {
     ControllerState<T> state{};
     state.age = model.timeout + 1;
     state.supply = model.voltage_rated;
+    for (int j = 0; j < most_joints; ++j) state.governor[j].ceiling = model.joint[j].reach;
     for (int c = 0; c < most_circuits; ++c) {
         state.oscillator[c] = c % 2 == 0 ? Oscillator<T>{T(0), T(-1)} : Oscillator<T>{T(0), T(1)};
-        state.circuit[c].pressure = state.circuit[c].reading = model.circuit[c].fill;
+        state.circuit[c].before = state.circuit[c].pressure = model.circuit[c].fill;
     }
     return state;
 }
@@ -129,6 +131,12 @@ template <class T>
 void take(T& kept, T value, T low, T high, Status& status) {
     if (is_finite(value)) kept = clamp(value, low, high);
     if (!(low <= value && value <= high)) status.tell(Condition::bad_command);
+}
+
+/// Amplitude at which the model's pressure surely stays below the soft limit: for a beat that no pressure was seen of.
+template <class T>
+T safe_amplitude(const JointModel<T>& joint, T frequency) {
+    return T(1) / (joint.safe_static + frequency * (joint.safe_rate + frequency * joint.safe_square));
 }
 
 template <class T>
@@ -144,6 +152,8 @@ void take_command(const Controller<T>& model, ControllerState<T>& state, const C
             take(wish.bias[j], command.bias[j], -model.joint[j].amplitude, model.joint[j].amplitude, status);
         }
         for (int k = 0; k < 2; ++k) take(wish.fin[k], command.fin[k], -model.fin_most, model.fin_most, status);
+        for (int j = 0; j < model.joints; ++j)
+            expect(state.governor[j], wish.frequency, safe_amplitude(model.joint[j], wish.frequency));
         // Arming anew, not staying armed, gives a stopped circuit back.
         if (command.armed && !state.armed)
             for (int c = 0; c < 2 * model.joints; ++c) state.circuit[c].stopped = false;
@@ -151,6 +161,12 @@ void take_command(const Controller<T>& model, ControllerState<T>& state, const C
     }
     if (state.age > model.timeout) status.tell(Condition::timeout);
     if (!state.armed) status.tell(Condition::disarmed);
+}
+
+/// Whether a joint has a circuit without a pressure reading.
+template <class T>
+bool blind(const ControllerState<T>& state, int j) {
+    return state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty;
 }
 
 /// Let everything that a command sets follow it, and go on by one tick with the oscillators.
@@ -162,7 +178,9 @@ SinCos<T> generate(const Controller<T>& model, ControllerState<T>& state, bool a
     const Oscillator<T> reference = state.oscillator[0];
     for (int j = 0; j < model.joints; ++j) {
         state.amplitude[j] = follow(model.smoothing, state.amplitude[j], active ? wish.amplitude[j] : T(0));
-        state.bias[j] = follow(model.smoothing, state.bias[j], active ? wish.bias[j] : T(0));
+        const T bias =
+            blind(state, j) ? clamp(wish.bias[j], -abs(state.bias[j].value), abs(state.bias[j].value)) : wish.bias[j];
+        state.bias[j] = follow(model.smoothing, state.bias[j], active ? bias : T(0));
         state.phase[j] = follow(model.smoothing, state.phase[j], wish.phase[j]);
         Oscillator<T>&left = state.oscillator[2 * j], &right = state.oscillator[2 * j + 1];
         if (j > 0) left = couple(model.network, left, reference, sincos(state.phase[j].value));
@@ -174,27 +192,29 @@ SinCos<T> generate(const Controller<T>& model, ControllerState<T>& state, bool a
     return turn;
 }
 
-/// Amplitude that a joint with a blind circuit may have: where its model's pressure stays below the soft limit.
+/// Whether a circuit's servo moves, so that its joint's sensors must show it.
 template <class T>
-T safe_amplitude(const JointModel<T>& joint, T frequency) {
-    return T(1) / (joint.safe_static + frequency * (joint.safe_rate + frequency * joint.safe_square));
+bool moves(const Controller<T>& model, const SupervisorState<T>& circuit) {
+    return T(0.2) * model.tick < abs(circuit.change);
 }
 
-/// Bends, pressures, currents, IMU and battery: believe what can be believed.
+/// Currents, IMU and battery: they steer nothing but the voltage, which the servos' speed depends on.
 template <class T>
 void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, Status& status) {
-    const auto plain = [](Health<T>& health, T reading, T low, T high) {
-        return judge({low, high, high - low}, health, reading, reading, false).usable;
+    bool moving = false;
+    for (int c = 0; c < 2 * model.joints; ++c) moving = moving || moves(model, state.circuit[c]);
+    const auto plain = [&](Health<T>& health, T reading, T low, T high, T part) {
+        return judge({low, high, part * (high - low), repeats_slow}, health, reading, health.last, moving).usable;
     };
     for (int c = 0; c < 2 * model.joints; ++c)
-        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high))
+        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(0.24)))
             status.tell(Condition::current_fault, c);
     for (int k = 0; k < 6; ++k) {
         const T most = k < 3 ? model.rate_high : model.acceleration_high;
         const T reading = k < 3 ? readings.rate[k] : readings.acceleration[k - 3];
-        if (!plain(state.imu[k], reading, -most, most)) status.tell(Condition::imu_fault);
+        if (!plain(state.imu[k], reading, -most, most, T(0.2))) status.tell(Condition::imu_fault);
     }
-    const bool voltage = plain(state.voltage, readings.voltage, model.voltage_least, model.voltage_most);
+    const bool voltage = plain(state.voltage, readings.voltage, model.voltage_least, model.voltage_most, T(0.2));
     if (voltage) state.supply += T(0.1) * (readings.voltage - state.supply);
     if (!voltage) status.tell(Condition::battery_fault);
     if (state.supply < model.voltage_low) status.tell(Condition::low_voltage);
@@ -205,21 +225,33 @@ template <class T>
 void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, Status& status) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
-    const T rate = circuit.servo.change / model.tick;
-    const bool moving = T(0.2) < abs(rate);
-    const T expected = expected_pressure(supervisor, circuit, model.tick);
-    const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step}, state.pressure[c],
-                                     reading, expected, moving);
-    const bool fresh = verdict.usable && !(verdict.repeated && moving);
-    believe(supervisor, circuit, fresh, reading, model.tick, model.pressure_ease);
-    if (fresh && model.pressure_hard < reading) circuit.stopped = true;
-    if (!verdict.usable) status.tell(Condition::pressure_fault, c);
+    const bool moving = moves(model, circuit);
+    const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast},
+                                     state.pressure[c], reading, state.pressure[c].last, moving);
+    Governor<T>& governor = state.governor[c / 2];
+    if (verdict.usable) {
+        governor.peak = max(governor.peak, median(circuit.before, circuit.pressure, reading));
+        if (model.pressure_hard < min(circuit.pressure, reading)) circuit.stopped = true;
+        circuit.before = circuit.pressure;
+        circuit.pressure = reading;
+    } else {
+        status.tell(Condition::pressure_fault, c);
+        circuit.pressure = min(circuit.pressure, circuit.before);  // the one before may have been the first of a spike
+    }
+    governor.doubt = governor.doubt || !verdict.usable || T(1) < T(state.pressure[c].repeats);
     if (state.pressure[c].faulty) {
         status.tell(Condition::blind, c);
-        circuit.pressure = circuit.reading = supervisor.fill;
-        circuit.squeeze = circuit.flow = T(0);
+        circuit.before = circuit.pressure = supervisor.fill;
+        governor.ceiling =
+            min(governor.ceiling, max(governor.proven, safe_amplitude(model.joint[c / 2], state.wish.frequency)));
     }
     if (circuit.stopped) status.tell(Condition::hard_stop, c);
+}
+
+/// Amplitude that the commands and the corrections ask of a joint, whatever its pressures allow.
+template <class T>
+T asked_amplitude(const ControllerState<T>& state, int j) {
+    return max(T(0), state.amplitude[j].value + state.more[j].value);
 }
 
 /// One tick of a joint's posture control; at the end of its beat the PID sets the corrections anew.
@@ -231,9 +263,9 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     const T turns = state.frequency.value * model.tick;
     const LowPass<T> filter = low_pass(model.posture, max(turns, T(1e-4)), turn);
     const T set = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
-    const bool moving = T(0.2) < abs(state.circuit[2 * j].servo.change / model.tick);
-    const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step}, state.bend[j], reading,
-                                     state.bend[j].seen ? state.bend[j].last : reading, moving);
+    const bool moving = moves(model, state.circuit[2 * j]);
+    const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast},
+                                     state.bend[j], reading, state.bend[j].last, moving);
     look(posture.wanted, filter.weight, set);
     if (verdict.usable) look(posture.measured, filter.weight, reading);
     ++posture.ticks;
@@ -242,17 +274,28 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     if (ended) {
         posture.set = close_beat(posture.wanted, filter.gain);
         posture.seen = close_beat(posture.measured, filter.gain);
-        const bool heard = T(posture.missing) <= model.posture.missing * T(posture.ticks);
+        const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
+        const T sent = min(posture.set.amplitude, state.governor[j].lid);
+        const bool dull =
+            !stopped && model.posture.least < sent && posture.seen.amplitude < model.posture.moving * sent;
+        posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
+        const bool heard = !dull && !stopped && T(posture.missing) <= model.posture.missing * T(posture.ticks);
         const bool held = T(posture.limited) > model.posture.limited * T(posture.ticks);
-        if (heard && state.armed) {
+        if (heard && state.armed && !blind(state, j)) {
             posture.amplitude = correct(model.posture, posture.amplitude,
                                         posture.set.amplitude - posture.seen.amplitude, held, joint.reach);
             posture.bias =
                 correct(model.posture, posture.bias, posture.set.bias - posture.seen.bias, held, joint.reach);
         }
+        Governor<T>& governor = state.governor[j];
+        const T amplitude = min(asked_amplitude(state, j), governor.lid);
+        govern(governor, amplitude, max(state.frequency.value, state.wish.frequency), model.circuit[2 * j].fill,
+               model.pressure_soft);
         posture.ticks = posture.missing = posture.limited = 0;
     }
-    if (state.bend[j].faulty) status.tell(Condition::open_loop, j);
+    // Two beats without a swing: the sensor lives, but does not follow.
+    if (posture.dull > 1) status.tell(Condition::bend_fault, j);
+    if (state.bend[j].faulty || posture.dull > 1) status.tell(Condition::open_loop, j);
     state.more[j] = follow(model.smoothing, state.more[j], posture.amplitude.output);
     state.aside[j] = follow(model.smoothing, state.aside[j], posture.bias.output);
 }
@@ -271,64 +314,37 @@ void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutpu
     output.pulse[servo] = clamp(model.pulse_center + model.pulse_per_rad * kept, model.pulse_least, model.pulse_most);
 }
 
-/// Bend that is asked of a joint, within what its pumps reach: half the difference of what its two oscillators put out.
+/// Bend that is asked of a joint, within what its pressures allow and its pumps reach: half the difference of what its
+/// two oscillators put out.
 template <class T>
-T asked_bend(const Controller<T>& model, const ControllerState<T>& state, int j, Status& status) {
-    const T amplitude = max(T(0), state.amplitude[j].value + state.more[j].value);
+T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Status& status) {
+    Governor<T>& governor = state.governor[j];
+    governor.lid += model.smoothing.rate * (governor.ceiling - governor.lid);
+    const T asked = asked_amplitude(state, j), amplitude = min(asked, governor.lid);
+    for (int side = 0; side < 2 && amplitude < asked; ++side) status.tell(Condition::pressure_limit, 2 * j + side);
     const T swing = T(0.5) * (state.oscillator[2 * j].x - state.oscillator[2 * j + 1].x);
     const T wanted = state.bias[j].value + state.aside[j].value + amplitude * swing;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
     if (bend != wanted) status.tell(Condition::amplitude_limit, j);
-    const bool blind = state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty;
-    const T safe = safe_amplitude(model.joint[j], state.frequency.value);
-    return blind ? clamp(bend, -safe, safe) : bend;
+    // What was held back catches up little faster than the beat goes: no jump, no surge of pressure.
+    const T fastest = amplitude * T(2 * pi) * state.frequency.value * model.tick + abs(state.bias[j].change);
+    const T most = T(1.25) * fastest + T(0.02) * reach, last = state.bend_sent[j];
+    return clamp(bend, last - most, last + most);
 }
 
-/// Range of servo angles that the pressures of a circuit allow until the next tick.
+/// Send a circuit's servo to an angle, and say where it cannot follow. Torque-speed line: no load leaves the whole
+/// speed, the stall pressure leaves none.
 template <class T>
-struct Allowed {
-    T least, most;
-};
-template <class T>
-Allowed<T> supervise(const Controller<T>& model, const ControllerState<T>& state, int c) {
-    return {state.circuit[c].target - model.circuit[c].draw,
-            furthest(model.circuit[c], state.circuit[c], model.pressure_soft, model.tick)};
-}
-
-/// How far a circuit may go on its way from one angle to another, as a part of it.
-template <class T>
-T passable(const Allowed<T>& allowed, T from, T to) {
-    const T end = clamp(to, allowed.least, allowed.most);
-    return to == end ? T(1) : clamp((end - from) / (to - from), T(0), T(1));
-}
-
-/// Say what held a circuit back that was to go from its last target to another.
-template <class T>
-void tell_limits(const Controller<T>& model, const SupervisorState<T>& circuit, int c, const Allowed<T>& allowed,
-                 T wanted, Status& status) {
-    const T drop = model.circuit[c].line * circuit.servo.change / model.tick;
-    if (wanted < allowed.least) status.tell(Condition::suction_limit, c);
-    if (allowed.most < wanted)
-        status.tell(T(0.5) * model.pressure_soft < drop ? Condition::line_limit : Condition::pressure_limit, c);
-}
-
-/// Send a circuit's servo to an angle and follow it there.
-template <class T>
-void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c,
-                   T angle) {
+void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c, T angle) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
+    const T last = state.sent[c];
     send(model, state, output, c, angle);
-    // Torque-speed line: no load leaves the whole speed, the stall pressure leaves none.
+    circuit.change = output.target[c] - last;
     const T supply = min(T(1), state.supply / model.voltage_rated);
     const T free = supply - max(T(0), circuit.pressure) / supervisor.stall;
-    const T speed = clamp(free, T(0.1), T(1)) * supervisor.speed * model.tick;
-    if (speed < abs(output.target[c] - circuit.target)) output.status.tell(Condition::speed_limit, c);
-    const Follower<T> servo = turn_servo(supervisor, circuit.servo, output.target[c], speed);
-    circuit.moved = servo.value - circuit.servo.value;
-    circuit.turned = servo.change - circuit.servo.change;
-    circuit.servo = servo;
-    circuit.target = output.target[c];
+    if (clamp(free, T(0.1), T(1)) * supervisor.speed * model.tick < abs(circuit.change))
+        output.status.tell(Condition::speed_limit, c);
     output.believed[c] = circuit.pressure;
 }
 
@@ -338,29 +354,26 @@ void drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
 /// outrun the side that pushes, and the oil between them would be lost beat by beat.
 template <class T>
 void drive_joint(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int j) {
-    const T from = state.bend_sent[j], to = asked_bend(model, state, j, output.status);
+    const T asked = asked_bend(model, state, j, output.status);
     const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
-    Allowed<T> allowed[2];
-    T part = T(1);
-    for (int side = 0; side < 2; ++side) {
-        const int c = 2 * j + side;
-        const T sign = side == 0 ? T(1) : T(-1);
-        const T wanted = stopped ? T(0) : servo_angle(model.map[c], sign * to);
-        allowed[side] = supervise(model, state, c);
-        part = min(part, passable(allowed[side], servo_angle(model.map[c], sign * from), wanted));
-        tell_limits(model, state.circuit[c], c, allowed[side], wanted, output.status);
-    }
-    state.bend_sent[j] = stopped ? T(0) : from + part * (to - from);
-    bool held = part < T(1);
-    for (int side = 0; side < 2; ++side) {
-        const int c = 2 * j + side;
-        const T sign = side == 0 ? T(1) : T(-1);
-        const T angle = stopped ? T(0) : servo_angle(model.map[c], sign * state.bend_sent[j]);
-        const T sent = min(angle, allowed[side].most);
+    const auto angle = [&](int c, T bend) {
+        return stopped ? T(0) : servo_angle(model.map[c], c % 2 == 0 ? bend : -bend);
+    };
+    const auto most = [&](int c) {
+        return furthest(model.circuit[c], state.sent[c], state.circuit[c].pressure, model.pressure_soft,
+                        model.pressure_hard);
+    };
+    bool pressed = false, slow = false;
+    for (int c = 2 * j; c < 2 * j + 2; ++c)
+        if (most(c) < angle(c, asked)) output.status.tell(Condition::pressure_limit, c), pressed = true;
+    if (!pressed) state.bend_sent[j] = asked;
+    for (int c = 2 * j; c < 2 * j + 2; ++c) {
+        const T sent = min(angle(c, state.bend_sent[j]), most(c));
         drive_circuit(model, state, output, c, sent);
-        held = held || output.status.has(Condition::speed_limit, c) || output.target[c] != sent;
+        slow = slow || output.status.has(Condition::speed_limit, c) || output.target[c] != sent;
     }
-    if (held) ++state.posture[j].limited;
+    const bool governed = output.status.has(Condition::pressure_limit, 2 * j);
+    if (pressed || slow || governed) ++state.posture[j].limited;
 }
 
 /// One tick of the controller.
@@ -405,21 +418,12 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
     }
     for (int c = 0; c < 2 * m.joints; ++c) {
         for (int k = 0; k < map_terms; ++k) visit("map", map_terms * c + k, m.map[c].term[k]);
-        SupervisorModel<T>& circuit = m.circuit[c];
-        visit("servo_rate", c, circuit.servo.rate), visit("servo_decay", c, circuit.servo.decay);
-        visit("servo_speed", c, circuit.speed), visit("servo_stall", c, circuit.stall);
-        visit("line", c, circuit.line), visit("fill", c, circuit.fill), visit("draw", c, circuit.draw);
-        visit("gas", c, circuit.gas), visit("gas_pump", c, circuit.gas_pump), visit("soft", c, circuit.soft);
-        for (int k = 0; k < instants; ++k) {
-            const int at = instants * c + k;
-            visit("move_by_rate", at, circuit.move_by_rate[k]), visit("move_by_step", at, circuit.move_by_step[k]);
-            visit("drop_by_rate", at, circuit.drop_by_rate[k]), visit("drop_by_flow", at, circuit.drop_by_flow[k]);
-            visit("drop_by_step", at, circuit.drop_by_step[k]);
-        }
+        visit("servo_speed", c, m.circuit[c].speed), visit("servo_stall", c, m.circuit[c].stall);
+        visit("fill", c, m.circuit[c].fill), visit("give", c, m.circuit[c].give);
     }
     visit("pressure_soft", 0, m.pressure_soft), visit("pressure_hard", 0, m.pressure_hard);
     visit("pressure_low", 0, m.pressure_low), visit("pressure_high", 0, m.pressure_high);
-    visit("pressure_step", 0, m.pressure_step), visit("pressure_ease", 0, m.pressure_ease);
+    visit("pressure_step", 0, m.pressure_step);
     visit("current_low", 0, m.current_low), visit("current_high", 0, m.current_high);
     visit("rate_high", 0, m.rate_high), visit("acceleration_high", 0, m.acceleration_high);
     visit("voltage_rated", 0, m.voltage_rated), visit("voltage_low", 0, m.voltage_low);

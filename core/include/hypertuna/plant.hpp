@@ -5,6 +5,8 @@
 /// joints, circuits 2 j (left) and 2 j + 1 (right) on joint j; a passive hinge may follow.
 #pragma once
 
+#include <type_traits>
+
 #include "circuit.hpp"
 #include "joint_table.hpp"
 #include "stepping.hpp"
@@ -39,7 +41,9 @@ struct PlantState {
 
     template <class A>
     friend HYPERTUNA_INLINE PlantState operator*(const A& a, const PlantState& b) {
-        PlantState out{a * b.xi, a * b.pose, {}, {}, {}};
+        PlantState out;
+        out.xi = a * b.xi;
+        out.pose = a * b.pose;
         for (int d = 0; d < D; ++d) {
             out.bend.angle[d] = a * b.bend.angle[d];
             out.bend.rate[d] = a * b.bend.rate[d];
@@ -51,7 +55,9 @@ struct PlantState {
         return out;
     }
     friend HYPERTUNA_INLINE PlantState operator+(const PlantState& a, const PlantState& b) {
-        PlantState out{a.xi + b.xi, a.pose + b.pose, {}, {}, {}};
+        PlantState out;
+        out.xi = a.xi + b.xi;
+        out.pose = a.pose + b.pose;
         for (int d = 0; d < D; ++d) {
             out.bend.angle[d] = a.bend.angle[d] + b.bend.angle[d];
             out.bend.rate[d] = a.bend.rate[d] + b.bend.rate[d];
@@ -96,11 +102,15 @@ HYPERTUNA_INLINE S bend_moment(const JointTable<S>& table, const JointLoad<S>& l
     return joint_moment(load, pressure) - table.viscosity * rate - joint_friction(load, pressure) * sliding(rate);
 }
 
-/// How the plant changes. `seen`, if given, gets what one instant shows.
-template <class S, class Law, int D>
-PlantState<S, D> plant_rate(const Plant<S, Law, D>& plant, const PlantState<S, D>& at,
-                            const ServoTargets<S, D>& targets, PlantOutput<S, D>* seen) {
-    PlantState<S, D> rate{};
+/// Nobody looks: what only an output needs is not computed.
+struct Unseen {};
+
+/// How the plant changes. `seen`, if it is the address of an output, gets what one instant shows.
+template <class S, class Law, int D, class Seen>
+HYPERTUNA_NOINLINE PlantState<S, D> plant_rate(const Plant<S, Law, D>& plant, const PlantState<S, D>& at,
+                                               const ServoTargets<S, D>& targets, Seen seen) {
+    constexpr bool looks = !std::is_same_v<Seen, Unseen>;
+    PlantState<S, D> rate;
     S moment[D];
     for (int j = 0; j < plant.joints; ++j) {
         const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j]);
@@ -112,21 +122,26 @@ PlantState<S, D> plant_rate(const Plant<S, Law, D>& plant, const PlantState<S, D
             rate.circuit[c] = circuit.rate;
             rate.energy[c] = circuit.output.power.total;
             pressure[side] = circuit.output.unit.pressure;
-            if (seen) seen->circuit[c] = circuit.output;
+            if constexpr (looks) seen->circuit[c] = circuit.output;
         }
         moment[j] = bend_moment(plant.joint[j], load, pressure, at.bend.rate[j]);
     }
-    for (int d = plant.joints; d < D; ++d)
+    for (int d = plant.joints; d < D; ++d) {
+        for (int c = 2 * d; c < 2 * d + 2; ++c) {
+            rate.circuit[c] = {S(0), S(0), S(0), S(0)};
+            rate.energy[c] = S(0);
+        }
         moment[d] = -(plant.hinge.stiffness * at.bend.angle[d] + plant.hinge.damping * at.bend.rate[d]);
+    }
     const TailAcceleration<S, D> body = tail_acceleration(plant.tail, at.bend, at.xi, moment);
     rate.xi = body.twist;
     rate.pose = pose_rate(at.pose, at.xi);
     for (int d = 0; d < D; ++d) {
         rate.bend.angle[d] = at.bend.rate[d];
         rate.bend.rate[d] = body.bend[d];
-        if (seen) seen->moment[d] = moment[d];
+        if constexpr (looks) seen->moment[d] = moment[d];
     }
-    if (seen) seen->twist_rate = body.twist;
+    if constexpr (looks) seen->twist_rate = body.twist;
     return rate;
 }
 
@@ -134,11 +149,16 @@ PlantState<S, D> plant_rate(const Plant<S, Law, D>& plant, const PlantState<S, D
 template <class S, class Law, int D>
 PlantState<S, D> plant_step(const Plant<S, Law, D>& plant, const PlantState<S, D>& at,
                             const ServoTargets<S, D>& targets, const S& step, PlantOutput<S, D> (&seen)[2]) {
-    int stage = 0;
-    return runge_kutta_4(step, at, [&](int, const PlantState<S, D>& now) {
-        PlantOutput<S, D>* const shown[4] = {&seen[0], nullptr, &seen[1], nullptr};
-        return plant_rate(plant, now, targets, shown[stage++]);
-    });
+    const auto shown = [&](const PlantState<S, D>& now, PlantOutput<S, D>* out) {
+        return plant_rate(plant, now, targets, out);
+    };
+    const auto hidden = [&](const PlantState<S, D>& now) { return plant_rate(plant, now, targets, Unseen()); };
+    const S half = S(base_t<S>(0.5)) * step, sixth = S(base_t<S>(1.0 / 6)) * step, third = sixth + sixth;
+    const PlantState<S, D> k1 = shown(at, &seen[0]);
+    const PlantState<S, D> k2 = hidden(at + half * k1);
+    const PlantState<S, D> k3 = shown(at + half * k2, &seen[1]);
+    const PlantState<S, D> k4 = hidden(at + step * k3);
+    return at + sixth * k1 + third * k2 + third * k3 + sixth * k4;
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

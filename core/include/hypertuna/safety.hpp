@@ -1,4 +1,5 @@
-/// Safety: which readings can be believed, how far a pump may push, what may reach a servo, and the status that tells.
+/// Safety: which readings can be believed, how wide a joint may beat and how far a pump may push, and the status that
+/// tells.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +22,6 @@ enum class Condition : std::uint8_t {
     open_loop,
     blind,
     pressure_limit,
-    line_limit,
-    suction_limit,
     speed_limit,
     slew_limit,
     pulse_limit,
@@ -53,10 +52,9 @@ inline constexpr ConditionText condition_texts[conditions] = {
     {"imu_fault", Place::robot, "the IMU's reading is not plausible"},
     {"battery_fault", Place::robot, "the battery voltage's reading is not plausible"},
     {"open_loop", Place::joint, "posture control holds its last good correction"},
-    {"blind", Place::circuit, "without a pressure reading, the joint beats no wider than its model holds safe"},
-    {"pressure_limit", Place::circuit, "the soft pressure limit held the pump back"},
-    {"line_limit", Place::circuit, "the pressure drop of the oil line held the pump back"},
-    {"suction_limit", Place::circuit, "the pump was held back so that its oil does not cavitate"},
+    {"blind", Place::circuit,
+     "without a pressure reading, the joint beats no wider than it did or than its model holds safe"},
+    {"pressure_limit", Place::circuit, "the soft pressure limit holds the joint's amplitude or the pump back"},
     {"speed_limit", Place::circuit, "the servo was asked to turn faster than it can"},
     {"slew_limit", Place::servo, "the slew limit held the servo's command back"},
     {"pulse_limit", Place::servo, "the pulse clamp held the servo's command back"},
@@ -96,6 +94,7 @@ template <class T>
 struct Plausible {
     T low, high;  // range of the sensor, SI
     T step;       // largest change within a tick
+    int repeats;  // so many equal readings while the robot moves are no coincidence
 };
 
 /// The past of one sensor. `bucket` fills where readings are bad and drains where they are good.
@@ -108,8 +107,8 @@ struct Health {
 
 inline constexpr int bucket_bad = 4;      // a bad reading weighs as much as four good ones
 inline constexpr int bucket_faulty = 20;  // five bad readings in a row, or every fourth of them bad
-inline constexpr int bucket_most = 100;   // a second of good readings at 100 Hz and 1 per tick redeems a sensor
-inline constexpr int repeats_stuck = 6;   // so many equal readings while the command moves are no coincidence
+inline constexpr int bucket_most = 100;   // a second of good readings at 100 Hz redeems the worst sensor
+inline constexpr int repeats_fast = 6, repeats_slow = 25;  // equal readings: of what moves with each beat, of the rest
 
 template <class T>
 struct Verdict {
@@ -123,8 +122,8 @@ Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T exp
     const bool inside = is_finite(reading) && limits.low <= reading && reading <= limits.high;
     const bool near = !health.seen || abs(reading - expected) <= limits.step;
     const bool repeated = inside && health.seen && reading == health.last;
-    health.repeats = !repeated ? 0 : moving && health.repeats < repeats_stuck ? health.repeats + 1 : health.repeats;
-    const bool usable = inside && near && health.repeats < repeats_stuck;
+    health.repeats = !repeated ? 0 : moving && health.repeats < limits.repeats ? health.repeats + 1 : health.repeats;
+    const bool usable = inside && near && health.repeats < limits.repeats;
     const int bucket = health.bucket + (usable ? -1 : bucket_bad);
     health.bucket = bucket < 0 ? 0 : bucket < bucket_most ? bucket : bucket_most;
     health.faulty = health.bucket >= bucket_faulty || (health.faulty && health.bucket > 0);
@@ -132,114 +131,71 @@ Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T exp
     return {usable && !health.faulty, repeated};
 }
 
-inline constexpr double one_atmosphere = 101325.0;  // Pa
-
-/// Instants within a tick, evenly spaced and the last one its end, at which the supervisor predicts the pressure.
-inline constexpr int instants = 4;
-
-/// What the supervisor knows of one circuit: a critically damped servo, a line, oil with air in it. Volumes are servo
-/// angles: what the pump pushes out per radian is 1.
+/// What the supervisor knows of one circuit.
 template <class T>
 struct SupervisorModel {
-    Smoothing<T> servo;  // its position loop at one tick
-    T speed;             // rad/s without load, at the rated voltage
-    T stall;             // Pa at which it stalls, at the rated voltage
-    T line;              // Pa s/rad: pressure drop of the line per flow
-    T fill;              // Pa: pressure at rest
-    T draw;              // rad per tick: drawing faster than this opens a cavity and moves no more oil
-    T gas, gas_pump;     // rad: the air in the whole circuit and in its cylinder, at atmospheric pressure
-    T soft;              // rad/Pa: what oil, hoses and fittings give
-    // At each instant: the servo's move per rate [s] and per step of the target [1], and the pressure in the cylinder
-    // over that in the units per servo rate, per flow beyond it [Pa s/rad] and per step [Pa/rad].
-    T move_by_rate[instants], move_by_step[instants];
-    T drop_by_rate[instants], drop_by_flow[instants], drop_by_step[instants];
+    T speed;  // rad/s of the servo without load, at the rated voltage
+    T stall;  // Pa at which it stalls, at the rated voltage
+    T fill;   // Pa: pressure at rest
+    T give;   // rad/Pa: how far the servo turns for a pressure at the soft limit, where the joint is held
 };
 
-/// What it believes.
 template <class T>
 struct SupervisorState {
-    Follower<T> servo;  // rad, rad per tick: where the servo is
-    T moved;            // rad: by how much it turned within the last tick
-    T turned;           // rad per tick: by how much its rate changed
-    T target;           // rad: its last command
-    T reading;          // Pa: last one that was believed
-    T flow;             // rad/s: flow out of the cylinder beyond the servo's
-    T pressure;         // Pa: in the units
-    T squeeze;          // rad: volume that bending took from the units within the last tick
-    bool stopped;       // released by the hard limit
+    T pressure;    // Pa: last reading believed, the fill where there is none
+    T before;      // Pa: the one before
+    T change;      // rad: of the servo's angle that the last tick commanded
+    bool stopped;  // released by the hard limit
 };
 
-/// The servo over the next tick, no faster than its torque-speed line lets it: `most` is rad per tick.
+/// Within a tick: the furthest angle a pump may be sent to. Beyond the soft limit it goes back by what takes the
+/// pressure off, but for no more than the hard limit's: a sensor may lie.
 template <class T>
-Follower<T> turn_servo(const SupervisorModel<T>& model, const Follower<T>& now, T target, T most) {
-    const Follower<T> free = follow(model.servo, now, target);
-    return {now.value + clamp(free.value - now.value, -most, most), clamp(free.change, -most, most)};
+T furthest(const SupervisorModel<T>& model, T sent, T pressure, T soft, T hard) {
+    const T over = min(pressure, hard) - soft;
+    return over < T(0) ? T(1e3) : sent - model.give * over;
 }
 
-/// Air of this volume at one atmosphere under a pressure (isothermal).
+/// From beat to beat: the widest amplitude of a joint that its pressures allow.
 template <class T>
-T air_at(T gas, T pressure) {
-    return gas * T(one_atmosphere) / max(T(0.05 * one_atmosphere), T(one_atmosphere) + pressure);
-}
-/// Volume that a circuit gives to a pressure: its air is compressed, the rest yields linearly.
-template <class T>
-T yielded(const SupervisorModel<T>& model, T pressure) {
-    return model.soft * pressure - air_at(model.gas, pressure);
-}
+struct Governor {
+    T ceiling;    // rad: what the beats so far allow
+    T lid;        // rad: what is allowed now, on its way to that
+    T frequency;  // Hz that the ceiling was found at
+    T proven;     // rad: amplitude of the last beat that was seen to keep the limit
+    T peak;       // Pa: largest pressure read in the beat so far
+    bool doubt;   // a reading of this beat is not to be trusted
+};
 
-/// Take in a pressure reading. The units stand at the reading less what the line drops, where the flow is the servo's
-/// and that of the air in the cylinder, which soaks up the first of each push: now, or over the last tick, whichever says
-/// more. What volume the units lost beyond what the pump pushed in, the bending joint took from them: a tail that swings
-/// will go on doing so for a tick.
-///
-/// Where there is no reading the joint is taken as held fast, and pushed oil finds no room but its own compression.
+inline constexpr double governor_aim = 0.92;    // of the soft limit: the rest is for what passes between two readings
+inline constexpr double governor_least = 0.6;   // an amplitude falls to this part from beat to beat at most,
+inline constexpr double governor_most = 1.4;    // and grows to this one
+inline constexpr double governor_floor = 0.02;  // rad: an amplitude is never governed below
+
+/// End of a beat of this amplitude. Pressure above the fill grows with the amplitude in proportion, in water up to its
+/// square, and it takes some beats to come about: cut in proportion, and grow by the fourth root.
 template <class T>
-void believe(const SupervisorModel<T>& model, SupervisorState<T>& now, bool fresh, T reading, T tick, T ease) {
-    const T before = now.pressure, rate = now.servo.change / tick;
-    const T stiffness = T(1) / (model.soft + air_at(model.gas, before) / (T(one_atmosphere) + before));
-    if (fresh) {
-        const T expected = before + stiffness * (now.moved + now.squeeze);
-        const T swelling = air_at(model.gas_pump, reading) - air_at(model.gas_pump, now.reading);
-        const T at_end = reading - model.line * (rate + swelling / tick);
-        const T in_mean = T(0.5) * (reading + now.reading) - model.line * (now.moved + swelling) / tick;
-        now.pressure = max(at_end, in_mean);
-        now.flow = (reading - now.pressure) / model.line - rate;
-        const T taken = yielded(model, now.pressure) - yielded(model, before) - now.moved - swelling;
-        now.squeeze = clamp(taken, -model.draw, model.draw);
-        now.pressure = max(now.pressure, expected - ease);
-        now.reading = reading;
-    } else {
-        now.flow = T(0);
-        now.squeeze = max(now.squeeze, T(0));
-        now.pressure = before + stiffness * (now.moved + now.squeeze);
+void govern(Governor<T>& governor, T amplitude, T frequency, T fill, T soft) {
+    const T room = T(governor_aim) * soft - fill;
+    const T part = room / max(governor.peak - fill, T(0.01) * room);
+    if (part < T(1)) {
+        governor.ceiling = amplitude * max(part, T(governor_least));
+    } else if (!governor.doubt) {
+        governor.ceiling = max(governor.ceiling, amplitude * min(sqrt(sqrt(part)), T(governor_most)));
+        governor.proven = amplitude;
+        governor.frequency = frequency;
     }
-    now.pressure = clamp(now.pressure, T(-0.9 * one_atmosphere), T(10 * one_atmosphere));
+    governor.ceiling = max(governor.ceiling, T(governor_floor));
+    governor.peak = fill;
+    governor.doubt = false;
 }
 
-/// What the cylinder should show now, where no more happened than the own pump did.
+/// A frequency that no beat was seen at yet begins with an amplitude that the model holds safe.
 template <class T>
-T expected_pressure(const SupervisorModel<T>& model, const SupervisorState<T>& now, T tick) {
-    return now.reading + model.line * now.turned / tick;
-}
-
-/// The furthest target that keeps the cylinder below `limit` until the next tick.
-///
-/// The units' pressure goes along the secant from now to the limit: air is stiffer the more it is compressed, so this is
-/// never too low. Everything is linear in the step of the target then, at every instant.
-template <class T>
-T furthest(const SupervisorModel<T>& model, const SupervisorState<T>& now, T limit, T tick) {
-    const T room = limit - now.pressure, rate = now.servo.change / tick;
-    const T span = max(room, T(0.1) * limit);
-    const T stiffness = span / (yielded(model, now.pressure + span) - yielded(model, now.pressure));
-    T step = T(0);
-    for (int k = 0; k < instants; ++k) {
-        const T squeezed = now.squeeze * (T(k + 1) / T(instants));
-        const T left = room - stiffness * (model.move_by_rate[k] * rate + squeezed) - model.drop_by_rate[k] * rate -
-                       model.drop_by_flow[k] * now.flow;
-        const T most = left / (stiffness * model.move_by_step[k] + model.drop_by_step[k]);
-        step = k == 0 ? most : min(step, most);
-    }
-    return now.servo.value + (now.reading < limit ? max(step, T(0)) : step);
+void expect(Governor<T>& governor, T frequency, T safe) {
+    if (frequency <= T(1.02) * governor.frequency) return;
+    governor.ceiling = min(governor.ceiling, max(safe, T(governor_floor)));
+    governor.frequency = frequency;
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

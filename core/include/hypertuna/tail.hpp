@@ -71,7 +71,15 @@ HYPERTUNA_INLINE void bend_tail(const Tail<S, Law, D>& tail, const Bend<S, D>& b
         }
         tail.joint[i] = motion;
     }
-    shape(tail.fish.links, tail.fish.link, tail.joint, tail.shape, tail.acceleration);
+    // Joints of a group turn by the same angle: each link's direction is the last one's, turned once more.
+    S angle(0);
+    SinCos<S> direction{S(0), S(1)}, turn = direction;
+    shape(tail.fish.links, tail.fish.link, tail.joint, tail.shape, tail.acceleration, [&](int i) {
+        if (tail.joint[i].angle != angle) turn = sincos(angle = tail.joint[i].angle);
+        direction = {direction.sin * turn.cos + direction.cos * turn.sin,
+                     direction.cos * turn.cos - direction.sin * turn.sin};
+        return direction;
+    });
 }
 
 /// A link's inertia as the nose sees it, J^T Lambda J: what its momentum is at a twist of the body.

@@ -1,0 +1,205 @@
+/// Controller: clamp and slew whatever comes, faults, timeout, arming; float against double; arbitrary bits.
+#include <bit>
+#include <cstdlib>
+#include <limits>
+#include <new>
+#include <type_traits>
+
+#include "check.hpp"
+#include "pilot.hpp"
+
+using namespace hypertuna;
+
+static int allocations = 0;
+HYPERTUNA_NOINLINE void* operator new(std::size_t size) {
+    ++allocations;
+    return std::malloc(size);
+}
+HYPERTUNA_NOINLINE void operator delete(void* p) noexcept { std::free(p); }
+HYPERTUNA_NOINLINE void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+static_assert(std::is_trivially_copyable_v<Controller<float>> && std::is_trivially_copyable_v<ControllerState<float>>);
+static_assert(sizeof(ControllerState<float>) + sizeof(ControllerStep<float>) < 6000);
+
+/// A run with readings of a tail that follows, changed by `spoil` tick by tick.
+template <class T, class Spoil>
+static ControllerStep<T> run(int ticks, const Spoil& spoil) {
+    const Controller<T> model = test_controller<T>();
+    ControllerStep<T> now{init(model), {}};
+    for (int i = 0; i < ticks; ++i) {
+        Readings<T> readings = tail_readings(now.output, 0.9, i);
+        Command<T> command = beat_command<T>();
+        spoil(i, readings, command);
+        now = step(model, now.state, readings, command);
+    }
+    return now;
+}
+
+static void a_healthy_tail_beats_without_complaint() {
+    std::uint32_t flags = 0;
+    const Controller<double> model = test_controller<double>();
+    ControllerStep<double> now{init(model), {}};
+    double widest = 0;
+    for (int i = 0; i < 500; ++i) {
+        now = step(model, now.state, tail_readings(now.output, 0.9, i), beat_command<double>());
+        flags |= now.output.status.flags;
+        if (i > 300) widest = std::fmax(widest, std::fabs(now.output.set[1]));
+    }
+    CHECK((flags & ((1u << int(Condition::pressure_limit)) - 1)) == 0);  // no fault, not blind
+    CHECK_NEAR(widest, 0.3, 0.01);
+}
+
+static void faults_are_told_and_survived() {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto bend = run<double>(600, [&](int i, auto& r, auto&) {
+        if (i > 300) r.bend[1] = nan;
+    });
+    CHECK(bend.output.status.has(Condition::bend_fault, 1) && bend.output.status.has(Condition::open_loop, 1));
+    CHECK(!bend.output.status.has(Condition::bend_fault, 0));
+    // A sensor that lives but does not follow: noise about one angle.
+    const auto dull = run<double>(600, [&](int i, auto& r, auto&) { r.bend[0] = 0.1 + 1e-3 * ((7 * i) % 5); });
+    CHECK(dull.output.status.has(Condition::bend_fault, 0) && dull.output.status.has(Condition::open_loop, 0));
+    CHECK(dull.state.posture[0].amplitude.sum == 0);  // nothing was learned from it
+    double held = 0;
+    const auto stuck = run<double>(
+        600, [&](int i, auto& r, auto&) { (i < 300 ? held : r.pressure[2]) = i < 300 ? r.pressure[2] : held; });
+    CHECK(stuck.output.status.has(Condition::pressure_fault, 2) && stuck.output.status.has(Condition::blind, 2));
+    CHECK(stuck.output.status.flags >> int(Condition::hard_stop) == 0);
+}
+
+/// What a good beat taught stays when the bend sensor fails: the last correction is kept.
+static void the_last_good_correction_is_kept() {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const double before = run<double>(400, [](int, auto&, auto&) {}).state.posture[0].amplitude.output;
+    const auto after = run<double>(900, [&](int i, auto& r, auto&) {
+        if (i >= 400) r.bend[0] = nan;
+    });
+    CHECK(std::fabs(before) > 1e-3);
+    CHECK(after.state.posture[0].amplitude.output == before);
+}
+
+static void the_hard_stop_is_latched_until_armed_anew() {
+    const auto pulse = [](int i, auto& r, auto&) {
+        if (i >= 200 && i < 203) r.pressure[1] = 3.1e5 - 1e5 * (i == 200);
+    };
+    const auto stopped = run<double>(400, pulse);
+    CHECK(stopped.output.status.has(Condition::hard_stop, 1));
+    CHECK(stopped.output.target[0] == 0 && stopped.output.target[1] == 0);  // its joint rests
+    CHECK(stopped.state.bend_sent[1] != 0);                                 // the other one beats on
+    const auto armed = run<double>(400, [&](int i, auto& r, auto& c) { pulse(i, r, c), c.armed = i != 300; });
+    CHECK(!armed.output.status.has(Condition::hard_stop));
+    const auto only_asked = run<double>(400, [&](int i, auto& r, auto& c) { pulse(i, r, c), c.fresh = i % 2 == 0; });
+    CHECK(only_asked.output.status.has(Condition::hard_stop));
+}
+
+static void without_commands_the_tail_comes_to_rest() {
+    const auto lost = run<double>(500, [](int i, auto&, auto& c) { c.fresh = i < 300; });
+    CHECK(lost.output.status.has(Condition::timeout));
+    for (int j = 0; j < 2; ++j) CHECK(std::fabs(lost.output.set[j]) < 1e-4);
+    const auto bad = run<double>(300, [](int i, auto&, auto& c) {
+        if (i > 200) c.amplitude[1] = std::nan("");
+    });
+    CHECK(bad.output.status.has(Condition::bad_command));
+    CHECK_NEAR(bad.state.amplitude[1].value, 0.3, 1e-6);  // the last good one
+}
+
+/// Single precision, as on the robot, sends the same pulses to within a microsecond.
+static void float_against_double() {
+    const Controller<double> fine = test_controller<double>();
+    const Controller<float> coarse = test_controller<float>();
+    ControllerStep<double> a{init(fine), {}};
+    ControllerStep<float> b{init(coarse), {}};
+    for (int i = 0; i < 1000; ++i) {
+        a = step(fine, a.state, tail_readings(a.output, 0.9, i), beat_command<double>());
+        b = step(coarse, b.state, tail_readings(b.output, 0.9, i), beat_command<float>());
+        for (int s = 0; s < 6; ++s) CHECK_NEAR(b.output.pulse[s], a.output.pulse[s], 1e-6);
+    }
+}
+
+/// Any bits at all for a float: from one draw in two, one of the kinds that break things.
+template <class T>
+static T any_number(std::uint64_t bits) {
+    const T sane = T(double(std::int64_t(bits)) / 9.3e18);
+    switch (bits % 16) {
+        case 0:
+            return std::numeric_limits<T>::quiet_NaN();
+        case 1:
+            return std::numeric_limits<T>::infinity();
+        case 2:
+            return -std::numeric_limits<T>::infinity();
+        case 3:
+            return std::numeric_limits<T>::max();
+        case 4:
+            return std::numeric_limits<T>::denorm_min();
+        case 5:
+            return T(0);
+        case 6:
+        case 7:
+            return std::bit_cast<T>(typename IntegerOf<T>::type(bits >> 8));
+        case 8:
+        case 9:
+            return sane * T(6e5);
+        default:
+            return sane;
+    }
+}
+
+template <class T>
+static bool all_finite(const ControllerState<T>& s) {
+    T sum = s.supply + s.frequency.value;
+    for (int j = 0; j < most_joints; ++j)
+        sum += s.amplitude[j].value + s.bias[j].value + s.phase[j].value + s.more[j].value + s.aside[j].value +
+               s.bend_sent[j] + s.governor[j].ceiling + s.governor[j].lid + s.posture[j].measured.level +
+               s.posture[j].amplitude.sum + s.posture[j].bias.output;
+    for (int c = 0; c < most_circuits; ++c)
+        sum += s.oscillator[c].x + s.oscillator[c].y + s.circuit[c].pressure + s.circuit[c].change;
+    return is_finite(sum);
+}
+
+/// A million ticks of arbitrary readings and commands: pulses within clamp and slew from the first on, state finite.
+template <class T>
+static void arbitrary_bits(int ticks) {
+    const Controller<T> model = test_controller<T>();
+    ControllerStep<T> now{init(model), {}};
+    T last[6] = {};
+    bool good = true;
+    const T slack = model.slew * T(1e-4);
+    for (int i = 0; i < ticks && good; ++i) {
+        Readings<T> r;
+        Command<T> c;
+        std::uint64_t channel = 0;
+        const auto draw = [&] { return any_number<T>(random_bits(11, channel++, std::uint64_t(i))); };
+        for (T& x : r.bend) x = draw();
+        for (T& x : r.pressure) x = draw();
+        for (T& x : r.current) x = draw();
+        for (int k = 0; k < 3; ++k) r.rate[k] = draw(), r.acceleration[k] = draw();
+        r.voltage = draw(), c.frequency = draw();
+        for (int j = 0; j < most_joints; ++j) c.amplitude[j] = draw(), c.phase[j] = draw(), c.bias[j] = draw();
+        c.fin[0] = draw(), c.fin[1] = draw();
+        c.fresh = random_bits(5, 0, std::uint64_t(i)) % 3 != 0, c.armed = random_bits(5, 1, std::uint64_t(i)) % 50 != 0;
+        now = step(model, now.state, r, c);
+        for (int s = 0; s < 6; ++s) {
+            const T pulse = now.output.pulse[s], target = now.output.target[s];
+            good = good && model.pulse_least <= pulse && pulse <= model.pulse_most;
+            good = good && abs(target - last[s]) <= model.slew + slack;
+            last[s] = target;
+        }
+        good = good && all_finite(now.state);
+        if (!good) std::fprintf(stderr, "at tick %d\n", i);
+    }
+    CHECK(good);
+}
+
+int main() {
+    const int before = allocations;
+    a_healthy_tail_beats_without_complaint();
+    faults_are_told_and_survived();
+    the_last_good_correction_is_kept();
+    the_hard_stop_is_latched_until_armed_anew();
+    without_commands_the_tail_comes_to_rest();
+    float_against_double();
+    arbitrary_bits<float>(700000);
+    arbitrary_bits<double>(300000);
+    CHECK(allocations == before);
+    return failures();
+}

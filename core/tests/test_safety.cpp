@@ -1,0 +1,116 @@
+/// Safety: plausibility, how wide and how far the supervisor lets a joint go, and the table of conditions.
+#include <cmath>
+#include <limits>
+
+#include "check.hpp"
+#include "pilot.hpp"
+
+using namespace hypertuna;
+
+static constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
+static constexpr double infinite = std::numeric_limits<double>::infinity();
+
+static void implausible_readings() {
+    const Plausible<double> limits{-1, 1, 0.5, repeats_fast};
+    for (double bad : {no_number, infinite, -infinite, 1.01, -1.01, 0.9}) {
+        Health<double> health{};
+        CHECK(judge(limits, health, 0.1, 0.0, true).usable);
+        CHECK(!judge(limits, health, bad, 0.1, true).usable);  // 0.9: a step of 0.8
+        CHECK(!health.faulty);                                 // one alone is no fault
+    }
+    Health<double> health{};
+    int ticks = 0;
+    while (!health.faulty && ++ticks < 100) judge(limits, health, no_number, 0.0, true);
+    CHECK(ticks == 5);
+    while (health.faulty && ++ticks < 1000) judge(limits, health, 0.1 + 1e-3 * (ticks % 3), 0.1, true);
+    CHECK(ticks < 130);  // redeemed after a while of good readings
+}
+
+static void a_reading_is_stuck_only_where_the_robot_moves() {
+    const Plausible<double> limits{-1, 1, 0.5, repeats_fast};
+    Health<double> resting{}, moving{};
+    int found = -1;
+    for (int i = 0; i < 100; ++i) {
+        CHECK(judge(limits, resting, 0.1, 0.1, false).usable);
+        if (!judge(limits, moving, 0.1, 0.1, true).usable && found < 0) found = i;
+    }
+    CHECK(found == repeats_fast);
+    CHECK(moving.faulty);
+}
+
+/// Below the soft limit a pump goes where it will; beyond it, back by what takes the pressure off: 0.015 rad for 50
+/// kPa.
+static void a_pump_goes_back_from_the_soft_limit() {
+    const SupervisorModel<double> s = test_controller<double>().circuit[0];
+    const double soft = 2.5e5, hard = 3e5;
+    CHECK(furthest(s, 0.2, 2.4e5, soft, hard) > 100);
+    CHECK_NEAR(furthest(s, 0.2, soft, soft, hard), 0.2, 1e-15);
+    CHECK_NEAR(furthest(s, 0.2, hard, soft, hard), 0.185, 1e-15);
+    CHECK_NEAR(furthest(s, 0.2, 5e5, soft, hard), 0.185, 1e-15);  // no further: a sensor may lie
+}
+
+/// A beat at fill + room x makes the next one 1 / x as wide, or wider by the fourth root.
+static void the_governor_by_hand() {
+    const double fill = 6e4, soft = 2.5e5, room = 0.92 * soft - fill;
+    const auto after = [&](double load, bool doubt) {
+        Governor<double> g{0.2, 0.2, 2, 0, fill + room * load, doubt};
+        govern(g, 0.2, 2.0, fill, soft);
+        CHECK(g.peak == fill && !g.doubt);
+        return g;
+    };
+    CHECK_NEAR(after(1.25, false).ceiling, 0.16, 1e-15);
+    CHECK_NEAR(after(1.25, true).ceiling, 0.16, 1e-15);  // a doubtful beat may be cut
+    CHECK_NEAR(after(3.0, false).ceiling, 0.2 * governor_least, 1e-15);
+    CHECK_NEAR(after(1 / 1.4641, false).ceiling, 0.22, 1e-12);  // 1.1^4
+    CHECK_NEAR(after(0.01, false).ceiling, 0.2 * governor_most, 1e-15);
+    CHECK(after(0.01, true).ceiling == 0.2);  // but does not grow
+    CHECK(after(0.5, false).proven == 0.2 && after(0.5, true).proven == 0 && after(1.25, false).proven == 0);
+}
+
+/// With pressure above the fill as the amplitude to a power, it comes to the aim and stays.
+static void the_governor_settles() {
+    const double fill = 6e4, soft = 2.5e5, aim = 0.92 * soft;
+    for (double power : {1.0, 2.0, 3.0}) {
+        Governor<double> g{0.05, 0.05, 2, 0, fill, false};
+        double most = 0, pressure = 0;
+        for (int beat = 0; beat < 60; ++beat) {
+            pressure = g.peak = fill + 1e6 * std::pow(g.ceiling, power);
+            most = std::fmax(most, pressure);
+            govern(g, g.ceiling, 2.0, fill, soft);
+        }
+        CHECK_NEAR(pressure, aim, 0.02 * aim);
+        CHECK(most < 1.05 * aim);
+    }
+}
+
+/// A higher frequency than any seen begins with what the model holds safe; a lower one goes on as it was.
+static void a_new_frequency_begins_safe() {
+    Governor<double> g{0.3, 0.3, 2, 0.3, 0, false};
+    expect(g, 1.0, 0.1);
+    CHECK(g.ceiling == 0.3);
+    expect(g, 4.0, 0.1);
+    CHECK(g.ceiling == 0.1 && g.frequency == 4);
+    g.ceiling = 0.25;  // grown since
+    expect(g, 4.0, 0.1);
+    CHECK(g.ceiling == 0.25);
+}
+
+static void every_condition_has_its_text() {
+    for (const ConditionText& text : condition_texts) CHECK(text.name && text.sentence && *text.sentence);
+    Status status{};
+    status.tell(Condition::hard_stop, 3);
+    CHECK(status.has(Condition::hard_stop) && status.has(Condition::hard_stop, 3) &&
+          !status.has(Condition::hard_stop, 2));
+    CHECK(!status.has(Condition::blind) && conditions <= 32 && most_servos <= 16);
+}
+
+int main() {
+    implausible_readings();
+    a_reading_is_stuck_only_where_the_robot_moves();
+    a_pump_goes_back_from_the_soft_limit();
+    the_governor_by_hand();
+    the_governor_settles();
+    a_new_frequency_begins_safe();
+    every_condition_has_its_text();
+    return failures();
+}

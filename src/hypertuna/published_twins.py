@@ -1,0 +1,112 @@
+"""Runs of the twin through what the paper reports: the eight gaits, the tank tests over frequency, Fig. 8."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.description import Robot
+from hypertuna.gait import Gait, named_gait
+from hypertuna.posture import PostureTest, posture_test
+from hypertuna.published_swims import SPEEDS
+from hypertuna.sizing import with_bore
+from hypertuna.twin import twin
+from hypertuna.twin_run import TwinRun
+
+__all__ = ["SWIM", "TANK_PHASE", "Twins", "run_published", "swim_bores"]
+
+Array = NDArray[np.float64]
+
+SWIM = 20.0  # s: from the speed of the lagging joints, until the controller's own transients are over
+TANK = "large"  # amplitude of the tank tests at which joints are watched over frequency
+TANK_PHASE = 40.0  # deg, of the fastest gait
+BORES = (0.003, 0.004, 0.005, 0.006)  # m, of the oil lines: what may be
+
+
+@dataclass(frozen=True)
+class Twins:
+    """What the twin computes.
+
+    Attributes
+    ----------
+    robot : Robot
+    gaits : dict of str to TwinRun
+        The eight gaits of Table IV.
+    tank : tuple of TwinRun
+        Large amplitude at the frequencies of the tank tests.
+    posture : PostureTest
+        Fig. 8.
+    bores : dict of float to dict of str to tuple
+        By bore of the oil lines [m]: speed [m/s], swing of each joint [rad] and power [W] of the eight gaits; empty if
+        it was not asked for.
+    """
+
+    robot: Robot
+    gaits: dict[str, TwinRun]
+    tank: tuple[TwinRun, ...]
+    posture: PostureTest
+    bores: dict[float, dict[str, tuple[float, Array, float]]]
+
+
+def run_published(
+    robot: Robot, paper: Mapping[str, Any], *, full: bool = False, progress: Callable[[], None] | None = None
+) -> Twins:
+    """Run the twin through what the paper reports.
+
+    Parameters
+    ----------
+    robot : Robot
+    paper : mapping
+        Content of data/published/published.toml.
+    full : bool
+        Also with other oil lines.
+    progress : callable, optional
+        Called after the swims and after the posture test.
+
+    Returns
+    -------
+    Twins
+    """
+    tank, posture = paper["tank"], paper["posture"]
+    gaits = {name: _swim(robot, named_gait(robot, name)) for name in SPEEDS}
+    amplitude, phase = tank["amplitude_deg"][TANK], (0.0, TANK_PHASE)
+    swept = tuple(
+        _swim(robot, Gait.from_degrees(frequency=hertz, amplitude=amplitude, phase=phase))
+        for hertz in tank["frequency_hz"]
+    )
+    if progress is not None:
+        progress()
+    angle = np.radians([posture["angle_deg"] if group.name == posture["joint"] else 0.0 for group in robot.joints])
+    held = posture_test(robot, frequencies=posture["frequency_hz"], angle=angle.tolist())
+    if progress is not None:
+        progress()
+    return Twins(robot, gaits, swept, held, swim_bores(robot) if full else {})
+
+
+def swim_bores(robot: Robot) -> dict[float, dict[str, tuple[float, Array, float]]]:
+    """Swim the eight gaits with oil lines of other bores, which are not published.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Returns
+    -------
+    dict of float to dict of str to tuple
+        As `Twins` holds it.
+    """
+    found = {}
+    for bore in BORES:
+        other = with_bore(robot, bore)
+        runs = {name: _swim(other, named_gait(other, name)) for name in SPEEDS}
+        found[bore] = {name: (run.speed, run.swing, run.power) for name, run in runs.items()}
+    return found
+
+
+def _swim(robot: Robot, gait: Gait) -> TwinRun:
+    """Swim a gait until it has settled."""
+    return twin(robot, gait, duration=SWIM, start="swimming")

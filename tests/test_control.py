@@ -1,0 +1,78 @@
+"""The controller from a robot's description: volume maps, limits, status, and that it beats."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna import _core
+from hypertuna.actuator import joint_tables
+from hypertuna.control import controller_columns, pump_map
+from hypertuna.errors import InputError
+from hypertuna.hydraulics import circuits
+
+PAGE = Path(__file__).parents[1] / "docs" / "control.md"
+
+
+@pytest.fixture(scope="module")
+def robot() -> ht.Robot:
+    return ht.load("hypertuna")
+
+
+@pytest.fixture(scope="module")
+def columns(robot: ht.Robot) -> dict[str, list[float]]:
+    return controller_columns(robot)
+
+
+def test_the_volume_map_fits(robot: ht.Robot) -> None:
+    """A degree of servo is 0.1 mL, which is some 50 kPa where both sides disagree: the map errs by a quarter of it."""
+    found = circuits(robot)
+    for c in range(4):
+        fit = pump_map(robot, found, c)
+        assert fit.residual_volume < 0.04e-6
+        assert fit.residual_angle < np.radians(1.0)
+
+
+def test_the_map_pushes_out_what_the_units_take(robot: ht.Robot) -> None:
+    """Beyond the joint's volume the pump fills what pressure makes of air and hoses: more, but not twice as much."""
+    found = circuits(robot)
+    for j, table in enumerate(joint_tables(robot)):
+        bend = np.array([0.0, 0.5 * float(robot.joints[j].bend_max or 0.0)])
+        angle = np.polynomial.Polynomial(pump_map(robot, found, 2 * j).coefficients)(bend)
+        pushed = np.diff(_core.displaced(found.values[2 * j], angle)[:, 0])[0]
+        taken = np.diff(table.at(bend)["volume"][:, 0])[0]
+        assert taken < pushed < 2 * taken
+
+
+def test_the_joint_with_a_blind_circuit_beats_less_the_faster(columns: dict[str, list[float]]) -> None:
+    for j in range(2):
+        safe = [
+            1 / (columns["safe_static"][j] + f * columns["safe_rate"][j] + f * f * columns["safe_square"][j])
+            for f in (1, 3, 6)
+        ]
+        assert columns["amplitude"][j] > safe[0] > safe[1] > safe[2] > 0
+
+
+def test_a_robot_without_pump_is_told_what_it_lacks() -> None:
+    with pytest.raises(InputError, match="controller"):
+        controller_columns(ht.load("rexeel"))
+
+
+def test_pulses_start_in_the_middle_and_follow_the_command(columns: dict[str, list[float]]) -> None:
+    pilot = _core.Controller(columns)
+    calm = {"bend": [0.0, 0.0], "pressure": columns["fill"], "current": [0.3] * 4, "rate": [0.0] * 3}
+    calm |= {"acceleration": [0.0, 0.0, 9.8], "voltage": [15.0]}
+    command = {"frequency": [2.0], "amplitude": [0.2, 0.3], "phase": [0.0, 0.5], "fin": [0.3, -0.3]}
+    first = pilot.step(calm, command)
+    assert np.allclose(first["pulse"], columns["pulse_center"][0], atol=20e-6)
+    for _ in range(300):
+        last = pilot.step(calm, command)
+    assert np.allclose(last["target"][4:], [0.3, -0.3], atol=1e-6)
+    assert np.ptp([pilot.step(calm, command)["set"][1] for _ in range(50)]) == pytest.approx(0.6, rel=0.01)
+
+
+def test_the_page_has_every_condition() -> None:
+    rows = [f"| `{name}` | {place} | {sentence} |" for name, place, sentence in _core.condition_table()]
+    text = PAGE.read_text()
+    assert [row for row in rows if row not in text] == []

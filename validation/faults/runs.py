@@ -1,0 +1,107 @@
+"""Sensor faults at random in the twin, for README.md. Run: python validation/faults/runs.py [RUNS [FIRST_SEED]]."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import hypertuna as ht
+from hypertuna.sensing import KINDS, channels
+from hypertuna.twin_run import TwinRun
+
+ROBOT = ht.load("hypertuna")
+THREADS = 2
+SECONDS = 10.0  # of each run; the fault comes in the second to the sixth
+HARD = 300e3 * 1.05  # Pa: no pressure may pass the hard limit by more than 5 %
+TOLD = {"bend": "bend_fault", "pressure": "pressure_fault", "current": "current_fault", "imu": "imu_fault"} | {
+    "battery": "battery_fault"
+}
+KEPT = 0.5  # of the healthy run's swing, of each joint: what counts as beating on
+
+
+class Result(NamedTuple):
+    """What is kept of a run."""
+
+    peak: float  # Pa, largest pressure of any cylinder or drive unit
+    finite: bool
+    pulses: bool  # within clamp and slew
+    swing: np.ndarray  # rad, half of peak to peak in the last beats
+    conditions: frozenset[str]
+    limits: tuple[str, ...]
+
+
+def measure(run: TwinRun) -> Result:
+    """Keep what the issue asks of a run."""
+    control = run.robot.controller
+    assert control is not None
+    pulse, step = run.data["pulse"], control.slew * run.tick * control.pulse_per_rad
+    inside = (control.pulse_min <= pulse).all() and (pulse <= control.pulse_max).all()
+    slewed = abs(np.diff(pulse, axis=0, prepend=control.pulse_center)).max() <= step * (1 + 1e-9)
+    numbers = all(np.isfinite(values).all() for name, values in run.data.items() if name not in READ)
+    names = [name for bit, (name, _, _) in enumerate(ht._core.condition_table()) if run.flags >> bit & 1]
+    finite = bool(numbers) and run.status == "completed"
+    return Result(run.pressure_peak, finite, bool(inside and slewed), run.swing, frozenset(names), run.limits)
+
+
+READ = ("angle_measured", "pressure_measured", "current")  # what a faulty sensor may show as no number
+
+
+def draw(seed: int) -> tuple[dict[str, Any], str]:
+    """Draw a run and its fault: any channel, kind, time, frequency, amplitudes, lag and seed of the noise."""
+    random = np.random.default_rng(seed)
+    amplitude = (random.uniform(4, 16), random.uniform(6, 25))
+    gait = ht.Gait.from_degrees(frequency=random.uniform(1, 6), amplitude=amplitude, phase=(0, random.uniform(0, 60)))
+    names = list(channels(ROBOT))
+    fault = f"{random.choice(names)}:{random.choice(KINDS)}@{random.uniform(1, 6):.2f}"
+    return {"robot": ROBOT, "gait": gait, "duration": SECONDS, "seed": seed}, fault
+
+
+def both(seeds: range, threads: int = THREADS) -> list[tuple[str, dict[str, Any], Result, Result]]:
+    """Run every draw healthy and with its fault."""
+    drawn = [draw(seed) for seed in seeds]
+    healthy = ht.twins([run for run, _ in drawn], measure=measure, threads=threads)
+    faulty = ht.twins([run | {"faults": fault} for run, fault in drawn], measure=measure, threads=threads)
+    return [(fault, run, a, b) for (run, fault), a, b in zip(drawn, healthy, faulty, strict=True)]
+
+
+def told(fault: str) -> str:
+    """Return the condition that must be told."""
+    return TOLD[fault.split(":")[0].split("-")[0]]
+
+
+def main() -> None:
+    """Run and print what failed, and the table."""
+    count, first = (int(a) for a in (*sys.argv[1:], "500", "0")[:2]) if len(sys.argv) > 1 else (500, 0)
+    rows = both(range(first, first + count))
+    for k, (fault, run, healthy, faulty) in enumerate(rows):
+        gait, part = run["gait"], faulty.swing / healthy.swing
+        wrong = [
+            *(["pressure"] if faulty.peak > HARD or healthy.peak > HARD else []),
+            *(["not finite"] if not faulty.finite else []),
+            *(["pulses"] if not faulty.pulses else []),
+            *(["not told"] if told(fault) not in faulty.conditions else []),
+            *(["false fault"] if any(c.endswith(("_fault", "_stop")) for c in healthy.conditions) else []),
+            *(["stops"] if "hard_stop" in faulty.conditions else []),
+            *(["weak"] if part.min() < KEPT else []),
+        ]
+        if wrong:
+            gist = f"{gait.frequency:.2f} Hz {np.degrees(gait.amplitude).round(1)} {fault}"
+            peaks = f"{healthy.peak / 1e3:.0f} {faulty.peak / 1e3:.0f} kPa"
+            print(first + k, gist, peaks, part.round(2), *wrong, sorted(faulty.conditions), flush=True)
+    peak = np.array([(h.peak, f.peak) for _, _, h, f in rows]) / 1e3
+    part = np.array([f.swing / h.swing for _, _, h, f in rows]).min(axis=1)
+    print(
+        f"{count} runs; largest pressure {peak[:, 0].max():.0f} kPa healthy, {peak[:, 1].max():.0f} kPa with the fault"
+    )
+    print(f"told: {np.mean([told(fault) in f.conditions for fault, _, _, f in rows]):.1%}")
+    print(
+        f"false faults in healthy runs: {sum(any(c.endswith('_fault') for c in h.conditions) for _, _, h, _ in rows)}"
+    )
+    print(f"hard stops: {sum('hard_stop' in f.conditions for _, _, _, f in rows)}")
+    print("swing over the healthy one, smallest, 1 %, 5 %, median:", np.quantile(part, [0, 0.01, 0.05, 0.5]).round(3))
+
+
+if __name__ == "__main__":
+    main()

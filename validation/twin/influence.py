@@ -1,0 +1,79 @@
+"""Which estimate matters, what the twin's speeds may be, and what a soft caudal fin would change: tables of
+docs/twin.md. Run: python validation/twin/influence.py [PART ...] [--page], some 5 minutes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from study import GAITS, PUBLISHED, ROBOT, eight, main
+
+import hypertuna as ht
+from hypertuna.console import progress_bar
+from hypertuna.description import parse
+from hypertuna.sobol import FACTORS, influence, spread
+
+SAMPLES = 64
+DRAWS = 64
+INDEXED = ("unoptimised-0.5", "unoptimised-max")  # 5 and 6 Hz, large amplitude
+HINGES = (0.1, 0.2, 0.3, 0.5, 1.0)  # N m/rad
+POWERS = {"unoptimised-max": 22.45, "optimised-0.5": 18.2}  # W, published
+
+
+def indices() -> Iterator[str]:
+    """Sobol's total indices of reach and speed, with half of the 95 % interval."""
+    with progress_bar("indices") as progress:
+        found = [influence(ROBOT, ht.named_gait(ROBOT, name), samples=SAMPLES, progress=progress) for name in INDEXED]
+    heads = [
+        f"{ht.named_gait(ROBOT, name).frequency:g} Hz: {what}" for name in INDEXED for what in ("I", "II", "speed")
+    ]
+    yield f"| estimate | range | {' | '.join(heads)} |"
+    yield "|---|---|" + "---:|" * len(heads)
+    for k, factor in enumerate(FACTORS):
+        cells = [f"{part.total[o, k]:.2f} ± {part.error[o, k]:.2f}" for part in found for o in range(3)]
+        ends = (
+            f"{factor.low:+g} to {factor.high:+g} K" if factor.how == "plus" else f"x {factor.low:g} to {factor.high:g}"
+        )
+        yield f"| {factor.name} | {ends} | {' | '.join(cells)} |"
+    spans = [f"{part.mean[o]:.3g} ± {part.deviation[o]:.2g}" for part in found for o in range(3)]
+    yield f"| mean ± standard deviation, deg and m/s | | {' | '.join(spans)} |"
+
+
+def spreads() -> Iterator[str]:
+    """Median and 95 % interval of the eight speeds over all estimates at once."""
+    with progress_bar("spread") as progress:
+        found = spread(ROBOT, {name: ht.named_gait(ROBOT, name) for name in GAITS}, draws=DRAWS, progress=progress)
+    yield "| gait | published, m/s | median | 95 % of the draws | published is inside |"
+    yield "|---|---:|---:|---:|---|"
+    for name, published in zip(GAITS, PUBLISHED, strict=True):
+        low, high = found.interval(name)
+        middle = float(np.nanmedian(found.speed[:, found.gaits.index(name)]))
+        inside = "yes" if low <= published <= high else "no"
+        yield f"| {name} | {published:g} | {middle:.3f} | {low:.3f} to {high:.3f} | {inside} |"
+
+
+def hinges() -> Iterator[str]:
+    """A caudal fin on a spring at the front of the last link: eight speeds, and the two published powers."""
+    yield f"| fin, N m/rad | {' | '.join(f'{speed:g}' for speed in PUBLISHED)} | rms | fastest, W | lake, W |"
+    yield "|---|" + "---:|" * 11
+    for stiffness in (math.inf, *HINGES[::-1]):
+        table = {"hinge": {"link": len(ROBOT.links.name) - 1, "stiffness_n_m_per_rad": stiffness}}
+        runs = eight(ROBOT if math.isinf(stiffness) else parse(ROBOT.document() | table))
+        speeds = np.array([run.speed for run in runs])
+        rms = 100 * math.sqrt(float(np.mean((speeds / PUBLISHED - 1) ** 2)))
+        powers = " | ".join(f"{runs[GAITS.index(name)].power:.1f}" for name in POWERS)
+        label = "stiff" if math.isinf(stiffness) else f"{stiffness:g}"
+        yield f"| {label} | {' | '.join(f'{speed:.3f}' for speed in speeds)} | {rms:.1f} % | {powers} |"
+    yield (
+        "| published | "
+        + " | ".join(f"{speed:g}" for speed in PUBLISHED)
+        + " | | "
+        + " | ".join(map(str, POWERS.values()))
+        + " |"
+    )
+
+
+if __name__ == "__main__":
+    main({"indices": indices, "spreads": spreads, "hinges": hinges})
