@@ -44,6 +44,7 @@ FACTORS = {
     "braid_angle": ("braid_pull", "2 / tan^2(braid_angle) - 1, the pull at rest over pressure and section"),
     "diameter_ratio": ("hose_wall", "1 - diameter_ratio^2, the part of the hose's section that is wall"),
 }
+INSIDE = 1 - 1e-9  # of a limit that the described values must stay below
 STEP = 1e-5  # of a logarithm, for differences
 ABSOLUTE = ("braid_angle", "diameter_ratio", "friction")
 NAME = re.compile(r"(?P<kind>\w+)(?:\[(?P<joint>[^\]]*)\])?")
@@ -188,7 +189,7 @@ def unknowns(
             found.append(_make(robot, kind, None))
     if names is not None:
         found = _named(found, split_names(names) if isinstance(names, str) else list(names))
-    return tuple(_bounded(found, bounds or {}))
+    return tuple(_bounded(robot, found, bounds or {}))
 
 
 def _make(robot: Robot, kind: str, joint: int | None) -> Unknown:
@@ -198,7 +199,17 @@ def _make(robot: Robot, kind: str, joint: int | None) -> Unknown:
     factor = 1.0 if kind in ABSOLUTE or kind == "asymmetry" else value
     name = kind if joint is None else f"{kind}[{robot.joints[joint].name}]"
     value = max(value, low) if kind == "friction" else value
-    return Unknown(kind, joint, name, value, min(low * factor, value), max(high * factor, value))
+    lower, upper = min(low * factor, value), max(high * factor, value)
+    return Unknown(kind, joint, name, value, lower, min(upper, INSIDE * _most(robot, kind, joint)))
+
+
+def _most(robot: Robot, kind: str, joint: int | None) -> float:
+    """Return what an unknown must stay below."""
+    if kind == "lever" and joint is not None:
+        actuator = robot.joints[joint].actuator
+        assert actuator is not None
+        return min(actuator.semi_minor)
+    return {"braid_angle": NEUTRAL_BRAID, "diameter_ratio": 1.0}.get(kind, math.inf)
 
 
 def _described(robot: Robot, kind: str, joint: int | None) -> float:
@@ -240,7 +251,7 @@ def _matching(known: Sequence[Unknown], name: str) -> list[Unknown]:
     return mine
 
 
-def _bounded(found: Sequence[Unknown], bounds: Mapping[str, tuple[float, float]]) -> list[Unknown]:
+def _bounded(robot: Robot, found: Sequence[Unknown], bounds: Mapping[str, tuple[float, float]]) -> list[Unknown]:
     """Give unknowns the bounds that the user says."""
     ends: dict[str, tuple[float, float]] = {}
     for name, pair in bounds.items():
@@ -253,8 +264,7 @@ def _bounded(found: Sequence[Unknown], bounds: Mapping[str, tuple[float, float]]
             if not low <= one.described <= high:
                 rule, fix = f"must hold the described value, {one.described:g}", "give wider bounds"
                 raise InputError(rule, key=f"bounds {name}", value=f"{low:g} to {high:g}", fix=fix)
-            most = {"braid_angle": NEUTRAL_BRAID, "diameter_ratio": 1.0}.get(one.kind, math.inf)
-            if high >= most:
+            if high >= (most := _most(robot, one.kind, one.joint)):
                 rule, fix = f"must end below {most:.4g}", "give a lower upper bound"
                 raise InputError(rule, key=f"bounds {name}", value=f"{high:g}", fix=fix)
             ends[one.name] = pair
