@@ -180,7 +180,8 @@ def test_pull_goes_by_the_factor_that_stands_for_the_braid_angle(tuna: ht.Robot)
         ({"free": "lever[II]"}, "free lever[II] must be an unknown of this bench and robot: did you mean lever[I]?"),
         ({"free": "lever,lever[I]"}, "free lever[I] must be free once"),
         ({"free": ""}, "free must name one unknown at least"),
-        ({"bounds": {"lever": (0.02, 0.03)}}, "bounds lever must hold the described value, 0.0"),
+        ({"bounds": {"lever": (0.02, 0.03)}}, "bounds lever must hold the described value, 12.38 mm"),
+        ({"bounds": {"lever": (0.03, 0.01)}}, "bounds lever must be the lower bound, then the upper one, but is 30 to"),
         ({"bounds": {"lever": (0.0, 0.03)}}, "bounds lever must be a lower bound above 0, then a higher upper bound"),
         ({"bounds": {"diameter_ratio": (0.5, 1.0)}}, "bounds diameter_ratio must end below 1"),
         ({"loss": "l2"}, "loss must be a known loss"),
@@ -193,6 +194,20 @@ def test_bad_options_of_a_fit(tuna: ht.Robot, tmp_path: Path, options: dict[str,
 
 
 # --- fits
+
+
+def test_progress_is_told_from_the_first_slopes_on(tuna: ht.Robot, tmp_path: Path) -> None:
+    told: list[tuple[int, int]] = []
+    fit_bench(
+        tuna,
+        loops(tuna, tmp_path, sd="0.05"),
+        "stiffness_factor",
+        starts=1,
+        progress=lambda done, total: told.append((done, total)),
+    )
+    assert told[0] == (1, 300)  # a search, then its rounds, then draws
+    assert told == sorted(told)
+    assert told[-1] == (232, 300)
 
 
 def test_what_is_determined_comes_back_exactly(tuna: ht.Robot, tmp_path: Path) -> None:

@@ -97,7 +97,7 @@ def test_it_draws_and_writes_a_robot(run: Run, tmp_path: Path) -> None:
         (("--free", "leaver"), "free leaver must be an unknown of this bench and robot"),
         (("--bounds", "lever"), "--bounds must be NAME=LOW:HIGH, but is lever"),
         (("--bounds", "lever=a:b"), "--bounds lever must be a number, but is 'a': give it in mm"),
-        (("--bounds", "lever[I]=1:2"), "bounds lever[I] must hold the described value"),
+        (("--bounds", "lever[I]=1:2"), "bounds lever[I] must hold the described value, 12.38 mm, but is 1 to 2 mm"),
         (("--loss", "l2"), "loss must be a known loss"),
         (("--starts", "some"), "--starts must be a whole number"),
         (("-o", "robot.csv"), "--output must end in .toml"),

@@ -48,6 +48,12 @@ def test_json_tells_what_the_function_finds(run: Run, tuna: ht.Robot) -> None:
     assert told["robot_hash"] == tuna.hash
 
 
+def test_a_joint_may_be_counted_from_the_head(run: Run) -> None:
+    by_name, by_number = (json.loads(run(*BEND[:-1], joint, "--json")[1]) for joint in ("II", "2"))
+    assert by_number["joint"] == "II"
+    assert by_number["angle_deg"] == by_name["angle_deg"]
+
+
 def test_the_other_branch_is_told_only_when_asked_for(run: Run) -> None:
     told = json.loads(run(*BEND, "--pressure", "50,100:250:4", "--side", "right", "--json")[1])
     assert told["pressure_kpa"] == [50, 100, 150, 200, 250]
@@ -114,11 +120,13 @@ def test_the_figure_shows_both_branches_and_all_materials(run: Run, tuna: ht.Rob
 
 
 BAD = {
-    "joint": ((*BEND[:-1], "III"), "joint III is not a joint of the robot: did you mean II?"),
-    "robot": (("bend", "--robot", "rexeel", "--joint", "0"), "robots/rexeel.toml: [drive_unit] is missing"),
+    "joint": ((*BEND[:-1], "III"), "joint must be a joint of hypertuna, but is 'III': did you mean II?"),
+    "robot": (("bend", "--robot", "rexeel", "--joint", "1"), "robots/rexeel.toml: [drive_unit] is missing"),
     "negative": ((*BEND, "--pressure", "-50:250:4"), "pressure must not be negative, but is -50 kPa"),
     "falling": ((*BEND, "--pressure", "250:0:4"), "pressure must rise from one to the next, but is 250 kPa, then"),
-    "word": ((*BEND, "--pressure", "high"), "--pressure[0] must be a number, but is 'high': give it in kPa"),
+    "word": ((*BEND, "--pressure", "high"), "--pressure must be a number, but is 'high': give it in kPa"),
+    "pascal": ((*BEND, "--pressure", "250000"), "--pressure must be at most 2000, but is 250000: give it in kPa"),
+    "many": ((*BEND, "--pressure", "0:250:20000"), "--pressure must be at most 10000 pressures, but is 20000"),
     "nan": ((*BEND, "--pressure", "0,nan"), "--pressure[1] must be a finite number"),
     "material": ((*BEND, "--material", "rubber"), "must be a set that exists, but is rubber"),
     "law": ((*BEND, "--law", "printed"), "law must be a law that exists, but is 'printed': did you mean as_printed?"),

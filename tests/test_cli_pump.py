@@ -97,7 +97,8 @@ def test_flow_beyond_the_laminar_law_is_told(run: Run) -> None:
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (("--bore", "0"), "bore must be greater than 0, but is 0 mm"),
+        (("--bore", "0"), "bore must be from 1 to 20 mm, but is 0: give the inner diameter"),
+        (("--bore", "0.005"), "bore must be from 1 to 20 mm, but is 0.005"),
         (("--bore", "2,3"), "bore must be a value or a range start:stop:count"),
         (("--temperature", "130"), "temperature must be from -9 to 100 degC, but is 130 degC"),
         (("--temperature", "cold"), "temperature must be a number"),

@@ -264,6 +264,27 @@ def test_bad_input_gives_one_sentence(old: str, new: str, sentence: str, tmp_pat
     assert sentence.startswith(caught.value.key)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("lever_m = 0.01238", "lever_m = 12.38", "joints.actuator.lever_m must be less than the smallest semi_minor_m"),
+        ("\nbore_m = 0.004", "\nbore_m = 4.0", "joints.line.bore_m must be less than length_m = 0.08"),
+        ("\nbore_m = 0.004", "\nbore_m = 0.06", "joints[0].line.bore_m must be less than 0.05194, the width of the"),
+        ("\nbore_m = 0.020", "\nbore_m = 20.0", "pump.bore_m must be less than body.length_m = 0.52"),
+        ("outer_diameter_m = 0.008", "outer_diameter_m = 8.0", "drive_unit.outer_diameter_m must be less than 0.05194"),
+        ("[0.05775, ", "[57.75, ", "joints[0].actuator.semi_major_m[0] must be less than body.length_m = 0.52"),
+    ],
+)
+def test_what_does_not_fit_into_the_body_was_written_in_mm(old: str, new: str, sentence: str, tmp_path: Path) -> None:
+    text, file = (ROOT / "robots" / "hypertuna.toml").read_text(), tmp_path / "tuna.toml"
+    assert old in text
+    file.write_text(text.replace(old, new, 1))
+    with pytest.raises(InputError) as caught:
+        load(file)
+    assert str(caught.value).startswith(f"{file}: {sentence}")
+    assert "in m" in str(caught.value)
+
+
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     missing, folder, binary, broken, huge = (tmp_path / f"{name}.toml" for name in ("m", "f", "b", "t", "h"))
     folder.mkdir()

@@ -60,6 +60,20 @@ def test_true_stress_and_other_units_will_do(tmp_path: Path) -> None:
     assert fit_silicone(test).solid == pytest.approx((30e3, 8e3), rel=1e-6)
 
 
+def test_percent_in_the_name_is_a_hundredth(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", 30e3, 8e3)
+    table = [line.split(";") for line in path.read_text().splitlines()[4:]]
+    rows = [f"{100 * float(cells[3])},{cells[4]}" for cells in table if cells[0]]
+    path.write_text("\n".join(["Engineering Strain (%),Engineering Stress (MPa)", *rows]))
+    assert fit_silicone(read_tensile(path)).solid == pytest.approx((30e3, 8e3), rel=1e-6)
+
+
+def test_the_strain_that_the_data_reach_is_told(tmp_path: Path) -> None:
+    fit = fit_silicone(read_tensile(written(tmp_path / "a.csv", 30e3, 8e3)), up_to=10)
+    assert (fit.up_to, fit.asked) == (2, 10)
+    assert fit.status == "Fitted to 40 rows up to 200 % strain, where the test ends (1000 % was asked for)."
+
+
 def test_a_negative_constant_is_kept_out(tmp_path: Path) -> None:
     """The best fit that is allowed has C2 = 0: then C1 is a ratio of sums."""
     test = read_tensile(written(tmp_path / "a.csv", 30e3, -8e3))
@@ -95,7 +109,12 @@ BAD = {
         "Engineering Strain;Engineering Stress (MPa)\n0;0\n0.1;0.01\n",
         "bad must have 5 rows .* up to 100 %.* is 1",
     ),
-    "percent": ("Engineering Strain;Engineering Stress (MPa)\n" + "50;1\n" * 9, "must have 5 rows .*but is 0"),
+    "percent": (
+        "Engineering Strain;Engineering Stress (MPa)\n" + "50;1\n" * 9,
+        r"bad.csv: Engineering Strain must be a fraction.* but is up to 50: .*\(%\)",
+    ),
+    "pushed": ("Engineering Strain,Engineering Stress (MPa)\n" + "0.5,-1\n" * 9, "bad must have positive stresses"),
+    "pressed": ("Engineering Strain,Engineering Stress (MPa)\n" + "-0.5,-1\n" * 9, "bad must have positive strains"),
 }
 
 
@@ -126,6 +145,6 @@ def test_the_command_tells_what_the_function_finds(
     assert (told["left_out"], told["points"]) == (11, 15)
     assert "Jelly: tensile_pa = [30000, 8000]" in said[1][1]
     assert "11 rows lack strain or stress" in said[1][1]
-    assert "up to 200 % strain" in said[1][1]
+    assert "up to 195 % strain, where the test ends (200 % was asked for)" in said[1][1]
     assert said[2][0] == 2
     assert "--up-to must be a number" in said[2][2]

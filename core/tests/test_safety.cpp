@@ -51,7 +51,7 @@ static void a_pump_goes_back_from_the_soft_limit() {
 
 /// A beat at fill + room x makes the next one 1 / x as wide, or wider by the fourth root.
 static void the_governor_by_hand() {
-    const double fill = 6e4, soft = 2.5e5, room = 0.92 * soft - fill;
+    const double fill = 6e4, soft = 2.5e5, room = governor_aim * soft - fill;
     const auto after = [&](double load, bool doubt) {
         Governor<double> g{0.2, 0.2, 2, 0, fill + room * load, doubt};
         govern(g, 0.2, 2.0, fill, soft);
@@ -69,7 +69,7 @@ static void the_governor_by_hand() {
 
 /// With pressure above the fill as the amplitude to a power, it comes to the aim and stays.
 static void the_governor_settles() {
-    const double fill = 6e4, soft = 2.5e5, aim = 0.92 * soft;
+    const double fill = 6e4, soft = 2.5e5, aim = governor_aim * soft;
     for (double power : {1.0, 2.0, 3.0}) {
         Governor<double> g{0.05, 0.05, 2, 0, fill, false};
         double most = 0, pressure = 0;

@@ -15,7 +15,7 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.measured import check_width, read_rows
 
-__all__ = ["COLUMNS", "Bench", "Loop", "read_bench"]
+__all__ = ["COLUMNS", "HIGHEST_PRESSURE", "Bench", "Loop", "joint_index", "read_bench"]
 
 Array = NDArray[np.float64]
 
@@ -212,7 +212,7 @@ def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> _Row:
         fix = "give the standard deviation of the angle, or leave the cell empty"
         raise InputError("must be greater than 0", key="angle_sd_deg", value=cells["angle_sd_deg"], fix=fix)
     return _Row(
-        joint=_joint(cells["joint"], robot),
+        joint=joint_index(cells["joint"], robot),
         side=_choice(cells["side"], "side", SIDES),
         pressure=pressure,
         angle=angle,
@@ -225,8 +225,24 @@ def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> _Row:
     )
 
 
-def _joint(text: str, robot: Robot) -> int:
-    """Find a joint group by its name, or by its number counted from the head and from 1."""
+def joint_index(text: str, robot: Robot) -> int:
+    """Find a joint group by its name, or by its number counted from the head and from 1.
+
+    Parameters
+    ----------
+    text : str
+    robot : Robot
+
+    Returns
+    -------
+    int
+        Counted from 0.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
     names = [group.name for group in robot.joints]
     if text in names:
         return names.index(text)

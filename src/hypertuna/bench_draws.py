@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,7 +21,16 @@ OUTLIER = 3.0  # residual, in standard deviations, from which on a row does not 
 UNLIKELY = 4.0  # how many standard deviations of its own sum a draw's misfit may be larger than expected
 
 
-def draws(problem: Problem, z: Array, level: Array, factor: float, slope: Array, *, seed: int = 0) -> Array:
+def draws(
+    problem: Problem,
+    z: Array,
+    level: Array,
+    factor: float,
+    slope: Array,
+    *,
+    seed: int = 0,
+    tick: Callable[[], None] | None = None,
+) -> Array:
     """Draw actuators that meet a bench as well as its noise asks, and are as likely as what was known before.
 
     A draw minimizes the residuals with noise of its own added to what was measured and drawn values in place of the
@@ -38,6 +49,8 @@ def draws(problem: Problem, z: Array, level: Array, factor: float, slope: Array,
     slope : ndarray, shape (rows + n, n)
         Of the residuals over the noise times the factor, at the fit [1].
     seed : int
+    tick : callable, optional
+        Called at every draw.
 
     Returns
     -------
@@ -51,6 +64,8 @@ def draws(problem: Problem, z: Array, level: Array, factor: float, slope: Array,
     most = len(z) + UNLIKELY * np.sqrt(2 * len(z))
     found = []
     for _ in range(COUNT):
+        if tick is not None:
+            tick()
         aim, noise = _prior(rng, low, high), rng.standard_normal(rows)[guiding]
         x, residual, jacobian = z, start[guiding], slope[:rows][guiding].copy()
         for part in WAY:

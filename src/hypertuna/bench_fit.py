@@ -41,6 +41,7 @@ Array = NDArray[np.float64]
 ROUNDS, SAME_LEVEL = 10, 1e-2  # of estimating unknown noise
 LEAST_FREEDOM = 2.0  # rows beyond what the fit takes up, for a noise that is not stated
 STARTS = 3
+PARTS = 100  # of a stage, for the progress
 CONFIDENCE = 0.95
 ON_BOUND = 1e-4  # of the allowed range: so near, a value sits on its bound
 
@@ -177,24 +178,38 @@ def fit_bench(
     points = start_points(problem, starts, seed)
     best: Any = None
     level, evaluations = np.array(FIRST_LEVEL), 0
+    stated = not np.isnan(problem.sd).any()
+    if not stated:  # said before the search if it is plain already
+        _check_freedom(problem, len(problem.measured) - taken_up(problem.slope(points[0], level)), stated)
     for k, z in enumerate(points):
-        found = search(problem, z, level, ROUGH)
+        found = search(problem, z, level, ROUGH, _ticks(progress, k, len(points) + 2))
         evaluations += int(found.nfev)
         best = found if best is None or found.cost < best.cost else best
-        if progress is not None:
-            progress(k + 1, len(points) + 1)
+    tick = _ticks(progress, len(points), len(points) + 2)
     for k in range(ROUNDS):
         new = levels(problem, best, level)
         if k and np.allclose(new, level, rtol=SAME_LEVEL, atol=0.0):
             break
-        level, best = new, search(problem, best.x, new)
+        level, best = new, search(problem, best.x, new, tick=tick)
         evaluations += int(best.nfev)
-    if progress is not None:
-        progress(len(points) + 1, len(points) + 1)
-    return replace(_result(problem, best, level, evaluations), seconds=time.monotonic() - begun)
+    fit = _result(problem, best, level, evaluations, _ticks(progress, len(points) + 1, len(points) + 2))
+    return replace(fit, seconds=time.monotonic() - begun)
 
 
-def _result(problem: Problem, found: Any, level: Array, evaluations: int) -> BenchFit:
+def _ticks(progress: Callable[[int, int], None] | None, stage: int, stages: int) -> Callable[[], None]:
+    """Make what counts the steps of a stage; nobody knows how many it takes, so its last part waits for its end."""
+    done = 0
+
+    def tick() -> None:
+        nonlocal done
+        done = min(done + 1, PARTS - 1)
+        if progress is not None:
+            progress(PARTS * stage + done, PARTS * stages)
+
+    return tick
+
+
+def _result(problem: Problem, found: Any, level: Array, evaluations: int, tick: Callable[[], None]) -> BenchFit:
     """Say what came out of a fit."""
     from scipy.special import stdtrit
 
@@ -209,7 +224,7 @@ def _result(problem: Problem, found: Any, level: Array, evaluations: int) -> Ben
     _, singular, vectors = np.linalg.svd(slope[:rows], full_matrices=True)
     singular = np.append(singular, np.zeros(len(problem.free)))[: len(problem.free)]
     length = _lengths(problem, found.x, level, factor, slope, singular, vectors, quantile)
-    drawn = draws(problem, found.x, level, factor, slope)
+    drawn = draws(problem, found.x, level, factor, slope, tick=tick)
     spread, low, high = problem.spread, *problem.ends()
     cov = vectors.T * length**2 @ vectors
     sd = np.sqrt(np.diag(cov))

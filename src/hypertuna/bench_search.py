@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -221,7 +221,13 @@ def start_points(problem: Problem, count: int, seed: int) -> list[Array]:
     return points[:count]
 
 
-def search(problem: Problem, start: Array, level: Array, tolerance: float = TOLERANCE) -> Any:
+def search(
+    problem: Problem,
+    start: Array,
+    level: Array,
+    tolerance: float = TOLERANCE,
+    tick: Callable[[], None] | None = None,
+) -> Any:
     """Search from one start by SciPy's trust region method; only what was measured has a robust loss.
 
     Parameters
@@ -233,6 +239,8 @@ def search(problem: Problem, start: Array, level: Array, tolerance: float = TOLE
         Noise of angles [rad] and volumes [m^3] that is not stated.
     tolerance : float
         Relative change that ends the search [1].
+    tick : callable, optional
+        Called at every evaluation of residuals or slopes.
 
     Returns
     -------
@@ -247,12 +255,22 @@ def search(problem: Problem, start: Array, level: Array, tolerance: float = TOLE
         terms[:, :rows] = loss_terms(problem.loss, square[:rows])
         return terms
 
+    def residual(z: Array) -> Array:
+        if tick is not None:
+            tick()
+        return problem.residual(z, level)
+
+    def slope(z: Array) -> Array:
+        if tick is not None:
+            tick()
+        return problem.slope(z, level, rough=True)
+
     low, high = problem.ends()
     inside = 1e-6 * (high - low)
     return least_squares(
-        lambda z: problem.residual(z, level),
+        residual,
         np.clip(start, low + inside, high - inside),
-        jac=lambda z: problem.slope(z, level, rough=True),
+        jac=slope,
         bounds=(low, high),
         loss="linear" if problem.loss == "linear" else loss,
         ftol=tolerance,

@@ -17,7 +17,17 @@ from hypertuna.free_names import split_names
 from hypertuna.schema_actuator import NEUTRAL_BRAID
 from hypertuna.soft_joint import mooney
 
-__all__ = ["FACTORS", "PER_JOINT", "SHARED", "Unknown", "check_tables", "keys_of", "unknowns", "with_unknowns"]
+__all__ = [
+    "BORDER",
+    "FACTORS",
+    "PER_JOINT",
+    "SHARED",
+    "Unknown",
+    "check_tables",
+    "keys_of",
+    "unknowns",
+    "with_unknowns",
+]
 
 Array = NDArray[np.float64]
 
@@ -44,6 +54,9 @@ FACTORS = {
     "braid_angle": ("braid_pull", "2 / tan^2(braid_angle) - 1, the pull at rest over pressure and section"),
     "diameter_ratio": ("hose_wall", "1 - diameter_ratio^2, the part of the hose's section that is wall"),
 }
+# Units at the border, and how many of them are one SI unit. Numbers without a unit say what they count from.
+BORDER = {"m": ("mm", 1e3), "rad": ("deg", 180 / math.pi), "1": ("1", 1.0)}
+INSIDE = 1 - 1e-9  # of a limit that the described values must stay below
 STEP = 1e-5  # of a logarithm, for differences
 ABSOLUTE = ("braid_angle", "diameter_ratio", "friction")
 NAME = re.compile(r"(?P<kind>\w+)(?:\[(?P<joint>[^\]]*)\])?")
@@ -188,7 +201,7 @@ def unknowns(
             found.append(_make(robot, kind, None))
     if names is not None:
         found = _named(found, split_names(names) if isinstance(names, str) else list(names))
-    return tuple(_bounded(found, bounds or {}))
+    return tuple(_bounded(robot, found, bounds or {}))
 
 
 def _make(robot: Robot, kind: str, joint: int | None) -> Unknown:
@@ -198,7 +211,17 @@ def _make(robot: Robot, kind: str, joint: int | None) -> Unknown:
     factor = 1.0 if kind in ABSOLUTE or kind == "asymmetry" else value
     name = kind if joint is None else f"{kind}[{robot.joints[joint].name}]"
     value = max(value, low) if kind == "friction" else value
-    return Unknown(kind, joint, name, value, min(low * factor, value), max(high * factor, value))
+    lower, upper = min(low * factor, value), max(high * factor, value)
+    return Unknown(kind, joint, name, value, lower, min(upper, INSIDE * _most(robot, kind, joint)))
+
+
+def _most(robot: Robot, kind: str, joint: int | None) -> float:
+    """Return what an unknown must stay below."""
+    if kind == "lever" and joint is not None:
+        actuator = robot.joints[joint].actuator
+        assert actuator is not None
+        return min(actuator.semi_minor)
+    return {"braid_angle": NEUTRAL_BRAID, "diameter_ratio": 1.0}.get(kind, math.inf)
 
 
 def _described(robot: Robot, kind: str, joint: int | None) -> float:
@@ -240,24 +263,28 @@ def _matching(known: Sequence[Unknown], name: str) -> list[Unknown]:
     return mine
 
 
-def _bounded(found: Sequence[Unknown], bounds: Mapping[str, tuple[float, float]]) -> list[Unknown]:
+def _bounded(robot: Robot, found: Sequence[Unknown], bounds: Mapping[str, tuple[float, float]]) -> list[Unknown]:
     """Give unknowns the bounds that the user says."""
     ends: dict[str, tuple[float, float]] = {}
     for name, pair in bounds.items():
         for one in _matching(found, name):
-            low, high = pair
+            low, high = ends[one.name] = pair
+            (unit, factor), key = BORDER[one.unit], f"bounds {name}"
+            unit = "" if unit == "1" else f" {unit}"
+            value = f"{low * factor:g} to {high * factor:g}{unit}"
+            if 0 < high < low < math.inf:
+                fix = f"exchange the two, {high * factor:g}:{low * factor:g}"
+                raise InputError("must be the lower bound, then the upper one", key=key, value=value, fix=fix)
             if not 0 < low < high < math.inf:
                 fix = "give LOW:HIGH"
                 rule = "must be a lower bound above 0, then a higher upper bound"
-                raise InputError(rule, key=f"bounds {name}", value=f"{low:g} to {high:g}", fix=fix)
+                raise InputError(rule, key=key, value=value, fix=fix)
             if not low <= one.described <= high:
-                rule, fix = f"must hold the described value, {one.described:g}", "give wider bounds"
-                raise InputError(rule, key=f"bounds {name}", value=f"{low:g} to {high:g}", fix=fix)
-            most = {"braid_angle": NEUTRAL_BRAID, "diameter_ratio": 1.0}.get(one.kind, math.inf)
-            if high >= most:
-                rule, fix = f"must end below {most:.4g}", "give a lower upper bound"
-                raise InputError(rule, key=f"bounds {name}", value=f"{high:g}", fix=fix)
-            ends[one.name] = pair
+                rule = f"must hold the described value, {one.described * factor:.6g}{unit}"
+                raise InputError(rule, key=key, value=value, fix=f"give wider bounds{' in' * bool(unit)}{unit}")
+            if high >= (most := _most(robot, one.kind, one.joint)):
+                rule, fix = f"must end below {most * factor:.4g}{unit}", "give a lower upper bound"
+                raise InputError(rule, key=key, value=value, fix=fix)
     return [Unknown(u.kind, u.joint, u.name, u.described, *ends[u.name]) if u.name in ends else u for u in found]
 
 

@@ -22,7 +22,13 @@ actuator_app.command("fit")(fit_command)
 
 @actuator_app.command("silicone")
 def silicone_command(
-    file: Annotated[str, typer.Argument(help="CSV file of a tensile test: engineering strain and stress.")],
+    file: Annotated[
+        str,
+        typer.Argument(
+            help="CSV file of a tensile test: Engineering Strain (a fraction, or with (%) in its name), then "
+            "Engineering Stress (MPa), (kPa) or (Pa)."
+        ),
+    ],
     up_to: Annotated[str, typer.Option("--up-to", help="Largest strain to fit, in percent.")] = f"{100 * UP_TO:g}",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -56,6 +62,7 @@ def _record(file: str, test: TensileTest, fit: TensileFit) -> dict[str, Any]:
         "stress_100_pa": fit.stress_100,
         "stress_100_fitted_pa": fit.solid.modulus_100,
         "strain_max": fit.up_to,
+        "strain_asked": fit.asked,
         "points": fit.points,
         "left_out": test.left_out,
         "rms_pa": fit.rms,

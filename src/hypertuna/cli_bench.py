@@ -14,7 +14,7 @@ from rich.text import Text
 from hypertuna.bench import Bench, read_bench
 from hypertuna.bench_combinations import DETERMINED, Combination
 from hypertuna.bench_fit import BenchFit, fit_bench
-from hypertuna.bench_unknowns import FACTORS, Unknown
+from hypertuna.bench_unknowns import BORDER, FACTORS, Unknown
 from hypertuna.bench_worth import Worth, worth
 from hypertuna.console import check_suffix, number, print_json, progress_bar, tell_written, whole_number
 from hypertuna.description import load
@@ -24,8 +24,6 @@ from hypertuna.robot_file import write_robot
 
 __all__ = ["fit_command"]
 
-# Units at the border, and how many of them are one SI unit. Numbers without a unit say what they count from.
-BORDER = {"m": ("mm", 1e3), "rad": ("deg", 180 / math.pi), "1": ("1", 1.0)}
 NOISE = {"angle": ("deg", 180 / math.pi), "volume": ("ml", 1e6)}
 COUNTED = {
     "segment_length": "x described",
@@ -40,7 +38,11 @@ MEASUREMENTS, NARROWED = 8, 3  # rows of the table of measurements, and unknowns
 
 def fit_command(
     files: Annotated[
-        list[str], typer.Argument(help="CSV files of bench runs: joint, side, pressure_kpa, angle_deg ...")
+        list[str],
+        typer.Argument(
+            help="CSV files of bench runs: joint, side, pressure_kpa, angle_deg, and angle_sd_deg where rows are few "
+            "(up to about as many as unknowns)."
+        ),
     ],
     robot: Annotated[
         str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.actuator import MATERIAL_SETS, Bend, Step, bend, misprints, mooney
+from hypertuna.bench import HIGHEST_PRESSURE, joint_index
 from hypertuna.console import check_suffix, command_line, print_json, ranges, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
@@ -21,6 +22,7 @@ from hypertuna.results import provenance, write_atomically, write_netcdf
 __all__ = ["bend_command"]
 
 ALL = "all"  # every material set that the robot has the values of
+MOST_PRESSURES = 10_000  # of one call: more say nothing new, and take minutes with loops and all material sets
 ROWS = 11  # pressures that the terminal shows
 
 
@@ -28,7 +30,7 @@ def bend_command(
     robot: Annotated[
         str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
     ],
-    joint: Annotated[str, typer.Option("--joint", help="Name of the joint group.")],
+    joint: Annotated[str, typer.Option("--joint", help="Name of the joint group, or its number from the head.")],
     pressure: Annotated[
         str, typer.Option("--pressure", help="Rising gauge pressures in kPa: numbers or start:stop:count.")
     ] = "0:250:26",
@@ -56,10 +58,11 @@ def bend_command(
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     kind = check_suffix(output, (".nc", ".csv"), "--output")
     fish, path = load(robot), 1e3 * np.array(_pressures(pressure))
+    number = joint_index(joint, fish)
 
     def bent(chosen: str | None) -> Bend:
         options: dict[str, Any] = {"side": side, "friction": not no_friction, "unload": unload, "law": law}
-        return bend(fish, joint, path, material=chosen, **options)
+        return bend(fish, number, path, material=chosen, **options)
 
     first = bent(None if material == ALL else material)
     known = _known(fish) if material == ALL or plot is not None else ()
@@ -67,7 +70,7 @@ def bend_command(
     sets: dict[str, Bend] = {
         name: others.get(name, first) for name in MATERIAL_SETS if name in others or name == first.material
     }
-    steps = misprints(fish, joint, float(path[-1]), first.material) if law == "as_printed" else ()
+    steps = misprints(fish, number, float(path[-1]), first.material) if law == "as_printed" else ()
     if plot is not None:
         _plot(first, sets, plot)
     shown_sets = sets if material == ALL else {first.material: first}
@@ -84,7 +87,18 @@ def bend_command(
 
 def _pressures(text: str) -> list[float]:
     """Read the pressures: every part of the list in turn."""
-    return [value for k, part in enumerate(text.split(",")) for (value,) in ranges(part, f"--pressure[{k}]", "kPa")]
+    parts, found = text.split(","), []
+    for k, part in enumerate(parts):
+        key = f"--pressure[{k}]" if len(parts) > 1 else "--pressure"
+        values = [value for (value,) in ranges(part, key, "kPa")]
+        if (largest := max(values)) > HIGHEST_PRESSURE / 1e3:
+            rule = f"must be at most {HIGHEST_PRESSURE / 1e3:g}"
+            raise InputError(rule, key=key, value=f"{largest:g}", fix="give it in kPa")
+        found += values
+        if len(found) > MOST_PRESSURES:
+            rule, fix = f"must be at most {MOST_PRESSURES} pressures", "ask for fewer; a hundred draw a smooth curve"
+            raise InputError(rule, key="--pressure", value=f"{len(found)}", fix=fix)
+    return found
 
 
 def _known(robot: Robot) -> tuple[str, ...]:

@@ -24,6 +24,7 @@ from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
 from hypertuna.hydraulics import ZERO_CELSIUS, circuits
+from hypertuna.options import BORES
 from hypertuna.results import dataset, provenance, write_atomically, write_netcdf
 from hypertuna.sizing import Size, largest_beat, size_pump
 
@@ -103,7 +104,7 @@ def pump_command(
     fish = load(robot)
     circuits(fish)  # says what the file lacks
     frequencies, amplitudes = _beat(fish, gait, frequency, amplitude)
-    bores = [None] if bore is None else [value * 1e-3 for value in _axis(bore, "bore", "mm")]
+    bores = [None] if bore is None else _bores(bore)
     celsius = [None] if temperature is None else _axis(temperature, "temperature", "C")
     with progress_bar("sizing") as progress:
         sizes = size_pump(
@@ -155,6 +156,21 @@ def _axis(text: str, key: str, unit: str) -> list[float]:
         rule, fix = f"must be {RANGE}", "write, for example, 2:5:4 for 2, 3, 4 and 5"
         raise InputError(rule, key=key, value=repr(text), fix=fix)
     return [value for (value,) in values]
+
+
+def _bores(text: str) -> list[float | None]:
+    """Read bores of the lines [m]: those that the twin takes, too."""
+    values, (low, high) = _axis(text, "bore", "mm"), BORES
+    for value in values:
+        if not low <= value <= high:
+            fix = "give the inner diameter of the oil lines in mm"
+            raise InputError(f"must be from {low:g} to {high:g} mm", key="bore", value=f"{value:g}", fix=fix)
+    return [value * 1e-3 for value in values]
+
+
+def _limits(size: Size) -> tuple[str, ...]:
+    """Name what costs bend: at the pressure limit a quicker servo would only be told less."""
+    return tuple(name for name in size.limits if name != "servo" or "pressure" not in size.limits)
 
 
 def _record(size: Size) -> dict[str, Any]:
@@ -211,9 +227,10 @@ def _print_servo(console: Console, size: Size) -> None:
     """Print what a beat asks of a servo, beside what it can do."""
     record = _record(size)
     told = f"joint {size.joint} at {size.frequency:.3g} Hz, {record['command_deg']:.3g} deg told"
+    left = size.speed_limit * max(0.0, 1 - size.torque / size.torque_limit)
     console.print(Text(f"{told}; a servo needs, and has", style="bold"))
     console.print(f"  torque at the pressure limit  {size.torque:8.3g} of {size.torque_limit:.3g} N m")
-    console.print(f"  speed                         {size.speed:8.3g} of {size.speed_limit:.3g} rad/s")
+    console.print(f"  speed                         {size.speed:8.3g} of {size.speed_limit:.3g} rad/s, {left:.3g} at that torque")
     console.print(
         f"  stroke                        {record['stroke_deg']:8.3g} of {record['stroke_limit_deg']:.3g} deg"
     )
@@ -223,8 +240,12 @@ def _print_case(console: Console, size: Size) -> None:
     """Print all of one case."""
     record = _record(size)
     shares = ", ".join(f"{name} {watts:.2g}" for name, watts in size.power.items() if name != "total")
+<<<<<<< HEAD
     limits = " and ".join(LIMITS[name] for name in size.limits) or "nothing"
     turbulent = f", {TURBULENT}" if size.turbulent else ""
+=======
+    limits = " and ".join(LIMITS[name] for name in _limits(size)) or "nothing"
+>>>>>>> fde2407ce931170ea976bfbada343a8c7da4bf5e
     lines = (
         ("oil", f"{record['temperature_c']:.3g} C, {record['viscosity_mm2_s']:.4g} mm^2/s"),
         ("line", f"{record['bore_mm']:.3g} mm, Reynolds number {size.reynolds:.3g}{turbulent}"),
@@ -261,5 +282,9 @@ def _print_table(console: Console, cases: list[Size]) -> None:
 
 def _cell(size: Size) -> str:
     """Tell a case in a few letters."""
+<<<<<<< HEAD
     letters = "".join(LETTERS[name] for name in size.limits) + "t" * size.turbulent
+=======
+    letters = "".join(LETTERS[name] for name in _limits(size))
+>>>>>>> fde2407ce931170ea976bfbada343a8c7da4bf5e
     return f"{math.degrees(size.amplitude):.1f}{letters} ({size.corner:.2g})"

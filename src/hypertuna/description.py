@@ -16,16 +16,7 @@ from pydantic import PrivateAttr, ValidationError, model_validator
 
 from hypertuna.errors import InputError, Place, did_you_mean, field_at, shown, translate, unit_of, written
 from hypertuna.reference import markdown
-from hypertuna.schema import (
-    Body,
-    Choice,
-    Fitted,
-    GaitBounds,
-    JointGroup,
-    Links,
-    NamedGait,
-    Water,
-)
+from hypertuna.schema import Body, Choice, Fitted, GaitBounds, JointGroup, Links, NamedGait, Water, check_sizes
 from hypertuna.schema_actuator import DriveUnit, Hinge, Material
 from hypertuna.schema_base import Part, Text, entry, same_length, unique
 from hypertuna.schema_control import Controller, Sensor
@@ -191,6 +182,7 @@ class Robot(Part):
             same_length(gait, f"gaits.{name}", len(self.joints), "joint group")
         if self.gait_bounds is not None:
             same_length(self.gait_bounds, "gait_bounds", len(self.joints), "joint group", but=("frequency",))
+        check_sizes(self.body.length, self.joints, self.drive_unit, self.pump)
         _check_sources(self)
         return self
 

@@ -6,13 +6,13 @@ This file has what swims; schema_actuator.py, schema_hydraulics.py and schema_co
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
 from hypertuna.errors import InputError
-from hypertuna.schema_actuator import Actuator
+from hypertuna.schema_actuator import Actuator, DriveUnit
 from hypertuna.schema_base import (
     Amplitude,
     Count,
@@ -30,7 +30,7 @@ from hypertuna.schema_base import (
     same_length,
     unique,
 )
-from hypertuna.schema_hydraulics import Line
+from hypertuna.schema_hydraulics import Line, Pump
 
 
 class Body(Part):
@@ -248,3 +248,24 @@ class Fitted(Part):
                 rule, fix = f"must be {len(self.names)} long, as fit.names is", "identify again"
                 raise InputError(rule, key=f"fit.covariance[{i}]", value=f"{len(row)} long", fix=fix)
         return self
+
+
+def check_sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, pump: Pump | None) -> None:
+    """Check that muscles and lines fit into the sections that they run in, and sections and pump into the body."""
+    inside = [(f"pump.{name}_m", getattr(pump, name)) for name in ("bore", "crank", "rod") if pump is not None]
+    for g, group in enumerate(joints):
+        if (body := group.actuator) is None:
+            continue
+        for name in ("segment_length", "semi_major", "semi_minor"):
+            inside += [(f"joints[{g}].actuator.{name}_m[{i}]", size) for i, size in enumerate(getattr(body, name))]
+        runs = [(f"joints[{g}].line.bore_m", group.line.bore)] if group.line is not None else []
+        runs += [("drive_unit.outer_diameter_m", unit.outer_diameter)] if unit is not None else []
+        width = 2 * min(body.semi_minor)
+        for key, value in runs:
+            if value >= width:
+                rule = f"must be less than {width:g}, the width of the narrowest section of joint {group.name}"
+                raise InputError(rule, key=key, value=f"{value:g}", fix="give it in m")
+    for key, value in inside:
+        if value >= length:
+            rule = f"must be less than body.length_m = {length:g}: it has its place in the body"
+            raise InputError(rule, key=key, value=f"{value:g}", fix="give it in m")

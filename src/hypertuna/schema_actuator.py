@@ -60,6 +60,10 @@ class Actuator(Part):
     @model_validator(mode="after")
     def _check(self) -> Self:
         same_length(self, "joints.actuator", len(self.segment_length), "segment")
+        if self.lever >= (narrowest := min(self.semi_minor)):
+            rule = f"must be less than the smallest semi_minor_m = {narrowest:g}: the drive units run inside the body"
+            value, fix = f"{self.lever:g}", "give it in m, measured from the neutral layer"
+            raise InputError(rule, key="joints.actuator.lever_m", value=value, fix=fix)
         return self
 
 

@@ -96,6 +96,13 @@ class Line(Part):
         "fill_pressure_pa", "gauge pressure with the tail straight and the pump at neutral", "Pa", default=0.0
     )
 
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.bore >= self.length:
+            rule = f"must be less than length_m = {self.length:g}: a line is longer than it is wide"
+            raise InputError(rule, key="joints.line.bore_m", value=f"{self.bore:g}", fix="give both in m")
+        return self
+
 
 class Battery(Part):
     """The battery."""

@@ -1,7 +1,8 @@
 """Silicone: elastic constants of a material from a tensile test.
 
 A file has a header of any length, a row of column names with units, and rows of numbers, separated by semicolons or
-commas: engineering strain and stress are used, or true ones where those are all that there is.
+commas: engineering strain and stress are used, or true ones where those are all that there is. Strain is a fraction,
+or in percent where its name says (%).
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ Array = NDArray[np.float64]
 
 UP_TO = 1.0  # engineering strain up to which a test is fitted: that of a data sheet's modulus
 FEWEST = 5  # points of a fit
+LARGEST = 20.0  # strain: the softest silicones break at 10 to 17; what is above was written in percent
 PASCALS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6}
 
 
@@ -75,7 +77,11 @@ class TensileFit:
     free : Mooney
         Of the fit without that condition [Pa]: where one of them is negative, the other may be at its bound only.
     up_to : float
-        Largest engineering strain fitted [1].
+        Largest engineering strain of the rows fitted [1].
+    asked : float
+        Largest engineering strain that the fit was to take [1].
+    ended : bool
+        Whether the test ends before that.
     points : int
         Rows fitted.
     rms : float
@@ -87,6 +93,8 @@ class TensileFit:
     solid: Mooney
     free: Mooney
     up_to: float
+    asked: float
+    ended: bool
     points: int
     rms: float
     stress_100: float
@@ -95,7 +103,8 @@ class TensileFit:
     def status(self) -> str:
         """What the fit found, in a sentence."""
         bound = [name for name, value in zip(("C1", "C2"), self.solid, strict=True) if value == 0]
-        fitted = f"Fitted to {self.points} rows up to {100 * self.up_to:.0f} % strain."
+        ended = f", where the test ends ({100 * self.asked:.4g} % was asked for)" if self.ended else ""
+        fitted = f"Fitted to {self.points} rows up to {100 * self.up_to:.0f} % strain{ended}."
         if not bound:
             return fitted
         free = ", ".join(f"{name} = {value / 1e3:.1f} kPa" for name, value in zip(("C1", "C2"), self.free, strict=True))
@@ -116,7 +125,8 @@ def read_tensile(path: str | Path) -> TensileTest:
     Raises
     ------
     InputError
-        If the file cannot be read, has no columns of strain and stress, or a cell is no number.
+        If the file cannot be read, has no columns of strain and stress, a cell is no number, or strains are in percent
+        and their name does not say so.
     """
     file = str(path)
     try:
@@ -125,7 +135,7 @@ def read_tensile(path: str | Path) -> TensileTest:
         reason = error.strerror if isinstance(error, OSError) else "not UTF-8"
         fix = "give the CSV file of a tensile test"
         raise InputError("must be a readable text file", file=file, value=f"not ({reason})", fix=fix) from None
-    head, columns, scale, true = _columns(lines, file)
+    head, columns, (percent, scale), true = _columns(lines, file)
     mark = ";" if ";" in lines[head] else ","
     rows, left_out = [], 0
     for k, line in enumerate(lines[head + 1 :], start=head + 2):
@@ -138,9 +148,13 @@ def read_tensile(path: str | Path) -> TensileTest:
             continue
         rows.append([_number(cell, f"{file}:{k}") for cell in wanted])
     strain, stress = np.array(rows, dtype=np.float64).reshape(-1, 2).T
-    stress = scale * stress
+    strain, stress = percent * strain, scale * stress
     if true:
-        strain, stress = np.expm1(strain), stress * np.exp(-strain)
+        strain, stress = np.expm1(np.minimum(strain, LARGEST)), stress * np.exp(-strain)
+    if len(strain) and strain.max() > LARGEST:
+        rule = "must be a fraction, 1 where the length has doubled"
+        value, fix = f"up to {max(float(row[0]) for row in rows):g}", "divide it by 100, or end its name in (%)"
+        raise InputError(rule, file=file, key=lines[head].split(mark)[columns[0]].strip(), value=value, fix=fix)
     return TensileTest(_name(lines[:head], mark) or Path(path).stem, strain, stress, left_out)
 
 
@@ -163,12 +177,15 @@ def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
     Raises
     ------
     InputError
-        If too few rows lie in the range of the fit.
+        If too few rows lie in the range of the fit, or they are of no test in tension.
     """
     from scipy.optimize import nnls
 
     if not up_to > 0:
         raise InputError("must be positive", key="up_to", value=str(up_to), fix="give the largest strain to fit")
+    if len(test.strain) and not (test.strain > 0).any():
+        rule, fix = "must have positive strains: a test in tension", "change the sign, or give a test in tension"
+        raise InputError(rule, key=test.name, value=f"at most {test.strain.max():g}", fix=fix)
     used = (test.strain > 0) & (test.strain <= up_to)
     if used.sum() < FEWEST:
         rule = f"must have {FEWEST} rows with a strain up to {100 * up_to:g} %"
@@ -177,21 +194,27 @@ def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
     basis = 2 * (stretch - stretch**-2)
     design = np.stack([basis, basis / stretch], axis=1)
     bound = nnls(design, stress)[0]
+    if not bound.any():
+        rule = "must have positive stresses at positive strains: a test in tension"
+        value, fix = f"{stress.mean():.4g} Pa on the mean", "change the sign of the stress, or give a test in tension"
+        raise InputError(rule, key=test.name, value=value, fix=fix)
     free = np.linalg.lstsq(design, stress, rcond=None)[0]
     order = np.argsort(test.strain, kind="stable")
     at_100 = np.interp(1.0, test.strain[order], test.stress[order], right=np.nan)
     return TensileFit(
         solid=Mooney(*map(float, bound)),
         free=Mooney(*map(float, free)),
-        up_to=up_to,
+        up_to=float(test.strain[used].max()),
+        asked=up_to,
+        ended=bool(test.strain.max() < up_to),
         points=int(used.sum()),
         rms=float(np.sqrt(np.mean((design @ bound - stress) ** 2))),
         stress_100=float(at_100),
     )
 
 
-def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], float, bool]:
-    """Find the row of names, the columns of strain and stress, the stress's unit in Pa, and whether they are true."""
+def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], tuple[float, float], bool]:
+    """Find the row of names, the columns of strain and stress, their units in 1 and Pa, and whether they are true."""
     for k, line in enumerate(lines):
         names = [name.strip().lower() for name in re.split(r"[;,]", line)]
         for kind in ("engineering", "true"):
@@ -206,7 +229,8 @@ def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], float, 
                 raise InputError(
                     rule, file=f"{file}:{k + 1}", value=value, fix="name the column Engineering Stress (MPa)"
                 )
-            return k, (strain, stress), PASCALS[unit[1]], kind == "true"
+            percent = 0.01 if "%" in names[strain] or "percent" in names[strain] else 1.0
+            return k, (strain, stress), (percent, PASCALS[unit[1]]), kind == "true"
     rule = "must have a row of names with Engineering Strain and Engineering Stress (MPa)"
     raise InputError(rule, file=file, fix="add it above the numbers; True Strain and True Stress do as well")
 
