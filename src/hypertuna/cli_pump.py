@@ -240,12 +240,8 @@ def _print_case(console: Console, size: Size) -> None:
     """Print all of one case."""
     record = _record(size)
     shares = ", ".join(f"{name} {watts:.2g}" for name, watts in size.power.items() if name != "total")
-<<<<<<< HEAD
-    limits = " and ".join(LIMITS[name] for name in size.limits) or "nothing"
-    turbulent = f", {TURBULENT}" if size.turbulent else ""
-=======
     limits = " and ".join(LIMITS[name] for name in _limits(size)) or "nothing"
->>>>>>> fde2407ce931170ea976bfbada343a8c7da4bf5e
+    turbulent = f", {TURBULENT}" if size.turbulent else ""
     lines = (
         ("oil", f"{record['temperature_c']:.3g} C, {record['viscosity_mm2_s']:.4g} mm^2/s"),
         ("line", f"{record['bore_mm']:.3g} mm, Reynolds number {size.reynolds:.3g}{turbulent}"),
@@ -282,9 +278,5 @@ def _print_table(console: Console, cases: list[Size]) -> None:
 
 def _cell(size: Size) -> str:
     """Tell a case in a few letters."""
-<<<<<<< HEAD
-    letters = "".join(LETTERS[name] for name in size.limits) + "t" * size.turbulent
-=======
-    letters = "".join(LETTERS[name] for name in _limits(size))
->>>>>>> fde2407ce931170ea976bfbada343a8c7da4bf5e
+    letters = "".join(LETTERS[name] for name in _limits(size)) + "t" * size.turbulent
     return f"{math.degrees(size.amplitude):.1f}{letters} ({size.corner:.2g})"
