@@ -142,3 +142,9 @@ def test_bad_input_is_one_sentence(run: Run, arguments: tuple[str, ...], sentenc
     assert (code, output) == (2, "")
     assert sentence in errors
     assert errors.count("\n") == 1
+
+
+def test_without_the_way_back_there_is_no_loop(run: Run) -> None:
+    told = json.loads(run("bend", "--robot", "hypertuna", "--joint", "I", "--json")[1])
+    assert told["loop_area_kpa_deg"] is None
+    assert told["friction_loss_j"] is None
