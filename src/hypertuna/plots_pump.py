@@ -64,7 +64,6 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
                 "color": color,
                 "marker": SHAPES[k % len(SHAPES)],
                 "ms": 5.5 + big,
-                "clip_on": False,
             }
             panels[0, column].plot(x, bend, **marks, label=label or None)
             limited = [
@@ -76,7 +75,7 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
         same = [axis[3].format(_value(mine[0], axis[0]) * axis[1]) for axis in across if axis not in varied]
         _finish(panels[0, column], panels[1, column], mine, along[2], same)
     for axes in panels[0]:
-        axes.set_ylim(0, 1.08 * np.degrees(max(size.command for size in sizes)))
+        axes.set_ylim(*np.degrees(max(size.command for size in sizes)) * np.array([-0.03, 1.08]))
     panels[0, 0].set_ylabel("bend that is left [deg]")
     panels[1, 0].set_ylabel("power of both servos [W]" if powers else "corner of the line [Hz]")
     if powers:
