@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -23,6 +24,7 @@ __all__ = ["bend_command"]
 
 ALL = "all"  # every material set that the robot has the values of
 MOST_PRESSURES = 10_000  # of one call: more say nothing new, and take minutes with loops and all material sets
+SMOOTH = 50  # pressures of a drawn curve, at least
 ROWS = 11  # pressures that the terminal shows
 
 
@@ -60,7 +62,7 @@ def bend_command(
     fish, path = load(robot), 1e3 * np.array(_pressures(pressure))
     number = joint_index(joint, fish)
 
-    def bent(chosen: str | None) -> Bend:
+    def bent(chosen: str | None, path: NDArray[np.float64] = path) -> Bend:
         options: dict[str, Any] = {"side": side, "friction": not no_friction, "unload": unload, "law": law}
         return bend(fish, number, path, material=chosen, **options)
 
@@ -72,7 +74,9 @@ def bend_command(
     }
     steps = misprints(fish, number, float(path[-1]), first.material) if law == "as_printed" else ()
     if plot is not None:
-        _plot(first, sets, plot)
+        drawn = _drawn(path)
+        curves = sets if len(drawn) == len(path) else {name: bent(name, drawn) for name in sets}
+        _plot(curves[first.material], curves, plot)
     shown_sets = sets if material == ALL else {first.material: first}
     if output is not None and kind == ".nc":
         write_netcdf(_dataset(first, shown_sets), output)
@@ -99,6 +103,11 @@ def _pressures(text: str) -> list[float]:
             rule, fix = f"must be at most {MOST_PRESSURES} pressures", "ask for fewer; a hundred draw a smooth curve"
             raise InputError(rule, key="--pressure", value=f"{len(found)}", fix=fix)
     return found
+
+
+def _drawn(path: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return pressures that draw a smooth curve: those asked for, or more of them up to the largest."""
+    return path if len(path) >= SMOOTH else np.union1d(path, np.linspace(0, path[-1], SMOOTH))
 
 
 def _known(robot: Robot) -> tuple[str, ...]:

@@ -230,7 +230,9 @@ def _print_servo(console: Console, size: Size) -> None:
     left = size.speed_limit * max(0.0, 1 - size.torque / size.torque_limit)
     console.print(Text(f"{told}; a servo needs, and has", style="bold"))
     console.print(f"  torque at the pressure limit  {size.torque:8.3g} of {size.torque_limit:.3g} N m")
-    console.print(f"  speed                         {size.speed:8.3g} of {size.speed_limit:.3g} rad/s, {left:.3g} at that torque")
+    console.print(
+        f"  speed                         {size.speed:8.3g} of {size.speed_limit:.3g} rad/s, {left:.3g} at that torque"
+    )
     console.print(
         f"  stroke                        {record['stroke_deg']:8.3g} of {record['stroke_limit_deg']:.3g} deg"
     )

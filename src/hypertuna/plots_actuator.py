@@ -41,10 +41,10 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend], *, width: float = WIDTH) -> 
     angles = np.degrees([found.angle for found in sets.values()])
     if len(angles) > 1:
         axes.fill_between(pressure, angles.min(axis=0), angles.max(axis=0), color=FAINT, alpha=0.15, lw=0)
+    _draw_loop(axes, bend)
     others = (found for name, found in sets.items() if name != bend.material)
     for found, dashes in zip(others, DASHES, strict=False):
         axes.plot(pressure, np.degrees(found.angle), color=FAINT, lw=1.1, ls=dashes, label=f"{found.material} set")
-    _draw_loop(axes, bend)
     group = next(group for group in bend.robot.joints if group.name == bend.joint)
     if group.bend_max is not None and group.pressure_max is not None:
         place = (group.pressure_max / 1e3, np.degrees(group.bend_max))

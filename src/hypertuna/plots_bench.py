@@ -22,6 +22,7 @@ __all__ = ["plot_bench"]
 Array = NDArray[np.float64]
 
 POINTS = 24  # pressures of a drawn curve
+FAR = 5.0  # standard deviations of a row's angle, from which on it was likely misread
 LEAST = 1e-3  # singular value at which the axis ends: what is below is nothing
 
 
@@ -49,8 +50,10 @@ def plot_bench(fit: BenchFit, *, width: float = WIDTH) -> Figure:
     below = grid[1, :].subgridspec(1, 2, width_ratios=(1, 1.15))
     _draw_spectrum(figure.add_subplot(below[0]), fit)
     _draw_unknowns(figure.add_subplot(below[1]), fit)
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper right", ncols=4, **TIGHT)
+    known: dict[str, Any] = {}
+    for axes in figure.axes[: len(joints)]:
+        known |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+    figure.legend(list(known.values()), list(known), loc="outside upper right", ncols=5, **TIGHT)
     return figure
 
 
@@ -70,9 +73,20 @@ def _draw_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
                 angles = sign * np.degrees(bench.angle[rows])
                 style: Any = {"ms": 4.2, "mec": color, "mfc": face, "mew": 0.9, "color": color}
                 axes.plot(bench.pressure[rows] / 1e3, angles, "o", label=None if known else label, **style)
+    off = np.flatnonzero((bench.joint == joint) & _misread(fit))
+    if len(off):
+        signs = 1 - 2 * bench.side[off]
+        place = (bench.pressure[off] / 1e3, signs * np.degrees(bench.angle[off]))
+        axes.plot(*place, "x", color=INK, ms=10, mew=1.3, zorder=5, label="far from the fit")
     axes.axhline(0, color=FAINT, lw=0.8)
     axes.set_title(f"joint {fit.robot.joints[joint].name}")
     axes.set(xlabel="gauge pressure [kPa]", ylabel="bend [deg]", xlim=(0, None))
+
+
+def _misread(fit: BenchFit) -> NDArray[np.bool_]:
+    """Tell which angles are so far from the fit that they were likely misread."""
+    noise = np.where(np.isnan(fit.bench.angle_sd), fit.noise.get("angle", np.nan), fit.bench.angle_sd)
+    return np.asarray(np.abs(fit.angle - fit.bench.angle) > FAR * fit.excess * noise)
 
 
 def _draw_loop(axes: Axes, fit: BenchFit, loop: Loop, color: str) -> None:
@@ -94,13 +108,18 @@ def _draw_spectrum(axes: Axes, fit: BenchFit) -> None:
     known = np.array([one.determined for one in fit.directions])
     threshold = math.sqrt(DETERMINED**2 - 1)  # 1 / sqrt(1 + s^2) of an interval is left
     axes.axhspan(LEAST / 2, threshold, color=FAINT, alpha=0.12, lw=0)
-    for mine, color, label in ((known, COLORS[1], "determined"), (~known, FAINT, "left free")):
+    zero = values < LEAST
+    if zero.any():
+        axes.plot(
+            rank[zero], np.full(zero.sum(), LEAST), "v", mec=FAINT, mfc="white", ms=5, label="nothing known", zorder=3
+        )
+    for mine, color, label in ((known, COLORS[1], "determined"), (~known & ~zero, FAINT, "left free")):
         if mine.any():
-            axes.vlines(rank[mine], LEAST / 2, np.maximum(values[mine], LEAST), color=color, lw=1.0)
-            axes.plot(rank[mine], np.maximum(values[mine], LEAST), "o", color=color, ms=5, label=label)
+            axes.vlines(rank[mine], LEAST / 2, values[mine], color=color, lw=1.0)
+            axes.plot(rank[mine], values[mine], "o", color=color, ms=5, label=label)
     axes.set_yscale("log")
     axes.set(xlabel="combination of the unknowns", ylabel="singular value")
-    axes.set_ylim(LEAST / 2, None)
+    axes.set_ylim(LEAST / 2, 100 * max(values.max(), LEAST))  # room for the legend
     axes.set_xticks(rank)
     axes.tick_params(axis="x", labelsize=7.5)
     axes.set_title("spectrum")

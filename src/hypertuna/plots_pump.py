@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 from hypertuna.drawing import INK, SHAPES
 from hypertuna.sizing import Size
@@ -14,6 +15,7 @@ from hypertuna.style import FAINT, POINTS, TIGHT, WIDTH, sequence, styled
 
 __all__ = ["plot_pump"]
 
+DASHED = (0, (4, 3))
 ZERO_CELSIUS = 273.15
 # What a figure may run along, in this order: attribute, factor from SI, label and text of a value.
 AXES = (
@@ -37,12 +39,14 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Along bore, frequency or temperature, the first that varies; one line for each value of the others. Open marks
+        Along bore, frequency or temperature, the first that varies; one line for each value of the others, those
+        with one value in the title. Open marks
         are at the pressure limit. Along the frequency, which the corner does not depend on, power is below.
     """
     joints = list(dict.fromkeys(size.joint for size in sizes))
     along, *across = sorted(AXES, key=lambda axis: len({getattr(size, axis[0]) for size in sizes}) < 2)
     lines = list(dict.fromkeys(tuple(_value(size, axis[0]) for axis in across) for size in sizes))
+    varied = [axis for axis in across if len({_value(size, axis[0]) for size in sizes}) > 1]
     powers = along[0] == "frequency"
     figure = Figure(figsize=(width, 0.62 * width + 0.5), layout="constrained")
     panels = figure.subplots(2, len(joints), sharex=True, sharey="row", squeeze=False)
@@ -53,11 +57,14 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
             x = [_value(size, along[0]) * along[1] for size in chosen]
             bend = np.degrees([size.amplitude for size in chosen])
             label = ", ".join(
-                axis[3].format(value * axis[1])
-                for axis, value in zip(across, line, strict=True)
-                if len({_value(size, axis[0]) for size in sizes}) > 1
+                axis[3].format(value * axis[1]) for axis, value in zip(across, line, strict=True) if axis in varied
             )
-            marks = dict(POINTS) | {"color": color, "marker": SHAPES[k % len(SHAPES)]}
+            big = 2.2 * (len(lines) - 1 - k) / max(1, len(lines) - 1)  # what is drawn first shows beneath the rest
+            marks = dict(POINTS) | {
+                "color": color,
+                "marker": SHAPES[k % len(SHAPES)],
+                "ms": 5.5 + big,
+            }
             panels[0, column].plot(x, bend, **marks, label=label or None)
             limited = [
                 (at, angle) for at, angle, size in zip(x, bend, chosen, strict=True) if "pressure" in size.limits
@@ -65,22 +72,25 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
             panels[0, column].plot(*np.reshape(limited, (-1, 2)).T, ls="none", **marks | {"mfc": "white", "mec": color})
             below = [size.power["total"] if powers else size.corner for size in chosen]
             panels[1, column].plot(x, below, **marks)
-        _finish(panels[0, column], panels[1, column], mine, along[2])
+        same = [axis[3].format(_value(mine[0], axis[0]) * axis[1]) for axis in across if axis not in varied]
+        _finish(panels[0, column], panels[1, column], mine, along[2], same)
     for axes in panels[0]:
-        axes.set_ylim(0, 1.08 * np.degrees(max(size.command for size in sizes)))
+        axes.set_ylim(*np.degrees(max(size.command for size in sizes)) * np.array([-0.03, 1.08]))
     panels[0, 0].set_ylabel("bend that is left [deg]")
     panels[1, 0].set_ylabel("power of both servos [W]" if powers else "corner of the line [Hz]")
     if powers:
         panels[1, 0].set_ylim(0, None)
     else:
         panels[1, 0].set_yscale("log")
+        panels[1, 0].yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         panels[1, 0].yaxis.set_major_formatter("{x:g}")
         panels[1, 0].yaxis.set_minor_formatter("")
     handles, texts = panels[0, 0].get_legend_handles_labels()
+    handles.append(panels[0, 0].plot([], [], color=INK, lw=1, ls=DASHED)[0])
     handles.append(panels[0, 0].plot([], [], "o", color=FAINT, mfc="white")[0])
     figure.legend(
         handles,
-        [*texts, "at the pressure limit"],
+        [*texts, "commanded", "at the pressure limit"],
         loc="outside upper center",
         ncols=7 if width >= WIDTH else 4,
         **TIGHT,
@@ -94,9 +104,9 @@ def _value(size: Size, name: str) -> float:
     return round(value - ZERO_CELSIUS, 9) if name == "temperature" else round(value, 12)
 
 
-def _finish(top: Axes, bottom: Axes, sizes: Sequence[Size], label: str) -> None:
+def _finish(top: Axes, bottom: Axes, sizes: Sequence[Size], label: str, same: Sequence[str]) -> None:
     """Name the axes of one joint, and draw what was commanded."""
     command = float(np.degrees(sizes[0].command))
-    top.axhline(command, color=INK, lw=1, ls=(0, (4, 3)))
-    top.set(title=f"Joint {sizes[0].joint}, {command:.3g}° commanded")
+    top.axhline(command, color=INK, lw=1, ls=DASHED)
+    top.set(title=", ".join([f"Joint {sizes[0].joint}: {command:.3g}°", *same]))
     bottom.set_xlabel(label)
