@@ -15,7 +15,7 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
 from hypertuna.results import dataset, provenance
-from hypertuna.twin import twin
+from hypertuna.twin import EXACT, twin
 from hypertuna.twin_run import TwinRun
 
 if TYPE_CHECKING:
@@ -219,7 +219,8 @@ def posture_test(
     Raises
     ------
     InputError
-        If there is nothing to test, a run would be shorter than two beats, or the robot lacks what the twin needs.
+        If there is nothing to test, an angle is beyond a joint's largest bend, a run would be shorter than two beats, or
+        the robot lacks what the twin needs.
     """
     _check(robot, frequencies, angle, duration)
     moving = [joint for joint, value in enumerate(angle) if value > 0]
@@ -388,6 +389,10 @@ def _check(robot: Robot, frequencies: Sequence[float], angle: Sequence[float], d
     if not any(value > 0 for value in angle) or min(angle) < 0:
         value = ", ".join(f"{math.degrees(a):g}" for a in angle)
         raise InputError("must have one angle above 0, and none below", key="angle", value=f"{value} deg")
+    for group, bend in zip(robot.joints, angle, strict=True):
+        if group.bend_max is not None and bend > group.bend_max * (1 + EXACT):
+            rule = f"must be at most {math.degrees(group.bend_max):g} deg, the bend_max_deg of joint {group.name}"
+            raise InputError(rule, key="angle", value=f"{math.degrees(bend):g} deg", fix="give less")
     if not 1 <= len(frequencies) <= MOST_FREQUENCIES:
         rule = f"must be 1 to {MOST_FREQUENCIES} values"
         raise InputError(rule, key="frequency", value=f"{len(frequencies)} long", fix="ask for fewer")
