@@ -222,6 +222,8 @@ def _print(done: TwinRun) -> None:
     console.print()
     console.print(_joint_table(done))
     console.print()
+    beats = f"last {done.beat_count} beats" if done.beat_count > 1 else "last beat"
+    console.print(Text(f"cylinder pressure, peaks within ticks, {beats}", style="dim"))
     console.print(_circuit_table(done))
     console.print()
     good = done.settled and not done.limits and not done.faults

@@ -110,7 +110,7 @@ def _draw_bend(axes: Axes, one: Held) -> None:
 
 
 def _draw_errors(axes: Axes, held: Sequence[Held]) -> None:
-    """Draw the error of the peak bend of every beat, at each frequency: linear where it counts as none, then by powers."""
+    """Draw the error of the peak bend of every beat: linear where it counts as none, then by powers."""
     axes.axhspan(0, np.degrees(CLOSE), color=GRID, lw=0)
     for one, color in zip(held, sequence(len(held)), strict=True):
         axes.plot(
