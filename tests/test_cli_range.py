@@ -65,6 +65,15 @@ def test_a_gait_has_the_power_and_speed_of_the_twin(run: Run, tuna: ht.Robot) ->
     assert told["settled"] == done.settled
 
 
+def test_a_robot_that_hardly_moves_has_no_range(run: Run) -> None:
+    still = ("--frequency", "2", "--amplitude", "0,0", "--duration", "2")
+    code, output, _ = run(*RANGE, *still)
+    assert code == 1
+    assert "does not swim head first" in output
+    told = json.loads(run(*RANGE, *still, "--json")[1])
+    assert told["range_km"] is None
+
+
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
@@ -73,6 +82,9 @@ def test_a_gait_has_the_power_and_speed_of_the_twin(run: Run, tuna: ht.Robot) ->
         (("--speed", "0.5"), "--power is needed beside --speed"),
         (("--power", "-3", "--speed", "1"), "power must be greater than 0, but is -3"),
         (("--power", "20", "--speed", "fast"), "speed must be a number"),
+        (("--power", "20", "--speed", "-0.5"), "--speed must be greater than 0, but is -0.5"),
+        (("--frequency", "2", "--amplitude", "8,12", "--duration", "0.5"), "duration must be at least two beats, 1 s"),
+        (("--frequency", "2", "--amplitude", "8,60"), "amplitude[1] must be at most 31.2 deg"),
         (("--power", "20", "--speed", "1", "--reserve", "1"), "reserve must be from 0 to less than 1"),
         (("--power", "20", "--speed", "1", "--frequency", "2"), "--power cannot go with --frequency"),
         (("--gait", "optimised-0.5", "--frequency", "3"), "--gait cannot go with --frequency"),

@@ -140,6 +140,10 @@ def test_options_reach_the_twin(run: Run, monkeypatch: pytest.MonkeyPatch, short
         (("--fault", "bend-II:stuck@9"), "fault must start before the run ends at 3 s"),
         (("--temperature", "-50"), "temperature must be from -9 to 100 degC"),
         (("--temperature", "hot"), "--temperature must be a number"),
+        (
+            ("--duration", "0.5"),
+            "duration must be at least two beats, 0.6667 s at 3 Hz, but is 0.5 s: give at least 0.67",
+        ),
         (("--seed", "1.5"), "--seed must be a whole number"),
         (("--gait", "optimised-max2"), "did you mean optimised-max?"),
         (("--plot", "run.gif"), "--plot must end in .svg, .png or .pdf"),
@@ -163,6 +167,16 @@ def test_a_robot_without_the_tables_is_refused(run: Run, command: str) -> None:
     assert code == 2
     assert "rexeel.toml" in errors
     assert "add the table" in errors
+
+
+def test_a_robot_that_stays_where_it_is_has_no_cost_of_transport(run: Run) -> None:
+    code, output, _ = run("twin", "--robot", "hypertuna", "--frequency", "2", "--amplitude", "0,0", "--phase", "0,0",
+                          "--duration", "2", "--json")  # fmt: skip
+    told = json.loads(output)
+    assert code == 0
+    assert told["cost_of_transport_j_per_kg_m"] is None
+    assert "does not swim head first" in told["status_text"][-1]
+    assert told["command"].startswith("hypertuna twin")
 
 
 def test_a_run_that_diverges_is_exit_code_1(run: Run, monkeypatch: pytest.MonkeyPatch, short: TwinRun) -> None:
@@ -197,7 +211,9 @@ def test_posture_test_tells_fig_8(run: Run, fig8: PostureTest, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("--angle", "40"), "must be an angle that a joint group reaches: 18.2 deg (I), 31.2 deg (II)"),
+        (("--angle", "40"), "angle must be at most 31.2 deg, the bend_max_deg of joint II, but is 40 deg"),
+        (("--angle", "20,20"), "angle must be at most 18.2 deg, the bend_max_deg of joint I, but is 20 deg"),
+        (("--frequency", "9"), "frequency must be at most 8 Hz, the controller.frequency_max_hz of hypertuna"),
         (("--angle", "10,20,30"), "angle must be 2 values, for joint groups I, II"),
         (("--frequency", "0"), "frequency must be greater than 0"),
         (("--frequency", "1:6"), "--frequency must be a number or start:stop:count"),

@@ -18,6 +18,10 @@ ROBOT = ht.load("hypertuna")
 SMALL = ht.Gait.from_degrees(frequency=2, amplitude=(6, 9), phase=(0, 30))
 
 
+def command(frequency: float, amplitude: tuple[float, float], bias: tuple[float, float] = (0, 0)) -> ht.Gait:
+    return ht.Gait.from_degrees(frequency=frequency, amplitude=amplitude, phase=(0, 30), bias=bias)
+
+
 @cache
 def small_run() -> TwinRun:
     return twin(ROBOT, SMALL, duration=10, start="swimming")
@@ -211,6 +215,14 @@ def test_dataset_has_units_and_the_flags_their_names() -> None:
     assert data.attrs["frequency_hz"] == 2
 
 
+def test_a_command_at_the_controllers_bounds_is_taken() -> None:
+    bend = np.degrees([group.bend_max for group in ROBOT.joints])  # and back again to radians
+    widest = command(ROBOT.controller.frequency_max, tuple(bend), tuple(-bend))  # type: ignore[union-attr]
+    run = twin(ROBOT, widest, duration=0.1)
+    names = [name for name, _, _ in _core.condition_table()]
+    assert not run.flags >> names.index("bad_command") & 1
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -229,6 +241,12 @@ def test_dataset_has_units_and_the_flags_their_names() -> None:
         ({"step": True}, "step must be a finite number, but is true"),
         ({"faults": [3]}, "faults[0] must be text, but is 3: spell them as"),
         ({"robot": changed("hinge", link=7, stiffness_n_m_per_rad=1e12)}, "hinge.stiffness_n_m_per_rad must not be so"),
+        ({"gait": command(9, (6, 9))}, "frequency must be at most 8 Hz, the controller.frequency_max_hz of hypertuna"),
+        ({"gait": command(2, (6, 40))}, "amplitude[1] must be at most 31.2 deg, the bend_max_deg of joint II"),
+        (
+            {"gait": command(2, (6, 9), (-19, 0))},
+            "bias[0] must be at most 18.2 deg, the bend_max_deg of joint I, but is",
+        ),
         ({"gait": ht.Gait(1.0, (0.1,), (0.0,))}, "amplitude must be 2 long"),
         ({"robot": changed("hinge", link=8, stiffness_n_m_per_rad=1.0)}, "hinge.link must be a link from 1 to 7"),
         ({"robot": ht.load("rexeel"), "gait": ht.Gait(1.0, (0.1,) * 5, (0.0,) * 5)}, "controller"),

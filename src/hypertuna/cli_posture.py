@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from hypertuna import _core
 from hypertuna.console import (
     check_suffix,
     command_line,
@@ -23,13 +24,15 @@ from hypertuna.console import (
     whole_number,
 )
 from hypertuna.description import Robot
-from hypertuna.errors import InputError
 from hypertuna.hydraulics import ZERO_CELSIUS
 from hypertuna.options import MEDIA, Bore, Medium, Name, Seed, Temperature, celsius, choice, robot_of
-from hypertuna.posture import CLOSE, PostureTest, posture_test
+from hypertuna.posture import CLOSE, EASED, PostureTest, posture_test
 from hypertuna.results import provenance, write_atomically, write_netcdf
 
 __all__ = ["posture_command"]
+
+CAVITATED = "the oil cavitated in a cylinder"
+USUAL = math.radians(20)  # the paper's angle
 
 
 def posture_command(
@@ -38,12 +41,13 @@ def posture_command(
         str, typer.Option("--frequency", help="Beat frequencies in Hz: values or ranges start:stop:count.")
     ] = "1:6:6",
     angle: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--angle",
-            help="Peak bend to hold in degrees, one value per joint group; a single one is for those that bend so far.",
+            help="Peak bend to hold in degrees, one value per joint group; a single one is for those that bend so far."
+            "  [default: 20, or 9/10 of the largest bend where that is less]",
         ),
-    ] = "20",
+    ] = None,
     duration: Annotated[str, typer.Option("--duration", help="Length of each run in s.")] = "8",
     medium: Medium = "air",
     temperature: Temperature = None,
@@ -97,20 +101,16 @@ def _frequencies(text: str) -> list[float]:
     return [value[0] for part in text.split(",") for value in ranges(part, "--frequency", "Hz")]
 
 
-def _angles(robot: Robot, text: str) -> list[float]:
-    """Read one angle per joint group; a single one is for those that bend so far, the others stay straight."""
-    values = [math.radians(value) for value in number_list(text, "--angle", "degrees")]
+def _angles(robot: Robot, text: str | None) -> list[float]:
+    """Read one angle per joint group; a single one is for those that bend so far, else for the one that bends most."""
+    bends = [math.inf if group.bend_max is None else group.bend_max for group in robot.joints]
+    values = [min(USUAL, EASED * max(bends))]
+    if text is not None:
+        values = [math.radians(value) for value in number_list(text, "--angle", "degrees")]
     if len(values) != 1 or len(robot.joints) == 1:
         return values
-    bends = [group.bend_max for group in robot.joints]
-    angles = [values[0] if bend is None or bend > values[0] else 0.0 for bend in bends]
-    if values[0] > 0 and not any(angles):
-        most = ", ".join(
-            f"{math.degrees(bend):g} deg ({g.name})" for g, bend in zip(robot.joints, bends, strict=True) if bend
-        )
-        rule = f"must be an angle that a joint group reaches: {most}"
-        raise InputError(rule, key="--angle", value=text, fix="give less, or one value per joint group")
-    return angles
+    least = min(values[0], max(bends))
+    return [values[0] if bend >= least else 0.0 for bend in bends]
 
 
 def _rows(done: PostureTest) -> list[dict[str, Any]]:
@@ -152,7 +152,15 @@ def _record(done: PostureTest) -> dict[str, Any]:
     ]
     rows = [row | more for row, more in zip(_rows(done), beats, strict=True)]
     facts = {"medium": done.fish_in, "duration_s": done.duration, "seed": done.seed, "within_deg": np.degrees(CLOSE)}
-    return facts | {"oil_temperature_c": done.temperature - ZERO_CELSIUS, "tests": rows} | provenance(done.robot)
+    return (
+        facts
+        | {"oil_temperature_c": done.temperature - ZERO_CELSIUS, "tests": rows}
+        | {
+            "status_text": _sentences(done),
+            "command": command_line(),
+        }
+        | provenance(done.robot)
+    )
 
 
 def _csv(done: PostureTest) -> str:
@@ -180,7 +188,15 @@ def _plot(done: PostureTest, plot: str) -> None:
 def _first(limits: list[str]) -> str:
     """Name the limit that acted most, and how many more did."""
     more = f" +{len(limits) - 1}" if len(limits) > 1 else ""
-    return f"{limits[0]}{more}" if limits else "–"
+    return f"{limits[0].replace('_', ' ')}{more}" if limits else "–"
+
+
+def _sentences(done: PostureTest) -> list[str]:
+    """Say what each limit that acted means."""
+    texts = {name: text for name, _, text in _core.condition_table()} | {"cavitation": CAVITATED}
+    limits = [one.limits for one in done.held] + [one.limits for one in done.reach]
+    acted = dict.fromkeys(name for names in limits for name in names)
+    return [f"{name.replace('_', ' ').capitalize()}: {texts[name]}." for name in acted]
 
 
 def _print(done: PostureTest) -> None:
@@ -212,6 +228,8 @@ def _print(done: PostureTest) -> None:
         Text(f"{done.robot.name}, posture control in {done.fish_in}, {done.duration:g} s from rest", style="bold")
     )
     console.print(table)
+    for sentence in _sentences(done):
+        console.print(Text(sentence, style="dim"))
     late = [one for one in done.held if one.settling is None]
     if late:
         told = ", ".join(f"{one.name} at {one.frequency:g} Hz" for one in late)

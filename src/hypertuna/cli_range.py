@@ -16,6 +16,7 @@ from hypertuna.energy import Range, range_of
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, named_gait
 from hypertuna.ledger import judge, published
+from hypertuna.options import BACKWARD, check_beats, heads_first
 from hypertuna.reproduce_gaits import range_finding
 from hypertuna.results import provenance
 from hypertuna.twin import twin
@@ -58,7 +59,10 @@ def range_command(
     else:
         watts, going, told = _swum(fish, _gait(fish, gait, frequency, amplitude, phase), duration)
     if not math.isfinite(watts + going):
-        print_json(provenance(fish) | told) if as_json else Console().print(Text(told["status_text"], style="bold red"))
+        if as_json:
+            print_json(provenance(fish) | told | {"power_w": watts, "range_km": None, "endurance_h": None})
+        else:
+            Console().print(Text(told["status_text"], style="bold red"))
         raise typer.Exit(1)
     found = range_of(fish, power=watts, speed=going, reserve=kept)
     if as_json:
@@ -96,7 +100,10 @@ def _given(power: str | None, speed: str | None) -> tuple[float, float]:
     for key, other, value in (("--power", "--speed", power), ("--speed", "--power", speed)):
         if value is None:
             raise InputError(f"is needed beside {other}", key=key, fix="give both, or a gait")
-    return number(power or "", "power", "W"), number(speed or "", "speed", "m/s")
+    going = number(speed or "", "speed", "m/s")
+    if going <= 0:
+        raise InputError("must be greater than 0", key="--speed", value=f"{going:g}", fix="give the speed ahead in m/s")
+    return number(power or "", "power", "W"), going
 
 
 def _gait(fish: Robot, gait: str | None, frequency: str | None, amplitude: str | None, phase: str | None) -> Gait:
@@ -113,15 +120,18 @@ def _gait(fish: Robot, gait: str | None, frequency: str | None, amplitude: str |
 
 def _swum(fish: Robot, gait: Gait, duration: str) -> tuple[float, float, dict[str, Any]]:
     """Let the twin swim a gait: power, speed, and what it says."""
-    run = twin(fish, gait, duration=number(duration, "duration", "seconds"), start="swimming")
+    seconds = number(duration, "--duration", "seconds")
+    check_beats(gait, seconds)
+    run = twin(fish, gait, duration=seconds, start="swimming")
+    ahead = heads_first(run)
     told = {
         "gait": gait_record(gait),
         "duration_s": run.duration,
         "settled": run.settled,
         "limits": list(run.limits),
-        "status_text": " ".join(run.sentences),
+        "status_text": " ".join([*run.sentences, *([] if ahead else [BACKWARD])]),
     }
-    return run.power, run.speed, told
+    return run.power, run.speed if ahead else math.nan, told
 
 
 def _record(fish: Robot, found: Range, told: dict[str, Any]) -> dict[str, Any]:

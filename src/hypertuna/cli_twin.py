@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from rich.text import Text
 from hypertuna.console import check_suffix, command_line, number, print_json, tell_written, whole_number
 from hypertuna.hydraulics import ZERO_CELSIUS
 from hypertuna.options import (
+    BACKWARD,
     MEDIA,
     Amplitude,
     Bias,
@@ -25,8 +27,10 @@ from hypertuna.options import (
     Seed,
     Temperature,
     celsius,
+    check_beats,
     choice,
     gait_axes,
+    heads_first,
     one_gait,
     robot_of,
     spelled,
@@ -51,7 +55,13 @@ def twin_command(
     duration: Annotated[str, typer.Option("--duration", help="Length of the run in s.")] = "20",
     fault: Annotated[
         list[str] | None,
-        typer.Option("--fault", help="Fault of a sensor, such as bend-II:stuck@5; may be given several times."),
+        typer.Option(
+            "--fault",
+            help="Fault of a sensor, CHANNEL:KIND@START or CHANNEL:KIND@START-END with times in s; may be given "
+            "several times. Channels: bend, pressure and current, each alone or with -JOINT, the last two also with "
+            "-JOINT-left or -JOINT-right; imu; battery. Kinds: stuck, open, spike, nan. Such as bend-II:stuck@5, "
+            "imu:nan@5-8.",
+        ),
     ] = None,
     open_loop: Annotated[bool, typer.Option("--open-loop", help="Leave out the posture control per beat.")] = False,
     medium: Medium = "water",
@@ -73,10 +83,12 @@ def twin_command(
     kind = check_suffix(output, (".nc", ".csv"), "--output")
     fish = robot_of(robot, line_bore)
     wished = {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}
+    beat, seconds = one_gait(gait_axes(fish, gait, wished)), number(duration, "--duration", "seconds")
+    check_beats(beat, seconds)
     done = twin(
         fish,
-        one_gait(gait_axes(fish, gait, wished)),
-        duration=number(duration, "--duration", "seconds"),
+        beat,
+        duration=seconds,
         fish_in=choice(medium, MEDIA, "--medium"),
         faults=tuple(fault or ()),
         seed=whole_number(seed, "--seed"),
@@ -126,6 +138,11 @@ def _circuits(done: TwinRun) -> list[dict[str, Any]]:
     ]
 
 
+def _sentences(done: TwinRun) -> list[str]:
+    """Say what the run says, and whether the robot swam at all."""
+    return [*done.sentences, *([] if heads_first(done) else [BACKWARD])]
+
+
 def _record(done: TwinRun) -> dict[str, Any]:
     """Say how the robot ran, for programs."""
     gait = done.gait
@@ -135,13 +152,13 @@ def _record(done: TwinRun) -> dict[str, Any]:
             "speed_bl_s": done.speed_bl,
             "electrical_power_w": done.power,
             "mechanical_power_w": done.mechanical_power,
-            "cost_of_transport_j_per_kg_m": done.cost_of_transport,
+            "cost_of_transport_j_per_kg_m": done.cost_of_transport if heads_first(done) else math.nan,
             "joints": _joints(done),
             "circuits": _circuits(done),
             "limits": list(done.limits),
             "faults": list(done.faults),
             "status": done.status,
-            "status_text": list(done.sentences),
+            "status_text": _sentences(done),
             "settled": done.settled,
         }
         | {"frequency_hz": gait.frequency}
@@ -149,6 +166,7 @@ def _record(done: TwinRun) -> dict[str, Any]:
         | {"duration_s": done.duration, "medium": done.fish_in, "start": done.start, "seed": done.seed}
         | {"closed_loop": done.closed_loop, "oil_temperature_c": done.temperature - ZERO_CELSIUS}
         | {key: value for key, value in provenance(done.robot).items() if key != "joints"}  # the twin moves its own
+        | {"command": command_line()}
     )
 
 
@@ -160,7 +178,7 @@ def _attributes(done: TwinRun) -> dict[str, Any]:
         name = row.pop("name").replace("-", "_")
         flat |= {f"{name}_{key}": value for key, value in row.items()}
     flags = {key: int(flat.pop(key)) for key in ("settled", "closed_loop")}
-    return flat | texts | flags | {"command": command_line()}
+    return flat | texts | flags
 
 
 def _csv(done: TwinRun) -> str:
@@ -204,10 +222,12 @@ def _print(done: TwinRun) -> None:
     console.print()
     console.print(_joint_table(done))
     console.print()
+    beats = f"last {done.beat_count} beats" if done.beat_count > 1 else "last beat"
+    console.print(Text(f"cylinder pressure, peaks within ticks, {beats}", style="dim"))
     console.print(_circuit_table(done))
     console.print()
     good = done.settled and not done.limits and not done.faults
-    for k, sentence in enumerate(done.sentences):
+    for k, sentence in enumerate(_sentences(done)):
         bad = done.status == "diverged" or bool(done.faults)
         style = "green" if good or (k == 0 and done.settled) else "bold red" if bad else "yellow"
         console.print(Text(sentence, style=style))
@@ -224,7 +244,8 @@ def _totals(done: TwinRun) -> Table:
         table.add_row("", f"{done.speed_bl:.3g}", "BL/s")
     table.add_row("electrical power", f"{done.power:.3g}", "W")
     if done.fish_in == "water":
-        table.add_row("cost of transport", f"{done.cost_of_transport:.3g}", "J/(kg m)")
+        cells = (f"{done.cost_of_transport:.3g}", "J/(kg m)") if heads_first(done) else ("–", "")
+        table.add_row("cost of transport", *cells)
     return table
 
 

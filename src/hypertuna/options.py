@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Annotated
 
@@ -14,8 +15,10 @@ from hypertuna.errors import InputError, did_you_mean
 from hypertuna.gait import Gait, named_gait
 from hypertuna.hydraulics import ZERO_CELSIUS
 from hypertuna.sizing import with_bore
+from hypertuna.twin_run import TwinRun
 
 __all__ = [
+    "BACKWARD",
     "MEDIA",
     "Amplitude",
     "Bias",
@@ -28,8 +31,10 @@ __all__ = [
     "Seed",
     "Temperature",
     "celsius",
+    "check_beats",
     "choice",
     "gait_axes",
+    "heads_first",
     "one_gait",
     "robot_of",
     "spelled",
@@ -39,6 +44,10 @@ MEDIA = ("water", "air")
 MILLI = 1e-3
 BORES = (1.0, 20.0)  # mm: oil hardly passes thinner lines, and wider ones swing faster than the twin steps
 GROUP = "one value per joint group, separated by commas"
+
+BEATS = 2  # that a run must have for means over whole beats
+STANDS = 0.01  # 1/s: below so many body lengths a robot stands, and a cost per distance says nothing
+BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
 
 Name = Annotated[str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")]
 Named = Annotated[str | None, typer.Option("--gait", help="A gait of the robot's file; the options below change it.")]
@@ -218,6 +227,42 @@ def choice(value: str, known: tuple[str, ...], key: str) -> str:
     if value not in known:
         raise InputError(f"must be {' or '.join(known)}", key=key, value=repr(value), fix=did_you_mean(value, known))
     return value
+
+
+def check_beats(gait: Gait, duration: float) -> None:
+    """Check that a run has whole beats to take means over.
+
+    Parameters
+    ----------
+    gait : Gait
+    duration : float
+        Of the run [s].
+
+    Raises
+    ------
+    InputError
+        If it is shorter than two beats.
+    """
+    least = BEATS / gait.frequency
+    if duration < least:
+        rule = f"must be at least two beats, {least:.4g} s at {gait.frequency:g} Hz"
+        fix = f"give at least {math.ceil(100 * least) / 100:g}; 20 beats or more let the robot settle"
+        raise InputError(rule, key="duration", value=f"{duration:g} s", fix=fix)
+
+
+def heads_first(run: TwinRun) -> bool:
+    """Tell whether a robot swam head first, faster than a hundredth of its length per second.
+
+    Parameters
+    ----------
+    run : TwinRun
+
+    Returns
+    -------
+    bool
+        Also true in air and of a diverged run, which have no speed to judge.
+    """
+    return math.isnan(run.speed) or run.speed_bl > STANDS
 
 
 def _check_count(robot: Robot, key: str, values: list[tuple[float, ...]], count: int) -> None:

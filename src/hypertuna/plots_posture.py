@@ -16,7 +16,9 @@ from hypertuna.style import FAINT, GRID, POINTS, TIGHT, WIDTH, sequence, styled
 __all__ = ["plot_limits", "plot_posture"]
 
 Array = NDArray[np.float64]
-LARGEST_ERROR = 1.15  # height of the panel of errors, in set angles
+LARGEST_ERROR = 1.3  # height of the panel of errors, in largest ones
+HEADROOM = 1.08
+ERRORS = (0, 0.25, 0.5, 1, 2, 5, 10, 20, 40)  # deg, that are marked
 
 
 @styled
@@ -108,15 +110,19 @@ def _draw_bend(axes: Axes, one: Held) -> None:
 
 
 def _draw_errors(axes: Axes, held: Sequence[Held]) -> None:
-    """Draw the error of the peak bend of every beat, at each frequency."""
+    """Draw the error of the peak bend of every beat: linear where it counts as none, then by powers."""
     axes.axhspan(0, np.degrees(CLOSE), color=GRID, lw=0)
     for one, color in zip(held, sequence(len(held)), strict=True):
-        marker = "o" if len(one.time) < 40 else ""
         axes.plot(
-            one.time, np.degrees(one.error), color=color, marker=marker, ms=3, lw=1.3, label=f"{one.frequency:g} Hz"
+            one.time, np.degrees(one.error), color=color, marker="o", ms=2.5, lw=1.2, label=f"{one.frequency:g} Hz"
         )
     axes.set(xlabel="time [s]", ylabel="error of the\npeak bend [deg]", xlim=(0, max(one.time[-1] for one in held)))
-    axes.set_ylim(0, LARGEST_ERROR * np.degrees(held[0].angle))
+    largest = max(np.degrees(held[0].angle), *(float(np.degrees(one.error).max()) for one in held))
+    axes.set_yscale("symlog", linthresh=np.degrees(CLOSE), linscale=0.8)
+    ticks = [tick for tick in ERRORS if tick < largest]
+    axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.minorticks_off()
+    axes.set_ylim(0, LARGEST_ERROR * largest)
 
 
 def _draw_reach(axes: Axes, test: PostureTest, joint: int) -> None:
@@ -130,5 +136,6 @@ def _draw_reach(axes: Axes, test: PostureTest, joint: int) -> None:
         lag = np.degrees(group.bend_max) / np.sqrt(1 + (fine / group.bandwidth) ** 2)
         axes.plot(fine, lag, color=FAINT, lw=1.1, ls=(0, (4, 2)), label=f"lag of {group.bandwidth:g} Hz")
     axes.axhline(np.degrees(test.angle[joint]), color=INK, lw=0.9, ls=(0, (1, 2)), label="set")
-    axes.set(xlabel="frequency [Hz]", ylabel="largest amplitude\nheld [deg]", xlim=(0, None), ylim=(0, None))
+    axes.set(xlabel="frequency [Hz]", ylabel="largest amplitude\nheld [deg]", xlim=(0, None))
+    axes.set_ylim(0, HEADROOM * axes.get_ylim()[1])  # the largest bend is a flat top
     axes.legend(loc="lower left", ncols=3, **TIGHT)

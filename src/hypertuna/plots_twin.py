@@ -20,6 +20,7 @@ __all__ = ["plot_pressures", "plot_twin"]
 
 KILO = 1e3
 FINE = 100  # samples of a beat
+LETTERS, HANDLE = 52, 4  # that a legend above a panel has room for; as many of them take the line and gap of an entry
 BEATS = 4  # that are shown of angles, pressures and power
 SIDES = ("-", (0, (4, 1.5)))  # lines of left and right circuits
 
@@ -97,8 +98,10 @@ def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
 def _caption(run: TwinRun) -> str:
     """Say what was run."""
     gait = run.gait
-    angles = ", ".join(f"{angle:.3g}" for angle in np.degrees(gait.amplitude))
-    told = f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, in {run.fish_in}"
+    angles, lags = (", ".join(f"{a:.3g}" for a in np.degrees(part).round(9)) for part in (gait.amplitude, gait.phase))
+    told = f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, phase {lags}°, in {run.fish_in}"
+    if any(gait.bias):
+        told += f", bias {', '.join(f'{a:.3g}' for a in np.degrees(gait.bias))}°"
     return told if run.closed_loop else f"{told}, open loop"
 
 
@@ -122,12 +125,14 @@ def _draw_angles(axes: Axes, run: TwinRun) -> None:
 
 
 def _draw_pressures(axes: Axes, run: TwinRun) -> None:
-    """Draw the pressures in the pumps over the last beats."""
+    """Draw the pressures in the pumps over the last beats: a line, and a band of what lies within the ticks."""
     last = _last(run, BEATS)
     _draw_bounds(axes, run)
     for c, name in enumerate(run.circuits):
-        pressure = run.data["pump_pressure"][last, c] / KILO
-        axes.plot(run.time[last], pressure, color=COLORS[c // 2 % len(COLORS)], ls=SIDES[c % 2], lw=1.2, label=name)
+        color = COLORS[c // 2 % len(COLORS)]
+        low, at, high = (run.data[f"pump_pressure{end}"][last, c] / KILO for end in ("_low", "", "_high"))
+        axes.fill_between(run.time[last], low, high, color=color, alpha=0.3, lw=0)
+        axes.plot(run.time[last], at, color=color, ls=SIDES[c % 2], lw=1.2, label=name)
     axes.set(xlabel="time [s]", ylabel="pump pressure [kPa]", xlim=(run.time[last[0]], run.time[last[-1]]))
     _above(axes)
 
@@ -137,8 +142,13 @@ def _draw_bounds(axes: Axes, run: TwinRun) -> None:
     controller, oil = run.robot.controller, run.robot.oil
     assert controller is not None
     assert oil is not None  # the twin has run
-    for bound in (controller.pressure_soft, oil.cavitation):
+    for bound, text in ((controller.pressure_soft, "soft limit"), (oil.cavitation, "cavitation")):
         axes.axhline(bound / KILO, color=INK, lw=0.9, ls=(0, (1, 2)))
+        place: Any = {"xy": (1, bound / KILO), "xycoords": ("axes fraction", "data"), "xytext": (-2, 2)}
+        place |= {"textcoords": "offset points", "ha": "right", "va": "bottom"}
+        axes.annotate(
+            text, **place, fontsize=7, color=INK, bbox={"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.5}
+        )
 
 
 def _draw_power(axes: Axes, run: TwinRun) -> None:
@@ -186,5 +196,7 @@ def _draw_path(axes: Axes, run: TwinRun) -> None:
 
 
 def _above(axes: Axes) -> None:
-    """Put the legend above the panel."""
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, **TIGHT)
+    """Put the legend above the panel, in as many rows as its texts need."""
+    texts = axes.get_legend_handles_labels()[1]
+    most = max((len(text) for text in texts), default=1) + HANDLE
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=max(1, min(4, LETTERS // most)), **TIGHT)

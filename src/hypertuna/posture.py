@@ -15,7 +15,7 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
 from hypertuna.results import dataset, provenance
-from hypertuna.twin import twin
+from hypertuna.twin import EXACT, twin
 from hypertuna.twin_run import TwinRun
 
 if TYPE_CHECKING:
@@ -219,7 +219,8 @@ def posture_test(
     Raises
     ------
     InputError
-        If there is nothing to test, a run would be shorter than two beats, or the robot lacks what the twin needs.
+        If there is nothing to test, an angle is beyond a joint's largest bend, a run has less than two beats, or the
+        robot lacks what the twin needs.
     """
     _check(robot, frequencies, angle, duration)
     moving = [joint for joint, value in enumerate(angle) if value > 0]
@@ -312,12 +313,11 @@ def reach(
     while high - low > RESOLUTION and trial > RESOLUTION:
         angle = [trial if j == joint else 0.0 for j in range(len(robot.joints))]
         (one,) = hold(robot, frequency, angle, duration=max(TRIAL, TRIAL_BEATS / frequency), **conditions)
-        last = one.time >= one.time[-1] - max(1.0, 1.5 / frequency)
-        reached = float(one.peaks[last].mean())
+        reached = float(one.peaks[one.time >= one.time[-1] - max(1.0, 1.5 / frequency)].mean())
         if one.run.status != "diverged" and abs(reached - trial) < CLOSE:
             low = trial
-            if math.isinf(high):  # the first one
-                break
+            if math.isinf(high):
+                break  # the first one
         else:
             high, stopped = trial, one.limits
         down = min(reached + CLOSE / 2, trial - RESOLUTION) if math.isfinite(reached) else 0.0
@@ -367,16 +367,14 @@ def _top(values: Array, k: int) -> float:
 
 def _worst(error: Array) -> Array:
     """Of both sides, the error that is further off, without sign."""
-    worst: Array = np.abs(error).max(axis=1)
-    return worst
+    return np.asarray(np.abs(error).max(axis=1))
 
 
 def _settling(time: Array, error: Array) -> float | None:
     """Time of the last beat whose error is too large, counted at its end; None if that is the last one of all."""
     late = np.flatnonzero(~(error < CLOSE))  # what is not a number is late, too
-    if late.size == 0:
-        return float(time[0])
-    return None if late[-1] == len(time) - 1 else float(time[late[-1] + 1])
+    first = late[-1] + 1 if late.size else 0
+    return None if first == len(time) else float(time[first])
 
 
 def _check(robot: Robot, frequencies: Sequence[float], angle: Sequence[float], duration: float) -> None:
@@ -388,6 +386,10 @@ def _check(robot: Robot, frequencies: Sequence[float], angle: Sequence[float], d
     if not any(value > 0 for value in angle) or min(angle) < 0:
         value = ", ".join(f"{math.degrees(a):g}" for a in angle)
         raise InputError("must have one angle above 0, and none below", key="angle", value=f"{value} deg")
+    for group, bend in zip(robot.joints, angle, strict=True):
+        if group.bend_max is not None and bend > group.bend_max * (1 + EXACT):
+            rule = f"must be at most {math.degrees(group.bend_max):g} deg, the bend_max_deg of joint {group.name}"
+            raise InputError(rule, key="angle", value=f"{math.degrees(bend):g} deg", fix="give less")
     if not 1 <= len(frequencies) <= MOST_FREQUENCIES:
         rule = f"must be 1 to {MOST_FREQUENCIES} values"
         raise InputError(rule, key="frequency", value=f"{len(frequencies)} long", fix="ask for fewer")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,13 +14,14 @@ from hypertuna.gait import Gait, named_gait
 from hypertuna.posture import PostureTest, posture_test
 from hypertuna.published_swims import SPEEDS
 from hypertuna.sizing import with_bore
-from hypertuna.twin import twin
+from hypertuna.twin import twins
 from hypertuna.twin_run import TwinRun
 
 __all__ = ["SWIM", "TANK_PHASE", "Twins", "run_published", "swim_bores"]
 
 Array = NDArray[np.float64]
 
+THREADS = 2
 SWIM = 20.0  # s: from the speed of the lagging joints, until the controller's own transients are over
 TANK = "large"  # amplitude of the tank tests at which joints are watched over frequency
 TANK_PHASE = 40.0  # deg, of the fastest gait
@@ -72,19 +73,17 @@ def run_published(
     Twins
     """
     tank, posture = paper["tank"], paper["posture"]
-    gaits = {name: _swim(robot, named_gait(robot, name)) for name in SPEEDS}
     amplitude, phase = tank["amplitude_deg"][TANK], (0.0, TANK_PHASE)
-    swept = tuple(
-        _swim(robot, Gait.from_degrees(frequency=hertz, amplitude=amplitude, phase=phase))
-        for hertz in tank["frequency_hz"]
-    )
+    swept = [Gait.from_degrees(frequency=hertz, amplitude=amplitude, phase=phase) for hertz in tank["frequency_hz"]]
+    runs = _swims(robot, [*(named_gait(robot, name) for name in SPEEDS), *swept])
+    gaits, beats = dict(zip(SPEEDS, runs, strict=False)), tuple(runs[len(SPEEDS) :])
     if progress is not None:
         progress()
     angle = np.radians([posture["angle_deg"] if group.name == posture["joint"] else 0.0 for group in robot.joints])
     held = posture_test(robot, frequencies=posture["frequency_hz"], angle=angle.tolist())
     if progress is not None:
         progress()
-    return Twins(robot, gaits, swept, held, swim_bores(robot) if full else {})
+    return Twins(robot, gaits, beats, held, swim_bores(robot) if full else {})
 
 
 def swim_bores(robot: Robot) -> dict[float, dict[str, tuple[float, Array, float]]]:
@@ -102,11 +101,12 @@ def swim_bores(robot: Robot) -> dict[float, dict[str, tuple[float, Array, float]
     found = {}
     for bore in BORES:
         other = with_bore(robot, bore)
-        runs = {name: _swim(other, named_gait(other, name)) for name in SPEEDS}
-        found[bore] = {name: (run.speed, run.swing, run.power) for name, run in runs.items()}
+        runs = _swims(other, [named_gait(other, name) for name in SPEEDS])
+        found[bore] = {name: (run.speed, run.swing, run.power) for name, run in zip(SPEEDS, runs, strict=True)}
     return found
 
 
-def _swim(robot: Robot, gait: Gait) -> TwinRun:
-    """Swim a gait until it has settled."""
-    return twin(robot, gait, duration=SWIM, start="swimming")
+def _swims(robot: Robot, gaits: Sequence[Gait]) -> list[TwinRun]:
+    """Swim gaits until they have settled."""
+    options = [{"robot": robot, "gait": gait, "duration": SWIM, "start": "swimming"} for gait in gaits]
+    return twins(options, measure=lambda run: run, threads=THREADS)

@@ -37,6 +37,7 @@ T = TypeVar("T")
 STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
 STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable
 SHORTEST = 1e-6  # s, of a step: below it a second takes minutes
+EXACT = 1e-9  # relative: a command may be off its bound so far by the way from degrees
 MOST_TICKS = 1_000_000  # of a run: a gigabyte of record
 MEDIA = ("water", "air")
 STARTS = ("rest", "swimming")
@@ -111,7 +112,8 @@ def twin(
     Raises
     ------
     InputError
-        If the robot lacks a table, the gait does not fit it, or an option is out of range.
+        If the robot lacks a table, the gait does not fit it or asks for more than its controller takes, or an option is
+        out of range.
 
     Examples
     --------
@@ -134,6 +136,7 @@ def twin(
     parts = _parts_of(robot, fish_in, temperature)
     steps = _steps_needed(tick, parts, robot) if step is None else _steps(tick, step)
     columns = _controller_of(robot if believed is None else believed)
+    _check_command(robot, gait, columns)
     if not closed_loop:
         columns = columns | {gain: [0.0] for gain in ("proportional", "integral", "derivative")}
     given = _listed(faults)
@@ -344,11 +347,25 @@ def _listed(faults: str | Iterable[str]) -> tuple[str, ...]:
     return given
 
 
+def _check_command(robot: Robot, gait: Gait, columns: Mapping[str, list[float]]) -> None:
+    """Refuse what the controller would not take: on board it keeps to its bounds, here that would hide a mistake."""
+    (most,) = columns["frequency_most"]
+    if gait.frequency > most * (1 + EXACT):
+        rule = f"must be at most {most:g} Hz, the controller.frequency_max_hz of {robot.name}"
+        raise InputError(rule, key="frequency", value=f"{gait.frequency:g}", fix="give less")
+    for j, (group, most) in enumerate(zip(robot.joints, columns["amplitude"], strict=True)):
+        for key, value in (("amplitude", gait.amplitude[j]), ("bias", gait.bias[j])):
+            if abs(value) > most * (1 + EXACT):
+                rule = f"must be at most {math.degrees(most):g} deg, the bend_max_deg of joint {group.name}"
+                told = f"{math.degrees(value):g} deg"
+                raise InputError(rule, key=f"{key}[{j}]", value=told, fix="give a bend that the joint reaches")
+
+
 def _ticks(duration: float, tick: float) -> int:
     """Count the ticks of a run."""
     duration = finite(duration, "duration", "give the seconds to run")
     ticks = duration / tick * (1 + 1e-12)
-    if not 1 <= ticks <= MOST_TICKS:
+    if not 1 <= ticks < MOST_TICKS + 1:
         rule = f"must be from {tick:g} to {MOST_TICKS * tick:g} s"
         raise InputError(rule, key="duration", value=f"{duration:g}", fix="give the seconds to run")
     return int(ticks)
