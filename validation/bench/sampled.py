@@ -4,17 +4,20 @@
 within their bounds, weighs every actuator by its likelihood, and prints how many lie in the fit's intervals.
 """
 
+import runpy
 import sys
 from pathlib import Path
 
 import numpy as np
 from scipy.optimize import brentq
-from study import FISH, drawn
 
 from hypertuna.actuator import bend
 from hypertuna.bench import read_bench
 from hypertuna.bench_fit import BenchFit, fit_bench
 from hypertuna.bench_unknowns import with_unknowns
+
+study = runpy.run_path(str(Path(__file__).with_name("study.py")))
+FISH, drawn = study["FISH"], study["drawn"]
 
 PAPER = Path(__file__).parents[2] / "examples" / "bench" / "paper.csv"
 NEAR = 1.001  # for a derivative by differences

@@ -5,15 +5,19 @@ docs/twin.md. Run: python validation/twin/influence.py [PART ...] [--page], some
 from __future__ import annotations
 
 import math
+import runpy
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
-from study import GAITS, PUBLISHED, ROBOT, eight, main
 
 import hypertuna as ht
 from hypertuna.console import progress_bar
 from hypertuna.description import parse
 from hypertuna.sobol import FACTORS, influence, spread
+
+study = runpy.run_path(str(Path(__file__).with_name("study.py")))
+GAITS, PUBLISHED, ROBOT, eight, main = (study[name] for name in ("GAITS", "PUBLISHED", "ROBOT", "eight", "main"))
 
 SAMPLES = 32
 DRAWS = 32
