@@ -17,7 +17,7 @@ from hypertuna.actuator import MATERIAL_SETS, Bend, bend, check_pressure
 from hypertuna.bench import joint_index
 from hypertuna.console import check_suffix, command_line, number, plain, print_json, progress_bar, tell_written
 from hypertuna.description import Robot, load
-from hypertuna.errors import InputError, shown
+from hypertuna.errors import InputError
 from hypertuna.fe_bend import FeBend, fe_bend
 from hypertuna.fe_extra import need_fe
 from hypertuna.fe_fields import write_vtu
@@ -36,21 +36,25 @@ fe_app = typer.Typer(no_args_is_help=True, help="The soft joints by finite eleme
 
 MM = 1e3  # per m
 SMOOTH = 50  # pressures of the analytic curve
-HEADS = {
-    "pressure_kpa": "pressure\n[kPa]",
-    "bend_deg": "bend\n[deg]",
-    "tip_x_mm": "tip x\n[mm]",
-    "tip_y_mm": "y\n[mm]",
-    "oil_taken_ml": "oil\n[ml]",
-    "axial_stretch_min": "axial\nstretch",
-    "hoop_stretch_max": "hoop\nstretch",
-    "fiber_stretch_max": "fiber\nstretch",
-    "strain_99": "strain\n99 %",
-    "strain_max": "\nmax",
-    "stress_99_kpa": "stress [kPa]\n99 %",
-    "stress_max_kpa": "\nmax",
+COLUMNS = {  # of the table: head and format
+    "pressure_kpa": ("gauge\n[kPa]", ".4g"),
+    "bend_deg": ("bend\n[deg]", "z.2f"),
+    "tip_x_mm": ("tip x\n[mm]", "z.2f"),
+    "tip_y_mm": ("tip y\n[mm]", "z.2f"),
+    "oil_taken_ml": ("oil\n[ml]", "z.3f"),
+    "axial_stretch_min": ("axial\nleast", ".3f"),
+    "hoop_stretch_max": ("hoop\nmost", ".3f"),
+    "fiber_stretch_max": ("fiber\nmost", ".3f"),
+    "strain_99": ("strain\n99 %", "z.3f"),
+    "strain_max": ("\nmost", "z.3f"),
+    "stress_99_kpa": ("stress\n[kPa]", "z.1f"),
+    "stress_max_kpa": ("\nmost", "z.1f"),
 }
-FORMATS = {"bend_deg": ".2f", "tip_x_mm": ".2f", "tip_y_mm": ".2f", "oil_taken_ml": ".3f"}
+LEGEND = (
+    "Bend, and oil since rest, of the side with the pressure; stretches of the channels' walls and of the braids; "
+    "logarithmic strain and von Mises stress of the matrix: what 99 % of it stay below, and the most, which sits where "
+    "hoses end and grows as meshes get finer."
+)
 
 Joint = Annotated[str, typer.Option("--joint", help="Name of the joint group, or its number from the head.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -258,12 +262,13 @@ def _print(found: FeBend, record: dict[str, Any]) -> None:
     console.print(Text(head, style="bold"))
     size = f"{record['mesh']} mesh, {found.elements} elements, {found.unknowns} unknowns, {record['seconds']:.0f} s"
     console.print(Text(f"{size}, Poisson's ratio {options.poisson:g}{', mixed' if options.mixed else ''}", style="dim"))
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for title in HEADS.values():
+    table = Table(box=None, pad_edge=False, collapse_padding=True, header_style="bold")
+    for title, _ in COLUMNS.values():
         table.add_column(Text(title, justify="right"), justify="right")
     for step in record["steps"]:
-        table.add_row(*(f"{step[key]:{FORMATS.get(key, '.3g')}}" for key in HEADS))
+        table.add_row(*(f"{step[key]:{form}}" for key, (_, form) in COLUMNS.items()))
     console.print(table)
+    console.print(Text(LEGEND, style="dim"))
     squared = found.r_squared()
     if np.isfinite(squared):
         console.print(Text(f"line over 100 to 250 kPa: R^2 = {squared:.4f}"))

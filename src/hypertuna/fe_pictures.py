@@ -58,9 +58,9 @@ MOST = 0.98  # of the channels' walls, whose values the colors tell apart
 ROOM = 1.05  # around the body, in heights of it
 PIXELS = 640  # height of a rendered view
 FRAMES, FILM_DPI = 4, 140  # of a filmstrip
-PALETTE = 256  # colors of a written picture: files stay small
+PALETTE = 256  # colors of a written picture, mixed by dots: files stay small
 
-GLASS, LINE = "#8A99A3", 1.6
+GLASS, LINE = "#8A99A3", 3.0
 THIN, THICK = 0.13, 0.3  # opacity of glass
 DEPTH = 6  # layers of glass that may lie one behind the other
 MATT: dict[str, Any] = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.56, "specular": 0.1, "specular_power": 15}
@@ -273,9 +273,9 @@ def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
 
     drawn, packed = io.BytesIO(), io.BytesIO()
     figure.savefig(drawn, format="png", dpi=dpi)
-    Image.open(drawn).convert("RGB").quantize(PALETTE, dither=Image.Dither.NONE).save(
-        packed, format="PNG", optimize=True
-    )
+    picture = Image.open(drawn).convert("RGB")
+    palette = picture.quantize(PALETTE, method=Image.Quantize.FASTOCTREE)
+    picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(packed, format="PNG", optimize=True)
     write_atomically(path, packed.getvalue())
 
 
@@ -290,7 +290,7 @@ def _bar(figure: Figure, axes: list[Axes], film: Film, quantity: str, **place: A
     shown = QUANTITIES[quantity]
     colors = ScalarMappable(Normalize(0, film.top(quantity) / shown.unit), SEQUENCE)
     bar = figure.colorbar(colors, ax=axes, extend="max", label=shown.label, aspect=30, **place)
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)
 
 
 def _round_up(value: float) -> float:
@@ -335,7 +335,7 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
     for part, opacity in _gray(shape, view):
         plotter.add_mesh(part, color=GLASS, opacity=opacity, **MATT)
     for outline in _outlines(film.faces[k]):
-        plotter.add_mesh(outline, color=FAINT, line_width=LINE, opacity=0.7)
+        plotter.add_mesh(outline, color=FAINT, line_width=LINE, opacity=0.8)
     plotter.enable_parallel_projection()
     plotter.camera_position, plotter.camera.parallel_scale = position, scale
     plotter.enable_depth_peeling(DEPTH)
@@ -348,15 +348,15 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
 def _colored(shape: dict[str, Any], view: str) -> list[tuple[Any, float]]:
     """List what has colors in a view, with its opacity."""
     if view == "units":
-        return [(_whole(shape[name]), 1.0) for name in ("walls", "caps")]
-    return [*((_mirrored(shape[name]), 1.0) for name in ("walls", "caps", "outer")), (shape["cut"], 1.0)]
+        return [(_whole(shape["walls"]), 1.0)]
+    return [*((_mirrored(shape[name]), 1.0) for name in ("walls", "outer")), (shape["cut"], 1.0)]
 
 
 def _gray(shape: dict[str, Any], view: str) -> list[tuple[Any, float]]:
     """List what is glass or plate in a view, with its opacity."""
     if view == "units":
-        return [(_whole(shape["outer"]), THIN), (_whole(shape["plate"]), THICK)]
-    lower = [(_mirrored(shape["plate"]), 1.0), (shape["plate_cut"], 1.0)]
+        return [(_whole(shape["outer"]), THIN), (_whole(shape["plate"]), THICK), (_whole(shape["caps"]), 1.0)]
+    lower = [*((_mirrored(shape[name]), 1.0) for name in ("plate", "caps")), (shape["plate_cut"], 1.0)]
     return [*lower, (shape["outer"], THIN), (shape["plate"], THIN)]
 
 

@@ -1,4 +1,4 @@
-"""What a bend by finite elements tells, as records and tables with units in their names: for programs and files."""
+"""Results of finite elements as records and tables, units in the names: what `--json` prints and files store."""
 
 from __future__ import annotations
 
@@ -8,22 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.actuator import SIDES
 from hypertuna.fe_bend import FeBend, ngsolve_version
+from hypertuna.fe_measure import Measured
 from hypertuna.results import provenance
 from hypertuna.soft_joint import drive_unit, joint_group
 
-__all__ = ["SUMMARY", "bend_csv", "bend_record", "oil_taken"]
-
-Array = NDArray[np.float64]
+__all__ = ["SUMMARY", "bend_csv", "bend_record", "measured_record", "oil_taken"]
 
 SUMMARY = "bend.json"  # file of the record, in the folder of a run
 
-KILO, MILLI, MILLILITER = 1e3, 1e-3, 1e-6
-PAIRS = ("axial_stretch", "hoop_stretch", "fiber_stretch")
 
-
-def oil_taken(found: FeBend) -> Array:
+def oil_taken(found: FeBend) -> NDArray[np.float64]:
     """Compute what oil the side with the pressure has taken in since rest.
 
     Parameters
@@ -41,7 +36,7 @@ def oil_taken(found: FeBend) -> Array:
 
 
 def bend_record(found: FeBend) -> dict[str, Any]:
-    """Tell a bend.
+    """Say a bend by finite elements, for programs.
 
     Parameters
     ----------
@@ -50,10 +45,10 @@ def bend_record(found: FeBend) -> dict[str, Any]:
     Returns
     -------
     dict
-        Of numbers, texts and a list of dictionaries, ``"steps"``: one for each pressure that was reached.
+        What made it, what it took, and a record of each pressure that converged.
     """
-    options = found.options
-    record: dict[str, Any] = provenance(found.robot) | {
+    options, straight = found.options, found.r_squared()
+    facts = {
         "ngsolve_version": ngsolve_version(),
         "joint": found.joint,
         "side": found.side,
@@ -61,15 +56,47 @@ def bend_record(found: FeBend) -> dict[str, Any]:
         "law": options.law,
         "poisson": options.poisson,
         "mixed": options.mixed,
-        "mesh": options.mesh if isinstance(options.mesh, str) else "own",
+        "mesh": options.mesh if isinstance(options.mesh, str) else vars(options.mesh),
         "elements": found.elements,
         "unknowns": found.unknowns,
         "seconds": sum(found.seconds),
-        "r_squared": found.r_squared(),
         "status": found.status,
         "status_text": found.status_text,
+        "r_squared": None if math.isnan(straight) else straight,
     }
-    return record | {"steps": [_step(found, k) for k in range(len(found.pressure))]}
+    columns = (found.pressure, found.angle, oil_taken(found), found.measured, found.iterations, found.seconds)
+    steps = []
+    for pressure, angle, oil, measured, iterations, seconds in zip(*columns, strict=True):
+        step = {
+            "pressure_kpa": float(pressure) / 1e3,
+            "bend_deg": math.degrees(angle),
+            "oil_taken_ml": 1e6 * float(oil),
+        }
+        steps.append(step | measured_record(measured) | {"iterations": iterations, "seconds": seconds})
+    return provenance(found.robot) | facts | {"steps": steps}
+
+
+def measured_record(found: Measured) -> dict[str, float]:
+    """Say what was measured of one equilibrium.
+
+    Parameters
+    ----------
+    found : Measured
+
+    Returns
+    -------
+    dict of str to float
+    """
+    record = {"angle_deg": math.degrees(found.angle)}
+    record |= {f"tip_{axis}_mm": 1e3 * place for axis, place in zip("xy", found.tip, strict=True)}
+    for side, volume, swelling in zip(("left", "right"), found.volume, found.swelling, strict=True):
+        record |= {f"volume_{side}_ml": 1e6 * volume, f"swelling_{side}": swelling}
+    for name in ("axial", "hoop", "fiber"):
+        low, high = getattr(found, f"{name}_stretch")
+        record |= {f"{name}_stretch_min": low, f"{name}_stretch_max": high}
+    record |= {"strain_max": found.strain_max, "strain_99": found.strain_99}
+    record |= {"stress_max_kpa": found.stress_max / 1e3, "stress_99_kpa": found.stress_99 / 1e3}
+    return record | {"jacobian_min": found.jacobian_min}
 
 
 def bend_csv(found: FeBend, command: str) -> str:
@@ -90,23 +117,3 @@ def bend_csv(found: FeBend, command: str) -> str:
     if steps:
         lines.append(",".join(steps[0]))
     return "\n".join(lines + [",".join(str(value) for value in step.values()) for step in steps]) + "\n"
-
-
-def _step(found: FeBend, k: int) -> dict[str, float]:
-    """Tell one pressure."""
-    measured = found.measured[k]
-    step: dict[str, float] = {
-        "pressure_kpa": float(found.pressure[k]) / KILO,
-        "bend_deg": math.degrees(found.angle[k]),
-        "tip_x_mm": measured.tip[0] / MILLI,
-        "tip_y_mm": measured.tip[1] / MILLI,
-        "oil_taken_ml": float(oil_taken(found)[k]) / MILLILITER,
-    }
-    for side, volume, swelling in zip(SIDES, measured.volume, measured.swelling, strict=True):
-        step |= {f"volume_{side}_ml": volume / MILLILITER, f"swelling_{side}": swelling}
-    for name in PAIRS:
-        step |= {f"{name}_{end}": value for end, value in zip(("min", "max"), getattr(measured, name), strict=True)}
-    step |= {"strain_max": measured.strain_max, "strain_99": measured.strain_99}
-    step |= {"stress_max_kpa": measured.stress_max / KILO, "stress_99_kpa": measured.stress_99 / KILO}
-    step |= {"jacobian_min": measured.jacobian_min}
-    return step | {"newton_steps": found.iterations[k], "seconds": found.seconds[k]}
