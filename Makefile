@@ -41,7 +41,7 @@ $(VENV)/.installed-%: $(VENV)/.installed
 
 # --- what to run
 
-.PHONY: dev demo test test-cpp test-sanitized test-python bench bench-json lint format stub docs clean
+.PHONY: dev demo test test-cpp test-sanitized test-python test-fe bench bench-json lint format stub docs clean
 dev: $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
 demo: $(VENV)/.installed ## the published gaits, computed beside published: demo/index.html
@@ -64,6 +64,9 @@ test-sanitized: $(VENV)/.tools ## C++ tests with the address and undefined-behav
 
 test-python: $(VENV)/.installed-test ## Python tests alone
 	@$(BIN)/python -m pytest -q -n $(JOBS)
+
+test-fe: $(VENV)/.installed-test $(VENV)/.installed-fe ## tests with finite elements; installs the extra fe
+	@$(BIN)/python -m pytest -q -n $(JOBS) -m fe $(wildcard tests/test_fe*.py tests/test_*_fe*.py)
 
 bench: $(VENV)/.installed-bench build/bench ## speed against the peers, as tables
 	@$(BIN)/python benchmarks/run.py

@@ -39,10 +39,12 @@ __all__ = [
     "JointTable",
     "Step",
     "bend",
+    "check_pressure",
     "joint_tables",
     "misprints",
     "mooney",
     "soft_joint",
+    "straightness",
 ]
 
 Array = NDArray[np.float64]
@@ -138,10 +140,7 @@ class Bend:
         float
             Coefficient of determination [1]; not a number where fewer than three points lie between.
         """
-        inside = (self.pressure >= low * (1 - 1e-12)) & (self.pressure <= high * (1 + 1e-12))
-        if inside.sum() < 3:
-            return math.nan
-        return float(np.corrcoef(self.pressure[inside], self.angle[inside])[0, 1] ** 2)
+        return straightness(self.pressure, self.angle, low, high)
 
     def dataset(self) -> xr.Dataset:
         """Label the numbers.
@@ -211,7 +210,7 @@ def bend(
     >>> np.degrees(found.angle).round(1).tolist()
     [9.5, 18.2]
     """
-    rising = _check_pressure(pressure)
+    rising = check_pressure(pressure)
     if side not in SIDES:
         raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
     if law not in LAWS:
@@ -242,8 +241,44 @@ def bend(
     )
 
 
-def _check_pressure(pressure: ArrayLike) -> Array:
-    """Check that pressures are finite, not negative, and rise."""
+def straightness(pressure: Array, angle: Array, low: float, high: float) -> float:
+    """How near to a line an angle is between two pressures.
+
+    Parameters
+    ----------
+    pressure, angle : ndarray, shape (n,)
+        [Pa] and [rad].
+    low, high : float
+        [Pa].
+
+    Returns
+    -------
+    float
+        Coefficient of determination [1]; not a number where fewer than three points lie between.
+    """
+    inside = (pressure >= low * (1 - 1e-12)) & (pressure <= high * (1 + 1e-12))
+    if inside.sum() < 3:
+        return math.nan
+    return float(np.corrcoef(pressure[inside], angle[inside])[0, 1] ** 2)
+
+
+def check_pressure(pressure: ArrayLike) -> Array:
+    """Check that pressures are finite, not negative, and rise.
+
+    Parameters
+    ----------
+    pressure : array_like, shape (n,)
+        [Pa].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Raises
+    ------
+    InputError
+        If they are not.
+    """
     try:
         rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
     except (TypeError, ValueError):
@@ -338,7 +373,7 @@ def misprints(robot: Robot, joint: str | int, pressure: float, material: str | N
     InputError
         As `bend`.
     """
-    rising = _check_pressure(pressure)
+    rising = check_pressure(pressure)
     found = []
     for text, law, friction in STEPS:
         model = soft_joint(robot, joint, material, friction=friction).with_law(**law)

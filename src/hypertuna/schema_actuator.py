@@ -26,6 +26,13 @@ class DriveUnit(Part):
     friction: NotNegative = entry(
         "friction", "coefficient of friction between braid and hose, on the section inside the braid", default=0.0
     )
+    braid_stiffness: Positive = entry(
+        "braid_stiffness_n_per_m",
+        "modulus times net thickness of each of the braid's two families of fibers; for finite elements, all else "
+        "takes the braid as inextensible",
+        "N/m",
+        default=1e6,
+    )
     hose: Text = entry("hose", "material of the hose, a key of the table materials")
     matrix: Text = entry("matrix", "material of sleeve and matrix, a key of the table materials")
     material_set: MaterialSet = entry("material_set", "set of elastic constants to use", default="datasheet")
@@ -54,6 +61,22 @@ class Actuator(Part):
     semi_minor: tuple[Positive, ...] = entry("semi_minor_m", "half width of each segment's section", "m")
     stiffness_factor: Positive = entry(
         "stiffness_factor", "what multiplies the matrix' E I, for the strip, pipes and channels in it", default=1.0
+    )
+    spacing: Positive | None = entry(
+        "spacing_m",
+        "distance of neighboring drive units of a side, across the plane of bending; for finite elements. Without it "
+        "they share the height of the narrowest section evenly, as far as they fit",
+        "m",
+        default=None,
+    )
+    plate: Positive = entry(
+        "plate_m", "thickness of the stiff plates at both ends; for finite elements", "m", default=0.003
+    )
+    strip_width: NotNegative = entry(
+        "strip_width_m",
+        "width of an inextensible strip in the neutral layer, the bending sensor, say; for finite elements, 0 for none",
+        "m",
+        default=0.0,
     )
     asymmetry: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-1, lt=1)] = entry(
         "asymmetry", "difference of the levers, left less right, over their mean", default=0.0

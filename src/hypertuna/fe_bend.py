@@ -1,0 +1,294 @@
+"""Bend of a soft joint under rising pressure, by finite elements."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hypertuna.actuator import SIDES, check_pressure, straightness
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.fe_extra import need_fe
+from hypertuna.fe_measure import Measured, measure
+from hypertuna.fe_model import FeModel, FeOptions, equilibrium, fe_model
+from hypertuna.journal import Journal, journal_header
+from hypertuna.results import dataset, provenance, write_atomically
+from hypertuna.soft_joint import drive_unit, joint_group
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["JOURNAL", "FeBend", "fe_bend", "ngsolve_version"]
+
+Array = NDArray[np.float64]
+
+JOURNAL = "journal.jsonl"
+
+
+@dataclass(frozen=True)
+class FeBend:
+    """How far a joint bends under the pressure of one side, in three dimensions and without friction.
+
+    Attributes
+    ----------
+    robot : Robot
+    joint, side, material : str
+        Joint group, side with the pressure, material set.
+    options : FeOptions
+    pressure : ndarray, shape (n,)
+        Gauge pressures that converged, rising [Pa].
+    measured : tuple of Measured
+        What was found at each.
+    iterations : tuple of int
+        Newton steps to each.
+    seconds : tuple of float
+        Processor time to each [s].
+    elements, unknowns : int
+        Size of the model.
+    status : str
+        "converged", or "failed" where a pressure was not reached.
+    status_text : str
+        A sentence; for a failure with its pressure and reason.
+    """
+
+    robot: Robot
+    joint: str
+    side: str
+    material: str
+    options: FeOptions
+    pressure: Array
+    measured: tuple[Measured, ...]
+    iterations: tuple[int, ...]
+    seconds: tuple[float, ...]
+    elements: int
+    unknowns: int
+    status: str
+    status_text: str
+
+    @property
+    def angle(self) -> Array:
+        """Angle toward the side with the pressure [rad], shape (n,)."""
+        sign = 1 if self.side == "left" else -1
+        return sign * np.array([found.angle for found in self.measured])
+
+    @property
+    def volume(self) -> Array:
+        """Oil in the drive units of the side with the pressure [m^3], shape (n,)."""
+        return np.array([found.volume[SIDES.index(self.side)] for found in self.measured])
+
+    def r_squared(self, low: float = 100e3, high: float = 250e3) -> float:
+        """How near to a line the angle is between two pressures.
+
+        Parameters
+        ----------
+        low, high : float
+            [Pa]; by default the paper's range (section III.A).
+
+        Returns
+        -------
+        float
+            Coefficient of determination [1]; not a number where fewer than three points lie between.
+        """
+        return straightness(self.pressure, self.angle, low, high)
+
+    def dataset(self) -> xr.Dataset:
+        """Label the numbers.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimension pressure; angle [rad], volume [m^3] and what else was measured.
+        """
+
+        def column(name: str, unit: str, text: str) -> tuple[str, Array, dict[str, str]]:
+            values = np.array([getattr(found, name) for found in self.measured], dtype=np.float64)
+            return "pressure", values, {"units": unit, "long_name": text}
+
+        texts = {"units": "rad", "long_name": "angle toward the side with the pressure"}
+        variables = {
+            "angle": ("pressure", self.angle, texts),
+            "volume": ("pressure", self.volume, {"units": "m^3", "long_name": "oil in the drive units of that side"}),
+            "strain_max": column("strain_max", "1", "largest principal logarithmic strain of the matrix"),
+            "strain_99": column("strain_99", "1", "what 99 % of the matrix stay below of that strain"),
+            "stress_max": column("stress_max", "Pa", "largest von Mises stress of the matrix"),
+            "stress_99": column("stress_99", "Pa", "what 99 % of the matrix stay below of that stress"),
+        }
+        coordinates = {"pressure": ("pressure", self.pressure, {"units": "Pa", "long_name": "gauge pressure"})}
+        facts = {"joint": self.joint, "side": self.side, "material": self.material, "status": self.status_text}
+        facts |= {"elements": str(self.elements), "unknowns": str(self.unknowns), "ngsolve": ngsolve_version()}
+        return dataset(variables, coordinates, provenance(self.robot) | facts)
+
+
+def ngsolve_version() -> str:
+    """Tell the version of NGSolve.
+
+    Returns
+    -------
+    str
+        Empty where it is not installed.
+    """
+    from importlib.metadata import PackageNotFoundError
+    from importlib.metadata import version as installed
+
+    try:
+        return installed("ngsolve")
+    except PackageNotFoundError:
+        return ""
+
+
+def fe_bend(
+    robot: Robot,
+    joint: str | int,
+    pressure: ArrayLike,
+    *,
+    side: str = "left",
+    options: FeOptions | None = None,
+    folder: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    each: Callable[[FeModel, int, Measured], None] | None = None,
+) -> FeBend:
+    """Bend a joint by finite elements, from rest.
+
+    Parameters
+    ----------
+    robot : Robot
+    joint : str or int
+        Name or index of the joint group.
+    pressure : array_like, shape (n,)
+        Gauge pressures that rise [Pa]; the other side has none.
+    side : str
+        ``"left"`` or ``"right"``: which drive units have it.
+    options : FeOptions, optional
+    folder : str or Path, optional
+        Keeps a journal and the state at each pressure; called again with the same, the work goes on after the last
+        pressure that converged.
+    progress : callable, optional
+        Called with the number of pressures done and their total.
+    each : callable, optional
+        Called with the model, the index of the pressure and what was measured, when a pressure has been reached and
+        before it is kept: for pictures and files.
+
+    Returns
+    -------
+    FeBend
+        Where a pressure is not reached, with those before it.
+
+    Raises
+    ------
+    InputError
+        As `fe_model`; if the pressures do not rise from 0, the side does not exist, or the folder is of other work.
+    """
+    rising, options = check_pressure(pressure), options or FeOptions()
+    if side not in SIDES:
+        raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
+    need_fe()
+    model = fe_model(robot, joint, options)
+    group, _ = joint_group(robot, joint)
+    place = None if folder is None else Path(folder)
+    told: list[dict[str, Any]] = []
+    with Journal(place / JOURNAL if place else None, _header(robot, group.name, side, options)) as journal:
+        for k, value in enumerate(rising):
+
+            def reach(k: int = k, value: float = float(value)) -> dict[str, Any]:
+                before = float(rising[k - 1]) if k else 0.0
+                if max(load.Get() for load in model.problem.loads[:2]) != before:
+                    _restore(model, place, k - 1, before, side)
+                return _reach(model, place, k, value, side, each)
+
+            told.append(journal.answer({"pressure": float(value)}, reach))
+            if progress is not None:
+                progress(k + 1, len(rising))
+            if told[-1]["fault"]:
+                break
+    reached = [step for step in told if not step["fault"]]
+    fault = next((step["fault"] for step in told if step["fault"]), "")
+    text = f"All {len(rising)} pressures were reached."
+    if fault:
+        last = f"{rising[len(reached) - 1] / 1e3:g} kPa" if reached else "no pressure"
+        text = f"{rising[len(reached)] / 1e3:g} kPa was not reached ({fault}); what is told ends at {last}."
+    return FeBend(
+        robot=robot,
+        joint=group.name,
+        side=side,
+        material=options.material or drive_unit(robot).material_set,
+        options=options,
+        pressure=rising[: len(reached)],
+        measured=tuple(Measured(**_tuples(step["measured"])) for step in reached),
+        iterations=tuple(step["iterations"] for step in reached),
+        seconds=tuple(step["seconds"] for step in reached),
+        elements=int(model.mesh.ne),
+        unknowns=model.unknowns,
+        status="failed" if fault else "converged",
+        status_text=text,
+    )
+
+
+def _header(robot: Robot, joint: str, side: str, options: FeOptions) -> dict[str, Any]:
+    """Say what the journal is of."""
+    facts = asdict(options) | {"material": options.material or drive_unit(robot).material_set}
+    return journal_header("fe bend", robot, {"joint": joint, "side": side, "ngsolve": ngsolve_version()} | facts)
+
+
+def _loads(value: float, side: str) -> tuple[float, float]:
+    """Pressures of the left and of the right side [Pa]."""
+    return (value, 0.0) if side == "left" else (0.0, value)
+
+
+def _reach(
+    model: FeModel,
+    place: Path | None,
+    k: int,
+    value: float,
+    side: str,
+    each: Callable[[FeModel, int, Measured], None] | None,
+) -> dict[str, Any]:
+    """Lead the model to a pressure, measure it, keep its state."""
+    start = time.process_time()
+    found = equilibrium(model, pressure=_loads(value, side))
+    fault, measured = "" if found.converged else found.text, None
+    if not fault:
+        measured = measure(model)
+        fault = measured.fault
+    seconds = time.process_time() - start
+    if not fault and measured is not None:
+        if place is not None:
+            write_atomically(_state(place, k), np.asarray(model.displacement.vec).tobytes())
+        if each is not None:
+            each(model, k, measured)
+    record = {"fault": fault, "iterations": found.iterations, "seconds": seconds}
+    return record | {"measured": None if measured is None else asdict(measured)}
+
+
+def _state(place: Path, k: int) -> Path:
+    """File that keeps the displacements at a pressure."""
+    return place / f"state-{k:03d}.bin"
+
+
+def _restore(model: FeModel, place: Path | None, k: int, value: float, side: str) -> None:
+    """Set the model to a state that was kept."""
+    assert place is not None  # a journal in memory knows nothing
+    try:
+        kept = np.frombuffer(_state(place, k).read_bytes())
+    except OSError as error:
+        fix = "remove the folder to start over"
+        rule = "must be readable"
+        raise InputError(rule, file=str(_state(place, k)), value=f"not ({error.strerror})", fix=fix) from None
+    if len(kept) != model.unknowns or not math.isfinite(float(kept.sum())):
+        value_text, fix = f"{len(kept)} numbers", "remove the folder to start over"
+        rule = f"must hold {model.unknowns} displacements"
+        raise InputError(rule, file=str(_state(place, k)), value=value_text, fix=fix)
+    np.asarray(model.displacement.vec)[:] = kept
+    for load, pressure in zip(model.problem.loads, (*_loads(value, side), 0.0), strict=True):
+        load.Set(pressure)
+
+
+def _tuples(record: dict[str, Any]) -> dict[str, Any]:
+    """Turn the lists of a journal into tuples."""
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in record.items()}

@@ -1,0 +1,44 @@
+"""What finite elements need beyond hypertuna itself: the extra `fe`, asked for where it is used."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+from hypertuna.errors import InputError
+
+__all__ = ["HOW", "need_fe", "need_pictures"]
+
+HOW = "pip install 'hypertuna[fe]'"
+
+
+def need_fe() -> None:
+    """Check that NGSolve and its mesher are there, and keep them on one thread and quiet.
+
+    Raises
+    ------
+    InputError
+        If one is not installed.
+    """
+    _need("ngsolve", "netgen")
+    import ngsolve
+
+    ngsolve.SetNumThreads(1)  # a thread more would change the order of sums, so the last digits
+    ngsolve.ngsglobals.msg_level = 0
+
+
+def need_pictures() -> None:
+    """Check that PyVista is there, which draws deformed shapes.
+
+    Raises
+    ------
+    InputError
+        If it is not installed.
+    """
+    _need("pyvista")
+
+
+def _need(*modules: str) -> None:
+    """Check that modules can be imported."""
+    missing = [name for name in modules if find_spec(name) is None]
+    if missing:
+        raise InputError("is needed by finite elements and is not installed", key=missing[0], fix=HOW)

@@ -1,0 +1,358 @@
+"""Geometry of a soft joint for finite elements: a tapered elliptical body, channels for the drive units, end plates.
+
+Axes as in docs/conventions.md: x along the joint from the connector (0) toward the tail, y 90 degrees counter-clockwise
+of it seen from above (the left side, to which the left drive units bend it), z up. The body is its own mirror image at
+z = 0, the plane that it bends in.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.description import Robot
+from hypertuna.errors import InputError
+from hypertuna.fe_extra import need_fe
+from hypertuna.results import write_atomically
+from hypertuna.soft_joint import drive_unit, joint_group
+
+__all__ = ["FACES", "Channel", "JointBody", "half_shape", "joint_body", "write_geometry"]
+
+Array = NDArray[np.float64]
+
+MM = 1e3  # drawings are in mm, as STEP is by default
+WALL = 0.0005  # m, least matrix between hoses, and between a hose and the water
+SAME = 1e-4  # mm, within which two coordinates of a drawing are one: OCC pads its bounding boxes
+
+# What the faces of the half body are called, a regular expression for each kind.
+FACES = {
+    "fixed": "fixed",
+    "symmetry": "symmetry",
+    "outer": "outer",
+    "tip": "tip",
+    "strip": "strip",
+    "walls": "wall_.*",
+    "left": "wall_left|cap_left",
+    "right": "wall_right|cap_right",
+}
+SIDE_NAMES = ("left", "right")
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A straight channel along x that a drive unit fills.
+
+    Attributes
+    ----------
+    side : int
+        0 for left, at positive y; 1 for right.
+    y, z : float
+        Where its axis is [m].
+    """
+
+    side: int
+    y: float
+    z: float
+
+
+@dataclass(frozen=True)
+class JointBody:
+    """The soft body of a joint.
+
+    Attributes
+    ----------
+    name : str
+        Of the joint group.
+    stations : ndarray, shape (k,)
+        Where sections are given, from 0 to the length; between them the half axes are linear [m].
+    semi_major, semi_minor : ndarray, shape (k,)
+        Half height (along z) and half width (along y) of the elliptical sections [m].
+    radius : float
+        Outer radius of the hoses [m].
+    channels : tuple of Channel
+        Of both halves, from the lowest to the highest, left side first.
+    plate : float
+        Thickness of the plates at both ends [m].
+    strip : float
+        Width of the strip in the neutral layer [m]; 0 for none.
+    """
+
+    name: str
+    stations: Array
+    semi_major: Array
+    semi_minor: Array
+    radius: float
+    channels: tuple[Channel, ...]
+    plate: float
+    strip: float
+
+    @property
+    def length(self) -> float:
+        """Length of the neutral layer [m]."""
+        return float(self.stations[-1])
+
+    @property
+    def upper(self) -> tuple[Channel, ...]:
+        """Channels that are in the half with z >= 0, wholly or half."""
+        return tuple(channel for channel in self.channels if channel.z > -SAME / MM)
+
+    @property
+    def volume(self) -> float:
+        """Volume of the matrix, both halves, channels left out [m^3]."""
+        a, b, dx = self.semi_major, self.semi_minor, np.diff(self.stations)
+        cone = a[:-1] * b[:-1] + a[1:] * b[1:] + (a[:-1] * b[1:] + a[1:] * b[:-1]) / 2
+        return float(math.pi / 3 * (cone * dx).sum()) - len(self.channels) * math.pi * self.radius**2 * self.length
+
+    @property
+    def symmetry_area(self) -> float:
+        """Area that the plane z = 0 cuts of matrix and tip plate [m^2]."""
+        sides = np.trapezoid(2 * self.semi_minor, self.stations) + 2 * float(self.semi_minor[-1]) * self.plate
+        cut = [2 * math.sqrt(max(0.0, self.radius**2 - channel.z**2)) for channel in self.channels]
+        return float(sides) - sum(cut) * self.length
+
+
+def joint_body(robot: Robot, joint: str | int) -> JointBody:
+    """Draw the soft body of a joint from its description.
+
+    The half axes of ``[joints.actuator]`` hold at the middle of their segments; between the middles, and beyond them to
+    the ends, the body tapers linearly.
+
+    Parameters
+    ----------
+    robot : Robot
+    joint : str or int
+        Name or index of the joint group.
+
+    Returns
+    -------
+    JointBody
+
+    Raises
+    ------
+    InputError
+        If the joint does not exist, the robot lacks a table, or the drive units do not fit into the body.
+    """
+    unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
+    lengths = np.array(actuator.segment_length)
+    stations = np.concatenate([[0.0], np.cumsum(lengths)])
+    middles = stations[:-1] + lengths / 2
+    semi_major, semi_minor = (
+        _taper(stations, middles, np.array(a)) for a in (actuator.semi_major, actuator.semi_minor)
+    )
+    file, key = robot.file or None, f"[joints.actuator] of {group.name}"
+    narrow = float(semi_major.min()), float(semi_minor.min())
+    if min(narrow) <= 0:
+        fix = "give half axes that taper less"
+        raise InputError("must leave a section at both ends", file=file, key=key, fix=fix)
+    count, radius = cast(int, group.drive_units), unit.outer_diameter / 2
+    levers = [actuator.lever * (1 + sign * actuator.asymmetry / 2) for sign in (1, -1)]
+    spacing = actuator.spacing or _widest(narrow, max(levers), count, radius)
+    heights = spacing * (np.arange(count) - (count - 1) / 2)
+    if min(levers) < radius + WALL / 2:
+        rule, value = (
+            "must keep the hoses of both sides apart",
+            f"{1e3 * min(levers):.3g} mm for hoses of {2e3 * radius:.3g} mm",
+        )
+        raise InputError(
+            rule, file=file, key=f"{key}: lever_m", value=value, fix="give a longer lever or thinner hoses"
+        )
+    if count > 1 and spacing < 2 * radius + WALL:
+        value = f"{1e3 * spacing:.3g} mm for hoses of {2e3 * radius:.3g} mm"
+        fix = "give thinner hoses, a shorter lever or fewer drive units"
+        raise InputError("must keep neighboring hoses apart", file=file, key=f"{key}: spacing_m", value=value, fix=fix)
+    left = _clearance(narrow, max(levers), float(heights[-1])) - radius
+    if left < WALL:
+        value = f"{1e3 * left:.2g} mm at the narrowest section"
+        rule = f"must leave {1e3 * WALL:g} mm of matrix around the outermost hoses"
+        fix = "give a smaller spacing_m, a shorter lever or thinner hoses"
+        raise InputError(rule, file=file, key=key, value=value, fix=fix)
+    channels = tuple(Channel(s, (1 - 2 * s) * levers[s], float(z)) for s in (0, 1) for z in heights)
+    return JointBody(
+        group.name, stations, semi_major, semi_minor, radius, channels, actuator.plate, actuator.strip_width
+    )
+
+
+def _taper(stations: Array, middles: Array, values: Array) -> Array:
+    """Half axes at the ends of the segments from those at their middles; exact for a straight taper."""
+    if len(values) == 1:
+        return np.repeat(values, 2)
+    inner = np.interp(stations, middles, values)
+    first, last = (np.diff(values) / np.diff(middles))[[0, -1]]
+    inner[0] = values[0] - first * middles[0]
+    inner[-1] = values[-1] + last * (stations[-1] - middles[-1])
+    return inner
+
+
+def _clearance(section: tuple[float, float], y: float, z: float) -> float:
+    """Distance from a point inside an elliptical section (half height, half width) to its rim [m]; < 0 outside."""
+    around = np.linspace(0, 2 * math.pi, 2001)
+    away = np.hypot(section[0] * np.cos(around) - z, section[1] * np.sin(around) - y).min()
+    inside = (z / section[0]) ** 2 + (y / section[1]) ** 2 < 1
+    return float(away) if inside else -float(away)
+
+
+def _widest(section: tuple[float, float], lever: float, count: int, radius: float) -> float:
+    """Choose the spacing [m]: bodies of equal widths (section II.C), or what leaves a quarter radius of matrix."""
+    if count == 1:
+        return 0.0
+    chord = section[0] * math.sqrt(max(0.0, 1 - (lever / section[1]) ** 2))
+    spacings = np.linspace(2 * chord / count, 2 * radius, 500)
+    fits = [_clearance(section, lever, s * (count - 1) / 2) >= 1.25 * radius for s in spacings]
+    return float(spacings[int(np.argmax(fits))]) if any(fits) else 2 * radius + WALL
+
+
+def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
+    """Draw the half body with z >= 0 in mm: matrix without its channels, tip plate, strip; solids and faces named.
+
+    Parameters
+    ----------
+    body : JointBody
+    squeeze : float
+        What x is divided by.
+
+    Returns
+    -------
+    netgen.libngpy._NgOCC.TopoDS_Shape
+        Solids "matrix" and "plate"; faces "fixed" (at the connector), "symmetry", "wall_left", "wall_right" (of the
+        channels), "cap_left", "cap_right" (their ends at the tip plate), "strip", "tip" (far face of the plate), "tie"
+        and "outer".
+    """
+    need_fe()
+    from netgen.occ import Box, Glue
+
+    length, plate = MM * body.length / squeeze, MM * body.plate / squeeze
+    far = 2 * MM * max(float(body.semi_major.max()), body.length)
+    upper = Box((-far, -far, 0), (far, far, far))
+    matrix, tip = (solid * upper for solid in _solids(body, squeeze, body.upper))
+    parts = [matrix, tip]
+    if body.strip > 0:
+        parts.insert(1, _strip(body, length) * matrix)
+    shape = Glue(parts)
+    *soft, stiff = sorted(shape.solids, key=lambda solid: solid.center.x)
+    for solid in soft:
+        solid.mat("matrix")
+    stiff.mat("plate")
+    for face in shape.faces:
+        face.name = _face_name(face, body, length, plate)
+    return shape
+
+
+def _solids(body: JointBody, squeeze: float, channels: tuple[Channel, ...]) -> tuple[Any, Any]:
+    """Matrix with its channels, and tip plate, in mm, both halves."""
+    from netgen.occ import Axes, Cylinder, Pnt, ThruSections, WorkPlane, X, Z
+
+    stations, length = MM * body.stations / squeeze, MM * body.length / squeeze
+
+    def section(x: float, k: int) -> Any:
+        plane = WorkPlane(Axes((x, 0, 0), n=X, h=Z))
+        return plane.Ellipse(MM * float(body.semi_major[k]), MM * float(body.semi_minor[k])).Wire()
+
+    pieces = [
+        ThruSections([section(float(stations[k]), k), section(float(stations[k + 1]), k + 1)], True)
+        for k in range(len(stations) - 1)
+    ]
+    matrix = pieces[0]
+    for piece in pieces[1:]:
+        matrix = matrix + piece
+    for channel in channels:
+        start = Pnt(0, MM * channel.y, MM * channel.z)
+        matrix = matrix - Cylinder(start, X, r=MM * body.radius, h=length)
+    tip = ThruSections([section(length, -1), section(length + MM * body.plate / squeeze, -1)], True)
+    return matrix, tip
+
+
+def _strip(body: JointBody, length: float) -> Any:
+    """Upper half of the strip, a face in the neutral layer [mm]."""
+    from netgen.occ import Face, MakePolygon, Vertex
+
+    corners = [(0, 0, 0), (length, 0, 0), (length, 0, MM * body.strip / 2), (0, 0, MM * body.strip / 2)]
+    return Face(MakePolygon([Vertex(corner) for corner in corners], isClosed=True))
+
+
+def _face_name(face: Any, body: JointBody, length: float, plate: float) -> str:
+    """Tell what a face of the drawing is, from where it lies."""
+    low, high = face.bounding_box
+
+    def lies(axis: str, place: float) -> bool:
+        return bool(max(abs(getattr(end, axis) - place) for end in (low, high)) < SAME)
+
+    def inside(channel: Channel) -> bool:
+        y, z, r = MM * channel.y, MM * channel.z, MM * body.radius + SAME
+        return bool(y - r < low.y and high.y < y + r and z - r < low.z and high.z < z + r)
+
+    channel = next((channel for channel in body.upper if inside(channel)), None)
+    if lies("x", 0):
+        return "fixed"
+    if lies("x", length + plate):
+        return "tip"
+    if lies("z", 0):
+        return "symmetry"
+    if lies("y", 0):
+        return "strip"
+    if channel is not None:
+        return f"{'cap' if lies('x', length) else 'wall'}_{SIDE_NAMES[channel.side]}"
+    return "tie" if lies("x", length) else "outer"
+
+
+def write_geometry(body: JointBody, path: str | Path) -> None:
+    """Write the whole body, connector plate, matrix and tip plate, for other programs; lengths in mm.
+
+    Parameters
+    ----------
+    body : JointBody
+    path : str or Path
+        Ends in .step (or .stp), which keeps the surfaces exact, or .stl, triangles.
+
+    Raises
+    ------
+    InputError
+        If the ending is another, or the file cannot be written.
+    """
+    need_fe()
+    import tempfile
+
+    from netgen.occ import Compound
+
+    path, kind = Path(path), Path(path).suffix.lower()
+    if kind not in (".step", ".stp", ".stl"):
+        raise InputError("must end in .step, .stp or .stl", key="path", value=str(path), fix="name the file so")
+    parts = Compound([_connector(body), *_solids(body, 1.0, body.channels)])
+    if kind == ".stl":
+        write_atomically(path, _stl(parts, body))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        draft = Path(folder) / "draft.step"
+        parts.WriteStep(str(draft))
+        write_atomically(path, draft.read_bytes())
+
+
+def _stl(parts: Any, body: JointBody) -> bytes:
+    """Triangles of the drawing's faces, as binary STL [mm]."""
+    from netgen.meshing import MeshingStep
+    from netgen.occ import OCCGeometry
+
+    options = {"maxh": MM * body.radius, "curvaturesafety": 2.0, "grading": 0.5}
+    mesh = OCCGeometry(parts).GenerateMesh(perfstepsend=MeshingStep.MESHSURFACE, **options)
+    points = np.array([point.p for point in mesh.Points()])
+    corners = points[np.array([[v.nr - 1 for v in face.vertices] for face in mesh.Elements2D()])]
+    layout = [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("color", "<u2")]
+    triangles = np.zeros(len(corners), dtype=layout)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    triangles["normal"] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    triangles["corners"] = corners
+    title = f"hypertuna, joint {body.name}, mm".encode().ljust(80)[:80]
+    return title + np.uint32(len(triangles)).tobytes() + triangles.tobytes()
+
+
+def _connector(body: JointBody) -> Any:
+    """Plate that holds the front end [mm]."""
+    from netgen.occ import Axes, WorkPlane, X, Z
+
+    plane = WorkPlane(Axes((-MM * body.plate, 0, 0), n=X, h=Z))
+    face = plane.Ellipse(MM * float(body.semi_major[0]), MM * float(body.semi_minor[0])).Face()
+    return face.Extrude(MM * body.plate)

@@ -1,0 +1,204 @@
+"""What a finite-element model in equilibrium tells: bend, volumes, stretches, strain and stress; and its checks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.fe_geometry import FACES
+from hypertuna.fe_model import FeModel, surface_strain
+from hypertuna.fe_solid import cavity, fiber_stretches, solid_energy
+
+__all__ = ["Measured", "measure", "von_mises"]
+
+Array = NDArray[np.float64]
+
+MOST = 0.99  # of the matrix' volume, whose strain and stress are told beside the largest
+TAUT = 0.05  # largest stretch of a fiber beyond 1 that still counts as inextensible
+ROOM = 0.02  # by which a volume may exceed the braid's limit
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A model in equilibrium.
+
+    Attributes
+    ----------
+    angle : float
+        Of the tip plate, counter-clockwise [rad].
+    tip : tuple of float
+        x and y of the far face's center [m].
+    volume : tuple of float
+        Of oil in the drive units of the left and of the right side [m^3].
+    swelling : tuple of float
+        Volume inside the braids over that at rest, left and right [1].
+    axial_stretch, hoop_stretch, fiber_stretch : tuple of float
+        Smallest and largest on the walls of the channels [1].
+    strain_max, strain_99 : float
+        Largest principal logarithmic strain of the matrix, and what 99 % of its volume stay below [1].
+    stress_max, stress_99 : float
+        Von Mises' stress, true, likewise [Pa]. The largest values sit where hoses end at a plate, and grow as meshes
+        get finer; those of 99 % do not.
+    jacobian_min : float
+        Smallest ratio of volumes of the matrix [1].
+    fault : str
+        Why the state cannot be trusted; empty where it can.
+    """
+
+    angle: float
+    tip: tuple[float, float]
+    volume: tuple[float, float]
+    swelling: tuple[float, float]
+    axial_stretch: tuple[float, float]
+    hoop_stretch: tuple[float, float]
+    fiber_stretch: tuple[float, float]
+    strain_max: float
+    strain_99: float
+    stress_max: float
+    stress_99: float
+    jacobian_min: float
+    fault: str
+
+
+def measure(model: FeModel) -> Measured:
+    """Measure a model, and check what a wrong solution would violate.
+
+    Parameters
+    ----------
+    model : FeModel
+        In equilibrium.
+
+    Returns
+    -------
+    Measured
+    """
+    angle, tip = _tip(model)
+    inside = _inside(model)
+    rest = [_count(model, side) * math.pi * model.wall.outer**2 * model.body.length for side in (0, 1)]
+    hose = 1 - (model.wall.inner / model.wall.outer) ** 2  # share of the hose in what the braid holds at rest
+    stretches = _stretches(model)
+    strain, stress, ratio, weight = _matrix(model)
+    found = Measured(
+        angle=angle,
+        tip=tip,
+        volume=(inside[0] - hose * rest[0], inside[1] - hose * rest[1]),
+        swelling=(inside[0] / rest[0], inside[1] / rest[1]),
+        axial_stretch=_ends(stretches["axial"]),
+        hoop_stretch=_ends(stretches["hoop"]),
+        fiber_stretch=_ends(stretches["fiber"]),
+        strain_max=float(strain.max()),
+        strain_99=_quantile(strain, weight),
+        stress_max=float(stress.max()),
+        stress_99=_quantile(stress, weight),
+        jacobian_min=float(ratio.min()),
+        fault="",
+    )
+    return replace(found, fault=_fault(model, found))
+
+
+def von_mises(stress: Array) -> Array:
+    """Von Mises' stress.
+
+    Parameters
+    ----------
+    stress : ndarray, shape (n, 3, 3)
+        True stress [Pa].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        [Pa].
+    """
+    deviator = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+    return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))))
+
+
+def _count(model: FeModel, side: int) -> int:
+    """Count the drive units of a side."""
+    return sum(channel.side == side for channel in model.body.channels)
+
+
+def _tip(model: FeModel) -> tuple[float, tuple[float, float]]:
+    """Angle and center of the tip plate's far face: the rotation that fits its points best."""
+    import ngsolve as ngs
+
+    def mean(what: Any) -> float:
+        return float(ngs.Integrate(what * ngs.ds("tip"), model.mesh)) / area
+
+    area = float(ngs.Integrate(ngs.CF(1.0) * ngs.ds("tip"), model.mesh))
+    x, y = ngs.x + model.displacement[0], ngs.y + model.displacement[1]
+    off = ngs.y - mean(ngs.y)
+    return math.atan2(-mean(x * off), mean(y * off)), (mean(x), mean(y))
+
+
+def _inside(model: FeModel) -> tuple[float, float]:
+    """Volume inside the channels of either side, both halves [m^3]."""
+    import ngsolve as ngs
+
+    u = model.displacement
+    volume = cavity(ngs.CF((ngs.x, ngs.y, ngs.z)) + u, ngs.Id(3) + ngs.Grad(u), ngs.specialcf.normal(3))
+    left, right = (2 * float(ngs.Integrate(volume * ngs.ds(FACES[side]), model.mesh)) for side in ("left", "right"))
+    return left, right
+
+
+def _stretches(model: FeModel) -> dict[str, Array]:
+    """Stretches at points of the channels' walls."""
+    import ngsolve as ngs
+
+    rule = ngs.IntegrationRule(ngs.TRIG, 2 * model.options.size.order)
+    points = model.mesh.MapToAllElements(rule, model.mesh.Boundaries(FACES["walls"]))
+    C = surface_strain(ngs.Grad(model.displacement))
+    one, two = fiber_stretches(model.wall, C.Caa, C.Chh, C.Cah)
+    values = {"axial": ngs.sqrt(C.Caa), "hoop": ngs.sqrt(C.Chh), "one": one, "two": two}
+    found = {name: np.asarray(value(points)).ravel() for name, value in values.items()}
+    fiber = np.concatenate([found.pop("one"), found.pop("two")])
+    return {**found, "fiber": fiber}
+
+
+def _matrix(model: FeModel) -> tuple[Array, Array, Array, Array]:
+    """Largest principal logarithmic strain, von Mises' stress, ratio of volumes and volume at points of the matrix."""
+    import ngsolve as ngs
+
+    rule = ngs.IntegrationRule(ngs.TET, 4)
+    points = model.mesh.MapToAllElements(rule, model.mesh.Materials("matrix"))
+    F = ngs.Id(3) + ngs.Grad(model.displacement)
+    held = F.MakeVariable()
+    nominal = solid_energy(model.matrix, held).Diff(held)
+    gradient = np.asarray(F(points)).reshape(-1, 3, 3)
+    ratio = np.linalg.det(gradient)
+    piola = np.asarray(nominal(points)).reshape(-1, 3, 3)
+    true = piola @ gradient.transpose(0, 2, 1) / ratio[:, None, None]
+    strain = np.log(np.linalg.svd(gradient, compute_uv=False)[:, 0])
+    weight = np.asarray(ngs.Det(ngs.specialcf.JacobianMatrix(3))(points)).ravel()
+    weight = weight * np.tile(np.array(rule.weights), len(weight) // len(rule.weights))
+    return strain, von_mises(true), ratio, weight
+
+
+def _quantile(values: Array, weight: Array) -> float:
+    """Return what a part of the volume stays below."""
+    order = np.argsort(values)
+    share = np.cumsum(weight[order]) / weight.sum()
+    return float(values[order][np.searchsorted(share, MOST)])
+
+
+def _ends(values: Array) -> tuple[float, float]:
+    """Smallest and largest."""
+    return float(values.min()), float(values.max())
+
+
+def _fault(model: FeModel, found: Measured) -> str:
+    """Say what cannot be: a volume beyond the braid's limit, fibers that stretch, elements turned inside out."""
+    angle = model.wall.braid_angle
+    limit = 2 / (3 * math.sqrt(3)) / (math.sin(angle) ** 2 * math.cos(angle))
+    if found.jacobian_min <= 0:
+        return "an element of the matrix is turned inside out"
+    if max(found.swelling) > limit * (1 + ROOM):
+        return f"the braids hold {max(found.swelling):.3g} times their volume, but can hold {limit:.3g} times at most"
+    if found.fiber_stretch[1] > 1 + TAUT:
+        stretch = 100 * (found.fiber_stretch[1] - 1)
+        return f"the braid's fibers are stretched by {stretch:.2g} %: braid_stiffness_n_per_m is low"
+    return ""

@@ -1,0 +1,203 @@
+"""Mesh of a soft joint: straight tetrahedra from Netgen, bent to the exact surface by an elastic motion of all nodes.
+
+Netgen's own curved elements bend at the surface alone, and turn inside out in the thin webs between hoses. Here the
+surface is moved to where it belongs and the inside follows as an elastic body does, so that elements share the bend.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.fe_geometry import FACES, MM, JointBody, half_shape
+
+__all__ = ["MESHES", "MeshSize", "joint_mesh", "mesh_size"]
+
+AREA = 2e-3  # largest relative error of areas and volume that a mesh may have
+TRIES = 5  # meshes, each finer than the one before, until none of their elements is turned inside out
+FINER = 0.9  # size of the next one's elements
+
+
+@dataclass(frozen=True)
+class MeshSize:
+    """How fine a mesh is.
+
+    Attributes
+    ----------
+    around : float
+        Size of the triangles on the channels' walls over their radius.
+    largest : float
+        Size of elements far from the channels, over the same.
+    grading : float
+        How fast the size may grow, of Netgen.
+    order : int
+        Polynomial order of the displacements and of curved elements.
+    squeeze : float
+        How many times longer elements are along the joint than across it.
+    """
+
+    around: float
+    largest: float = 4.0
+    grading: float = 0.9
+    order: int = 3
+    squeeze: float = 3.0
+
+
+MESHES = {"coarse": MeshSize(0.8), "medium": MeshSize(0.7), "fine": MeshSize(0.5, squeeze=2.0)}
+
+
+def mesh_size(mesh: str | MeshSize) -> MeshSize:
+    """Look up the sizes of a mesh.
+
+    Parameters
+    ----------
+    mesh : str or MeshSize
+        One of `MESHES`, or sizes of one's own.
+
+    Returns
+    -------
+    MeshSize
+
+    Raises
+    ------
+    InputError
+        If there is no mesh of that name.
+    """
+    if isinstance(mesh, MeshSize):
+        return mesh
+    if mesh not in MESHES:
+        raise InputError("must be a mesh that exists", key="mesh", value=shown(mesh), fix=did_you_mean(mesh, MESHES))
+    return MESHES[mesh]
+
+
+def joint_mesh(body: JointBody, size: MeshSize) -> tuple[Any, Any]:
+    """Mesh the upper half of a body.
+
+    Parameters
+    ----------
+    body : JointBody
+    size : MeshSize
+
+    Returns
+    -------
+    mesh : ngsolve.Mesh
+        Drawn in mm and squeezed along x.
+    deformation : ngsolve.GridFunction
+        Set in the mesh, and to be kept as long: with it the mesh has its true shape, and all that NGSolve integrates
+        and derives is in m.
+
+    Raises
+    ------
+    InputError
+        If the mesh is not what was drawn, or some element is turned inside out.
+    """
+    for _ in range(TRIES):
+        mesh = _straight(body, size)
+        deformation = _bend(mesh, body, size)
+        mesh.SetDeformation(deformation)
+        if (inside_out := _inside_out(mesh, size)) == 0:
+            _check(mesh, body)
+            return mesh, deformation
+        size = replace(size, around=FINER * size.around, largest=FINER * size.largest)
+    rule, value = "must have no element turned inside out", f"with {inside_out}"
+    raise InputError(rule, key="mesh", value=value, fix="take a finer mesh, or leave more matrix between the hoses")
+
+
+def _straight(body: JointBody, size: MeshSize) -> Any:
+    """Tetrahedra with plane faces."""
+    import ngsolve as ngs
+    from netgen.occ import OCCGeometry
+
+    shape, radius = half_shape(body, squeeze=size.squeeze), MM * body.radius
+    for face in shape.faces:
+        if face.name.startswith("wall"):
+            face.maxh = size.around * radius
+    options = {"maxh": size.largest * radius, "grading": size.grading, "curvaturesafety": 1 / size.around}
+    return ngs.Mesh(OCCGeometry(shape).GenerateMesh(segmentsperedge=0.5, **options))
+
+
+def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
+    """Motion of all points from the straight mesh to the true shape: round, stretched along x, in m."""
+    import ngsolve as ngs
+
+    curved = {name: _to_channels(body) for name in ("wall_left", "wall_right")} | {"outer": _to_rim(body, size.squeeze)}
+    planes = {"dirichletx": "fixed|tip|tie|cap_.*", "dirichlety": "strip", "dirichletz": "symmetry"}
+    space = ngs.VectorH1(mesh, order=size.order, dirichlet="|".join(curved), **planes)
+    motion = ngs.GridFunction(space)
+    motion.Set(mesh.BoundaryCF(curved), definedon=mesh.Boundaries("|".join(curved)), dual=True)
+    u, v = space.TnT()
+    both = [ngs.Grad(w) + ngs.Grad(w).trans for w in (u, v)]
+    stiffness = ngs.BilinearForm(space, symmetric=True)
+    stiffness += ngs.InnerProduct(*both) / ngs.specialcf.mesh_size**2 * ngs.dx  # small elements give way less
+    stiffness.Assemble()
+    pull = motion.vec.CreateVector()
+    pull.data = stiffness.mat * motion.vec
+    motion.vec.data -= stiffness.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky") * pull
+    deformation = ngs.GridFunction(ngs.VectorH1(mesh, order=size.order))
+    scale = (size.squeeze / MM, 1 / MM, 1 / MM)
+    place = (ngs.x, ngs.y, ngs.z)
+    deformation.Set(ngs.CF(tuple(s * (p + motion[k]) - p for k, (s, p) in enumerate(zip(scale, place, strict=True)))))
+    return deformation
+
+
+def _to_channels(body: JointBody) -> Any:
+    """Motion from a chord of a channel's wall to the wall [mm]."""
+    import ngsolve as ngs
+
+    motion, radius = ngs.CF((0.0, 0.0, 0.0)), MM * body.radius
+    for channel in body.upper:
+        dy, dz = ngs.y - MM * channel.y, ngs.z - MM * channel.z
+        away = ngs.sqrt(dy * dy + dz * dz)
+        outward = radius / away - 1
+        motion = ngs.IfPos(1.001 * radius - away, ngs.CF((0.0, outward * dy, outward * dz)), motion)
+    return motion
+
+
+def _to_rim(body: JointBody, squeeze: float) -> Any:
+    """Motion from a chord of the body's rim to the rim, along the ray from the section's center [mm]."""
+    import ngsolve as ngs
+
+    stations = [MM / squeeze * float(x) for x in body.stations]
+
+    def taper(values: Any) -> Any:
+        found = ngs.CF(MM * float(values[-1]))  # of the plate
+        for k in reversed(range(len(stations) - 1)):
+            slope = MM * float(values[k + 1] - values[k]) / (stations[k + 1] - stations[k])
+            found = ngs.IfPos(stations[k + 1] - ngs.x, MM * float(values[k]) + slope * (ngs.x - stations[k]), found)
+        return found
+
+    reach = ngs.sqrt((ngs.z / taper(body.semi_major)) ** 2 + (ngs.y / taper(body.semi_minor)) ** 2)
+    return ngs.CF((0.0, (1 / reach - 1) * ngs.y, (1 / reach - 1) * ngs.z))
+
+
+def _inside_out(mesh: Any, size: MeshSize) -> int:
+    """Count the elements whose Jacobian is not positive everywhere."""
+    import ngsolve as ngs
+
+    points = mesh.MapToAllElements(ngs.IntegrationRule(ngs.TET, 2 * size.order), ngs.VOL)
+    jacobian = np.asarray(ngs.Det(ngs.specialcf.JacobianMatrix(3))(points)).reshape(mesh.ne, -1)
+    return int((jacobian.min(axis=1) <= 0).sum())
+
+
+def _check(mesh: Any, body: JointBody) -> None:
+    """Refuse a mesh that is not the drawing: with a face that was not recognized, the bend would be a wrong one."""
+    import ngsolve as ngs
+
+    one = ngs.CF(1.0)
+    channels = sum(0.5 if abs(channel.z) < 1e-9 else 1.0 for channel in body.upper)
+    caps = channels * np.pi * body.radius**2
+    found = {
+        "area in the plane of symmetry": (ngs.ds("symmetry"), body.symmetry_area),
+        "area of the channels' walls": (ngs.ds(FACES["walls"]), 2 * channels * np.pi * body.radius * body.length),
+        "area of the channels' ends": (ngs.ds("cap_.*"), caps),
+        "volume of the matrix": (ngs.dx("matrix"), body.volume / 2),
+        "area of the strip": (ngs.ds("strip"), body.strip / 2 * body.length),
+    }
+    for what, (where, drawn) in found.items():
+        off = ngs.Integrate(one * where, mesh) - drawn
+        if abs(off) > AREA * drawn:
+            rule, value = f"must have the drawing's {what}", f"{100 * off / drawn if drawn else 100:+.2g} % off"
+            raise InputError(rule, key="mesh", value=value, fix="take a finer mesh, or change the geometry a little")

@@ -1,0 +1,216 @@
+"""Finite-element model of a soft joint: mesh, space of displacements, total energy.
+
+The energy is that of the matrix, of hose and braid on the channels' walls, of the plate and the strip, less the work of
+the oil's pressure and of a couple on the tip plate:
+
+    Pi(u) = int W(F) dX + int_wall (hose + braid) dA + ... - sum_sides P V(u) - T g(u).
+
+Displacements are of the third order: two families of fibers that keep their length tie a curved wall, and elements of
+the second order follow it only on far finer meshes (docs/fe.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from hypertuna.description import Robot
+from hypertuna.fe_extra import need_fe
+from hypertuna.fe_geometry import FACES, JointBody, joint_body
+from hypertuna.fe_mesh import MeshSize, joint_mesh, mesh_size
+from hypertuna.fe_newton import Equilibrium, Problem, lead
+from hypertuna.fe_solid import Solid, Wall, braid_energy, cavity, hose_energy, solid_energy
+from hypertuna.silicone import Mooney
+from hypertuna.soft_joint import drive_unit, mooney
+
+__all__ = ["FeModel", "FeOptions", "SurfaceStrain", "equilibrium", "fe_model", "surface_strain"]
+
+PLATE = 1e3  # shear modulus of the plates over that of the matrix
+STRIP = 1e6  # N/m, of the strip: as good as inextensible
+
+
+@dataclass(frozen=True)
+class FeOptions:
+    """What a finite-element model takes beyond the description.
+
+    Attributes
+    ----------
+    material : str or None
+        Material set; None takes the robot's.
+    law : str
+        Of the matrix, one of `fe_solid.LAWS`.
+    poisson : float
+        Poisson's ratio of the matrix.
+    mesh : str or MeshSize
+        One of `fe_mesh.MESHES`, or sizes of one's own.
+    mixed : bool
+        Whether the matrix' pressure is an unknown of its own.
+    """
+
+    material: str | None = None
+    law: str = "mooney_rivlin"
+    poisson: float = 0.49
+    mesh: str | MeshSize = "medium"
+    mixed: bool = False
+
+    @property
+    def size(self) -> MeshSize:
+        """The mesh' sizes."""
+        return mesh_size(self.mesh)
+
+
+@dataclass(frozen=True)
+class SurfaceStrain:
+    """Squared stretches of a wall along the channel and around it, and their shear, as NGSolve expressions."""
+
+    Caa: Any
+    Chh: Any
+    Cah: Any
+
+
+@dataclass(frozen=True)
+class FeModel:
+    """A model with its present state, which `equilibrium` changes.
+
+    Attributes
+    ----------
+    robot : Robot
+    body : JointBody
+    options : FeOptions
+    matrix : Solid
+    wall : Wall
+    mesh : ngsolve.Mesh
+    deformation : ngsolve.GridFunction
+        See `joint_mesh`: with it the mesh is in m.
+    problem : Problem
+        Total energy of the upper half; its loads are the gauge pressures in the drive units of the left and of the
+        right side [Pa] and T [N m]: the couple on the tip plate is T cos(angle), counter-clockwise.
+    """
+
+    robot: Robot
+    body: JointBody
+    options: FeOptions
+    matrix: Solid
+    wall: Wall
+    mesh: Any
+    deformation: Any
+    problem: Problem
+
+    @property
+    def displacement(self) -> Any:
+        """Of the present state [m], an ngsolve.GridFunction."""
+        return self.problem.state
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns."""
+        return int(self.problem.state.space.ndof)
+
+
+def fe_model(robot: Robot, joint: str | int, options: FeOptions | None = None) -> FeModel:
+    """Make the model of a joint, at rest.
+
+    Parameters
+    ----------
+    robot : Robot
+    joint : str or int
+        Name or index of the joint group.
+    options : FeOptions, optional
+
+    Returns
+    -------
+    FeModel
+
+    Raises
+    ------
+    InputError
+        If the joint does not exist, the robot lacks a table, an option is not known, the drive units do not fit, the
+        extra is not installed, or the mesh is not what was drawn.
+    """
+    options = options or FeOptions()
+    unit = drive_unit(robot)
+    hose, silicone = (mooney(robot, name, options.material) for name in (unit.hose, unit.matrix))
+    matrix = Solid(options.law, silicone, options.poisson)
+    wall = Wall(unit.outer_diameter / 2, unit.inner_diameter / 2, hose, unit.braid_angle, unit.braid_stiffness)
+    body, size = joint_body(robot, joint), options.size
+    need_fe()
+    import ngsolve as ngs
+
+    mesh, deformation = joint_mesh(body, size)
+    space = ngs.VectorH1(mesh, order=size.order, dirichlet="fixed", dirichletz="symmetry")
+    loads = (ngs.Parameter(0.0), ngs.Parameter(0.0), ngs.Parameter(0.0))
+    energy = _energy(space, body, matrix, wall, loads[:2], loads[2])
+    problem = Problem(energy, ngs.GridFunction(space), loads, matrix.shear)
+    return FeModel(robot, body, options, matrix, wall, mesh, deformation, problem)
+
+
+def equilibrium(model: FeModel, *, pressure: tuple[float, float], couple: float = 0.0) -> Equilibrium:
+    """Lead a model from its present loads and state to other loads.
+
+    Parameters
+    ----------
+    model : FeModel
+        Its state changes; after a failure it is that of the last loads that converged.
+    pressure : tuple of float
+        In the drive units of the left and of the right side [Pa].
+    couple : float
+        T [N m], see `FeModel`.
+
+    Returns
+    -------
+    Equilibrium
+    """
+    return lead(model.problem, (*pressure, couple))
+
+
+def surface_strain(gradient: Any) -> SurfaceStrain:
+    """Strain of a wall along x.
+
+    Parameters
+    ----------
+    gradient : ngsolve.CoefficientFunction, shape (3, 3)
+        Of the displacement, along the surface.
+
+    Returns
+    -------
+    SurfaceStrain
+    """
+    from ngsolve import CF, Cross, Id, InnerProduct, Norm, specialcf
+
+    F, normal = Id(3) + gradient, specialcf.normal(3)
+    around = Cross(normal, CF((1, 0, 0)))
+    around = around / Norm(around)  # the mesh' wall is a cylinder but for a hair
+    a, h = F * Cross(around, normal), F * around
+    return SurfaceStrain(InnerProduct(a, a), InnerProduct(h, h), InnerProduct(a, h))
+
+
+def _energy(space: Any, body: JointBody, matrix: Solid, wall: Wall, pressure: tuple[Any, Any], couple: Any) -> Any:
+    """Total energy of the upper half [J], of a displacement."""
+    import ngsolve as ngs
+
+    u = space.TrialFunction()
+    F, place = ngs.Id(3) + ngs.Grad(u), ngs.CF((ngs.x, ngs.y, ngs.z)) + u
+    energy = ngs.BilinearForm(space, symmetric=True)
+    energy += ngs.Variation(solid_energy(matrix, F).Compile() * ngs.dx("matrix"))
+    stiff = Solid("neo_hookean", Mooney(PLATE * matrix.shear / 2, 0.0), 0.3)
+    energy += ngs.Variation(solid_energy(stiff, F).Compile() * ngs.dx("plate"))
+    gradient = ngs.Grad(u).Trace()
+    C = surface_strain(gradient)
+    walls = hose_energy(wall, C.Caa, C.Chh, C.Cah) + braid_energy(wall, C.Caa, C.Chh, C.Cah)
+    energy += ngs.Variation(walls.Compile() * ngs.ds(FACES["walls"]))
+    volume = cavity(place, ngs.Id(3) + gradient, ngs.specialcf.normal(3))
+    for name, load in zip(("left", "right"), pressure, strict=True):
+        energy += ngs.Variation((-load * volume).Compile() * ngs.ds(FACES[name]))
+    if body.strip > 0:
+        energy += ngs.Variation((STRIP / 2 * (ngs.sqrt(C.Caa) - 1) ** 2).Compile() * ngs.ds("strip"))
+    energy += ngs.Variation((-0.5 * couple * _turn(space.mesh, u)).Compile() * ngs.ds("tip"))
+    return energy
+
+
+def _turn(mesh: Any, u: Any) -> Any:
+    """Say what to integrate over the tip for the sine of its angle: -u_x (y - y_m) / int (y - y_m)^2."""
+    import ngsolve as ngs
+
+    area = ngs.Integrate(ngs.CF(1.0) * ngs.ds("tip"), mesh)
+    off = ngs.y - ngs.Integrate(ngs.y * ngs.ds("tip"), mesh) / area
+    return -u[0] * off / ngs.Integrate(off * off * ngs.ds("tip"), mesh)

@@ -1,0 +1,215 @@
+"""Energies that finite elements minimize, as NGSolve expressions: silicone, hose and braid on a wall, enclosed volume.
+
+Names as in continuum mechanics: F is the deformation gradient, J its determinant, C = F' F; on a wall, a and h are the
+images of the unit vectors along the channel and around it, so that C_aa = a.a, C_hh = h.h and C_ah = a.h.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.silicone import Mooney
+
+__all__ = ["LAWS", "SLACK", "Solid", "Wall", "braid_energy", "cavity", "fiber_stretches", "hose_energy", "solid_energy"]
+
+LAWS = ("linear", "neo_hookean", "mooney_rivlin")
+SLACK = 1e-3  # stiffness of a fiber that is shorter than at rest, as a part of the taut one's: threads do not push
+
+Expression = Any  # an ngsolve.CoefficientFunction
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A nearly incompressible solid.
+
+    Attributes
+    ----------
+    law : str
+        One of `LAWS`.
+    constants : Mooney
+        C1 and C2 [Pa]; the linear and the neo-Hookean law have the same shear modulus at rest, 2 (C1 + C2).
+    poisson : float
+        Poisson's ratio, below 0.5.
+    """
+
+    law: str
+    constants: Mooney
+    poisson: float
+
+    def __post_init__(self) -> None:
+        if self.law not in LAWS:
+            raise InputError(
+                "must be a law that exists", key="law", value=shown(self.law), fix=did_you_mean(self.law, LAWS)
+            )
+        if not 0 <= self.poisson < 0.5:
+            fix = "0.475 to 0.499 stand for silicone"
+            raise InputError("must be at least 0 and below 0.5", key="poisson", value=shown(self.poisson), fix=fix)
+
+    @property
+    def shear(self) -> float:
+        """Shear modulus at rest [Pa]."""
+        return 2 * (self.constants.c1 + self.constants.c2)
+
+    @property
+    def bulk(self) -> float:
+        """Bulk modulus [Pa]."""
+        return self.shear * 2 * (1 + self.poisson) / (3 * (1 - 2 * self.poisson))
+
+
+def solid_energy(solid: Solid, F: Expression, *, volumetric: bool = True) -> Expression:
+    """Energy of a solid per volume at rest.
+
+    Linear: Saint Venant and Kirchhoff, Hooke's law between Green's strain and the second Piola-Kirchhoff stress, since
+    small strains cannot turn by tens of degrees. Else C1 (I1 J^(-2/3) - 3) + C2 (I2 J^(-4/3) - 3) + kappa/2 (J - 1)^2.
+
+    Parameters
+    ----------
+    solid : Solid
+    F : ngsolve.CoefficientFunction, shape (3, 3)
+    volumetric : bool
+        Whether to add the part that resists a change of volume; the mixed form has its own.
+
+    Returns
+    -------
+    ngsolve.CoefficientFunction
+        [J/m^3].
+    """
+    from ngsolve import Det, Id, InnerProduct, Trace
+
+    C = F.trans * F
+    mu, kappa = solid.shear, solid.bulk
+    if solid.law == "linear":
+        E = 0.5 * (C - Id(3))
+        deviator = E - Trace(E) / 3 * Id(3)
+        shape = mu * InnerProduct(deviator, deviator)
+        return shape + kappa / 2 * Trace(E) ** 2 if volumetric else shape
+    J = Det(F)
+    c1, c2 = (solid.constants.c1, solid.constants.c2) if solid.law == "mooney_rivlin" else (mu / 2, 0.0)
+    shape = c1 * (J ** (-2 / 3) * Trace(C) - 3)
+    if c2:
+        shape = shape + c2 * (J ** (-4 / 3) * 0.5 * (Trace(C) ** 2 - InnerProduct(C, C)) - 3)
+    return shape + kappa / 2 * (J - 1) ** 2 if volumetric else shape
+
+
+@dataclass(frozen=True)
+class Wall:
+    """Hose and braid on the wall of a channel.
+
+    Attributes
+    ----------
+    outer, inner : float
+        Radii of the hose at rest [m]; the channel has the outer one.
+    hose : Mooney
+        Its elastic constants [Pa]; it keeps its volume.
+    braid_angle : float
+        Of the fibers from the axis [rad].
+    braid_stiffness : float
+        Of each family of fibers, modulus times net thickness [N/m].
+    """
+
+    outer: float
+    inner: float
+    hose: Mooney
+    braid_angle: float
+    braid_stiffness: float
+
+
+def hose_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -> Expression:
+    """Energy of the hose per outer area at rest: the thick wall of core muscle.hpp, taken locally.
+
+    At the radius R the hoop stretch follows from that at the outer face, since the wall keeps its volume:
+    r^2 = (R^2 + B) / lambda with B = R_o^2 (lambda lambda_h^2 - 1). Exact for a tube that stretches and swells evenly;
+    shear along the wall is taken as even through it.
+
+    Parameters
+    ----------
+    wall : Wall
+    Caa, Chh, Cah : ngsolve.CoefficientFunction
+        Of the surface.
+
+    Returns
+    -------
+    ngsolve.CoefficientFunction
+        [J/m^2].
+    """
+    from ngsolve import log, sqrt
+
+    inner, outer = wall.inner**2, wall.outer**2
+    section = outer - inner
+    hoop2 = (Caa * Chh - Cah * Cah) / Caa  # across the stretched axis
+    stretch = sqrt(Caa)
+    B = outer * (stretch * hoop2 - 1)
+    logarithm = log(outer * (inner + B) / (inner * (outer + B)))
+    c1, c2 = wall.hose.c1, wall.hose.c2
+    axial = c1 * (Caa + 2 / stretch - 3) + c2 * (1 / Caa + 2 * stretch - 3)
+    swelling = B * logarithm * (c1 / stretch + c2 * stretch)
+    shear = section * (c1 + c2) * Cah * Cah / Caa
+    return (section * axial + swelling + shear) / (2 * wall.outer)
+
+
+def fiber_stretches(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -> tuple[Expression, Expression]:
+    """Stretch of the two families of fibers, which wind around in opposite directions.
+
+    Parameters
+    ----------
+    wall : Wall
+    Caa, Chh, Cah : ngsolve.CoefficientFunction
+        Of the surface.
+
+    Returns
+    -------
+    tuple of ngsolve.CoefficientFunction
+        [1].
+    """
+    from ngsolve import sqrt
+
+    c, s = math.cos(wall.braid_angle), math.sin(wall.braid_angle)
+    along = c * c * Caa + s * s * Chh
+    return sqrt(along + 2 * s * c * Cah), sqrt(along - 2 * s * c * Cah)
+
+
+def braid_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -> Expression:
+    """Energy of the braid per area at rest: nearly inextensible fibers that go slack where they get shorter.
+
+    Parameters
+    ----------
+    wall : Wall
+    Caa, Chh, Cah : ngsolve.CoefficientFunction
+        Of the surface.
+
+    Returns
+    -------
+    ngsolve.CoefficientFunction
+        [J/m^2].
+    """
+    from ngsolve import IfPos
+
+    both = fiber_stretches(wall, Caa, Chh, Cah)
+    return sum(wall.braid_stiffness / 2 * IfPos(lam - 1, 1.0, SLACK) * (lam - 1) ** 2 for lam in both)
+
+
+def cavity(place: Expression, F: Expression, normal: Expression) -> Expression:
+    """Enclosed volume per area at rest, -x . cof(F) N / 3 (Gauss): to integrate over a closed surface.
+
+    A pressure whose potential is minus itself times this volume follows the surface as it turns, and has a symmetric
+    tangent. Plane faces through the origin that do not leave their plane add nothing and may be left out.
+
+    Parameters
+    ----------
+    place : ngsolve.CoefficientFunction, shape (3,)
+        Where the point is now [m].
+    F : ngsolve.CoefficientFunction, shape (3, 3)
+    normal : ngsolve.CoefficientFunction, shape (3,)
+        Into the cavity, at rest.
+
+    Returns
+    -------
+    ngsolve.CoefficientFunction
+        [m].
+    """
+    from ngsolve import Cof, InnerProduct
+
+    return -InnerProduct(place, Cof(F) * normal) / 3
