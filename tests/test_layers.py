@@ -46,6 +46,7 @@ LAYERS = (
     *("evolution", "polish", "pareto"),
     *("silicone", "soft_joint", "actuator"),
     *("fe_extra", "fe_geometry", "fe_mesh", "fe_solid", "fe_newton", "fe_model", "fe_measure", "fe_bend"),
+    *("fe_potential", "fe_reduced"),
     *("bench", "bench_unknowns", "bench_combinations", "bench_search", "bench_draws", "bench_fit", "bench_worth"),
     *("hydraulics", "sizing", "control", "sensing", "energy", "twin_run", "twin", "posture", "sobol"),
     *("drawing", "style", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),

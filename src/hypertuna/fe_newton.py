@@ -155,7 +155,8 @@ def _direction(problem: Problem, slope: Any, step: Any) -> float:
     for k in range(HOLDS + 1):
         if k:
             hold = HOLD * problem.shear * 10 ** (k - 1)
-            tangent.AsVector().data += (hold - held) * _squares(problem.state.space).AsVector()
+            squares = _squares(problem.state.space)  # which has to outlive its vector
+            tangent.AsVector().data += (hold - held) * squares.AsVector()
             held = hold
         step.data = tangent.Inverse(problem.free, inverse="sparsecholesky") * slope
         gain = float(step.InnerProduct(slope))

@@ -1,12 +1,12 @@
 """Potential: of all that the twin's table can be, the one that is nearest to a joint of finite elements.
 
-The twin takes a joint for U(alpha) - sum_s P_s V_s(alpha), in which V_right(alpha) = V_left(-alpha), and its lines for a
-compliance. Its moment and its volumes are linear in the terms of U' and V:
+The twin takes a joint for U(alpha) - sum_s P_s V_s(alpha), in which V_right(alpha) = V_left(-alpha), and its lines for
+a compliance. Its moment and its volumes are linear in the terms of U' and V:
 
     M = U'(alpha) - sum_s P_s V_s'(alpha),    V_s = V(+-alpha) + c P_s + d P_other,
 
-so linear least squares on moments and volumes together find them, and virtual work holds whatever stays unexplained. The
-numbers of terms are those that say most about points that they were not fitted to.
+so linear least squares on moments and volumes together find them, and virtual work holds whatever stays unexplained.
+The numbers of terms are those that say most about points that they were not fitted to.
 """
 
 from __future__ import annotations
@@ -56,7 +56,9 @@ class Samples:
         """Return these points and their mirror images: sides exchanged, angles and moments turned round."""
         sides = self.pressure[:, ::-1], self.volume[:, ::-1]
         other = Samples(self.group, -self.angle, -self.moment, *sides)
-        return Samples(*(np.concatenate([getattr(side, field.name) for side in (self, other)]) for field in fields(self)))
+        return Samples(
+            *(np.concatenate([getattr(side, field.name) for side in (self, other)]) for field in fields(self))
+        )
 
     @property
     def taut(self) -> NDArray[np.bool_]:
@@ -129,7 +131,7 @@ class Potential:
 
 @dataclass(frozen=True)
 class Left:
-    """What a potential leaves unexplained, root of the mean square: of moments [N m], of volumes of taut sides [m^3]."""
+    """What a potential leaves unexplained, roots of mean squares: of moments [N m], of volumes of taut sides [m^3]."""
 
     moment: float
     volume: float
@@ -265,7 +267,7 @@ def _powers(s: Array, count: int) -> Array:
 
 
 def _slopes(s: Array, count: int) -> Array:
-    """Derivatives of the powers, shape (..., count)."""
+    """Slopes of the powers, shape (..., count)."""
     k = np.arange(count)
     return np.asarray(k * s[..., None] ** np.maximum(k - 1, 0))
 

@@ -5,9 +5,9 @@ At an angle alpha and pressures P the body settles where its energy is least. Wh
     Pi(alpha, P) = min over u of W - sum_s P_s V_s,    M = dPi/dalpha,    V_s = -dPi/dP_s
 
 with M the moment from outside. fe_potential.py says what the twin's table can be of it. A body in three dimensions also
-gets shorter, with the sum of its pressures and nearly whatever its angle; no table over the angle knows how short it is.
-Two sides that share their oil keep that sum, so by default the right side has what the pumps leave it: twice the fill
-pressure less the pressure of the left.
+gets shorter, with the sum of its pressures and nearly whatever its angle, and no table over the angle knows how short
+it is. Two sides that share their oil keep that sum, so by default the right side has what the pumps leave it: twice the
+fill pressure less the pressure of the left.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,9 +25,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.description import Robot, load, parse
 from hypertuna.errors import InputError, shown
+from hypertuna.fe_bend import ngsolve_version
 from hypertuna.fe_measure import measure
-from hypertuna.fe_model import FeOptions, fe_model
-from hypertuna.fe_newton import equilibrium
+from hypertuna.fe_model import FeOptions, equilibrium, fe_model
 from hypertuna.fe_potential import Left, Potential, Samples, best_potential, left
 from hypertuna.journal import Journal, journal_header
 from hypertuna.results import dataset, provenance
@@ -75,7 +75,7 @@ class ReducedJoint:
     status, status_text : str
         "converged", or "partial" where points were not found, and a sentence.
     seconds : float
-        Time of all points [s].
+        Processor time of all points [s].
     """
 
     robot: Robot
@@ -139,11 +139,15 @@ class ReducedJoint:
         return dataset(variables, coordinates, provenance(self.robot) | {"joint": self.joint, "source": self.source})
 
     @property
+    def material(self) -> str:
+        """Material set."""
+        return self.options.material or drive_unit(self.robot).material_set
+
+    @property
     def source(self) -> str:
         """Where the table is from: a sentence for the description."""
-        material = self.options.material or drive_unit(self.robot).material_set
         return (
-            f"joint {self.joint}: finite elements, mesh {self.options.mesh}, material set {material}, "
+            f"joint {self.joint}: finite elements, mesh {self.options.mesh}, material set {self.material}, "
             f"{np.isfinite(self.angle).sum()} points up to {self.pressure.max() / 1e3:g} kPa; not explained are "
             f"{1e3 * self.left.moment:.2g} mN m and {1e6 * self.left.volume:.2g} ml rms"
         )
@@ -157,7 +161,7 @@ def reduce_joint(
     couple: ArrayLike | None = None,
     fill: float | None = None,
     options: FeOptions | None = None,
-    folder: str | Path | None = None,
+    checkpoint: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
     solve: Joint | None = None,
 ) -> ReducedJoint:
@@ -176,8 +180,9 @@ def reduce_joint(
         Fill pressure [Pa]: the right side has twice that, less the pressure of the left, or none. None takes that of
         the robot's line; with 0 one side alone has pressure.
     options : FeOptions, optional
-    folder : str or Path, optional
-        Where a journal of the points is kept, from which the work resumes, at the beginning of a couple's path.
+    checkpoint : str or Path, optional
+        File that keeps the points; called again with the same, the work goes on with the path of the couple that it was
+        at.
     progress : callable, optional
         Called with the number of points done and their total.
     solve : callable, optional
@@ -200,14 +205,16 @@ def reduce_joint(
     pairs = _pairs(pressure, fill)
     turns = couples(robot, joint, pairs) if couple is None else _numbers(couple, "couple", "N m")
     solve = solve or joint_by_elements(robot, joint, options)
-    facts = {field.name: str(getattr(options, field.name)) for field in fields(options)}
-    header = journal_header("fe reduce", robot, {"joint": group.name, "pressure": pairs, "couple": turns.tolist()} | facts)
-    path = None if folder is None else Path(folder) / f"reduce-{group.name}.journal"
+    facts = asdict(options) | {"material": options.material or drive_unit(robot).material_set}
+    facts |= {"joint": group.name, "pressure": pairs, "couple": turns, "ngsolve": ngsolve_version()}
     found: list[dict[str, Any]] = []
-    with Journal(path, header) as journal:
+    with Journal(checkpoint, journal_header("fe reduce", robot, facts)) as journal:
         for c, p in itertools.product(range(len(turns)), range(len(pairs))):
-            asked = float(turns[c]), pairs[: p + 1]
-            found.append(journal.answer([c, p], lambda asked=asked: _point(solve, *asked)))
+
+            def point(c: int = c, p: int = p) -> dict[str, Any]:
+                return _point(solve, float(turns[c]), pairs[: p + 1])
+
+            found.append(journal.answer([c, p], point))
             if progress is not None:
                 progress(len(found), len(turns) * len(pairs))
     return _reduced(robot, group.name, options, np.array(pairs), turns, found)
@@ -331,16 +338,16 @@ def write_reduced(robot: str | Path, reduced: ReducedJoint, output: str | Path) 
 
 def _rest(model: Any) -> None:
     """Take all loads and all displacement from a model."""
-    for given in (*model.pressure, model.couple):
+    for given in model.problem.loads:
         given.Set(0.0)
     model.displacement.vec[:] = 0.0
 
 
 def _point(solve: Joint, couple: float, path: Sequence[Pair]) -> dict[str, Any]:
     """Find a point, and the time that it took."""
-    start = time.perf_counter()
+    start = time.process_time()
     found = dict(solve(couple, path))
-    return found | {"seconds": round(time.perf_counter() - start, 3)}
+    return found | {"seconds": time.process_time() - start}
 
 
 def _pairs(pressure: ArrayLike, fill: float) -> list[Pair]:
