@@ -155,7 +155,7 @@ def _direction(problem: Problem, slope: Any, step: Any) -> float:
     for k in range(HOLDS + 1):
         if k:
             hold = HOLD * problem.shear * 10 ** (k - 1)
-            squares = _squares(problem.state.space)  # which has to outlive its vector
+            squares = _squares(problem.state.space)  # its vector lives no longer than the matrix
             tangent.AsVector().data += (hold - held) * squares.AsVector()
             held = hold
         step.data = tangent.Inverse(problem.free, inverse="sparsecholesky") * slope
