@@ -12,6 +12,7 @@ from hypertuna.errors import InputError
 from hypertuna.schema_base import Degrees, NotNegative, Part, Positive, PositiveDegrees, Real, Text, entry, same_length
 
 NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where the volume in a braid is largest
+LEAST_ANGLES = 5  # of a reduced joint: a cubic spline takes four
 MIRRORED = 1e-9  # relative: what differs by less between the two sides is the same
 MaterialSet = Literal["datasheet", "fe", "tensile"]
 
@@ -100,7 +101,7 @@ class Reduced(Part):
     """
 
     angle: tuple[Degrees, ...] = entry(
-        "angle_deg", "angles of the table, rising from the one end to the other", "deg", min_length=5
+        "angle_deg", "angles of the table, rising from the one end to the other, 5 at least", "deg"
     )
     elastic: tuple[Real, ...] = entry(
         "elastic_n_m", "moment that holds each angle without pressure, toward positive angles", "N m"
@@ -109,6 +110,9 @@ class Reduced(Part):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        if len(self.angle) < LEAST_ANGLES:
+            rule, value = f"must be {LEAST_ANGLES} long at least", f"{len(self.angle)} long"
+            raise InputError(rule, key="joints.reduced.angle_deg", value=value, fix="give more angles")
         same_length(self, "joints.reduced", len(self.angle), "angle")
         _check_rising(self.angle, "joints.reduced.angle_deg", math.degrees(1), "sort the angles, and give each once")
         _check_rising(self.volume, "joints.reduced.volume_m3", 1.0, "count angles positive toward the left side")
