@@ -393,6 +393,11 @@ def _reduced(
     text = f"All {angle.size} points were found."
     if faults:
         text = f"{len(faults)} of {angle.size} points were not found; the first: {faults[0]}."
+    if best.reach < (bend_max := joint_group(robot, joint)[0].bend_max or 0.0):
+        ends = (
+            f"The table ends at {math.degrees(best.reach):.3g} deg, short of bend_max_deg = {math.degrees(bend_max):g}"
+        )
+        text += f" {ends}: take stronger couples."
     return ReducedJoint(
         robot=robot,
         joint=joint,
