@@ -11,13 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-import typer
 from scipy.optimize import brentq
 from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna.actuator import JointTable, joint_tables
-from hypertuna.cli_fe_reduce import reduce_command
+from hypertuna.cli_fe import fe_app
 from hypertuna.description import load, parse
 from hypertuna.errors import InputError
 from hypertuna.fe_model import FeOptions
@@ -294,9 +293,7 @@ def test_a_joint_of_finite_elements_drives_the_twin(
     write_robot(robot, fish)
     options = ["--pressure", "60,120,250", "--moment", "-0.05:0.05:3", "--mesh", "coarse", "-o", str(out), "--json"]
     arguments = ["--robot", str(fish), "--joint", "II", *options, "--checkpoint", str(tmp_path / "keep")]
-    command = typer.Typer()
-    command.command()(reduce_command)
-    told = CliRunner().invoke(command, arguments)
+    told = CliRunner().invoke(fe_app, ["reduce", *arguments])
     assert told.exit_code == 0, told.output
     angle, volume = np.array(json.loads(told.stdout)["angle_deg"]), json.loads(told.stdout)["volume_left_ml"]
     assert angle[1, 0] == pytest.approx(0, abs=0.3)  # both sides have 60 kPa; the mesh is not symmetrical

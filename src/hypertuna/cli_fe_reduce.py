@@ -11,14 +11,14 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.actuator import MATERIAL_SETS
-from hypertuna.bench import HIGHEST_PRESSURE, joint_index
+from hypertuna.bench import joint_index
 from hypertuna.console import check_suffix, command_line, number, print_json, progress_bar, ranges, tell_written
 from hypertuna.description import load
-from hypertuna.errors import InputError
 from hypertuna.fe_bend import ngsolve_version
 from hypertuna.fe_mesh import MESHES
 from hypertuna.fe_model import FeOptions
 from hypertuna.fe_reduced import ReducedJoint, reduce_joint, write_reduced
+from hypertuna.options import pressures
 from hypertuna.results import provenance
 
 __all__ = ["reduce_command"]
@@ -51,7 +51,7 @@ def reduce_command(
         str | None,
         typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}.  [default: the robot's]"),
     ] = None,
-    mesh: Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")] = "medium",
+    mesh: Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")] = "coarse",
     checkpoint: Annotated[
         str | None, typer.Option("--checkpoint", help="Keep a journal here; the same command resumes from it.")
     ] = None,
@@ -71,8 +71,8 @@ def reduce_command(
         reduced = reduce_joint(
             fish,
             name,
-            pressure=1e3 * np.array(_range(pressure, "--pressure", "kPa", HIGHEST_PRESSURE / 1e3)),
-            couple=None if moment is None else _range(moment, "--moment", "N m", np.inf),
+            pressure=1e3 * np.array(pressures(pressure)),
+            couple=None if moment is None else _couples(moment),
             fill=None if fill is None else 1e3 * number(fill, "--fill", "kPa"),
             options=FeOptions(material=material, mesh=mesh),
             checkpoint=checkpoint,
@@ -89,12 +89,9 @@ def reduce_command(
         raise typer.Exit(1)
 
 
-def _range(text: str, key: str, unit: str, most: float) -> list[float]:
-    """Read numbers and ranges, one after the other."""
-    values = [value for k, part in enumerate(text.split(",")) for (value,) in ranges(part, f"{key}[{k}]", unit)]
-    if max(values) > most:
-        raise InputError(f"must be at most {most:g}", key=key, value=f"{max(values):g}", fix=f"give it in {unit}")
-    return values
+def _couples(text: str) -> list[float]:
+    """Read couples: every part of the list in turn."""
+    return [value for k, part in enumerate(text.split(",")) for (value,) in ranges(part, f"--moment[{k}]", "N m")]
 
 
 def _record(reduced: ReducedJoint, output: str | None) -> dict[str, Any]:
