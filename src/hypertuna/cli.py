@@ -13,6 +13,7 @@ from hypertuna import _core
 from hypertuna.cli_actuator import actuator_app
 from hypertuna.cli_bend import bend_command
 from hypertuna.cli_experiment import ask_command, tell_command
+from hypertuna.cli_fe import fe_app
 from hypertuna.cli_identify import identify_command
 from hypertuna.cli_optimize import optimize_app
 from hypertuna.cli_pareto import pareto_command
@@ -49,6 +50,7 @@ app.add_typer(optimize_app, name="optimize")
 app.command("pareto")(pareto_command)
 app.command("bend")(bend_command)
 app.add_typer(actuator_app, name="actuator")
+app.add_typer(fe_app, name="fe")
 app.command("pump")(pump_command)
 app.command("range")(range_command)
 app.add_typer(robot_app, name="robot")

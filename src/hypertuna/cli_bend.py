@@ -14,16 +14,16 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.actuator import MATERIAL_SETS, Bend, Step, bend, misprints, mooney
-from hypertuna.bench import HIGHEST_PRESSURE, joint_index
-from hypertuna.console import check_suffix, command_line, print_json, ranges, tell_written
+from hypertuna.bench import joint_index
+from hypertuna.console import check_suffix, command_line, print_json, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
+from hypertuna.options import pressures
 from hypertuna.results import provenance, write_atomically, write_netcdf
 
 __all__ = ["bend_command"]
 
 ALL = "all"  # every material set that the robot has the values of
-MOST_PRESSURES = 10_000  # of one call: more say nothing new, and take minutes with loops and all material sets
 SMOOTH = 50  # pressures of a drawn curve, at least
 ROWS = 11  # pressures that the terminal shows
 
@@ -59,7 +59,7 @@ def bend_command(
     """Bend a soft joint in air by the pressure of one side: angle over pressure, up and down."""
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     kind = check_suffix(output, (".nc", ".csv"), "--output")
-    fish, path = load(robot), 1e3 * np.array(_pressures(pressure))
+    fish, path = load(robot), 1e3 * np.array(pressures(pressure))
     number = joint_index(joint, fish)
 
     def bent(chosen: str | None, path: NDArray[np.float64] = path) -> Bend:
@@ -87,22 +87,6 @@ def bend_command(
     else:
         _print(first, shown_sets, steps)
         tell_written(plot, output)
-
-
-def _pressures(text: str) -> list[float]:
-    """Read the pressures: every part of the list in turn."""
-    parts, found = text.split(","), []
-    for k, part in enumerate(parts):
-        key = f"--pressure[{k}]" if len(parts) > 1 else "--pressure"
-        values = [value for (value,) in ranges(part, key, "kPa")]
-        if (largest := max(values)) > HIGHEST_PRESSURE / 1e3:
-            rule = f"must be at most {HIGHEST_PRESSURE / 1e3:g}"
-            raise InputError(rule, key=key, value=f"{largest:g}", fix="give it in kPa")
-        found += values
-        if len(found) > MOST_PRESSURES:
-            rule, fix = f"must be at most {MOST_PRESSURES} pressures", "ask for fewer; a hundred draw a smooth curve"
-            raise InputError(rule, key="--pressure", value=f"{len(found)}", fix=fix)
-    return found
 
 
 def _drawn(path: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,7 +9,8 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from hypertuna.console import number, number_list
+from hypertuna.bench import HIGHEST_PRESSURE
+from hypertuna.console import number, number_list, ranges
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.gait import Gait, named_gait
@@ -36,12 +37,14 @@ __all__ = [
     "gait_axes",
     "heads_first",
     "one_gait",
+    "pressures",
     "robot_of",
     "spelled",
 ]
 
 MEDIA = ("water", "air")
 MILLI = 1e-3
+MOST_PRESSURES = 10_000  # of one call: more say nothing new, and take minutes
 BORES = (1.0, 20.0)  # mm: oil hardly passes thinner lines, and wider ones swing faster than the twin steps
 GROUP = "one value per joint group, separated by commas"
 
@@ -227,6 +230,38 @@ def choice(value: str, known: tuple[str, ...], key: str) -> str:
     if value not in known:
         raise InputError(f"must be {' or '.join(known)}", key=key, value=repr(value), fix=did_you_mean(value, known))
     return value
+
+
+def pressures(text: str) -> list[float]:
+    """Read pressures: every part of the list in turn.
+
+    Parameters
+    ----------
+    text : str
+        Of ``--pressure``: numbers or start:stop:count, separated by commas [kPa].
+
+    Returns
+    -------
+    list of float
+        [kPa].
+
+    Raises
+    ------
+    InputError
+        If a part is neither, a pressure is beyond any actuator's, or there are too many.
+    """
+    parts, found = text.split(","), []
+    for k, part in enumerate(parts):
+        key = f"--pressure[{k}]" if len(parts) > 1 else "--pressure"
+        values = [value for (value,) in ranges(part, key, "kPa")]
+        if (largest := max(values)) > HIGHEST_PRESSURE / 1e3:
+            rule = f"must be at most {HIGHEST_PRESSURE / 1e3:g}"
+            raise InputError(rule, key=key, value=f"{largest:g}", fix="give it in kPa")
+        found += values
+        if len(found) > MOST_PRESSURES:
+            rule, fix = f"must be at most {MOST_PRESSURES} pressures", "ask for fewer; a hundred draw a smooth curve"
+            raise InputError(rule, key="--pressure", value=f"{len(found)}", fix=fix)
+    return found
 
 
 def check_beats(gait: Gait, duration: float) -> None:

@@ -1,0 +1,130 @@
+"""Fields of a finite-element model as VTU files, for ParaView and for pictures: displacement, stress, strain."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from hypertuna.fe_model import FeModel
+from hypertuna.fe_solid import solid_energy
+from hypertuna.results import write_atomically
+
+__all__ = ["DISPLACEMENT", "FACE", "FACE_NUMBERS", "STRAIN", "STRESS", "surface_path", "volume_path", "write_vtu"]
+
+# What the fields are called in the files.
+DISPLACEMENT, FACE = "displacement [m]", "face [1]"
+STRESS, STRAIN = "von Mises stress [Pa]", "largest principal logarithmic strain [1]"
+
+# The field FACE of a surface: what its triangles belong to. -1 is inside: between matrix and plates, or the strip.
+FACE_NUMBERS = {"outer": 0, "symmetry": 1, "wall_left": 2, "wall_right": 3, "cap_left": 4, "cap_right": 5}
+OF_PLATE = {"plate_outer": 6, "plate_symmetry": 7}
+FACE_NUMBERS |= OF_PLATE
+SMOOTH = 2  # polynomial order of stress and strain in the files
+VOLUME_FINER, SURFACE_FINER = 1, 2  # how often elements are halved
+ROUND = 1e-24  # squared strain that is rounding: keeps the undeformed state from 0/0
+
+
+def volume_path(folder: str | Path, k: int) -> Path:
+    """Name the file of the fields inside the upper half at the k-th pressure.
+
+    Parameters
+    ----------
+    folder : str or Path
+    k : int
+
+    Returns
+    -------
+    Path
+    """
+    return Path(folder) / f"volume-{k:03d}.vtu"
+
+
+def surface_path(folder: str | Path, k: int) -> Path:
+    """Name the file of the fields on the faces of the upper half at the k-th pressure.
+
+    Parameters
+    ----------
+    folder : str or Path
+    k : int
+
+    Returns
+    -------
+    Path
+    """
+    return Path(folder) / f"surface-{k:03d}.vtu"
+
+
+def write_vtu(model: FeModel, folder: str | Path, k: int) -> None:
+    """Write the fields of a model in equilibrium, inside the upper half and on its faces; points as at rest [m].
+
+    Stress and strain are means over the elements that share a point, as finite elements are usually shown; the largest
+    values of `Measured` are those within elements, and higher.
+
+    Parameters
+    ----------
+    model : FeModel
+    folder : str or Path
+    k : int
+        Number of the pressure, for the names of the files.
+    """
+    import ngsolve as ngs
+
+    smooth = {name: _smooth(model, field) for name, field in ((STRESS, _stress(model)), (STRAIN, _strain(model)))}
+    fields = {DISPLACEMENT: model.displacement} | smooth
+    _write(model.mesh, fields, volume_path(folder, k), ngs.VOL, VOLUME_FINER)
+    plate = ngs.BoundaryFromVolumeCF(model.mesh.MaterialCF({"plate": 1.0}, default=0.0))
+    of_matrix = {name: float(number) for name, number in FACE_NUMBERS.items() if name not in OF_PLATE}
+    of_plate = {
+        "outer": OF_PLATE["plate_outer"],
+        "tip": OF_PLATE["plate_outer"],
+        "symmetry": OF_PLATE["plate_symmetry"],
+    }
+    face = ngs.IfPos(plate - 0.5, *(model.mesh.BoundaryCF(of_matrix | kinds, default=-1.0) for kinds in (of_plate, {})))
+    _write(model.mesh, fields | {FACE: face}, surface_path(folder, k), ngs.BND, SURFACE_FINER)
+
+
+def _write(mesh: Any, fields: dict[str, Any], path: Path, where: Any, finer: int) -> None:
+    """Write fields on elements or faces, whole or not at all."""
+    from ngsolve import VTKOutput
+
+    with tempfile.TemporaryDirectory() as folder:
+        draft = Path(folder) / "draft"
+        names, options = list(fields), {"subdivision": finer, "legacy": False, "floatsize": "double"}
+        VTKOutput(mesh, coefs=list(fields.values()), names=names, filename=str(draft), **options).Do(vb=where)
+        write_atomically(path, draft.with_suffix(".vtu").read_bytes())
+
+
+def _smooth(model: FeModel, field: Any) -> Any:
+    """Make a field of the matrix continuous: its best fit in every element, averaged where elements meet."""
+    import ngsolve as ngs
+
+    matrix = model.mesh.Materials("matrix")
+    smooth = ngs.GridFunction(ngs.H1(model.mesh, order=SMOOTH, definedon=matrix))
+    smooth.Set(field.Compile(), definedon=matrix)
+    return smooth
+
+
+def _stress(model: FeModel) -> Any:
+    """Von Mises stress, true [Pa]."""
+    from ngsolve import Det, Grad, Id, InnerProduct, Trace, sqrt
+
+    F = Id(3) + Grad(model.displacement)
+    held = F.MakeVariable()
+    true = solid_energy(model.matrix, held).Diff(held) * F.trans / Det(F)
+    deviator = true - Trace(true) / 3 * Id(3)
+    return sqrt(1.5 * InnerProduct(deviator, deviator))
+
+
+def _strain(model: FeModel) -> Any:
+    """Logarithm of the largest stretch: of the root of the largest eigenvalue of F'F, by the cubic's cosine [1]."""
+    from ngsolve import Det, Grad, Id, IfPos, InnerProduct, Trace, acos, cos, log, sqrt
+
+    F = Id(3) + Grad(model.displacement)
+    C = F.trans * F
+    mean = Trace(C) / 3
+    away = C - mean * Id(3)
+    spread = sqrt(InnerProduct(away, away) / 6 + ROUND)
+    cosine = Det(away) / (2 * spread**3)
+    angle = acos(IfPos(cosine - 1, 1.0, IfPos(-1 - cosine, -1.0, cosine))) / 3
+    return log(mean + 2 * spread * cos(angle)) / 2

@@ -1,0 +1,411 @@
+"""Pictures of a soft joint under pressure, deformed and colored by stress or strain, from the files of `fe_fields`.
+
+Two views: the drive units inside a body of glass, and the lower half cut open at its middle plane. Both are seen from
+the same place at all pressures, in the same colors.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import io
+import json
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from hypertuna.errors import InputError
+from hypertuna.fe_extra import need_pictures
+from hypertuna.fe_fields import DISPLACEMENT, FACE, FACE_NUMBERS, STRAIN, STRESS, surface_path
+from hypertuna.fe_record import SUMMARY
+from hypertuna.results import write_atomically
+from hypertuna.style import FAINT, SEQUENCE, WIDTH, styled
+
+__all__ = [
+    "QUANTITIES",
+    "Film",
+    "Quantity",
+    "draw_filmstrip",
+    "draw_step",
+    "need_screenless",
+    "read_film",
+    "write_filmstrip",
+    "write_png",
+]
+
+Array = NDArray[np.float64]
+
+PARTS = {
+    "outer": ("outer",),
+    "cut": ("symmetry",),
+    "walls": ("wall_left", "wall_right"),
+    "caps": ("cap_left", "cap_right"),
+    "plate": ("plate_outer",),
+    "plate_cut": ("plate_symmetry",),
+}
+VIEWS = {"units": (0.35, -0.75, 0.60), "cut": (0.45, -0.70, 1.20)}  # from where the body is seen, x y z
+SAME = 1e-7  # m, within which two points of neighboring faces are one
+MOST = 0.98  # of the channels' walls, whose values the colors tell apart
+ROOM = 1.05  # around the body, in heights of it
+PIXELS = 640  # height of a rendered view
+FRAMES, FILM_DPI = 4, 140  # of a filmstrip
+PALETTE = 256  # colors of a written picture, mixed by dots: files stay small
+
+GLASS, LINE = "#8A99A3", 3.0
+THIN, THICK = 0.13, 0.3  # opacity of glass
+DEPTH = 6  # layers of glass that may lie one behind the other
+MATT: dict[str, Any] = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.56, "specular": 0.1, "specular_power": 15}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What the colors show.
+
+    Attributes
+    ----------
+    field : str
+        Name in the files.
+    label : str
+        With the unit of the color bar.
+    unit : float
+        That unit, in SI.
+    """
+
+    field: str
+    label: str
+    unit: float
+
+
+QUANTITIES = {
+    "stress": Quantity(STRESS, "von Mises stress [kPa]", 1e3),
+    "strain": Quantity(STRAIN, "largest principal logarithmic strain [1]", 1.0),
+}
+
+
+@dataclass(frozen=True)
+class Film:
+    """A joint at several pressures, as read from the files of a finished run.
+
+    Attributes
+    ----------
+    title : str
+    pressure, angle : ndarray, shape (n,)
+        Gauge pressure [Pa] and bend toward its side [rad].
+    faces : tuple of dict
+        At each pressure, the faces of the upper half by kind, `pyvista.PolyData` with points at rest.
+    """
+
+    title: str
+    pressure: Array
+    angle: Array
+    faces: tuple[dict[str, Any], ...]
+
+    def text(self, k: int) -> str:
+        """Pressure and bend in words."""
+        return f"{self.pressure[k] / 1e3:.4g} kPa: {np.degrees(self.angle[k]):.1f} deg"
+
+    def top(self, quantity: str) -> float:
+        """Upper end of the colors, in SI: what nearly all of the channels' walls stay below at the last pressure."""
+        shown = QUANTITIES[quantity]
+        largest = float(np.quantile(self.faces[-1]["walls"][shown.field], MOST)) / shown.unit
+        return _round_up(largest) * shown.unit
+
+
+def need_screenless() -> None:
+    """Check that pictures can be drawn here: PyVista, and a library that draws without a screen.
+
+    Raises
+    ------
+    InputError
+        If one of them is missing.
+    """
+    need_pictures()
+    libraries = ["libEGL.so.1", "libOSMesa.so.8", *(["libGL.so.1"] if os.environ.get("DISPLAY") else [])]
+    if not any(map(_loads, libraries)):
+        rule = "need a library that draws without a screen, and there is neither EGL nor OSMesa"
+        fix = "apt-get install libosmesa6, or leave the pictures out with --no-pictures"
+        raise InputError(rule, key="pictures", fix=fix)
+
+
+def _loads(library: str) -> bool:
+    """Tell whether a shared library can be loaded; without one, VTK would end the whole process."""
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+def read_film(folder: str | Path, *, title: str = "", chosen: Sequence[int] | None = None) -> Film:
+    """Read a finished run, whose folder has `SUMMARY` and a file of fields for each pressure.
+
+    Parameters
+    ----------
+    folder : str or Path
+    title : str
+        Empty for robot, joint and side.
+    chosen : sequence of int, optional
+        The pressures to read, by their numbers; left out, all.
+
+    Returns
+    -------
+    Film
+
+    Raises
+    ------
+    InputError
+        If PyVista is not installed, or a file is not there.
+    """
+    need_pictures()
+    summary = Path(folder) / SUMMARY
+    try:
+        record = json.loads(summary.read_text())
+        steps = record["steps"]
+        numbers = range(len(steps)) if chosen is None else chosen
+        title = title or f"{record['robot']}, joint {record['joint']}, pressure on the {record['side']} side"
+        pressure = np.array([1e3 * steps[k]["pressure_kpa"] for k in numbers])
+        angle = np.radians([steps[k]["bend_deg"] for k in numbers])
+    except (OSError, ValueError, KeyError, IndexError, TypeError):
+        fix = "give the folder of a finished `hypertuna fe bend`"
+        raise InputError("must be the summary of a run", file=str(summary), fix=fix) from None
+    return Film(title, pressure, angle, tuple(_faces(surface_path(folder, k)) for k in numbers))
+
+
+@styled
+def draw_step(film: Film, k: int, quantity: str) -> Figure:
+    """Draw a pressure in both views.
+
+    Parameters
+    ----------
+    film : Film
+        All pressures of the path fix camera and colors.
+    k : int
+        The one to draw.
+    quantity : str
+        One of `QUANTITIES`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(WIDTH, 0.5 * WIDTH), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for axes, view, text in ((left, "units", "drive units"), (right, "cut", "lower half, cut at the middle plane")):
+        _show(axes, _render(film, k, view, quantity))
+        axes.text(0.0, 0.0, text, transform=axes.transAxes, color=FAINT, fontsize=8)
+    figure.suptitle(f"{film.title}, {film.text(k)}", x=0.01, ha="left", fontsize=10, fontweight="bold")
+    _bar(figure, [left, right], film, quantity, location="right", shrink=0.8)
+    return figure
+
+
+@styled
+def draw_filmstrip(film: Film, *, width: float = WIDTH) -> Figure:
+    """Draw all pressures side by side, cut open: a row for each of `QUANTITIES`.
+
+    Parameters
+    ----------
+    film : Film
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    count, rows = len(film.faces), len(QUANTITIES)
+    figure = Figure(figsize=(width, 0.4 + rows * (width / count + 0.55)), layout="constrained")
+    panels = figure.subplots(rows, count, squeeze=False)
+    for row, quantity in zip(panels, QUANTITIES, strict=True):
+        for k, axes in enumerate(row):
+            _show(axes, _render(film, k, "cut", quantity))
+        _bar(figure, list(row), film, quantity, location="bottom", shrink=0.5, pad=0.02)
+    for k, axes in enumerate(panels[0]):
+        axes.set_title(film.text(k), fontsize=9, loc="center", fontweight="normal")
+    figure.suptitle(film.title, x=0.01, ha="left", fontsize=10, fontweight="bold")
+    return figure
+
+
+def write_filmstrip(folder: str | Path, path: str | Path, *, title: str = "", count: int = FRAMES) -> None:
+    """Write a filmstrip of a finished run, about 1000 pixels wide.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Of `hypertuna fe bend -o`.
+    path : str or Path
+        A PNG file.
+    title : str
+        Empty for robot, joint and side.
+    count : int
+        Most pressures to show; the last is one of them, and no pressure is not.
+
+    Raises
+    ------
+    InputError
+        As `read_film`.
+    """
+    film = read_film(folder, title=title)
+    loaded = np.flatnonzero(film.pressure > 0)
+    chosen = loaded[np.unique(np.linspace(0, len(loaded) - 1, min(count, len(loaded))).round().astype(int))]
+    write_png(draw_filmstrip(read_film(folder, title=title, chosen=chosen.tolist())), path, dpi=FILM_DPI)
+
+
+def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
+    """Write a figure as a PNG file of few colors, whole or not at all.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    path : str or Path
+    dpi : int
+        Pixels per inch.
+    """
+    from PIL import Image
+
+    drawn, packed = io.BytesIO(), io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=dpi)
+    picture = Image.open(drawn).convert("RGB")
+    palette = picture.quantize(PALETTE, method=Image.Quantize.FASTOCTREE)
+    picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(packed, format="PNG", optimize=True)
+    write_atomically(path, packed.getvalue())
+
+
+def _show(axes: Axes, picture: NDArray[np.uint8]) -> None:
+    """Put a rendered view onto axes."""
+    axes.imshow(picture, interpolation="antialiased")
+    axes.set_axis_off()
+
+
+def _bar(figure: Figure, axes: list[Axes], film: Film, quantity: str, **place: Any) -> None:
+    """Draw the color bar of a quantity."""
+    shown = QUANTITIES[quantity]
+    colors = ScalarMappable(Normalize(0, film.top(quantity) / shown.unit), SEQUENCE)
+    bar = figure.colorbar(colors, ax=axes, extend="max", label=shown.label, aspect=30, **place)
+    bar.outline.set_visible(False)
+
+
+def _round_up(value: float) -> float:
+    """Round up to a number that reads well on a color bar; 1 for nothing."""
+    if value <= 0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= value * (1 - 1e-9))
+
+
+def _faces(path: Path) -> dict[str, Any]:
+    """Read the faces of the upper half by kind, neighbors joined."""
+    import pyvista as pv
+
+    if not path.is_file():
+        fix = "remove the folder and run `hypertuna fe bend` again"
+        raise InputError("must be there: pictures are drawn from it", file=str(path), fix=fix)
+    whole = pv.read(path)
+    number = np.rint(whole.point_data_to_cell_data()[FACE]).astype(int)
+
+    def part(kinds: tuple[str, ...]) -> Any:
+        cells = np.isin(number, [FACE_NUMBERS[kind] for kind in kinds])
+        joined = whole.extract_cells(cells).clean(tolerance=SAME)
+        return joined.extract_surface(algorithm="dataset_surface").triangulate()
+
+    return {name: part(kinds) for name, kinds in PARTS.items()}
+
+
+def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
+    """Render a view of a pressure: an array of pixels, shape (height, width, 3)."""
+    import pyvista as pv
+
+    _hush()
+    size, position, scale = _camera(film, view)
+    plotter = pv.Plotter(off_screen=True, window_size=size, lighting=None)
+    plotter.set_background("white")
+    plotter.add_light(pv.Light(light_type="camera light", position=(-0.3, 0.5, 1.0), intensity=0.95))
+    shape = {name: _deformed(part) for name, part in film.faces[k].items()}
+    colors: dict[str, Any] = {"clim": (0, film.top(quantity)), "cmap": SEQUENCE, "show_scalar_bar": False}
+    for part, opacity in _colored(shape, view):
+        plotter.add_mesh(part, scalars=QUANTITIES[quantity].field, opacity=opacity, **colors, **MATT)
+    for part, opacity in _gray(shape, view):
+        plotter.add_mesh(part, color=GLASS, opacity=opacity, **MATT)
+    for outline in _outlines(film.faces[k]):
+        plotter.add_mesh(outline, color=FAINT, line_width=LINE, opacity=0.8)
+    plotter.enable_parallel_projection()
+    plotter.camera_position, plotter.camera.parallel_scale = position, scale
+    plotter.enable_depth_peeling(DEPTH)
+    plotter.enable_anti_aliasing("ssaa")
+    picture: NDArray[np.uint8] = plotter.screenshot(return_img=True)
+    plotter.close()
+    return picture
+
+
+def _colored(shape: dict[str, Any], view: str) -> list[tuple[Any, float]]:
+    """List what has colors in a view, with its opacity."""
+    if view == "units":
+        return [(_whole(shape["walls"]), 1.0)]
+    return [*((_mirrored(shape[name]), 1.0) for name in ("walls", "outer")), (shape["cut"], 1.0)]
+
+
+def _gray(shape: dict[str, Any], view: str) -> list[tuple[Any, float]]:
+    """List what is glass or plate in a view, with its opacity."""
+    if view == "units":
+        return [(_whole(shape["outer"]), THIN), (_whole(shape["plate"]), THICK), (_whole(shape["caps"]), 1.0)]
+    lower = [*((_mirrored(shape[name]), 1.0) for name in ("plate", "caps")), (shape["plate_cut"], 1.0)]
+    return [*lower, (shape["outer"], THIN), (shape["plate"], THIN)]
+
+
+def _camera(film: Film, view: str) -> tuple[tuple[int, int], list[tuple[float, ...]], float]:
+    """Frame the body at rest and at the last pressure: size of the picture, place of the camera, and its scale."""
+    away = np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
+    right = np.cross((0.0, 0.0, 1.0), away)
+    right /= np.linalg.norm(right)
+    up = np.cross(away, right)
+    parts = [_whole(film.faces[-1][name]) for name in ("outer", "plate")]
+    points = np.concatenate([place for part in parts for place in (part.points, part.points + part[DISPLACEMENT])])
+    ends = np.array([((points @ axis).min(), (points @ axis).max()) for axis in (right, up)])
+    middle = ends.mean(axis=1) @ np.stack([right, up])
+    wide, high = np.diff(ends).ravel()
+    far = middle + 10 * max(wide, high) * away
+    size = (round(PIXELS * wide / high), PIXELS)
+    return size, [tuple(far), tuple(middle), tuple(up)], float(ROOM * high / 2)
+
+
+def _deformed(part: Any) -> Any:
+    """Move a part to where it is under pressure."""
+    shape = part.copy()
+    shape.points = part.points + part[DISPLACEMENT]
+    return shape
+
+
+def _mirrored(part: Any) -> Any:
+    """Return the lower half of a part."""
+    lower = part.reflect((0, 0, 1), point=(0, 0, 0))
+    lower[DISPLACEMENT] = part[DISPLACEMENT] * (1, 1, -1)
+    return lower
+
+
+def _whole(part: Any) -> Any:
+    """Join both halves of a part."""
+    return part.merge(_mirrored(part), merge_points=True)
+
+
+def _outlines(faces: dict[str, Any]) -> list[Any]:
+    """Return edges of the body at rest: its ends and its cut."""
+    options = {"feature_edges": False, "manifold_edges": False, "non_manifold_edges": False}
+    return [
+        part.extract_feature_edges(boundary_edges=True, **options) for part in (_whole(faces["outer"]), faces["cut"])
+    ]
+
+
+def _hush() -> None:
+    """Keep VTK from telling that there is no screen: it finds another way."""
+    if not os.environ.get("DISPLAY"):
+        from vtkmodules.vtkCommonCore import vtkLogger
+
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)

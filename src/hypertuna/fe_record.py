@@ -1,0 +1,119 @@
+"""Results of finite elements as records and tables, units in the names: what `--json` prints and files store."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.fe_bend import FeBend, ngsolve_version
+from hypertuna.fe_measure import Measured
+from hypertuna.results import provenance
+from hypertuna.soft_joint import drive_unit, joint_group
+
+__all__ = ["SUMMARY", "bend_csv", "bend_record", "measured_record", "oil_taken"]
+
+SUMMARY = "bend.json"  # file of the record, in the folder of a run
+
+
+def oil_taken(found: FeBend) -> NDArray[np.float64]:
+    """Compute what oil the side with the pressure has taken in since rest.
+
+    Parameters
+    ----------
+    found : FeBend
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        [m^3].
+    """
+    group, actuator = joint_group(found.robot, found.joint)
+    lumen = math.pi * (drive_unit(found.robot).inner_diameter / 2) ** 2 * sum(actuator.segment_length)
+    return found.volume - (group.drive_units or 0) * lumen
+
+
+def bend_record(found: FeBend) -> dict[str, Any]:
+    """Say a bend by finite elements, for programs.
+
+    Parameters
+    ----------
+    found : FeBend
+
+    Returns
+    -------
+    dict
+        What made it, what it took, and a record of each pressure that converged.
+    """
+    options, straight = found.options, found.r_squared()
+    facts = {
+        "ngsolve_version": ngsolve_version(),
+        "joint": found.joint,
+        "side": found.side,
+        "material": found.material,
+        "law": options.law,
+        "poisson": options.poisson,
+        "mixed": options.mixed,
+        "mesh": options.mesh if isinstance(options.mesh, str) else vars(options.mesh),
+        "elements": found.elements,
+        "unknowns": found.unknowns,
+        "seconds": sum(found.seconds),
+        "status": found.status,
+        "status_text": found.status_text,
+        "r_squared": None if math.isnan(straight) else straight,
+    }
+    columns = (found.pressure, found.angle, oil_taken(found), found.measured, found.iterations, found.seconds)
+    steps = []
+    for pressure, angle, oil, measured, iterations, seconds in zip(*columns, strict=True):
+        step = {
+            "pressure_kpa": float(pressure) / 1e3,
+            "bend_deg": math.degrees(angle),
+            "oil_taken_ml": 1e6 * float(oil),
+        }
+        steps.append(step | measured_record(measured) | {"iterations": iterations, "seconds": seconds})
+    return provenance(found.robot) | facts | {"steps": steps}
+
+
+def measured_record(found: Measured) -> dict[str, float]:
+    """Say what was measured of one equilibrium.
+
+    Parameters
+    ----------
+    found : Measured
+
+    Returns
+    -------
+    dict of str to float
+    """
+    record = {"angle_deg": math.degrees(found.angle)}
+    record |= {f"tip_{axis}_mm": 1e3 * place for axis, place in zip("xy", found.tip, strict=True)}
+    for side, volume, swelling in zip(("left", "right"), found.volume, found.swelling, strict=True):
+        record |= {f"volume_{side}_ml": 1e6 * volume, f"swelling_{side}": swelling}
+    for name in ("axial", "hoop", "fiber"):
+        low, high = getattr(found, f"{name}_stretch")
+        record |= {f"{name}_stretch_min": low, f"{name}_stretch_max": high}
+    record |= {"strain_max": found.strain_max, "strain_99": found.strain_99}
+    record |= {"stress_max_kpa": found.stress_max / 1e3, "stress_99_kpa": found.stress_99 / 1e3}
+    return record | {"jacobian_min": found.jacobian_min}
+
+
+def bend_csv(found: FeBend, command: str) -> str:
+    """Write a bend as comma-separated values, a row per pressure, below comments that say what made them.
+
+    Parameters
+    ----------
+    found : FeBend
+    command : str
+
+    Returns
+    -------
+    str
+    """
+    record = bend_record(found)
+    steps = record.pop("steps")
+    lines = [f"# {key}: {value}" for key, value in (record | {"command": command}).items()]
+    if steps:
+        lines.append(",".join(steps[0]))
+    return "\n".join(lines + [",".join(str(value) for value in step.values()) for step in steps]) + "\n"

@@ -1,0 +1,72 @@
+"""Figure of a bend by finite elements: angle over pressure, and the oil that it takes."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+
+from hypertuna.drawing import COLORS, INK
+from hypertuna.style import FAINT, POINTS, TIGHT, WIDTH, styled
+
+__all__ = ["plot_fe_bend"]
+
+KILO, MILLILITER = 1e3, 1e-6
+DASHED = (0, (5, 2))
+
+
+@styled
+def plot_fe_bend(
+    pressure: ArrayLike,
+    angle: ArrayLike,
+    oil: ArrayLike | None = None,
+    *,
+    title: str = "",
+    analytic: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
+    published: tuple[float, float] | None = None,
+    width: float = WIDTH,
+) -> Figure:
+    """Plot bend over pressure, and pressure over the oil taken in.
+
+    Parameters
+    ----------
+    pressure, angle : array_like, shape (n,)
+        By finite elements: gauge pressure [Pa] and angle [rad].
+    oil : array_like, shape (n,), optional
+        Oil that the drive units of that side have taken in since rest [m^3]; without it there is one panel.
+    title : str
+    analytic : tuple of array_like, shape (m,), optional
+        The same three of the analytic model.
+    published : tuple of float, optional
+        Pressure and angle of a published point [Pa, rad].
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(width, 0.4 * width + 0.5), layout="constrained")
+    panels = figure.subplots(1, 1 if oil is None else 2, squeeze=False)[0]
+    x, y = np.asarray(pressure) / KILO, np.degrees(angle)
+    _curves(panels[0], x, y, None if analytic is None else (np.asarray(analytic[0]) / KILO, np.degrees(analytic[1])))
+    panels[0].set(xlabel="gauge pressure [kPa]", ylabel="bend [deg]", xlim=(0, None), ylim=(0, None))
+    if published is not None:
+        place = published[0] / KILO, np.degrees(published[1])
+        panels[0].plot(*place, "x", color=INK, ms=7, mew=1.6, zorder=5, label="published", clip_on=False)
+    if oil is not None:
+        taken = None if analytic is None else np.asarray(analytic[2]) / MILLILITER
+        other = None if analytic is None or taken is None else (taken, np.asarray(analytic[0]) / KILO)
+        _curves(panels[1], np.asarray(oil) / MILLILITER, x, other)
+        panels[1].set(xlabel="oil taken in [ml]", ylabel="gauge pressure [kPa]", xlim=(0, None), ylim=(0, None))
+    figure.suptitle(title, x=0.01, ha="left", fontsize=9.5, fontweight="bold")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=3, **TIGHT)
+    return figure
+
+
+def _curves(axes: Axes, x: ArrayLike, y: ArrayLike, analytic: tuple[ArrayLike, ArrayLike] | None) -> None:
+    """Draw finite elements as a line with points, the analytic model dashed."""
+    if analytic is not None:
+        axes.plot(*analytic, color=FAINT, lw=1.2, ls=DASHED, label="analytic model")
+    axes.plot(x, y, "o-", color=COLORS[1], label="finite elements", zorder=3, **POINTS)
