@@ -70,4 +70,6 @@ def _print(cases: Sequence[Case], seconds: float) -> None:
     console.print(table)
     off = sum(not case.passed for case in cases)
     text = f"{off} of {len(cases)} cases are off" if off else f"all {len(cases)} cases agree"
-    console.print(Text(f"{text}; {seconds:.0f} s. Elements of order 1 must lock.", style="bold red" if off else "green"))
+    console.print(
+        Text(f"{text}; {seconds:.0f} s. Elements of order 1 must lock.", style="bold red" if off else "green")
+    )

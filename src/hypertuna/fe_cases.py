@@ -32,6 +32,7 @@ CARRIED = 1e-3  # m, thickness of the solid that carries a wall
 SLEEVE = 1e-3  # m
 POISSON = (0.475, 0.499)  # the paper's, and nearly incompressible
 INCOMPRESSIBLE = 0.4999  # Poisson's ratio that stands for 1/2, where theory has it
+HALF, FREE = "contraction at half force", "free contraction"
 STRAIN = 0.5
 LINEAR = 0.3  # Poisson's ratio for the linear law: in biaxial tension it has no solution near 1/2
 
@@ -122,7 +123,7 @@ def muscle_cases(robot: Robot, angle: float, *, hose: bool) -> Iterator[Case]:
     Case
     """
     wall = replace(_wall(robot, angle), hose=mooney(robot, drive_unit(robot).hose) if hose else Mooney(0.0, 0.0))
-    group = f"McKibben tube, {'braid and hose' if hose else 'braid alone'}, {math.degrees(angle):g} deg"
+    group = f"Tube, braid {'and hose' if hose else 'alone'}, {math.degrees(angle):g} deg"
     blocked = ideal_pull(PRESSURE, wall.outer, angle)
     unit = _unit(wall, CARRIER, 0.0)  # without a sleeve
     if not hose:
@@ -130,7 +131,7 @@ def muscle_cases(robot: Robot, angle: float, *, hose: bool) -> Iterator[Case]:
         text = _text(load(held, PRESSURE))
         yield Case(group, "blocked force", pull(held), blocked, "N", 0.003, text=text)
     free = tube(wall, thickness=CARRIED)
-    for part, name in ((0.5, "contraction at half that force"), (0.0, "free contraction")):
+    for part, name in ((0.5, HALF), (0.0, FREE)):
         text = _text(load(free, PRESSURE, part * blocked))
         theory = _stretch(unit, part * blocked) if hose else ideal_stretch(angle, part)
         yield Case(group, name, 1 - free.stretch, 1 - theory, "1", 0.01, text=text)
@@ -149,10 +150,10 @@ def sleeve_cases(robot: Robot) -> Iterator[Case]:
     """
     wall = _wall(robot, drive_unit(robot).braid_angle)
     sleeve = Solid("mooney_rivlin", mooney(robot, drive_unit(robot).matrix), POISSON[1])
-    group = f"McKibben tube, hose in {1e3 * SLEEVE:g} mm of matrix, {math.degrees(wall.braid_angle):g} deg"
+    group = f"Tube, hose in matrix, {math.degrees(wall.braid_angle):g} deg"
     unit, free = _unit(wall, sleeve, SLEEVE), tube(wall, sleeve, thickness=SLEEVE)
     blocked = ideal_pull(PRESSURE, wall.outer, wall.braid_angle)
-    for part, name in ((0.5, "contraction at half the blocked force"), (0.0, "free contraction")):
+    for part, name in ((0.5, HALF), (0.0, FREE)):
         text = _text(load(free, PRESSURE, part * blocked))
         yield Case(group, name, 1 - free.stretch, 1 - _stretch(unit, part * blocked), "1", 0.01, text=text)
 
@@ -173,7 +174,7 @@ def beam_cases(robot: Robot) -> Iterator[Case]:
         solid = Solid("mooney_rivlin", mooney(robot, drive_unit(robot).matrix), poisson)
         for order, mixed, size in forms:
             sag, theory, elements = cantilever(solid, order=order, mixed=mixed, size=size)
-            name = f"end of {elements} elements of order {order}{', mixed' if mixed else ''}"
+            name = f"{elements} elements, order {order}{', mixed' if mixed else ''}"
             locks = order == 1
             tolerance = 0.5 if locks else 0.03
             yield Case(f"Cantilever, nu = {poisson:g}", name, 1e3 * sag, 1e3 * theory, "mm", tolerance, locks)
@@ -205,7 +206,7 @@ def cube_cases(robot: Robot) -> Iterator[Case]:
 
 
 def joint_cases(robot: Robot, *, pressure: float = 50e3) -> Iterator[Case]:
-    """Compare the last joint's bend in the mixed form with that by displacements alone, and at a higher Poisson's ratio.
+    """Compare the last joint's bend in the mixed form with that by displacements, and at a higher Poisson's ratio.
 
     Parameters
     ----------
@@ -224,11 +225,11 @@ def joint_cases(robot: Robot, *, pressure: float = 50e3) -> Iterator[Case]:
         text = _text(equilibrium(model, pressure=(pressure, 0.0)))
         return math.degrees(measure(model).angle), text
 
-    group = f"Joint {joint}, coarse, {pressure / 1e3:g} kPa"
+    group = f"Bend of joint {joint}, {pressure / 1e3:g} kPa"
     mixed, text = bend(mixed=True, poisson=0.49)
     for name, (angle, why) in (
-        ("bend by displacements alone, against mixed", bend(mixed=False, poisson=0.49)),
-        (f"bend, mixed, nu {POISSON[1]:g} against 0.49", bend(mixed=True, poisson=POISSON[1])),
+        ("displacements, against mixed", bend(mixed=False, poisson=0.49)),
+        (f"mixed, nu {POISSON[1]:g} against 0.49", bend(mixed=True, poisson=POISSON[1])),
     ):
         yield Case(group, name, angle, mixed, "deg", 0.03, text=text or why)
 
