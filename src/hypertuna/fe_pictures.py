@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -271,9 +272,10 @@ def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
     """
     from PIL import Image
 
-    drawn, packed = io.BytesIO(), io.BytesIO()
-    figure.savefig(drawn, format="png", dpi=dpi)
-    picture = Image.open(drawn).convert("RGB")
+    figure.set_dpi(dpi)
+    canvas, packed = FigureCanvasAgg(figure), io.BytesIO()
+    canvas.draw()
+    picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
     palette = picture.quantize(PALETTE, method=Image.Quantize.FASTOCTREE)
     picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(packed, format="PNG", optimize=True)
     write_atomically(path, packed.getvalue())
