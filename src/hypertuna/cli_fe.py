@@ -15,6 +15,7 @@ from rich.text import Text
 
 from hypertuna.actuator import MATERIAL_SETS, Bend, bend, check_pressure
 from hypertuna.bench import joint_index
+from hypertuna.cli_fe_reduce import reduce_command
 from hypertuna.console import check_suffix, command_line, number, plain, print_json, progress_bar, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
@@ -33,6 +34,7 @@ from hypertuna.results import provenance, write_atomically, write_netcdf
 __all__ = ["fe_app"]
 
 fe_app = typer.Typer(no_args_is_help=True, help="The soft joints by finite elements; needs the extra fe.")
+fe_app.command("reduce")(reduce_command)
 
 MM = 1e3  # per m
 SMOOTH = 50  # pressures of the analytic curve

@@ -12,7 +12,7 @@ from typing import Any, Literal, Self
 from pydantic import model_validator
 
 from hypertuna.errors import InputError
-from hypertuna.schema_actuator import Actuator, DriveUnit
+from hypertuna.schema_actuator import Actuator, DriveUnit, Reduced
 from hypertuna.schema_base import (
     Amplitude,
     Count,
@@ -107,6 +107,9 @@ class JointGroup(Part):
     pressure_max: Positive | None = entry("pressure_max_pa", "pressure of the largest bend", "Pa", default=None)
     drive_units: Count | None = entry("drive_units", "number of pairs of artificial muscles", default=None)
     actuator: Actuator | None = entry("actuator", "table of the soft body that the muscles bend", default=None)
+    reduced: Reduced | None = entry(
+        "reduced", "table of moment and volume over the angle, instead of those of the actuator", default=None
+    )
     line: Line | None = entry("line", "table of the oil line of each of its two circuits", default=None)
 
 

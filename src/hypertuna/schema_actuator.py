@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from hypertuna.errors import InputError
-from hypertuna.schema_base import NotNegative, Part, Positive, PositiveDegrees, Text, entry, same_length
+from hypertuna.schema_base import Degrees, NotNegative, Part, Positive, PositiveDegrees, Real, Text, entry, same_length
 
 NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where the volume in a braid is largest
+LEAST_ANGLES = 5  # of a reduced joint: a cubic spline takes four
+MIRRORED = 1e-9  # relative: what differs by less between the two sides is the same
 MaterialSet = Literal["datasheet", "fe", "tensile"]
 
 
@@ -88,6 +91,54 @@ class Actuator(Part):
             value, fix = f"{self.lever:g}", "give it in m, measured from the neutral layer"
             raise InputError(rule, key="joints.actuator.lever_m", value=value, fix=fix)
         return self
+
+
+class Reduced(Part):
+    """A soft joint as one angle, from finite elements or from measurements, that the twin uses instead of the model.
+
+    Angles are symmetrical about the straight joint. The right side is the mirror of the left: it holds at -angle what
+    the left one holds at angle.
+    """
+
+    angle: tuple[Degrees, ...] = entry(
+        "angle_deg", "angles of the table, rising from the one end to the other, 5 at least", "deg"
+    )
+    elastic: tuple[Real, ...] = entry(
+        "elastic_n_m", "moment that holds each angle without pressure, toward positive angles", "N m"
+    )
+    volume: tuple[Positive, ...] = entry("volume_m3", "oil in the drive units of the left side at each angle", "m^3")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if len(self.angle) < LEAST_ANGLES:
+            rule, value = f"must be {LEAST_ANGLES} long at least", f"{len(self.angle)} long"
+            raise InputError(rule, key="joints.reduced.angle_deg", value=value, fix="give more angles")
+        same_length(self, "joints.reduced", len(self.angle), "angle")
+        _check_rising(self.angle, "joints.reduced.angle_deg", math.degrees(1), "sort the angles, and give each once")
+        _check_rising(self.volume, "joints.reduced.volume_m3", 1.0, "count angles positive toward the left side")
+        reach, largest = self.angle[-1], max(map(abs, self.elastic))
+        for i, (a, b) in enumerate(zip(self.angle, reversed(self.angle), strict=True)):
+            if abs(a + b) > MIRRORED * reach:
+                value, fix = f"{math.degrees(a):g} against {math.degrees(b):g}", "give both angles with either sign"
+                rule = "must be the same to both sides"
+                raise InputError(rule, key=f"joints.reduced.angle_deg[{i}]", value=value, fix=fix)
+        for i, (angle, a, b) in enumerate(zip(self.angle, self.elastic, reversed(self.elastic), strict=True)):
+            key, value = f"joints.reduced.elastic_n_m[{i}]", f"{a:g} at {math.degrees(angle):g} deg"
+            if abs(a + b) > MIRRORED * largest:
+                value += f", {b:g} on the other side"
+                raise InputError("must be opposite on the other side", key=key, value=value, fix="give it so")
+            if a * angle <= 0 and abs(angle) > MIRRORED * reach:
+                fix = "give the moment that holds the angle, not the one that straightens the joint"
+                raise InputError("must have the sign of the angle", key=key, value=value, fix=fix)
+        return self
+
+
+def _check_rising(values: tuple[float, ...], key: str, factor: float, fix: str) -> None:
+    """Check that each value of a list is above the one before."""
+    for i, (a, b) in enumerate(pairwise(values)):
+        if b <= a:
+            value = f"{factor * b:g} after {factor * a:g}"
+            raise InputError("must rise from one to the next", key=f"{key}[{i + 1}]", value=value, fix=fix)
 
 
 class Material(Part):

@@ -17,7 +17,7 @@ from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, whole
 from hypertuna.schema import JointGroup
-from hypertuna.schema_actuator import Actuator, DriveUnit, Material, MaterialSet
+from hypertuna.schema_actuator import Actuator, DriveUnit, Material, MaterialSet, Reduced
 from hypertuna.silicone import Mooney
 
 __all__ = [
@@ -283,6 +283,9 @@ def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257
     bends under such a pressure exactly as the segments do. It reaches to the angle at which the lumen of a stretched
     muscle has a twentieth of its volume at rest left; there the joint locks.
 
+    A joint with a table ``[joints.reduced]`` has moment and volume from there, and locks at that table's ends; friction
+    and viscosity, which it does not know, are those of its muscles as above.
+
     Parameters
     ----------
     robot : Robot
@@ -298,14 +301,14 @@ def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257
     Raises
     ------
     InputError
-        If the robot lacks a table, or the number of points is even.
+        If the robot lacks a table, its table ``[joints.reduced]`` cannot be used, or the number of points is even.
     """
     points = whole(points, "points", "leave it out for 257")
     if points < 3 or points % 2 == 0:
         raise InputError("must be odd, and 3 at least", key="points", value=str(points), fix="leave it out for 257")
     unit = drive_unit(robot)
     hose, matrix = robot.materials[unit.hose], robot.materials[unit.matrix]
-    joints = tuple((group.name, group.drive_units, group.actuator) for group in robot.joints)
+    joints = tuple((group.name, group.drive_units, group.actuator, group.reduced) for group in robot.joints)
     key = (unit, hose, matrix, joints, material, points)
     found = _tables.get(key)  # looked up once: another thread may clear them in between
     if found is None:
@@ -320,10 +323,41 @@ def _table(robot: Robot, g: int, material: str | None, points: int) -> JointTabl
     """Tabulate one joint."""
     unit, joint = drive_unit(robot), soft_joint(robot, g, material)
     reach = min(joint.reach(side, left=LUMEN_LEFT, highest=HIGHEST) for side in (0, 1))
-    table = joint.table(reach=reach, points=points)
+    table, reduced = joint.table(reach=reach, points=points), robot.joints[g].reduced
+    if reduced is not None:
+        table, reach = _reduced(robot, g, reduced, table, reach), reduced.angle[-1]
     table.flags.writeable = False  # it is kept, and handed out again
     matrix, walls = joint.stiffness()
     # Kelvin-Voigt: relaxation time times stiffness, as at rest
     viscosity = robot.materials[unit.matrix].relaxation * matrix + robot.materials[unit.hose].relaxation * walls
     step = 2 * reach / (points - 1)
     return JointTable(robot.joints[g].name, -reach, step, table, viscosity, STOP * (matrix + walls))
+
+
+def _reduced(robot: Robot, g: int, reduced: Reduced, muscles: Array, reach: float) -> Array:
+    """Tabulate a reduced joint up to its own ends, with friction and carried pressure of its muscles up to `reach`.
+
+    Splines through moment and volume; the energy is the integral of that spline, and the core takes moments from energy
+    and volumes alone, so that none of it is lost.
+    """
+    from scipy.interpolate import CubicSpline  # here, because it takes longer to import than a bend takes
+
+    key = f"joints.{robot.joints[g].name}.reduced"
+    if robot.joints[g].actuator.asymmetry != 0:  # type: ignore[union-attr]  # it has one, its muscles are tabulated
+        rule, fix = "is for a joint whose sides are alike", "leave out actuator.asymmetry, or the table"
+        raise InputError(rule, file=robot.file or None, key=key, fix=fix)
+    angle = np.linspace(-reduced.angle[-1], reduced.angle[-1], len(muscles))
+    elastic, volume = (CubicSpline(reduced.angle, values) for values in (reduced.elastic, reduced.volume))
+    energy = elastic.antiderivative()
+    held, slope = volume(angle), volume(angle, 1)
+    falls = np.flatnonzero(slope <= 0)
+    if len(falls):
+        rule = "must rise smoothly: a cubic spline through it is not to fall between its angles"
+        value = f"one that falls at {math.degrees(angle[falls[0]]):.3g} deg"
+        fix = "give more angles there, or correct a volume"
+        raise InputError(rule, file=robot.file or None, key=f"{key}.volume_m3", value=value, fix=fix)
+    known = np.linspace(-reach, reach, len(muscles))
+    first = COLUMNS.index("friction_left")
+    rest = [np.interp(angle, known, column) for column in muscles[:, first:].T]  # beyond them as at their ends
+    work = energy(angle) - energy(0.0)
+    return np.stack([work, elastic(angle), held, held[::-1], slope, -slope[::-1], *rest], axis=1)

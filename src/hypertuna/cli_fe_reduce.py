@@ -1,0 +1,146 @@
+"""The command `hypertuna fe reduce`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from hypertuna.actuator import MATERIAL_SETS
+from hypertuna.bench import joint_index
+from hypertuna.console import check_suffix, command_line, number, print_json, progress_bar, ranges, tell_written
+from hypertuna.description import load
+from hypertuna.fe_bend import ngsolve_version
+from hypertuna.fe_mesh import MESHES
+from hypertuna.fe_model import FeOptions
+from hypertuna.fe_reduced import ReducedJoint, reduce_joint, write_reduced
+from hypertuna.options import pressures
+from hypertuna.results import provenance
+
+__all__ = ["reduce_command"]
+
+
+def reduce_command(
+    robot: Annotated[
+        str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
+    ],
+    joint: Annotated[str, typer.Option("--joint", help="Name of the joint group, or its number from the head.")],
+    pressure: Annotated[
+        str, typer.Option("--pressure", help="Rising gauge pressures of the left side in kPa, start:stop:count.")
+    ] = "0:250:6",
+    moment: Annotated[
+        str | None,
+        typer.Option(
+            "--moment",
+            help="Couples on the tip in N m, start:stop:count.  [default: 5, to half of what the pressure makes]",
+        ),
+    ] = None,
+    fill: Annotated[
+        str | None,
+        typer.Option(
+            "--fill",
+            help="Fill pressure in kPa: the right side has twice that less the left's, or none; 0 for one side alone.  "
+            "[default: that of the robot's line]",
+        ),
+    ] = None,
+    material: Annotated[
+        str | None,
+        typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}.  [default: the robot's]"),
+    ] = None,
+    mesh: Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")] = "coarse",
+    checkpoint: Annotated[
+        str | None, typer.Option("--checkpoint", help="Keep a journal here; the same command resumes from it.")
+    ] = None,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Write the robot with the table to this .toml file.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Reduce a joint of finite elements to a table of moment and volume that the twin can use.
+
+    Exit code 1 means that some points were not found; the table is fitted to the others.
+    """
+    check_suffix(output, (".toml",), "--output")
+    fish = load(robot)
+    name = fish.joints[joint_index(joint, fish)].name
+    with progress_bar("reducing") as progress:
+        reduced = reduce_joint(
+            fish,
+            name,
+            pressure=1e3 * np.array(pressures(pressure)),
+            couple=None if moment is None else _couples(moment),
+            fill=None if fill is None else 1e3 * number(fill, "--fill", "kPa"),
+            options=FeOptions(material=material, mesh=mesh),
+            checkpoint=checkpoint,
+            progress=progress,
+        )
+    if output is not None:
+        write_reduced(robot, reduced, output)
+    if as_json:
+        print_json(_record(reduced, output))
+    else:
+        _print(reduced)
+        tell_written(output)
+    if reduced.status != "converged":
+        raise typer.Exit(1)
+
+
+def _couples(text: str) -> list[float]:
+    """Read couples: every part of the list in turn."""
+    return [value for k, part in enumerate(text.split(",")) for (value,) in ranges(part, f"--moment[{k}]", "N m")]
+
+
+def _record(reduced: ReducedJoint, output: str | None) -> dict[str, Any]:
+    """Tell a reduced joint, for programs: the points over couples and pressures, and the table."""
+    fit = reduced.potential
+    return provenance(reduced.robot) | {
+        "command": command_line(),
+        "ngsolve_version": ngsolve_version(),
+        "joint": reduced.joint,
+        "mesh": str(reduced.options.mesh),
+        "material": reduced.material,
+        "pressure_left_kpa": reduced.pressure[:, 0] / 1e3,
+        "pressure_right_kpa": reduced.pressure[:, 1] / 1e3,
+        "couple_n_m": reduced.couple,
+        "angle_deg": np.degrees(reduced.angle),
+        "moment_n_m": reduced.moment,
+        "volume_left_ml": 1e6 * reduced.volume[..., 0],
+        "volume_right_ml": 1e6 * reduced.volume[..., 1],
+        "table": reduced.table(),
+        "terms": {"elastic": len(fit.elastic_terms), "volume": len(fit.volume_terms)},
+        "compliance_m3_pa": fit.compliance,
+        "cross_compliance_m3_pa": fit.cross,
+        "moment_rms_n_m": reduced.left.moment,
+        "volume_rms_ml": 1e6 * reduced.left.volume,
+        "moment_rms_left_out_n_m": reduced.left_new.moment,
+        "volume_rms_left_out_ml": 1e6 * reduced.left_new.volume,
+        "seconds": reduced.seconds,
+        "output": output,
+        "status": reduced.status,
+        "status_text": reduced.status_text,
+    }
+
+
+def _print(reduced: ReducedJoint) -> None:
+    """Print angles and volumes of the points, and what the table leaves of them."""
+    console, fit = Console(), reduced.potential
+    console.print(Text(f"{reduced.robot.name}: joint {reduced.joint}, mesh {reduced.options.mesh}", style="bold"))
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for head in ("left\n[kPa]", "right\n[kPa]", *(f"{couple:+.3g} N m\n[deg]  [ml]" for couple in reduced.couple)):
+        table.add_column(Text(head, justify="right"), justify="right")
+    for p, (one, other) in enumerate(reduced.pressure / 1e3):
+        points = zip(np.degrees(reduced.angle[:, p]), 1e6 * reduced.volume[:, p, 0], strict=True)
+        cells = [f"{angle:.2f}  {volume:.3f}" if np.isfinite(angle) else "not found" for angle, volume in points]
+        table.add_row(f"{one:.4g}", f"{other:.4g}", *cells)
+    console.print(table)
+    reach, rms = np.degrees(fit.reach), f"{1e3 * reduced.left.moment:.2g} mN m and {1e6 * reduced.left.volume:.2g} ml"
+    new = f"{1e3 * reduced.left_new.moment:.2g} and {1e6 * reduced.left_new.volume:.2g}"
+    console.print(Text(f"table to {reach:.1f} deg either way; it leaves {rms} rms ({new} of couples not fitted)"))
+    give, cross = fit.compliance, fit.cross
+    text = f"angle held, a side takes {give:.2g} m^3/Pa for its own pressure, {cross:.2g} for the other's"
+    console.print(Text(f"{text}: {give - cross:.2g} where their sum stays"))
+    console.print(Text(reduced.status_text, style="green" if reduced.status == "converged" else "bold yellow"))

@@ -1,0 +1,416 @@
+"""Reduced joint: finite elements on a grid of pressures and couples, and the table of the twin that is nearest to them.
+
+At an angle alpha and pressures P the body settles where its energy is least. What is left of it is one potential,
+
+    Pi(alpha, P) = min over u of W - sum_s P_s V_s,    M = dPi/dalpha,    V_s = -dPi/dP_s
+
+with M the moment from outside. fe_potential.py says what the twin's table can be of it. A body in three dimensions also
+gets shorter, with the sum of its pressures and nearly whatever its angle, and no table over the angle knows how short
+it is. Two sides that share their oil keep that sum, so by default the right side has what the pumps leave it: twice the
+fill pressure less the pressure of the left.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hypertuna.description import Robot, load, parse
+from hypertuna.errors import InputError, shown
+from hypertuna.fe_bend import ngsolve_version
+from hypertuna.fe_measure import measure
+from hypertuna.fe_model import FeOptions, equilibrium, fe_model
+from hypertuna.fe_potential import Left, Potential, Samples, best_potential, left
+from hypertuna.journal import Journal, journal_header
+from hypertuna.results import dataset, provenance
+from hypertuna.robot_file import write_robot
+from hypertuna.soft_joint import drive_unit, joint_group, joint_tables
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["ReducedJoint", "couples", "joint_by_elements", "reduce_joint", "with_reduced", "write_reduced"]
+
+Array = NDArray[np.float64]
+Pair = tuple[float, float]
+# Answers for a couple [N m]: the joint under the last of the pairs of pressures [Pa] after having gone through those
+# before: angle [rad], volume [m^3] of either side, fault (a sentence, empty where there is none).
+Joint = Callable[[float, Sequence[Pair]], Mapping[str, Any]]
+
+ANGLES = 49  # rows of a table
+STRONGEST = 0.5  # largest couple without choice, in units of what the largest pressure does to the straight joint
+
+
+@dataclass(frozen=True)
+class ReducedJoint:
+    """A joint by finite elements, and the table of the twin that is nearest to it.
+
+    Attributes
+    ----------
+    robot : Robot
+    joint : str
+    options : FeOptions
+    pressure : ndarray, shape (n, 2)
+        Of the left and the right side [Pa].
+    couple : ndarray, shape (m,)
+        On the tip plate; the moment is its part cos(angle) [N m].
+    angle, moment : ndarray, shape (m, n)
+        [rad], [N m]; not a number where it was not found.
+    volume : ndarray, shape (m, n, 2)
+        Oil in the drive units of either side [m^3].
+    potential : Potential
+        The table, as long as the largest angle that was found. Its compliance c is what a side takes for its own
+        pressure at an angle, its cross d what it takes for the other side's. Where the sum of both stays, c - d is what
+        the line's ``compliance_m3_pa`` stands for; for d there is nothing in the twin.
+    left, left_new : Left
+        What the table leaves unexplained of the points, and of couples that it was not fitted to.
+    status, status_text : str
+        "converged", or "partial" where points were not found, and a sentence.
+    seconds : float
+        Processor time of all points [s].
+    """
+
+    robot: Robot
+    joint: str
+    options: FeOptions
+    pressure: Array
+    couple: Array
+    angle: Array
+    moment: Array
+    volume: Array
+    potential: Potential
+    left: Left
+    left_new: Left
+    status: str
+    status_text: str
+    seconds: float
+
+    def table(self, angles: int = ANGLES) -> dict[str, list[float]]:
+        """Write the table ``[joints.reduced]`` of a description.
+
+        Parameters
+        ----------
+        angles : int
+            Number of its rows.
+
+        Returns
+        -------
+        dict
+            Keys as in the file, with units.
+        """
+        half = np.linspace(math.degrees(self.potential.reach), 0, angles // 2, endpoint=False)
+        degrees = np.concatenate([-half, np.zeros(angles % 2), half[::-1]]).round(6)
+        angle = np.radians(degrees)
+        columns = (degrees, self.potential.elastic(angle), self.potential.volume(angle))
+        keys = ("angle_deg", "elastic_n_m", "volume_m3")
+        return {key: [float(f"{x:.9g}") for x in column] for key, column in zip(keys, columns, strict=True)}
+
+    def dataset(self) -> xr.Dataset:
+        """Label the numbers.
+
+        Returns
+        -------
+        xarray.Dataset
+            Angle [rad], moment [N m] and volume [m3] over couple and pressure; elastic [N m] and held [m3] over table.
+        """
+        grid, table = ("couple", "pressure"), np.linspace(-self.potential.reach, self.potential.reach, ANGLES)
+        variables = {
+            "angle": (grid, self.angle, {"units": "rad", "long_name": "angle of the tip"}),
+            "moment": (grid, self.moment, {"units": "N m", "long_name": "moment from outside"}),
+            "volume": ((*grid, "side"), self.volume, {"units": "m3", "long_name": "oil in the drive units of a side"}),
+            "other": ("pressure", self.pressure[:, 1], {"units": "Pa", "long_name": "gauge pressure, right side"}),
+            "elastic": ("table", self.potential.elastic(table), {"units": "N m", "long_name": "moment at no pressure"}),
+            "held": ("table", self.potential.volume(table), {"units": "m3", "long_name": "oil in the left side"}),
+        }
+        coordinates = {
+            "pressure": ("pressure", self.pressure[:, 0], {"units": "Pa", "long_name": "gauge pressure, left side"}),
+            "couple": ("couple", self.couple, {"units": "N m", "long_name": "couple on the tip"}),
+            "side": ("side", ["left", "right"]),
+            "table": ("table", table, {"units": "rad", "long_name": "angle of the table"}),
+        }
+        return dataset(variables, coordinates, provenance(self.robot) | {"joint": self.joint, "source": self.source})
+
+    @property
+    def material(self) -> str:
+        """Material set."""
+        return self.options.material or drive_unit(self.robot).material_set
+
+    @property
+    def source(self) -> str:
+        """Where the table is from: a sentence for the description."""
+        return (
+            f"joint {self.joint}: finite elements, mesh {self.options.mesh}, material set {self.material}, "
+            f"{np.isfinite(self.angle).sum()} points up to {self.pressure.max() / 1e3:g} kPa; not explained are "
+            f"{1e3 * self.left.moment:.2g} mN m and {1e6 * self.left.volume:.2g} ml rms"
+        )
+
+
+def reduce_joint(
+    robot: Robot,
+    joint: str | int,
+    *,
+    pressure: ArrayLike,
+    couple: ArrayLike | None = None,
+    fill: float | None = None,
+    options: FeOptions | None = None,
+    checkpoint: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    solve: Joint | None = None,
+) -> ReducedJoint:
+    """Solve a joint on a grid of pressures and couples, and fit the twin's table to it.
+
+    Parameters
+    ----------
+    robot : Robot
+    joint : str or int
+        Name or index of the joint group.
+    pressure : array_like, shape (n,)
+        Of the left side, rising [Pa].
+    couple : array_like, shape (m,), optional
+        On the tip plate [N m]; None takes `couples`.
+    fill : float, optional
+        Fill pressure [Pa]: the right side has twice that, less the pressure of the left, or none. None takes that of
+        the robot's line; with 0 one side alone has pressure.
+    options : FeOptions, optional
+    checkpoint : str or Path, optional
+        File that keeps the points; called again with the same, the work goes on with the path of the couple that it was
+        at.
+    progress : callable, optional
+        Called with the number of points done and their total.
+    solve : callable, optional
+        What finds a point; None is finite elements, `joint_by_elements`.
+
+    Returns
+    -------
+    ReducedJoint
+
+    Raises
+    ------
+    InputError
+        If the joint does not exist, a value cannot be used, the robot lacks a table, the extra is not installed, or too
+        few points were found for a table.
+    """
+    group, _ = joint_group(robot, joint)
+    options = options or FeOptions()
+    if fill is None:
+        fill = group.line.fill_pressure if group.line else 0.0
+    pairs = _pairs(pressure, fill)
+    turns = couples(robot, joint, pairs) if couple is None else _numbers(couple, "couple", "N m")
+    solve = solve or joint_by_elements(robot, joint, options)
+    facts = asdict(options) | {"material": options.material or drive_unit(robot).material_set}
+    facts |= {"joint": group.name, "pressure": pairs, "couple": turns, "ngsolve": ngsolve_version()}
+    found: list[dict[str, Any]] = []
+    with Journal(checkpoint, journal_header("fe reduce", robot, facts)) as journal:
+        for c, p in itertools.product(range(len(turns)), range(len(pairs))):
+
+            def point(c: int = c, p: int = p) -> dict[str, Any]:
+                return _point(solve, float(turns[c]), pairs[: p + 1])
+
+            found.append(journal.answer([c, p], point))
+            if progress is not None:
+                progress(len(found), len(turns) * len(pairs))
+    return _reduced(robot, group.name, options, np.array(pairs), turns, found)
+
+
+def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None = None) -> Joint:
+    """Make a joint of finite elements that answers point by point.
+
+    It goes on from where it is where a path only grows longer, and begins at rest where it does not.
+
+    Parameters
+    ----------
+    robot : Robot
+    joint : str or int
+        Name or index of the joint group.
+    options : FeOptions, optional
+
+    Returns
+    -------
+    callable
+        Of a couple [N m] and pairs of pressures [Pa] that lead to a point; a mapping with angle [rad], volume [m^3] and
+        fault.
+    """
+    model: Any = None
+    place: tuple[float, tuple[Pair, ...]] | None = None
+
+    def solve(couple: float, path: Sequence[Pair]) -> Mapping[str, Any]:
+        nonlocal model, place
+        model = model or fe_model(robot, joint, options)
+        steps = list(path)
+        if place == (couple, tuple(path[:-1])):
+            steps = steps[-1:]
+        else:
+            _rest(model)
+        place = None
+        for pair in steps:
+            ended = equilibrium(model, pressure=pair, couple=couple)
+            if not ended.converged:
+                return {"fault": ended.text}
+        place = couple, tuple(path)
+        measured = measure(model)
+        return {"angle": measured.angle, "volume": list(measured.volume), "fault": measured.fault}
+
+    return solve
+
+
+def couples(robot: Robot, joint: str | int, pairs: Sequence[Pair], count: int = 5) -> Array:
+    """Choose couples that bend a joint about as far as its pressures do.
+
+    Parameters
+    ----------
+    robot : Robot
+    joint : str or int
+        Name or index of the joint group.
+    pairs : sequence of tuple of float
+        Pressures of both sides [Pa].
+    count : int
+
+    Returns
+    -------
+    ndarray, shape (count,)
+        From one side to the other, up to half of what the largest pressure does to the straight joint by the analytic
+        model [N m].
+    """
+    name = joint_group(robot, joint)[0].name
+    table = next(table for table in joint_tables(robot) if table.name == name)
+    most = STRONGEST * max(map(max, pairs)) * table.at([0.0])["slope"][0, 0]
+    return np.linspace(-1, 1, count) * float(f"{most:.2g}")
+
+
+def with_reduced(robot: Robot, reduced: ReducedJoint) -> Robot:
+    """Return a robot whose twin has a reduced joint.
+
+    Parameters
+    ----------
+    robot : Robot
+    reduced : ReducedJoint
+
+    Returns
+    -------
+    Robot
+        With the table ``[joints.reduced]`` of that joint, and its source.
+
+    Raises
+    ------
+    InputError
+        If it has no such joint.
+    """
+    joint_group(robot, reduced.joint)
+    document = robot.document()
+    next(group for group in document["joints"] if group["name"] == reduced.joint)["reduced"] = reduced.table()
+    sources = document.setdefault("sources", {})
+    parts = [part for part in sources.get("joints.reduced", "").split(" | ") if part]
+    kept = [part for part in parts if not part.startswith(f"joint {reduced.joint}:")]
+    sources["joints.reduced"] = " | ".join([*kept, reduced.source])
+    return parse(document, file=robot.file)
+
+
+def write_reduced(robot: str | Path, reduced: ReducedJoint, output: str | Path) -> Path:
+    """Write the file of a robot with a reduced joint in it, comments and layout kept.
+
+    Parameters
+    ----------
+    robot : str or Path
+        Name of a robot that comes with hypertuna, or path of its file.
+    reduced : ReducedJoint
+    output : str or Path
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the robot cannot be read, has no such joint, or the file cannot be written.
+    """
+    return write_robot(with_reduced(load(robot), reduced), output, note="reduced, see [sources]")
+
+
+def _rest(model: Any) -> None:
+    """Take all loads and all displacement from a model."""
+    for given in model.problem.loads:
+        given.Set(0.0)
+    model.displacement.vec[:] = 0.0
+
+
+def _point(solve: Joint, couple: float, path: Sequence[Pair]) -> dict[str, Any]:
+    """Find a point, and the time that it took."""
+    start = time.process_time()
+    found = dict(solve(couple, path))
+    return found | {"seconds": time.process_time() - start}
+
+
+def _pairs(pressure: ArrayLike, fill: float) -> list[Pair]:
+    """Check the pressures, and give the right side its own."""
+    rising = _numbers(pressure, "pressure", "Pa")
+    for key, lowest in (("pressure", float(rising.min())), ("fill", fill)):
+        if not 0 <= lowest < math.inf:
+            value, fix = f"{lowest / 1e3:g} kPa", "couples bend the joint the other way"
+            raise InputError("must not be negative", key=key, value=value, fix=fix)
+    if (np.diff(rising) <= 0).any() or not rising.max() > 0:
+        fix = "sort them, and end above 0"
+        raise InputError("must rise from one to the next", key="pressure", value=shown(rising.tolist()), fix=fix)
+    return [(float(p), max(0.0, 2 * fill - float(p))) for p in rising]
+
+
+def _numbers(values: ArrayLike, key: str, unit: str) -> Array:
+    """Check a list of numbers."""
+    try:
+        found = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    except (TypeError, ValueError):
+        found = np.array([math.nan])
+    if found.ndim != 1 or not len(found) or not np.isfinite(found).all():
+        rule, fix = "must be a list of finite numbers", f"give them in a row, in {unit}"
+        raise InputError(rule, key=key, value=shown(values), fix=fix)
+    return found
+
+
+def _reduced(
+    robot: Robot, joint: str, options: FeOptions, pressure: Array, couple: Array, found: Sequence[Mapping[str, Any]]
+) -> ReducedJoint:
+    """Put the points in order and fit the table."""
+    shape = len(couple), len(pressure)
+    none = {"angle": math.nan, "volume": [math.nan, math.nan]}
+    sound = [none if point["fault"] else point for point in found]
+    angle = np.array([point["angle"] for point in sound]).reshape(shape)
+    volume = np.array([point["volume"] for point in sound]).reshape(*shape, 2)
+    moment = couple[:, None] * np.cos(angle)
+    c, p = np.nonzero(np.isfinite(angle))
+    groups = c if len(couple) > 2 else p  # fits without a group still have to know how moments turn the joint
+    samples = Samples(groups, angle[c, p], moment[c, p], pressure[p], volume[c, p]).with_mirror()
+    best, new = best_potential(samples)
+    faults = [point["fault"].rstrip(".") for point in found if point["fault"]]
+    text = f"All {angle.size} points were found."
+    if faults:
+        text = f"{len(faults)} of {angle.size} points were not found; the first: {faults[0]}."
+    if best.reach < (bend_max := joint_group(robot, joint)[0].bend_max or 0.0):
+        ends = (
+            f"The table ends at {math.degrees(best.reach):.3g} deg, short of bend_max_deg = {math.degrees(bend_max):g}"
+        )
+        text += f" {ends}: take stronger couples."
+    return ReducedJoint(
+        robot=robot,
+        joint=joint,
+        options=options,
+        pressure=pressure,
+        couple=couple,
+        angle=angle,
+        moment=moment,
+        volume=volume,
+        potential=best,
+        left=left(best, samples),
+        left_new=new,
+        status="partial" if faults else "converged",
+        status_text=text,
+        seconds=float(sum(point["seconds"] for point in found)),
+    )
