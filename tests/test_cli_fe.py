@@ -220,6 +220,20 @@ def test_a_failed_step_keeps_what_converged(
     assert told["status"] == "failed"
 
 
+@pytest.mark.fe
+def test_a_run_that_reaches_nothing_says_so(
+    run: Run, small: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(path_module, "equilibrium", lambda model, pressure: Equilibrium(False, 1, "no step goes down"))
+    arguments = program(small, "-o", str(tmp_path / "run"), "--plot", str(tmp_path / "plot.svg"))[3:]
+    code, output, _ = run(*arguments)
+    assert code == 1
+    assert "40 kPa was not reached (no step goes down); what is told ends at no pressure." in output
+    assert record(tmp_path / "run")["steps"] == []
+    assert not (tmp_path / "plot.svg").exists()  # nothing to draw, and it is not said to be written
+    assert "plot.svg" not in output
+
+
 def test_the_figure_shows_what_it_is_given() -> None:
     pressure, angle = [0.0, 1e5, 2.5e5], [0.0, 0.1, 0.2]
     alone = plot_fe_bend(pressure, angle)
