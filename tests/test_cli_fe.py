@@ -169,7 +169,7 @@ def test_pictures_show_the_bend(whole: Path) -> None:
 @pytest.mark.fe
 def test_colors_end_where_nearly_all_walls_do(whole: Path) -> None:
     film = fe_pictures.read_film(whole)
-    walls = film.faces[-1]["walls"][fe_pictures.STRESS]
+    walls = film.faces[-1]["left"][fe_pictures.STRESS]
     assert np.quantile(walls, 0.98) <= film.top("stress") <= 2 * np.quantile(walls, 0.98)
     assert film.text(1).startswith("80 kPa: ")
 
