@@ -284,7 +284,7 @@ def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
     canvas, packed = FigureCanvasAgg(figure), io.BytesIO()
     canvas.draw()
     picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
-    palette = picture.quantize(PALETTE, method=Image.Quantize.FASTOCTREE)
+    palette = picture.quantize(PALETTE, method=Image.Quantize.MAXCOVERAGE)
     picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(packed, format="PNG", optimize=True)
     write_atomically(path, packed.getvalue())
 
