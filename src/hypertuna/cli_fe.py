@@ -167,7 +167,8 @@ def bend_command(
         from hypertuna.fe_pictures import need_screenless
 
         need_screenless()
-    with _folder(output) as folder, progress_bar("pressures") as report:
+    with _folder(output) as folder, progress_bar("pressures", patience=0) as report:
+        report(0, len(rising))
 
         def keep(model: FeModel, k: int, _: Measured) -> None:
             if folder is not None:
@@ -177,13 +178,14 @@ def bend_command(
     record = bend_record(found) | {"command": command_line()}
     if output is not None:
         _write(found, record, Path(output), pictures=not no_pictures)
-    if plot is not None:
-        _plot(found, plot)
+    drawn = plot if len(found.pressure) else None
+    if drawn is not None:
+        _plot(found, drawn)
     if as_json:
         print_json(record)
     else:
         _print(found, record)
-        tell_written(plot, output)
+        tell_written(drawn, output)
     if found.status != "converged":
         raise typer.Exit(1)
 
@@ -240,8 +242,6 @@ def _analytic(found: FeBend) -> Bend:
 
 def _plot(found: FeBend, plot: str) -> None:
     """Draw a bend beside the analytic model's; what draws is imported only now, because that takes long."""
-    if not len(found.pressure):
-        return
     from hypertuna.drawing import save
     from hypertuna.plots_fe import plot_fe_bend
 
