@@ -1,4 +1,4 @@
-"""Twin with joints of finite elements: reduces the joints of a robot, then swims it with analytic and with reduced ones.
+"""Twin with joints of finite elements: reduces the joints of a robot, and swims it with analytic and reduced ones.
 
 Run: python validation/fe/reduced.py [ROBOT] [--mesh MESH] [--keep FOLDER], an hour for both joints on the mesh coarse;
 points in FOLDER are not solved again. Prints the tables of docs/fe.md and writes FOLDER/ROBOT-reduced.toml.
@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import hypertuna as ht
-from hypertuna.actuator import bend, joint_tables
+from hypertuna.actuator import joint_tables
 from hypertuna.console import progress_bar
 from hypertuna.fe_model import FeOptions
 from hypertuna.fe_reduced import ReducedJoint, reduce_joint, with_reduced
@@ -39,7 +39,8 @@ def reduced_joints(robot: ht.Robot, mesh: str, keep: Path) -> list[ReducedJoint]
 
 def fits(found: Sequence[ReducedJoint]) -> Iterator[str]:
     """What the tables leave of the points."""
-    yield "| joint | points | to | moment, rms | of couples not fitted | volume, rms | own compliance | of the other side |"
+    heads = ("moment, rms", "of couples not fitted", "volume, rms", "own compliance", "of the other side")
+    yield f"| joint | points | to | {' | '.join(heads)} |"
     yield "|---|---:|---:|---:|---:|---:|---:|---:|"
     for joint in found:
         fit, left, new = joint.potential, joint.left, joint.left_new
@@ -99,10 +100,6 @@ def main() -> None:
     write_robot(reduced, asked.keep / f"{robot.name}-reduced.toml", note="reduced, see [sources]")
     for lines in (fits(found), tables(robot, reduced), runs(robot, reduced)):
         print("\n" + "\n".join(lines))
-    for group in robot.joints:
-        print(
-            f"\njoint {group.name}, segments and friction: {math.degrees(bend(robot, group.name, [250e3]).angle[0]):.1f} deg"
-        )
 
 
 if __name__ == "__main__":
