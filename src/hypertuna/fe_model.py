@@ -18,6 +18,7 @@ from hypertuna.description import Robot
 from hypertuna.fe_extra import need_fe
 from hypertuna.fe_geometry import FACES, JointBody, joint_body
 from hypertuna.fe_mesh import MeshSize, joint_mesh, mesh_size
+from hypertuna.fe_mixed import mixed_energy, mixed_space, settling
 from hypertuna.fe_newton import Equilibrium, Problem, lead
 from hypertuna.fe_solid import Solid, Wall, braid_energy, cavity, hose_energy, solid_energy
 from hypertuna.silicone import Mooney
@@ -99,7 +100,7 @@ class FeModel:
     @property
     def displacement(self) -> Any:
         """Of the present state [m], an ngsolve.GridFunction."""
-        return self.problem.state
+        return self.problem.state.components[0] if self.options.mixed else self.problem.state
 
     @property
     def unknowns(self) -> int:
@@ -137,10 +138,14 @@ def fe_model(robot: Robot, joint: str | int, options: FeOptions | None = None) -
     import ngsolve as ngs
 
     mesh, deformation = joint_mesh(body, size)
-    space = ngs.VectorH1(mesh, order=size.order, dirichlet="fixed", dirichletz="symmetry")
+    space, settle = ngs.VectorH1(mesh, order=size.order, dirichlet="fixed", dirichletz="symmetry"), None
+    if options.mixed:
+        soft = mesh.Materials("matrix")
+        space = mixed_space(space, soft)
+        settle = settling(space, matrix, soft)
     loads = (ngs.Parameter(0.0), ngs.Parameter(0.0), ngs.Parameter(0.0))
-    energy = _energy(space, body, matrix, wall, loads[:2], loads[2])
-    problem = Problem(energy, ngs.GridFunction(space), loads, matrix.shear)
+    energy = _energy(space, body, matrix, wall, loads[:2], loads[2], mixed=options.mixed)
+    problem = Problem(energy, ngs.GridFunction(space), loads, matrix.shear, settle)
     return FeModel(robot, body, options, matrix, wall, mesh, deformation, problem)
 
 
@@ -184,14 +189,18 @@ def surface_strain(gradient: Any) -> SurfaceStrain:
     return SurfaceStrain(InnerProduct(a, a), InnerProduct(h, h), InnerProduct(a, h))
 
 
-def _energy(space: Any, body: JointBody, matrix: Solid, wall: Wall, pressure: tuple[Any, Any], couple: Any) -> Any:
-    """Total energy of the upper half [J], of a displacement."""
+def _energy(
+    space: Any, body: JointBody, matrix: Solid, wall: Wall, pressure: tuple[Any, Any], couple: Any, *, mixed: bool
+) -> Any:
+    """Total energy of the upper half [J], of a displacement, in the mixed form of a pressure, too."""
     import ngsolve as ngs
 
-    u = space.TrialFunction()
+    u, p = space.TrialFunction() if mixed else (space.TrialFunction(), None)
     F, place = ngs.Id(3) + ngs.Grad(u), ngs.CF((ngs.x, ngs.y, ngs.z)) + u
-    energy = ngs.BilinearForm(space, symmetric=True)
-    energy += ngs.Variation(solid_energy(matrix, F).Compile() * ngs.dx("matrix"))
+    energy = ngs.BilinearForm(space, symmetric=True, condense=mixed)
+    energy += ngs.Variation(solid_energy(matrix, F, volumetric=not mixed).Compile() * ngs.dx("matrix"))
+    if mixed:
+        energy += ngs.Variation(mixed_energy(matrix, F, p).Compile() * ngs.dx("matrix"))
     stiff = Solid("neo_hookean", Mooney(PLATE * matrix.shear / 2, 0.0), 0.3)
     energy += ngs.Variation(solid_energy(stiff, F).Compile() * ngs.dx("plate"))
     gradient = ngs.Grad(u).Trace()

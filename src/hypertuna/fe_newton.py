@@ -155,7 +155,7 @@ def _direction(problem: Problem, slope: Any, step: Any) -> float:
     for k in range(HOLDS + 1):
         if k:
             hold = HOLD * problem.shear * 10 ** (k - 1)
-            squares = _squares(problem.state.space)  # its vector lives no longer than the matrix
+            squares = _squares(problem)  # its vector lives no longer than the matrix
             tangent.AsVector().data += (hold - held) * squares.AsVector()
             held = hold
         step.data = tangent.Inverse(problem.free, inverse="sparsecholesky") * slope
@@ -165,12 +165,13 @@ def _direction(problem: Problem, slope: Any, step: Any) -> float:
     return math.nan
 
 
-def _squares(space: Any) -> Any:
-    """Matrix of the squared displacement, integrated."""
+def _squares(problem: Problem) -> Any:
+    """Matrix of the squared state, integrated, of the tangent's pattern."""
     import ngsolve as ngs
 
-    u, v = space.TnT()
-    first = (u[0], v[0]) if isinstance(u, (tuple, list)) else (u, v)
-    squares = ngs.BilinearForm(space, symmetric=True)
-    squares += ngs.InnerProduct(*first) * ngs.dx
+    space = problem.state.space
+    squares = ngs.BilinearForm(space, symmetric=True, condense=problem.settle is not None)
+    trials, tests = (part if isinstance(part, (tuple, list)) else (part,) for part in space.TnT())
+    for trial, test in zip(trials, tests, strict=True):  # all: what is condensed must not be singular
+        squares += ngs.InnerProduct(trial, test) * ngs.dx
     return squares.Assemble().mat
