@@ -46,7 +46,7 @@ LAYERS = (
     *("evolution", "polish", "pareto"),
     *("silicone", "soft_joint", "actuator"),
     *("fe_extra", "fe_geometry", "fe_mesh", "fe_solid", "fe_mixed", "fe_newton", "fe_model", "fe_measure", "fe_bend"),
-    *("fe_record", "fe_fields", "fe_potential", "fe_reduced", "fe_compare", "fe_cases"),
+    *("fe_record", "fe_fields", "fe_points", "fe_potential", "fe_reduced", "fe_compare", "fe_cases"),
     *("bench", "bench_unknowns", "bench_combinations", "bench_search", "bench_draws", "bench_fit", "bench_worth"),
     *("hydraulics", "sizing", "control", "sensing", "energy", "twin_run", "twin", "posture", "sobol"),
     *("drawing", "style", "fe_pictures", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),

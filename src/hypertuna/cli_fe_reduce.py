@@ -95,8 +95,9 @@ def _couples(text: str) -> list[float]:
 
 
 def _record(reduced: ReducedJoint, output: str | None) -> dict[str, Any]:
-    """Tell a reduced joint, for programs: the points over couples and pressures, and the table."""
-    fit = reduced.potential
+    """Tell a reduced joint, for programs: over couples and pressures, the table, over its angles and pressures."""
+    fit, table = reduced.potential, reduced.table()
+    moment, volume = reduced.over_angle(np.radians(table["angle_deg"]))
     return provenance(reduced.robot) | {
         "command": command_line(),
         "ngsolve_version": ngsolve_version(),
@@ -110,7 +111,8 @@ def _record(reduced: ReducedJoint, output: str | None) -> dict[str, Any]:
         "moment_n_m": reduced.moment,
         "volume_left_ml": 1e6 * reduced.volume[..., 0],
         "volume_right_ml": 1e6 * reduced.volume[..., 1],
-        "table": reduced.table(),
+        "table": table,
+        "over_angle": {"moment_n_m": moment, "volume_left_ml": 1e6 * volume[..., 0]},
         "terms": {"elastic": len(fit.elastic_terms), "volume": len(fit.volume_terms)},
         "compliance_m3_pa": fit.compliance,
         "cross_compliance_m3_pa": fit.cross,
