@@ -16,12 +16,14 @@ import numpy as np
 import hypertuna as ht
 from hypertuna.actuator import joint_tables
 from hypertuna.console import progress_bar
-from hypertuna.fe_model import FeOptions
+from hypertuna.fe_measure import measure
+from hypertuna.fe_model import FeOptions, equilibrium, fe_model
 from hypertuna.fe_reduced import ReducedJoint, reduce_joint, with_reduced
 from hypertuna.robot_file import write_robot
 from hypertuna.twin import twin
 from hypertuna.twin_run import TwinRun
 
+PAIRS = ((60, 60), (80, 40), (100, 20), (120, 0), (120, 60), (180, 0), (180, 60))  # kPa
 PRESSURE = np.linspace(0, 250e3, 6)
 GAITS = ("unoptimised-0.3", "unoptimised-max")  # 2 Hz and 6 Hz, large amplitude
 
@@ -35,6 +37,24 @@ def reduced_joints(robot: ht.Robot, mesh: str, keep: Path) -> list[ReducedJoint]
             given = {"pressure": PRESSURE, "options": options, "checkpoint": checkpoint, "progress": progress}
             found.append(reduce_joint(robot, group.name, **given))
     return found
+
+
+def lengths(robot: ht.Robot, joint: str, mesh: str) -> Iterator[str]:
+    """Show that the sum of the pressures shortens a joint, and their difference bends it."""
+    yield "| left | right | bend | length | oil, left | oil, right |"
+    yield "|---:|---:|---:|---:|---:|---:|"
+    model = fe_model(robot, joint, FeOptions(mesh=mesh))
+    for pair in PAIRS:
+        ended = equilibrium(model, pressure=(1e3 * pair[0], 1e3 * pair[1]))
+        if not ended.converged:
+            yield f"| {pair[0]} kPa | {pair[1]} kPa | {ended.text} |"
+            return
+        seen = measure(model)
+        turn = np.array([math.cos(seen.angle), math.sin(seen.angle)])
+        chord = float(np.linalg.norm(np.array(seen.tip) - model.body.plate * turn))
+        length = 1e3 * chord / np.sinc(seen.angle / (2 * np.pi))  # of the arc
+        oil = " | ".join(f"{1e6 * volume:.3f} ml" for volume in seen.volume)
+        yield f"| {pair[0]} kPa | {pair[1]} kPa | {math.degrees(seen.angle):.2f}° | {length:.2f} mm | {oil} |"
 
 
 def fits(found: Sequence[ReducedJoint]) -> Iterator[str]:
@@ -98,7 +118,8 @@ def main() -> None:
         print(f"joint {joint.joint}: {joint.status_text} {joint.seconds:.0f} s")
         reduced = with_reduced(reduced, joint)
     write_robot(reduced, asked.keep / f"{robot.name}-reduced.toml", note="reduced, see [sources]")
-    for lines in (fits(found), tables(robot, reduced), runs(robot, reduced)):
+    last = robot.joints[-1].name
+    for lines in (lengths(robot, last, asked.mesh), fits(found), tables(robot, reduced), runs(robot, reduced)):
         print("\n" + "\n".join(lines))
 
 
