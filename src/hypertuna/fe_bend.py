@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -275,14 +274,15 @@ def _restore(model: FeModel, place: Path | None, k: int, value: float, side: str
     """Set the model to a state that was kept."""
     assert place is not None  # a journal in memory knows nothing
     try:
-        kept = np.frombuffer(_state(place, k).read_bytes())
+        content = _state(place, k).read_bytes()
     except OSError as error:
         fix = "remove the folder to start over"
         rule = "must be readable"
         raise InputError(rule, file=str(_state(place, k)), value=f"not ({error.strerror})", fix=fix) from None
-    if len(kept) != model.unknowns or not math.isfinite(float(kept.sum())):
-        value_text, fix = f"{len(kept)} numbers", "remove the folder to start over"
-        rule = f"must hold {model.unknowns} displacements"
+    kept = np.frombuffer(content[: len(content) // 8 * 8])
+    if len(content) != 8 * model.unknowns or not np.isfinite(kept).all():
+        value_text, fix = f"{len(content)} bytes", "remove the folder to start over"
+        rule = f"must hold {model.unknowns} finite numbers of 8 bytes"
         raise InputError(rule, file=str(_state(place, k)), value=value_text, fix=fix)
     np.asarray(model.displacement.vec)[:] = kept
     for load, pressure in zip(model.problem.loads, (*_loads(value, side), 0.0), strict=True):

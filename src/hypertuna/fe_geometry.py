@@ -244,13 +244,12 @@ def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
 
 def _solids(body: JointBody, squeeze: float, channels: tuple[Channel, ...]) -> tuple[Any, Any]:
     """Matrix with its channels, and tip plate, in mm, both halves."""
-    from netgen.occ import Axes, Cylinder, Pnt, ThruSections, WorkPlane, X, Z
+    from netgen.occ import Cylinder, Pnt, ThruSections, X
 
     stations, length = MM * body.stations / squeeze, MM * body.length / squeeze
 
     def section(x: float, k: int) -> Any:
-        plane = WorkPlane(Axes((x, 0, 0), n=X, h=Z))
-        return plane.Ellipse(MM * float(body.semi_major[k]), MM * float(body.semi_minor[k])).Wire()
+        return _ellipse(body, k, x).Wire()
 
     pieces = [
         ThruSections([section(float(stations[k]), k), section(float(stations[k + 1]), k + 1)], True)
@@ -351,8 +350,13 @@ def _stl(parts: Any, body: JointBody) -> bytes:
 
 def _connector(body: JointBody) -> Any:
     """Plate that holds the front end [mm]."""
-    from netgen.occ import Axes, WorkPlane, X, Z
+    return _ellipse(body, 0, -MM * body.plate).Face().Extrude(MM * body.plate)
 
-    plane = WorkPlane(Axes((-MM * body.plate, 0, 0), n=X, h=Z))
-    face = plane.Ellipse(MM * float(body.semi_major[0]), MM * float(body.semi_minor[0])).Face()
-    return face.Extrude(MM * body.plate)
+
+def _ellipse(body: JointBody, k: int, x: float) -> Any:
+    """Rim of a section, drawn across x [mm]; the longer half axis comes first, as the drawing kernel wants it."""
+    from netgen.occ import Axes, WorkPlane, X, Y, Z
+
+    height, width = MM * float(body.semi_major[k]), MM * float(body.semi_minor[k])
+    plane = WorkPlane(Axes((x, 0, 0), n=X, h=Z if height >= width else Y))
+    return plane.Ellipse(max(height, width), min(height, width))

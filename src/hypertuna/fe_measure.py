@@ -77,15 +77,14 @@ def measure(model: FeModel) -> Measured:
     Measured
     """
     angle, tip = _tip(model)
-    inside = _inside(model)
-    rest = [_count(model, side) * math.pi * model.wall.outer**2 * model.body.length for side in (0, 1)]
-    hose = 1 - (model.wall.inner / model.wall.outer) ** 2  # share of the hose in what the braid holds at rest
+    inside, rest = _inside(model), _inside(model, moved=False)
+    share = 1 - (model.wall.inner / model.wall.outer) ** 2  # of what the braid holds at rest; hoses keep their volume
     stretches = _stretches(model)
     strain, stress, ratio, weight = _matrix(model)
     found = Measured(
         angle=angle,
         tip=tip,
-        volume=(inside[0] - hose * rest[0], inside[1] - hose * rest[1]),
+        volume=(inside[0] - share * rest[0], inside[1] - share * rest[1]),
         swelling=(inside[0] / rest[0], inside[1] / rest[1]),
         axial_stretch=_ends(stretches["axial"]),
         hoop_stretch=_ends(stretches["hoop"]),
@@ -117,11 +116,6 @@ def von_mises(stress: Array) -> Array:
     return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))))
 
 
-def _count(model: FeModel, side: int) -> int:
-    """Count the drive units of a side."""
-    return sum(channel.side == side for channel in model.body.channels)
-
-
 def _tip(model: FeModel) -> tuple[float, tuple[float, float]]:
     """Angle and center of the tip plate's far face: the rotation that fits its points best."""
     import ngsolve as ngs
@@ -135,12 +129,14 @@ def _tip(model: FeModel) -> tuple[float, tuple[float, float]]:
     return math.atan2(-mean(x * off), mean(y * off)), (mean(x), mean(y))
 
 
-def _inside(model: FeModel) -> tuple[float, float]:
-    """Volume inside the channels of either side, both halves [m^3]."""
+def _inside(model: FeModel, *, moved: bool = True) -> tuple[float, float]:
+    """Volume inside the channels of either side, both halves [m^3]; at rest where nothing has moved."""
     import ngsolve as ngs
 
-    u = model.displacement
-    volume = cavity(ngs.CF((ngs.x, ngs.y, ngs.z)) + u, ngs.Id(3) + ngs.Grad(u), ngs.specialcf.normal(3))
+    place, F = ngs.CF((ngs.x, ngs.y, ngs.z)), ngs.Id(3)
+    if moved:
+        place, F = place + model.displacement, F + ngs.Grad(model.displacement)
+    volume = cavity(place, F, ngs.specialcf.normal(3))
     left, right = (2 * float(ngs.Integrate(volume * ngs.ds(FACES[side]), model.mesh)) for side in ("left", "right"))
     return left, right
 

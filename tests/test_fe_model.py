@@ -1,0 +1,242 @@
+"""Finite elements of a joint: geometry by hand, a mesh that is the drawing, virtual work, mirror symmetry, resume."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna.description import parse
+from hypertuna.errors import InputError
+from hypertuna.fe_bend import JOURNAL, fe_bend
+from hypertuna.fe_geometry import joint_body, write_geometry
+from hypertuna.fe_measure import measure, von_mises
+from hypertuna.fe_mesh import MeshSize, joint_mesh
+from hypertuna.fe_model import FeOptions, equilibrium, fe_model
+
+ROBOT = ht.load("hypertuna")
+COARSE = FeOptions(mesh="coarse")
+P = 60e3  # Pa, enough to bend
+
+
+def with_joint(**changes: Any) -> ht.Robot:
+    """HyperTuna with another joint II."""
+    document = ROBOT.document()
+    unit = changes.pop("unit", {})
+    document["drive_unit"] |= unit
+    group = document["joints"][1]
+    group["drive_units"] = changes.pop("drive_units", group["drive_units"])
+    group["actuator"] |= changes
+    return parse(document)
+
+
+def small(**changes: Any) -> ht.Robot:
+    """A joint with one hose a side, which takes few elements."""
+    size = {"segment_length_m": [0.03], "semi_major_m": [0.014], "semi_minor_m": [0.013]}
+    return with_joint(drive_units=1, **(size | changes))
+
+
+def test_the_taper_goes_through_the_middles_of_the_segments() -> None:
+    body = joint_body(ROBOT, "I")
+    half_axes = np.interp([0.01, 0.03, 0.05], body.stations, body.semi_major)
+    np.testing.assert_allclose(half_axes, [0.05775, 0.0519375, 0.046], rtol=2e-3)  # as described, 0.052 in the middle
+    assert body.length == pytest.approx(0.06)
+
+
+def test_an_even_taper_is_kept_exactly() -> None:
+    body = joint_body(with_joint(semi_major_m=[0.027, 0.023], semi_minor_m=[0.016, 0.014]), "II")
+    np.testing.assert_allclose(body.semi_major, [0.029, 0.025, 0.021], rtol=1e-12)
+    np.testing.assert_allclose(body.semi_minor, [0.017, 0.015, 0.013], rtol=1e-12)
+
+
+def test_volume_and_area_by_hand() -> None:
+    body = joint_body(small(), "II")
+    assert body.volume == pytest.approx(math.pi * 0.03 * (0.014 * 0.013 - 2 * 0.004**2))
+    # the plane z = 0: as wide as the body, less both channels, and the tip plate
+    assert body.symmetry_area == pytest.approx(0.03 * (0.026 - 2 * 0.008) + 0.003 * 0.026)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"lever_m": 0.004}, "must keep the hoses of both sides apart"),
+        ({"spacing_m": 0.0081}, "must keep neighboring hoses apart"),
+        ({"spacing_m": 0.013}, "must leave 0.5 mm of matrix around the outermost hoses"),
+        ({"semi_minor_m": [0.030, 0.0142], "semi_major_m": [0.030, 0.010]}, "must leave a section at both ends"),
+    ],
+)
+def test_drive_units_must_fit(changes: dict[str, Any], says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        joint_body(with_joint(**changes), "II")
+
+
+def test_true_stress_of_a_pull_is_its_own_von_mises() -> None:
+    stress = np.zeros((1, 3, 3))
+    stress[0, 0, 0] = 7.0
+    assert von_mises(stress)[0] == pytest.approx(7.0)
+    assert von_mises(stress + 5 * np.eye(3))[0] == pytest.approx(7.0)  # pressure does not count
+
+
+@pytest.mark.parametrize("name", ["nothing.obj", "nothing"])
+def test_only_known_formats_are_written(tmp_path: Path, name: str) -> None:
+    pytest.importorskip("ngsolve", reason="needs the extra fe")
+    with pytest.raises(InputError, match=r"must end in \.step, \.stp or \.stl"):
+        write_geometry(joint_body(ROBOT, "II"), tmp_path / name)
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize("joint", ["I", "II"])
+@pytest.mark.parametrize("squeeze", [2.0, 3.0])
+def test_the_mesh_is_the_drawing(joint: str, squeeze: float) -> None:
+    import ngsolve as ngs
+
+    body = joint_body(ROBOT, joint)
+    mesh, _kept = joint_mesh(body, MeshSize(0.8, squeeze=squeeze))
+    one = ngs.CF(1.0)
+    assert 2 * ngs.Integrate(one * ngs.dx("matrix"), mesh) == pytest.approx(body.volume, rel=1e-3)
+    assert ngs.Integrate(one * ngs.ds("symmetry"), mesh) == pytest.approx(body.symmetry_area, rel=1e-3)
+    # the walls are round: every point is at the radius from its channel's axis
+    points = mesh.MapToAllElements(ngs.IntegrationRule(ngs.TRIG, 6), mesh.Boundaries("wall_.*"))
+    y, z = (np.asarray(axis(points)) for axis in (ngs.y, ngs.z))
+    away = np.min([np.hypot(y - channel.y, z - channel.z) for channel in body.upper], axis=0)
+    np.testing.assert_allclose(away, body.radius, rtol=0.02)  # a chord would be 5 to 8 % off
+
+
+@pytest.mark.fe
+def test_a_face_that_is_not_recognized_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    from hypertuna import fe_geometry
+
+    body, name = joint_body(small(), "II"), fe_geometry._face_name
+    monkeypatch.setattr(fe_geometry, "_face_name", lambda *face: name(*face).replace("cap_", "tie_"))
+    with pytest.raises(InputError, match="must have the drawing's area of the channels' ends"):
+        joint_mesh(body, MeshSize(0.8))
+
+
+@pytest.mark.fe
+def test_at_rest_nothing_moves() -> None:
+    model = fe_model(small(), "II", COARSE)
+    assert equilibrium(model, pressure=(0.0, 0.0)).iterations == 1
+    found = measure(model)
+    assert abs(found.angle) < 1e-9
+    assert found.stress_max < 0.1  # Pa
+    assert found.fiber_stretch == pytest.approx((1.0, 1.0), abs=1e-9)
+
+
+@pytest.mark.fe
+def test_left_and_right_are_mirror_images() -> None:
+    found = []
+    for pressure in ((P, 0.0), (0.0, P)):
+        model = fe_model(small(), "II", COARSE)
+        assert equilibrium(model, pressure=pressure).converged
+        found.append(measure(model))
+    left, right = found
+    assert left.angle > 0.03
+    assert right.angle == pytest.approx(-left.angle, rel=0.05)  # the mesh is coarse, and not its own mirror image
+    assert right.volume == pytest.approx(left.volume[::-1], rel=0.02)
+    both = fe_model(small(), "II", COARSE)
+    equilibrium(both, pressure=(P, P))
+    assert abs(measure(both).angle) < 0.05 * left.angle
+
+
+@pytest.mark.fe
+def test_the_slope_of_the_energy_is_the_force_on_every_unknown() -> None:
+    model = fe_model(small(), "II", COARSE)
+    equilibrium(model, pressure=(P, 20e3), couple=0.01)
+    problem, u = model.problem, model.problem.state.vec
+    force, trial = u.CreateVector(), u.CreateVector()
+    direction = u.CreateVector()
+    direction.FV().NumPy()[:] = 1e-6 * np.random.default_rng(1).standard_normal(len(u))
+    trial.data = u + 3 * direction  # away from equilibrium, where the force is not zero
+    problem.energy.Apply(trial, force)
+    slope = force.InnerProduct(direction)
+    ends = [u.CreateVector() for _ in range(2)]
+    for end, sign in zip(ends, (1, -1), strict=True):
+        end.data = trial + 0.1 * sign * direction
+    difference = (problem.energy.Energy(ends[0]) - problem.energy.Energy(ends[1])) / 0.2
+    assert slope == pytest.approx(difference, rel=1e-4)
+
+
+@pytest.mark.fe
+def test_volume_and_angle_are_what_the_loads_work_on() -> None:
+    """In equilibrium the total energy changes with a pressure by minus its volume, with T by minus sin(angle)."""
+    model = fe_model(small(), "II", COARSE)
+
+    def total(left: float, right: float, couple: float) -> float:
+        assert equilibrium(model, pressure=(left, right), couple=couple).converged
+        return 2 * float(model.problem.energy.Energy(model.problem.state.vec))
+
+    step, turn = 500.0, 2e-4
+    slopes = [
+        (total(P + step, 10e3, 0.01) - total(P - step, 10e3, 0.01)) / (2 * step),
+        (total(P, 10e3 + step, 0.01) - total(P, 10e3 - step, 0.01)) / (2 * step),
+        (total(P, 10e3, 0.01 + turn) - total(P, 10e3, 0.01 - turn)) / (2 * turn),
+    ]
+    total(P, 10e3, 0.01)
+    found = measure(model)
+    hose = math.pi * (0.004**2 - 0.0028**2) * 0.03
+    assert slopes[0] == pytest.approx(-(found.volume[0] + hose), rel=1e-3)
+    assert slopes[1] == pytest.approx(-(found.volume[1] + hose), rel=1e-3)
+    assert slopes[2] == pytest.approx(-math.sin(found.angle), rel=1e-2)
+
+
+@pytest.mark.fe
+def test_a_long_body_bends_under_a_couple_as_a_beam() -> None:
+    """Soft hoses without a braid to speak of: M = E I angle / L, with the second moment of the holed section."""
+    unit = {"outer_diameter_m": 0.004, "inner_diameter_m": 0.0039, "braid_stiffness_n_per_m": 1e-3}
+    robot = small(segment_length_m=[0.12], lever_m=0.0045, unit=unit)
+    model = fe_model(robot, "II", FeOptions(mesh="coarse", poisson=0.475))
+    T = 1e-3
+    assert equilibrium(model, pressure=(0.0, 0.0), couple=T).converged
+    hole = math.pi * 0.002**2
+    second = math.pi / 4 * 0.014 * 0.013**3 - 2 * (hole * 0.0045**2 + math.pi / 4 * 0.002**4)
+    E = 2 * 1.475 * 2 * 82.7e3 / 3.5  # 2 (1 + nu) times the shear modulus 2 C1
+    angle = measure(model).angle
+    assert angle == pytest.approx(T * 0.12 / (E * second), rel=0.05)  # its ends are held: a little stiffer
+
+
+@pytest.mark.fe
+def test_work_is_taken_up_where_it_ended(tmp_path: Path) -> None:
+    pressure = [20e3, 40e3, 60e3]
+    whole = fe_bend(small(), "II", pressure, options=COARSE)
+    fe_bend(small(), "II", pressure, options=COARSE, folder=tmp_path)
+    lines = (tmp_path / JOURNAL).read_bytes().splitlines(keepends=True)
+    (tmp_path / JOURNAL).write_bytes(b"".join(lines[:3]) + lines[3][:10])  # as a kill leaves it
+    asked: list[int] = []
+    again = fe_bend(small(), "II", pressure, options=COARSE, folder=tmp_path, each=lambda _m, k, _f: asked.append(k))
+    assert asked == [2]
+    np.testing.assert_allclose(again.angle, whole.angle, rtol=1e-6)
+    with pytest.raises(InputError, match="was begun with poisson"):
+        fe_bend(small(), "II", pressure, options=FeOptions(mesh="coarse", poisson=0.475), folder=tmp_path)
+    (tmp_path / "state-001.bin").write_bytes(b"short")
+    (tmp_path / JOURNAL).write_bytes(b"".join(lines[:3]))
+    with pytest.raises(InputError, match=r"state-001\.bin must hold"):
+        fe_bend(small(), "II", pressure, options=COARSE, folder=tmp_path)
+
+
+@pytest.mark.fe
+def test_a_pressure_that_is_not_reached_is_told_and_the_rest_kept() -> None:
+    soft = small(unit={"braid_stiffness_n_per_m": 1000.0})  # fibers give way: 60 kPa bursts it
+    found = fe_bend(soft, "II", [5e3, 60e3, 80e3], options=COARSE)
+    assert found.status == "failed"
+    assert found.pressure.tolist() == [5e3]
+    assert found.status_text.startswith("60 kPa was not reached (")
+    assert found.status_text.endswith("what is told ends at 5 kPa.")
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (FeOptions(mesh="medum"), "mesh must be a mesh that exists, but is 'medum': did you mean"),
+        (FeOptions(law="ogden"), "law must be a law that exists, but is 'ogden'"),
+        (FeOptions(poisson=0.5), "poisson must be at least 0 and below 0.5, but is 0.5"),
+        (FeOptions(material="steel"), "material must be a set that exists"),
+    ],
+)
+def test_options_that_do_not_exist(options: FeOptions, says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        fe_model(ROBOT, "II", options)
