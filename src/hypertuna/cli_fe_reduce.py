@@ -139,8 +139,8 @@ def _print(reduced: ReducedJoint) -> None:
         cells = [f"{angle:.2f}  {volume:.3f}" if np.isfinite(angle) else "not found" for angle, volume in points]
         table.add_row(f"{one:.4g}", f"{other:.4g}", *cells)
     console.print(table)
-    reach, rms = np.degrees(fit.reach), f"{1e3 * reduced.left.moment:.2g} mN m and {1e6 * reduced.left.volume:.2g} ml"
-    new = f"{1e3 * reduced.left_new.moment:.2g} and {1e6 * reduced.left_new.volume:.2g}"
+    reach, rms = np.degrees(fit.reach), f"{1e3 * reduced.left.moment:.3g} mN m and {1e6 * reduced.left.volume:.2g} ml"
+    new = f"{1e3 * reduced.left_new.moment:.3g} and {1e6 * reduced.left_new.volume:.2g}"
     console.print(Text(f"table to {reach:.1f} deg either way; it leaves {rms} rms ({new} of couples not fitted)"))
     give, cross = fit.compliance, fit.cross
     text = f"angle held, a side takes {give:.2g} m^3/Pa for its own pressure, {cross:.2g} for the other's"
