@@ -15,6 +15,7 @@ from rich.text import Text
 
 from hypertuna.actuator import MATERIAL_SETS, Bend, bend, check_pressure
 from hypertuna.bench import joint_index
+from hypertuna.cli_fe_compare import compare_command
 from hypertuna.cli_fe_reduce import reduce_command
 from hypertuna.cli_fe_validate import validate_command
 from hypertuna.console import check_suffix, command_line, number, plain, print_json, progress_bar, tell_written
@@ -277,3 +278,6 @@ def _print(found: FeBend, record: dict[str, Any]) -> None:
     if np.isfinite(squared):
         console.print(Text(f"line over 100 to 250 kPa: R^2 = {squared:.4f}"))
     console.print(Text(found.status_text, style="green" if found.status == "converged" else "bold red"))
+
+
+fe_app.command("compare")(compare_command)
