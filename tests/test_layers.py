@@ -55,6 +55,7 @@ LAYERS = (
         "fe_measure",
         "fe_bend",
         "fe_record",
+        "fe_section",
         "fe_compare",
         "fe_fields",
     ),
