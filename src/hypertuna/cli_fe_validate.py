@@ -32,13 +32,13 @@ def validate_command(
 
     The exit code is 0 where all agree, 1 where one does not, 2 for bad input.
     """
-    fish, start = load(robot), time.monotonic()
+    fish, start = load(robot), time.process_time()
     with progress_bar("cases") as report:
         cases = validate(fish, report)
-    seconds = time.monotonic() - start
+    seconds = time.process_time() - start
     if as_json:
         facts = {"command": command_line(), "ngsolve_version": importlib.metadata.version("ngsolve")}
-        print_json(provenance(fish) | facts | {"seconds": seconds, "cases": [_record(case) for case in cases]})
+        print_json(provenance(fish) | facts | {"cases": [_record(case) for case in cases]})
     else:
         _print(cases, seconds)
     if not all(case.passed for case in cases):
