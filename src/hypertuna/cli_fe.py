@@ -15,7 +15,9 @@ from rich.text import Text
 
 from hypertuna.actuator import MATERIAL_SETS, Bend, bend, check_pressure
 from hypertuna.bench import joint_index
+from hypertuna.cli_fe_compare import compare_command
 from hypertuna.cli_fe_reduce import reduce_command
+from hypertuna.cli_fe_validate import validate_command
 from hypertuna.console import check_suffix, command_line, number, plain, print_json, progress_bar, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
@@ -35,6 +37,7 @@ __all__ = ["fe_app"]
 
 fe_app = typer.Typer(no_args_is_help=True, help="The soft joints by finite elements; needs the extra fe.")
 fe_app.command("reduce")(reduce_command)
+fe_app.command("validate")(validate_command)
 
 MM = 1e3  # per m
 SMOOTH = 50  # pressures of the analytic curve
@@ -275,3 +278,6 @@ def _print(found: FeBend, record: dict[str, Any]) -> None:
     if np.isfinite(squared):
         console.print(Text(f"line over 100 to 250 kPa: R^2 = {squared:.4f}"))
     console.print(Text(found.status_text, style="green" if found.status == "converged" else "bold red"))
+
+
+fe_app.command("compare")(compare_command)
