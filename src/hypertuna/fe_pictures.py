@@ -59,7 +59,7 @@ SAME = 1e-7  # m, within which two points of neighboring faces are one
 MOST = 0.98  # of the walls under pressure, whose values the colors tell apart
 ROOM = 1.05  # around the body, in heights of it
 PIXELS = 640  # height of a rendered view
-FRAMES, FILM_DPI = 4, 140  # of a filmstrip
+FRAMES, FEWEST, FILM_DPI = 4, 3, 140  # of a filmstrip; fewer frames are no larger
 PALETTE = 256  # colors of a written picture, mixed by dots: files stay small
 
 GLASS, LINE = "#8A99A3", 3.0
@@ -231,7 +231,7 @@ def draw_filmstrip(film: Film, *, width: float = WIDTH) -> Figure:
     matplotlib.figure.Figure
     """
     count, rows = len(film.faces), len(QUANTITIES)
-    figure = Figure(figsize=(width, 0.4 + rows * (width / count + 0.55)), layout="constrained")
+    figure = Figure(figsize=(width, 0.4 + rows * (width / max(count, FEWEST) + 0.55)), layout="constrained")
     panels = figure.subplots(rows, count, squeeze=False)
     for row, quantity in zip(panels, QUANTITIES, strict=True):
         for k, axes in enumerate(row):
