@@ -115,7 +115,8 @@ def ledger_table() -> str:
     body = []
     for e in ledger().entries:
         computed = "" if e.computed is None else f"{e.computed:.3g}"
-        body.append([f"`{e.id}`", e.model, e.verdict, f"{e.published:.4g}", computed, e.unit])
+        told = "" if e.published is None else f"{e.published:.4g}"
+        body.append([f"`{e.id}`", e.model, e.verdict, told, computed, e.unit])
     return rows(["number", "model", "verdict", "published", "computed", "unit"], body, left=3)
 
 

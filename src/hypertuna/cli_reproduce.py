@@ -29,7 +29,8 @@ def reproduce_command(
         bool,
         typer.Option(
             "--full",
-            help="Also under the areas as Table II prints them, fits from more starts, the twin with other oil lines.",
+            help="Also under the areas as Table II prints them, fits from more starts, the twin with other oil lines, "
+            "finite elements anew.",
         ),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,

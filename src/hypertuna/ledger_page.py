@@ -17,6 +17,7 @@ from hypertuna.results import write_atomically
 __all__ = ["ledger_html", "write_ledger"]
 
 NAMES = dict(zip(VERDICTS, VERDICTS, strict=True)) | {"not-computed": "to come"}
+TITLES = {"fe": "Finite elements", "fe-vs-analytic": "Finite elements and the analytic model"}
 CLOSED = ("coefficient", "optimum")  # chapters of the ledger that are closed at first: they repeat tables
 
 
@@ -99,7 +100,7 @@ def _chapters(ledger: Ledger) -> list[dict[str, Any]]:
     for name, entries in chapters.items():
         verdicts = [entry.verdict for group in entries.values() for entry in group]
         counts = {verdict: verdicts.count(verdict) for verdict in VERDICTS if verdict in verdicts}
-        title = name.replace("-", " ").capitalize()
+        title = TITLES.get(name, name.replace("-", " ").capitalize())
         told.append({"name": title, "entries": entries, "verdicts": counts, "open": name not in CLOSED})
     return told
 

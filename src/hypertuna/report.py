@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import io
 import re
+import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -32,22 +34,24 @@ class Picture:
     ----------
     name : str
         Of its file and of the parts inside: letters, digits and hyphens, unique on the page.
-    figure : matplotlib.figure.Figure or str
-        Drawn at most `WIDTH` wide, or an ``<svg>`` element.
+    figure : matplotlib.figure.Figure, str or bytes
+        Drawn at most `WIDTH` wide; an ``<svg>`` element; or the content of a PNG file.
     shows, made : str
         What it shows, and how it was made: a sentence each.
     """
 
     name: str
-    figure: Figure | str
+    figure: Figure | str | bytes
     shows: str
     made: str
 
     @cached_property
     def svg(self) -> str:
-        """The figure as an SVG file, its letters as text."""
+        """The figure as an SVG file, its letters as text; around a PNG, which it holds."""
         if isinstance(self.figure, str):
             return self.figure
+        if isinstance(self.figure, bytes):
+            return _framed(self.figure)
         import matplotlib
 
         text = io.StringIO()
@@ -197,6 +201,8 @@ def inline(picture: Picture) -> str:
     """
     if isinstance(picture.figure, str):
         return picture.figure
+    if isinstance(picture.figure, bytes):
+        return picture.svg.replace("<svg", f'<svg role="img" aria-label="{html.escape(picture.shows)}"', 1)
     svg = picture.svg[picture.svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
     label = html.escape(picture.shows).replace("\\", r"\\")
@@ -207,6 +213,14 @@ def inline(picture: Picture) -> str:
     for color, variable in _themed().items():
         svg = re.sub(rf"\b(fill|stroke): {color}", rf"\1: var({variable})", svg, flags=re.IGNORECASE)
     return svg
+
+
+def _framed(png: bytes) -> str:
+    """Put the content of a PNG file into an SVG file of the same shape."""
+    wide, high = struct.unpack(">II", png[16:24])  # the first chunk, IHDR, begins with them
+    content = base64.b64encode(png).decode()
+    image = f'<image width="{wide}" height="{high}" href="data:image/png;base64,{content}"/>'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide} {high}">{image}</svg>'
 
 
 def _rows(parts: Sequence[Part]) -> list[list[list[tuple[int, Part]]]]:

@@ -11,6 +11,7 @@ import numpy as np
 from hypertuna import (
     published_twins,
     reproduce_actuator,
+    reproduce_fe,
     reproduce_fig12,
     reproduce_fit,
     reproduce_gaits,
@@ -40,6 +41,7 @@ class Ledger:
     fits: reproduce_fit.Fits
     optima: reproduce_optima.Optima
     bends: reproduce_actuator.Bends
+    elements: reproduce_fe.Elements
     twins: published_twins.Twins
     full: bool
 
@@ -50,8 +52,8 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     Parameters
     ----------
     full : bool
-        Also under the areas as Table II prints them, nine coefficients sought from more starts, and the twin with oil
-        lines of other bores.
+        Also under the areas as Table II prints them, nine coefficients sought from more starts, finite elements anew
+        where the extra `fe` is installed, and the twin with oil lines of other bores.
     progress : callable, optional
         Called with the number of steps done and their total.
 
@@ -61,7 +63,8 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     """
     paper, robot = published(), load("hypertuna")
     steps = iter(range(1, 100))
-    total = 2 * len(MODELS) + 6 + (len(AS_PRINTED) if full else 0)
+    elements = reproduce_fe.read_elements()
+    total = 2 * len(MODELS) + 6 + (len(AS_PRINTED) + elements.count if full else 0)
 
     def step() -> None:
         if progress is not None:
@@ -72,19 +75,22 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     optima = reproduce_optima.seek(trials, step)
     bends = reproduce_actuator.bend_published(robot)
     step()
+    if full:
+        elements = reproduce_fe.solve_elements(elements, step)
     twins = published_twins.run_published(robot, paper, full=full, progress=step)
     chapters = (reproduce_gaits, reproduce_tank, reproduce_turning)
     findings = [found for chapter in chapters for found in chapter.findings(trials, paper)]
     findings += reproduce_fit.findings(fits)
     findings += reproduce_optima.findings(optima)
     findings += reproduce_actuator.findings(bends)
+    findings += reproduce_fe.findings(elements)
     findings += reproduce_twin.findings(twins, paper)
     order = list(paper["values"])
     entries = tuple(judge(paper, found) for found in sorted(findings, key=lambda found: order.index(found.id)))
     made_by = provenance(robot)
     for key in ("joints", "areas"):  # each entry names its own
         del made_by[key]
-    return Ledger(entries, _summary(entries), made_by, trials, fits, optima, bends, twins, full)
+    return Ledger(entries, _summary(entries), made_by, trials, fits, optima, bends, elements, twins, full)
 
 
 def ledger_record(ledger: Ledger) -> dict[str, Any]:
@@ -123,6 +129,7 @@ def ledger_sections(ledger: Ledger) -> list[Section]:
         *reproduce_fig12.sections(ledger.fits.nine, trials, paper),
         *reproduce_optima.sections(ledger.optima, trials, paper),
         *reproduce_actuator.sections(ledger.bends),
+        *reproduce_fe.sections(ledger.elements),
         *reproduce_twin.sections(ledger.twins, paper),
         *reproduce_turning.sections(trials, paper),
         reproduce_gaits.range_section(trials, paper),
