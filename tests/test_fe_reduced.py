@@ -97,7 +97,7 @@ def test_moment_and_volume_over_angle_and_pressure() -> None:
     oil = at["volume"][:, None] + OWN * found.pressure + OTHER * found.pressure[:, ::-1]
     assert volume[1:][inside] == pytest.approx(oil[inside], abs=1e-8)
     stored = found.dataset()
-    assert stored["moment_at"].shape == (25, 6)
+    assert stored["moment_at"].shape == (49, 6)
     assert float(stored["angle"][6, 3]) == found.angle[6, 3]
     assert "finite elements" in stored.attrs["source"]
 

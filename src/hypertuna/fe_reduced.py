@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 __all__ = ["ReducedJoint", "couples", "reduce_joint", "with_reduced", "write_reduced"]
 
 Array = NDArray[np.float64]
-ANGLES = 25  # rows of a table: a spline through them is as good as the polynomials that were fitted
+ANGLES = 49  # rows of a table: a spline through them is the polynomials that were fitted, to 1e-5
 STRONGEST = 0.5  # largest couple without choice, in units of what the largest pressure does to the straight joint
 
 
