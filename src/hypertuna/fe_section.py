@@ -135,8 +135,9 @@ def _mesh(robot: Robot, joint: str | int, half: tuple[float, float]) -> Any:
         if abs(low.y) < 1e-4 and abs(high.y) < 1e-4:
             edge.name = "symmetry"
         for channel in body.upper:
-            near = max(abs(p.x - MM * channel.y) for p in (low, high)), max(
-                abs(p.y - MM * channel.z) for p in (low, high)
+            near = (
+                max(abs(p.x - MM * channel.y) for p in (low, high)),
+                max(abs(p.y - MM * channel.z) for p in (low, high)),
             )
             if max(near) < 1.001 * r:
                 edge.name, edge.maxh = ("wall_left", "wall_right")[channel.side], AROUND * r
