@@ -35,7 +35,7 @@ def found(fish: ht.Robot) -> FeBend:
 
 
 def test_all_but_the_soft_joints_is_as_in_hypertuna(fish: ht.Robot) -> None:
-    first, second = ht.load("hypertuna").document, fish.document
+    first, second = ht.load("hypertuna").document(), fish.document()
 
     def without(document: dict) -> dict:  # type: ignore[type-arg]
         kept = {key: value for key, value in document.items() if key not in ("name", "description", "drive_unit")}

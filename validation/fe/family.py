@@ -24,10 +24,10 @@ FISH = ht.load("hypertuna-fe")
 PRESSURE = np.array([100e3, 150e3, 200e3, 250e3])
 # Outer and inner diameter [mm], braid [deg], levers of joint I and II [mm]; the first is the shipped one.
 DESIGNS = (
-    (5.0, 3.6, 35, 14.0, 8.0),
+    (5.0, 3.6, 35, 14.0, 7.2),
     (5.0, 3.6, 34, 12.5, 7.5),
-    (5.0, 3.8, 36, 14.5, 8.0),
-    (4.5, 3.4, 34, 14.5, 8.0),
+    (5.0, 3.8, 36, 14.5, 7.2),
+    (4.5, 3.4, 34, 14.5, 7.2),
     (5.5, 3.8, 35, 12.5, 7.2),
     (6.0, 4.2, 36, 12.5, 7.5),
 )
