@@ -20,7 +20,8 @@ from hypertuna.cli_fe import fe_app
 from hypertuna.description import load, parse
 from hypertuna.errors import InputError
 from hypertuna.fe_model import FeOptions
-from hypertuna.fe_reduced import Joint, ReducedJoint, joint_by_elements, reduce_joint, with_reduced, write_reduced
+from hypertuna.fe_points import Joint, joint_by_elements
+from hypertuna.fe_reduced import ReducedJoint, reduce_joint, with_reduced, write_reduced
 from hypertuna.robot_file import write_robot
 from hypertuna.twin import twin
 
@@ -79,6 +80,26 @@ def test_the_analytic_joint_comes_back_from_its_points(name: str) -> None:
     assert found.pressure[:3].tolist() == [[0, 120e3], [50e3, 70e3], [100e3, 20e3]]
     assert not found.pressure[3:, 1].any()
     assert found.moment == pytest.approx(found.couple[:, None] * np.cos(found.angle))
+
+
+def test_moment_and_volume_over_angle_and_pressure() -> None:
+    """At an angle and a pressure they are the analytic joint's; where no couple reached, nothing is told."""
+    couple, table = np.linspace(-0.3, 0.3, 13), TABLE["II"]
+    found = reduce_joint(ROBOT, "II", pressure=PRESSURE, couple=couple, solve=by_table(table))
+    angle = np.radians([-80.0, -10.0, 0.0, 12.0])
+    moment, volume = found.over_angle(angle)
+    assert np.isnan(moment[0]).all()
+    at = table.at(angle[1:])
+    expected = -at["elastic"][:, None] - at["slope"] @ found.pressure.T
+    inside = np.isfinite(moment[1:])
+    assert inside.sum() == 8  # a side with pressure bends beyond the rest
+    assert moment[1:][inside] == pytest.approx(expected[inside], abs=1e-3)
+    oil = at["volume"][:, None] + OWN * found.pressure + OTHER * found.pressure[:, ::-1]
+    assert volume[1:][inside] == pytest.approx(oil[inside], abs=1e-8)
+    stored = found.dataset()
+    assert stored["moment_at"].shape == (25, 6)
+    assert float(stored["angle"][6, 3]) == found.angle[6, 3]
+    assert "finite elements" in stored.attrs["source"]
 
 
 def test_one_side_alone_tells_nothing_of_the_other() -> None:

@@ -46,12 +46,14 @@ LAYERS = (
     *("evolution", "polish", "pareto"),
     *("silicone", "soft_joint", "actuator"),
     *("fe_extra", "fe_geometry", "fe_mesh", "fe_solid", "fe_mixed", "fe_newton", "fe_model", "fe_measure", "fe_bend"),
-    *("fe_record", "fe_fields", "fe_potential", "fe_reduced", "fe_compare", "fe_cases"),
+    *("fe_record", "fe_fields", "fe_points", "fe_potential", "fe_reduced", "fe_section", "fe_compare"),
+    *("fe_tube", "fe_blocks", "fe_cases"),
     *("bench", "bench_unknowns", "bench_combinations", "bench_search", "bench_draws", "bench_fit", "bench_worth"),
     *("hydraulics", "sizing", "control", "sensing", "energy", "twin_run", "twin", "posture", "sobol"),
     *("drawing", "style", "fe_pictures", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "published_twins", "ledger", "reproduce_*", "reproduce", "ledger_page"),
-    *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_fe_reduce", "cli_*", "cli", "__main__"),
+    *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_fe_reduce", "cli_fe_validate"),
+    *("cli_fe_compare", "cli_*", "cli", "__main__"),
 )
 
 # The core runs on a microcontroller: no heap, no exceptions, no input or output, nothing of Python.

@@ -174,6 +174,8 @@ def bend(
 ) -> Bend:
     """Bend a joint in air by the pressure of one side, from rest.
 
+    By the segments of ``[joints.actuator]``, whatever table ``[joints.reduced]`` gives the twin.
+
     Parameters
     ----------
     robot : Robot

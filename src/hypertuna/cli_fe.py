@@ -15,7 +15,9 @@ from rich.text import Text
 
 from hypertuna.actuator import MATERIAL_SETS, Bend, bend, check_pressure
 from hypertuna.bench import joint_index
+from hypertuna.cli_fe_compare import compare_command
 from hypertuna.cli_fe_reduce import reduce_command
+from hypertuna.cli_fe_validate import validate_command
 from hypertuna.console import check_suffix, command_line, number, plain, print_json, progress_bar, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
@@ -35,6 +37,7 @@ __all__ = ["fe_app"]
 
 fe_app = typer.Typer(no_args_is_help=True, help="The soft joints by finite elements; needs the extra fe.")
 fe_app.command("reduce")(reduce_command)
+fe_app.command("validate")(validate_command)
 
 MM = 1e3  # per m
 SMOOTH = 50  # pressures of the analytic curve
@@ -165,7 +168,8 @@ def bend_command(
         from hypertuna.fe_pictures import need_screenless
 
         need_screenless()
-    with _folder(output) as folder, progress_bar("pressures") as report:
+    with _folder(output) as folder, progress_bar("pressures", patience=0) as report:
+        report(0, len(rising))
 
         def keep(model: FeModel, k: int, _: Measured) -> None:
             if folder is not None:
@@ -175,13 +179,14 @@ def bend_command(
     record = bend_record(found) | {"command": command_line()}
     if output is not None:
         _write(found, record, Path(output), pictures=not no_pictures)
-    if plot is not None:
-        _plot(found, plot)
+    drawn = plot if len(found.pressure) else None
+    if drawn is not None:
+        _plot(found, drawn)
     if as_json:
         print_json(record)
     else:
         _print(found, record)
-        tell_written(plot, output)
+        tell_written(drawn, output)
     if found.status != "converged":
         raise typer.Exit(1)
 
@@ -238,8 +243,6 @@ def _analytic(found: FeBend) -> Bend:
 
 def _plot(found: FeBend, plot: str) -> None:
     """Draw a bend beside the analytic model's; what draws is imported only now, because that takes long."""
-    if not len(found.pressure):
-        return
     from hypertuna.drawing import save
     from hypertuna.plots_fe import plot_fe_bend
 
@@ -275,3 +278,6 @@ def _print(found: FeBend, record: dict[str, Any]) -> None:
     if np.isfinite(squared):
         console.print(Text(f"line over 100 to 250 kPa: R^2 = {squared:.4f}"))
     console.print(Text(found.status_text, style="green" if found.status == "converged" else "bold red"))
+
+
+fe_app.command("compare")(compare_command)

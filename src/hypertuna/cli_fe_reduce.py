@@ -95,8 +95,9 @@ def _couples(text: str) -> list[float]:
 
 
 def _record(reduced: ReducedJoint, output: str | None) -> dict[str, Any]:
-    """Tell a reduced joint, for programs: the points over couples and pressures, and the table."""
-    fit = reduced.potential
+    """Tell a reduced joint, for programs: over couples and pressures, the table, over its angles and pressures."""
+    fit, table = reduced.potential, reduced.table()
+    moment, volume = reduced.over_angle(np.radians(table["angle_deg"]))
     return provenance(reduced.robot) | {
         "command": command_line(),
         "ngsolve_version": ngsolve_version(),
@@ -110,7 +111,8 @@ def _record(reduced: ReducedJoint, output: str | None) -> dict[str, Any]:
         "moment_n_m": reduced.moment,
         "volume_left_ml": 1e6 * reduced.volume[..., 0],
         "volume_right_ml": 1e6 * reduced.volume[..., 1],
-        "table": reduced.table(),
+        "table": table,
+        "over_angle": {"moment_n_m": moment, "volume_left_ml": 1e6 * volume[..., 0]},
         "terms": {"elastic": len(fit.elastic_terms), "volume": len(fit.volume_terms)},
         "compliance_m3_pa": fit.compliance,
         "cross_compliance_m3_pa": fit.cross,
@@ -137,8 +139,8 @@ def _print(reduced: ReducedJoint) -> None:
         cells = [f"{angle:.2f}  {volume:.3f}" if np.isfinite(angle) else "not found" for angle, volume in points]
         table.add_row(f"{one:.4g}", f"{other:.4g}", *cells)
     console.print(table)
-    reach, rms = np.degrees(fit.reach), f"{1e3 * reduced.left.moment:.2g} mN m and {1e6 * reduced.left.volume:.2g} ml"
-    new = f"{1e3 * reduced.left_new.moment:.2g} and {1e6 * reduced.left_new.volume:.2g}"
+    reach, rms = np.degrees(fit.reach), f"{1e3 * reduced.left.moment:.3g} mN m and {1e6 * reduced.left.volume:.2g} ml"
+    new = f"{1e3 * reduced.left_new.moment:.3g} and {1e6 * reduced.left_new.volume:.2g}"
     console.print(Text(f"table to {reach:.1f} deg either way; it leaves {rms} rms ({new} of couples not fitted)"))
     give, cross = fit.compliance, fit.cross
     text = f"angle held, a side takes {give:.2g} m^3/Pa for its own pressure, {cross:.2g} for the other's"

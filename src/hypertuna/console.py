@@ -187,13 +187,15 @@ def tell_written(*paths: str | None) -> None:
 
 
 @contextmanager
-def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(what: str, patience: float = PATIENCE) -> Iterator[Callable[[int, int], None]]:
     """Show progress on the terminal once the work takes longer than a second.
 
     Parameters
     ----------
     what : str
         Word beside the bar.
+    patience : float
+        Seconds before the bar appears, if not one.
 
     Yields
     ------
@@ -208,7 +210,7 @@ def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
 
     def report(done: int, total: int) -> None:
         bar.update(task, completed=done, total=total)
-        if time.monotonic() - start > PATIENCE:
+        if time.monotonic() - start >= patience:
             bar.start()
 
     try:

@@ -320,23 +320,23 @@ def write_geometry(body: JointBody, path: str | Path) -> None:
     path, kind = Path(path), Path(path).suffix.lower()
     if kind not in (".step", ".stp", ".stl"):
         raise InputError("must end in .step, .stp or .stl", key="path", value=str(path), fix="name the file so")
-    parts = Compound([_connector(body), *_solids(body, 1.0, body.channels)])
-    if kind == ".stl":
-        write_atomically(path, _stl(parts, body))
+    front, (matrix, tip) = _connector(body), _solids(body, 1.0, body.channels)
+    if kind == ".stl":  # as one solid: faces that solids share would leave gaps between their triangles
+        write_atomically(path, _stl(front + matrix + tip, body))
         return
     with tempfile.TemporaryDirectory() as folder:
         draft = Path(folder) / "draft.step"
-        parts.WriteStep(str(draft))
+        Compound([front, matrix, tip]).WriteStep(str(draft))
         write_atomically(path, draft.read_bytes())
 
 
-def _stl(parts: Any, body: JointBody) -> bytes:
+def _stl(solid: Any, body: JointBody) -> bytes:
     """Triangles of the drawing's faces, as binary STL [mm]."""
     from netgen.meshing import MeshingStep
     from netgen.occ import OCCGeometry
 
     options = {"maxh": MM * body.radius, "curvaturesafety": 2.0, "grading": 0.5}
-    mesh = OCCGeometry(parts).GenerateMesh(perfstepsend=MeshingStep.MESHSURFACE, **options)
+    mesh = OCCGeometry(solid).GenerateMesh(perfstepsend=MeshingStep.MESHSURFACE, **options)
     points = np.array([point.p for point in mesh.Points()])
     corners = points[np.array([[v.nr - 1 for v in face.vertices] for face in mesh.Elements2D()])]
     layout = [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("color", "<u2")]

@@ -42,12 +42,15 @@ def mixed_space(displacements: Any, region: Any) -> Any:
     InputError
         If the displacements are of a lower order.
     """
-    from ngsolve import L2
+    from ngsolve import COUPLING_TYPE, L2
 
     order = displacements.globalorder
     if order < 1 + LOWER:
         fix = "take a mesh of order 3, or leave mixed out"
         raise InputError(f"must be {1 + LOWER} at least in the mixed form", key="order", value=str(order), fix=fix)
+    for number in range(displacements.ndof):  # those of an element's inside stay: the pressures alone are condensed
+        if displacements.CouplingType(number) == COUPLING_TYPE.LOCAL_DOF:
+            displacements.SetCouplingType(number, COUPLING_TYPE.INTERFACE_DOF)
     return displacements * L2(displacements.mesh, order=order - LOWER, definedon=region)
 
 

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -47,21 +48,22 @@ Array = NDArray[np.float64]
 PARTS = {
     "outer": ("outer",),
     "cut": ("symmetry",),
-    "walls": ("wall_left", "wall_right"),
+    "left": ("wall_left",),
+    "right": ("wall_right",),
     "caps": ("cap_left", "cap_right"),
     "plate": ("plate_outer",),
     "plate_cut": ("plate_symmetry",),
 }
 VIEWS = {"units": (0.35, -0.75, 0.60), "cut": (0.45, -0.70, 1.20)}  # from where the body is seen, x y z
 SAME = 1e-7  # m, within which two points of neighboring faces are one
-MOST = 0.98  # of the channels' walls, whose values the colors tell apart
+MOST = 0.98  # of the walls under pressure, whose values the colors tell apart
 ROOM = 1.05  # around the body, in heights of it
 PIXELS = 640  # height of a rendered view
 FRAMES, FILM_DPI = 4, 140  # of a filmstrip
 PALETTE = 256  # colors of a written picture, mixed by dots: files stay small
 
 GLASS, LINE = "#8A99A3", 3.0
-THIN, THICK = 0.13, 0.3  # opacity of glass
+THIN, THICK, FADED = 0.13, 0.3, 0.45  # opacity of glass, and of what has no pressure
 DEPTH = 6  # layers of glass that may lie one behind the other
 MATT: dict[str, Any] = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.56, "specular": 0.1, "specular_power": 15}
 
@@ -98,6 +100,8 @@ class Film:
     Attributes
     ----------
     title : str
+    side : str
+        That has the pressure.
     pressure, angle : ndarray, shape (n,)
         Gauge pressure [Pa] and bend toward its side [rad].
     faces : tuple of dict
@@ -105,6 +109,7 @@ class Film:
     """
 
     title: str
+    side: str
     pressure: Array
     angle: Array
     faces: tuple[dict[str, Any], ...]
@@ -114,9 +119,9 @@ class Film:
         return f"{self.pressure[k] / 1e3:.4g} kPa: {np.degrees(self.angle[k]):.1f} deg"
 
     def top(self, quantity: str) -> float:
-        """Upper end of the colors, in SI: what nearly all of the channels' walls stay below at the last pressure."""
+        """Upper end of the colors, in SI: what nearly all of the walls under pressure stay below at the last."""
         shown = QUANTITIES[quantity]
-        largest = float(np.quantile(self.faces[-1]["walls"][shown.field], MOST)) / shown.unit
+        largest = float(np.quantile(self.faces[-1][self.side][shown.field], MOST)) / shown.unit
         return _round_up(largest) * shown.unit
 
 
@@ -171,13 +176,14 @@ def read_film(folder: str | Path, *, title: str = "", chosen: Sequence[int] | No
         record = json.loads(summary.read_text())
         steps = record["steps"]
         numbers = range(len(steps)) if chosen is None else chosen
-        title = title or f"{record['robot']}, joint {record['joint']}, pressure on the {record['side']} side"
+        side = str(record["side"])
+        title = title or f"{record['robot']}, joint {record['joint']}, pressure on the {side} side"
         pressure = np.array([1e3 * steps[k]["pressure_kpa"] for k in numbers])
         angle = np.radians([steps[k]["bend_deg"] for k in numbers])
     except (OSError, ValueError, KeyError, IndexError, TypeError):
         fix = "give the folder of a finished `hypertuna fe bend`"
         raise InputError("must be the summary of a run", file=str(summary), fix=fix) from None
-    return Film(title, pressure, angle, tuple(_faces(surface_path(folder, k)) for k in numbers))
+    return Film(title, side, pressure, angle, tuple(_faces(surface_path(folder, k)) for k in numbers))
 
 
 @styled
@@ -199,7 +205,10 @@ def draw_step(film: Film, k: int, quantity: str) -> Figure:
     """
     figure = Figure(figsize=(WIDTH, 0.5 * WIDTH), layout="constrained")
     left, right = figure.subplots(1, 2)
-    for axes, view, text in ((left, "units", "drive units"), (right, "cut", "lower half, cut at the middle plane")):
+    for axes, view, text in (
+        (left, "units", "drive units, faded without pressure"),
+        (right, "cut", "lower half, cut at the middle plane"),
+    ):
         _show(axes, _render(film, k, view, quantity))
         axes.text(0.0, 0.0, text, transform=axes.transAxes, color=FAINT, fontsize=8)
     figure.suptitle(f"{film.title}, {film.text(k)}", x=0.01, ha="left", fontsize=10, fontweight="bold")
@@ -271,10 +280,11 @@ def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
     """
     from PIL import Image
 
-    drawn, packed = io.BytesIO(), io.BytesIO()
-    figure.savefig(drawn, format="png", dpi=dpi)
-    picture = Image.open(drawn).convert("RGB")
-    palette = picture.quantize(PALETTE, method=Image.Quantize.FASTOCTREE)
+    figure.set_dpi(dpi)
+    canvas, packed = FigureCanvasAgg(figure), io.BytesIO()
+    canvas.draw()
+    picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
+    palette = picture.quantize(PALETTE, method=Image.Quantize.MAXCOVERAGE)
     picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(packed, format="PNG", optimize=True)
     write_atomically(path, packed.getvalue())
 
@@ -330,7 +340,7 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
     plotter.add_light(pv.Light(light_type="camera light", position=(-0.3, 0.5, 1.0), intensity=0.95))
     shape = {name: _deformed(part) for name, part in film.faces[k].items()}
     colors: dict[str, Any] = {"clim": (0, film.top(quantity)), "cmap": SEQUENCE, "show_scalar_bar": False}
-    for part, opacity in _colored(shape, view):
+    for part, opacity in _colored(shape, view, film.side):
         plotter.add_mesh(part, scalars=QUANTITIES[quantity].field, opacity=opacity, **colors, **MATT)
     for part, opacity in _gray(shape, view):
         plotter.add_mesh(part, color=GLASS, opacity=opacity, **MATT)
@@ -345,11 +355,11 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
     return picture
 
 
-def _colored(shape: dict[str, Any], view: str) -> list[tuple[Any, float]]:
-    """List what has colors in a view, with its opacity."""
+def _colored(shape: dict[str, Any], view: str, side: str) -> list[tuple[Any, float]]:
+    """List what has colors in a view, with its opacity: drive units without pressure do not hide those with it."""
     if view == "units":
-        return [(_whole(shape["walls"]), 1.0)]
-    return [*((_mirrored(shape[name]), 1.0) for name in ("walls", "outer")), (shape["cut"], 1.0)]
+        return [(_whole(shape[name]), 1.0 if name == side else FADED) for name in ("left", "right")]
+    return [*((_mirrored(shape[name]), 1.0) for name in ("left", "right", "outer")), (shape["cut"], 1.0)]
 
 
 def _gray(shape: dict[str, Any], view: str) -> list[tuple[Any, float]]:

@@ -26,8 +26,8 @@ from numpy.typing import ArrayLike, NDArray
 from hypertuna.description import Robot, load, parse
 from hypertuna.errors import InputError, shown
 from hypertuna.fe_bend import ngsolve_version
-from hypertuna.fe_measure import measure
-from hypertuna.fe_model import FeOptions, equilibrium, fe_model
+from hypertuna.fe_model import FeOptions
+from hypertuna.fe_points import Joint, Pair, joint_by_elements
 from hypertuna.fe_potential import Left, Potential, Samples, best_potential, left
 from hypertuna.journal import Journal, journal_header
 from hypertuna.results import dataset, provenance
@@ -37,15 +37,10 @@ from hypertuna.soft_joint import drive_unit, joint_group, joint_tables
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ReducedJoint", "couples", "joint_by_elements", "reduce_joint", "with_reduced", "write_reduced"]
+__all__ = ["ReducedJoint", "couples", "reduce_joint", "with_reduced", "write_reduced"]
 
 Array = NDArray[np.float64]
-Pair = tuple[float, float]
-# Answers for a couple [N m]: the joint under the last of the pairs of pressures [Pa] after having gone through those
-# before: angle [rad], volume [m^3] of either side, fault (a sentence, empty where there is none).
-Joint = Callable[[float, Sequence[Pair]], Mapping[str, Any]]
-
-ANGLES = 49  # rows of a table
+ANGLES = 25  # rows of a table: a spline through them is as good as the polynomials that were fitted
 STRONGEST = 0.5  # largest couple without choice, in units of what the largest pressure does to the straight joint
 
 
@@ -113,16 +108,47 @@ class ReducedJoint:
         keys = ("angle_deg", "elastic_n_m", "volume_m3")
         return {key: [float(f"{x:.9g}") for x in column] for key, column in zip(keys, columns, strict=True)}
 
+    def over_angle(self, angle: ArrayLike) -> tuple[Array, Array]:
+        """Tabulate moment and volumes over angle and pressure: of the points themselves, not of the twin's table.
+
+        Parameters
+        ----------
+        angle : array_like, shape (k,)
+            [rad].
+
+        Returns
+        -------
+        ndarray, shape (k, n)
+            Moment [N m], by monotone cubics between the couples of each pressure; not a number beyond them.
+        ndarray, shape (k, n, 2)
+            Volume of either side [m^3], likewise.
+        """
+        from scipy.interpolate import PchipInterpolator  # here, because it takes longer to import than a table takes
+
+        where = np.asarray(angle, dtype=np.float64)
+        found = np.full((len(where), len(self.pressure), 3), np.nan)
+        for p in range(len(self.pressure)):
+            known = np.flatnonzero(np.isfinite(self.angle[:, p]))
+            order = known[np.argsort(self.angle[known, p])]
+            if len(order) > 1:
+                values = np.column_stack([self.moment[order, p], self.volume[order, p]])
+                found[:, p] = PchipInterpolator(self.angle[order, p], values, extrapolate=False)(where)
+        return found[..., 0], found[..., 1:]
+
     def dataset(self) -> xr.Dataset:
         """Label the numbers.
 
         Returns
         -------
         xarray.Dataset
-            Angle [rad], moment [N m] and volume [m3] over couple and pressure; elastic [N m] and held [m3] over table.
+            Angle [rad], moment [N m] and volume [m3] over couple and pressure, and the latter two over table, which is
+            an angle [rad], and pressure; elastic [N m] and held [m3] of the twin's table over table.
         """
         grid, table = ("couple", "pressure"), np.linspace(-self.potential.reach, self.potential.reach, ANGLES)
+        moment, volume = self.over_angle(table)
         variables = {
+            "moment_at": (("table", "pressure"), moment, {"units": "N m", "long_name": "moment at that angle"}),
+            "volume_at": (("table", "pressure", "side"), volume, {"units": "m3", "long_name": "oil at that angle"}),
             "angle": (grid, self.angle, {"units": "rad", "long_name": "angle of the tip"}),
             "moment": (grid, self.moment, {"units": "N m", "long_name": "moment from outside"}),
             "volume": ((*grid, "side"), self.volume, {"units": "m3", "long_name": "oil in the drive units of a side"}),
@@ -220,47 +246,6 @@ def reduce_joint(
     return _reduced(robot, group.name, options, np.array(pairs), turns, found)
 
 
-def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None = None) -> Joint:
-    """Make a joint of finite elements that answers point by point.
-
-    It goes on from where it is where a path only grows longer, and begins at rest where it does not.
-
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index of the joint group.
-    options : FeOptions, optional
-
-    Returns
-    -------
-    callable
-        Of a couple [N m] and pairs of pressures [Pa] that lead to a point; a mapping with angle [rad], volume [m^3] and
-        fault.
-    """
-    model: Any = None
-    place: tuple[float, tuple[Pair, ...]] | None = None
-
-    def solve(couple: float, path: Sequence[Pair]) -> Mapping[str, Any]:
-        nonlocal model, place
-        model = model or fe_model(robot, joint, options)
-        steps = list(path)
-        if place == (couple, tuple(path[:-1])):
-            steps = steps[-1:]
-        else:
-            _rest(model)
-        place = None
-        for pair in steps:
-            ended = equilibrium(model, pressure=pair, couple=couple)
-            if not ended.converged:
-                return {"fault": ended.text}
-        place = couple, tuple(path)
-        measured = measure(model)
-        return {"angle": measured.angle, "volume": list(measured.volume), "fault": measured.fault}
-
-    return solve
-
-
 def couples(robot: Robot, joint: str | int, pairs: Sequence[Pair], count: int = 5) -> Array:
     """Choose couples that bend a joint about as far as its pressures do.
 
@@ -334,13 +319,6 @@ def write_reduced(robot: str | Path, reduced: ReducedJoint, output: str | Path) 
         If the robot cannot be read, has no such joint, or the file cannot be written.
     """
     return write_robot(with_reduced(load(robot), reduced), output, note="reduced, see [sources]")
-
-
-def _rest(model: Any) -> None:
-    """Take all loads and all displacement from a model."""
-    for given in model.problem.loads:
-        given.Set(0.0)
-    model.displacement.vec[:] = 0.0
 
 
 def _point(solve: Joint, couple: float, path: Sequence[Pair]) -> dict[str, Any]:

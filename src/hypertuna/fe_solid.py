@@ -13,7 +13,10 @@ from typing import Any
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.silicone import Mooney
 
-__all__ = ["LAWS", "SLACK", "Solid", "Wall", "braid_energy", "cavity", "fiber_stretches", "hose_energy", "solid_energy"]
+__all__ = [
+    *("LAWS", "SLACK", "Solid", "Wall", "braid_energy", "cavity", "fiber_stretches", "hose_energy", "nominal_stress"),
+    "solid_energy",
+]
 
 LAWS = ("linear", "neo_hookean", "mooney_rivlin")
 SLACK = 1e-3  # stiffness of a fiber that is shorter than at rest, as a part of the taut one's: threads do not push
@@ -92,6 +95,23 @@ def solid_energy(solid: Solid, F: Expression, *, volumetric: bool = True) -> Exp
     if c2:
         shape = shape + c2 * (J ** (-4 / 3) * 0.5 * (Trace(C) ** 2 - InnerProduct(C, C)) - 3)
     return shape + kappa / 2 * (J - 1) ** 2 if volumetric else shape
+
+
+def nominal_stress(solid: Solid, F: Expression) -> Expression:
+    """First Piola-Kirchhoff stress, the slope of the energy over F.
+
+    Parameters
+    ----------
+    solid : Solid
+    F : ngsolve.CoefficientFunction, shape (3, 3)
+
+    Returns
+    -------
+    ngsolve.CoefficientFunction, shape (3, 3)
+        [Pa].
+    """
+    held = F.MakeVariable()
+    return solid_energy(solid, held).Diff(held)
 
 
 @dataclass(frozen=True)

@@ -51,10 +51,10 @@ def plot_fe_bend(
     panels = figure.subplots(1, 1 if oil is None else 2, squeeze=False)[0]
     x, y = np.asarray(pressure) / KILO, np.degrees(angle)
     _curves(panels[0], x, y, None if analytic is None else (np.asarray(analytic[0]) / KILO, np.degrees(analytic[1])))
-    panels[0].set(xlabel="gauge pressure [kPa]", ylabel="bend [deg]", xlim=(0, None), ylim=(0, None))
     if published is not None:
         place = published[0] / KILO, np.degrees(published[1])
-        panels[0].plot(*place, "x", color=INK, ms=7, mew=1.6, zorder=5, label="published", clip_on=False)
+        panels[0].plot(*place, "x", color=INK, ms=7, mew=1.6, zorder=5, label="published")
+    panels[0].set(xlabel="gauge pressure [kPa]", ylabel="bend [deg]", xlim=(0, None), ylim=(0, None))
     if oil is not None:
         taken = None if analytic is None else np.asarray(analytic[2]) / MILLILITER
         other = None if analytic is None or taken is None else (taken, np.asarray(analytic[0]) / KILO)

@@ -1,0 +1,169 @@
+"""The command `hypertuna fe compare`."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from hypertuna.actuator import MATERIAL_SETS, check_pressure
+from hypertuna.bench import joint_index
+from hypertuna.console import command_line, number, plain, print_json, progress_bar, tell_written
+from hypertuna.description import load
+from hypertuna.errors import InputError
+from hypertuna.fe_bend import fe_bend
+from hypertuna.fe_compare import FeComparison, compare
+from hypertuna.fe_extra import need_fe
+from hypertuna.fe_mesh import MESHES
+from hypertuna.fe_model import FeOptions
+from hypertuna.fe_record import bend_record
+from hypertuna.options import Name, pressures
+from hypertuna.results import write_atomically
+
+__all__ = ["compare_command"]
+
+SUMMARY = "compare.json"
+COLUMNS = {  # of the table: head and format
+    "pressure_kpa": ("gauge\n[kPa]", ".4g"),
+    "bend_fe_deg": ("bend FE\n[deg]", "z.2f"),
+    "bend_analytic_deg": ("analytic\n[deg]", "z.2f"),
+    "bend_difference_percent": ("differs\n[%]", "+z.1f"),
+    "oil_fe_ml": ("oil FE\n[ml]", "z.3f"),
+    "oil_analytic_ml": ("analytic\n[ml]", "z.3f"),
+    "oil_difference_percent": ("differs\n[%]", "+z.1f"),
+    "shortening_percent": ("FE body\nshorter [%]", "z.1f"),
+}
+LEGEND = (
+    "Bend, and oil taken in since rest, of the side with the pressure; the analytic model with the description's "
+    "friction, on the way up, finite elements (FE) without; differences are of the analytic model, over FE."
+)
+
+
+def compare_command(
+    robot: Name,
+    joint: Annotated[str, typer.Option("--joint", help="Name of the joint group, or its number from the head.")],
+    pressure: Annotated[
+        str, typer.Option("--pressure", help="Rising gauge pressures in kPa: numbers or start:stop:count.")
+    ] = "50:250:5",
+    side: Annotated[str, typer.Option("--side", help="Side that has the pressure, left or right.")] = "left",
+    material: Annotated[
+        str | None,
+        typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}.  [default: the robot's]"),
+    ] = None,
+    poisson: Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")] = "0.49",
+    mesh: Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")] = "coarse",
+    reasons: Annotated[
+        bool, typer.Option("--reasons", help="Take the analytic model toward finite elements step by step.")
+    ] = False,
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help=f"Folder for journal, states and {SUMMARY}; the same command goes on after the last pressure there.",
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Compare the analytic model of a soft joint with finite elements, on one and the same geometry.
+
+    The exit code is 0 if all pressures were reached, 1 if one was not (those before it are told), 2 for bad input.
+    """
+    fish = load(robot)
+    index, rising = joint_index(joint, fish), check_pressure(1e3 * np.array(pressures(pressure)))
+    options = FeOptions(material, poisson=number(poisson, "--poisson", "1"), mesh=mesh)
+    need_fe()
+    folder = None if output is None else _folder(output)
+    with progress_bar("pressures") as report:
+        found = fe_bend(fish, index, rising, side=side, options=options, folder=folder, progress=report)
+    compared = compare(found, reasons=reasons)
+    record = _record(compared) | {"command": command_line()}
+    written = None
+    if folder is not None:
+        written = str(folder / SUMMARY)
+        text = json.dumps(plain(record), indent=2, ensure_ascii=False, allow_nan=False)
+        write_atomically(written, f"{text}\n".encode())
+    if as_json:
+        print_json(record)
+    else:
+        _print(compared, record)
+        tell_written(written)
+    if found.status != "converged":
+        raise typer.Exit(1)
+
+
+def _folder(output: str) -> Path:
+    """Make the folder of a run, if it is not there."""
+    try:
+        Path(output).mkdir(exist_ok=True)
+    except OSError as error:
+        value, fix = f"not ({error.strerror})", "choose a folder that can be made and written"
+        raise InputError("must be a folder that can be made", key="--output", value=value, fix=fix) from None
+    return Path(output)
+
+
+def _record(compared: FeComparison) -> dict[str, Any]:
+    """Tell a comparison, for programs."""
+    found, other = compared.fe, compared.analytic
+    columns = {
+        "pressure_kpa": found.pressure / 1e3,
+        "bend_fe_deg": np.degrees(found.angle),
+        "bend_analytic_deg": np.degrees(other.angle),
+        "bend_difference_percent": 100 * compared.difference,
+        "oil_fe_ml": 1e6 * compared.oil,
+        "oil_analytic_ml": 1e6 * other.volume,
+        "oil_difference_percent": 100 * compared.oil_difference,
+        "shortening_percent": 100 * compared.shortening,
+    }
+    rows = [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
+    kept = {key: value for key, value in bend_record(found).items() if key not in ("steps", "r_squared")}
+    return kept | {
+        "friction": other.friction,
+        "r_squared_fe": found.r_squared(),
+        "r_squared_analytic": other.r_squared(),
+        "steps": rows,
+        "reasons": [{"text": reason.text, "angle_deg": math.degrees(reason.angle)} for reason in compared.reasons],
+    }
+
+
+def _print(compared: FeComparison, record: dict[str, Any]) -> None:
+    """Print a comparison as tables."""
+    console, found = Console(), compared.fe
+    head = f"{found.robot.name}: joint {found.joint}, {found.side} side, material set {found.material}"
+    console.print(Text(head, style="bold"))
+    console.print(Text(f"{record['mesh']} mesh, {found.elements} elements, {record['seconds']:.0f} s", style="dim"))
+    table = _table([title for title, _ in COLUMNS.values()])
+    for step in record["steps"]:
+        cells = ((step[key], form) for key, (_, form) in COLUMNS.items())
+        table.add_row(*("" if math.isnan(value) else f"{value:{form}}" for value, form in cells))
+    console.print(table)
+    console.print(Text(LEGEND, style="dim"))
+    squares = (found.r_squared(), compared.analytic.r_squared())
+    if np.isfinite(squares).all():
+        text = f"line over 100 to 250 kPa: R^2 = {squares[0]:.4f} (FE), {squares[1]:.4f} (analytic)"
+        console.print(Text(text))
+    if compared.reasons:
+        console.print(Text(f"From the analytic model to finite elements, {found.pressure[-1] / 1e3:g} kPa:"))
+        steps, before = _table(["", "bend\n[deg]", "change\n[deg]"], left=1), math.nan
+        for reason in record["reasons"]:
+            angle = reason["angle_deg"]
+            change = "" if math.isnan(before) else f"{angle - before:+.2f}"
+            steps.add_row(reason["text"], f"{angle:.2f}", change)
+            before = angle
+        console.print(steps)
+    console.print(Text(found.status_text, style="green" if found.status == "converged" else "bold red"))
+
+
+def _table(titles: list[str], left: int = 0) -> Table:
+    """Make an empty table; its first columns are set left."""
+    table = Table(box=None, pad_edge=False, collapse_padding=True, header_style="bold")
+    for k, title in enumerate(titles):
+        table.add_column(Text(title, justify="left" if k < left else "right"), justify="left" if k < left else "right")
+    return table

@@ -1,0 +1,169 @@
+"""Blocks by finite elements: a cube that strains evenly and a clamped beam, with the energies of the joint's model."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hypertuna.fe_extra import need_fe
+from hypertuna.fe_mixed import mixed_energy, mixed_space, settling
+from hypertuna.fe_newton import Equilibrium, Problem, lead
+from hypertuna.fe_solid import Solid, nominal_stress, solid_energy
+
+__all__ = ["STRAINS", "cantilever", "closed_form", "cube_stress", "timoshenko"]
+
+SIDE = 0.01  # m, of the cube; width and height of the beam
+SLENDER = 15.0  # length of the beam over its height
+SAG = 0.01  # of the beam's end over its length: small, so that linear theory holds
+
+# Strains that a cube is given: which entries of grad u, and the faces that it leaves in their planes.
+STRAINS = {
+    "uniaxial": (((0, 0),), {"dirichletx": "x.*", "dirichlety": "y0", "dirichletz": "z0"}),
+    "biaxial": (((0, 0), (1, 1)), {"dirichletx": "x.*", "dirichlety": "y.*", "dirichletz": "z0"}),
+    "shear": (((0, 1),), {"dirichlet": "..*"}),
+}
+
+
+def cube_stress(solid: Solid, strain: str, amount: float) -> tuple[float, Equilibrium]:
+    """Strain a cube, its other faces free, and measure its nominal stress along x: P_xx, or P_xy in shear.
+
+    Parameters
+    ----------
+    solid : Solid
+    strain : str
+        One of `STRAINS`.
+    amount : float
+        Entries of the displacement's gradient [1].
+
+    Returns
+    -------
+    stress : float
+        Mean over the cube [Pa].
+    found : Equilibrium
+    """
+    need_fe()
+    import ngsolve as ngs
+
+    places, fixed = STRAINS[strain]
+    mesh = _box((SIDE, SIDE, SIDE), 2 * SIDE)
+    space, given = ngs.VectorH1(mesh, order=1, **fixed), ngs.Parameter(0.0)
+    entries = ngs.CF(tuple(1.0 if (i, j) in places else 0.0 for i in range(3) for j in range(3)), dims=(3, 3))
+    state, w = ngs.GridFunction(space), space.TrialFunction()
+    energy = ngs.BilinearForm(space, symmetric=True)
+    energy += ngs.Variation(solid_energy(solid, ngs.Id(3) + given * entries + ngs.Grad(w)).Compile() * ngs.dx)
+    found = lead(Problem(energy, state, (given,), solid.shear), (amount,))
+    stress = nominal_stress(solid, ngs.Id(3) + given * entries + ngs.Grad(state))
+    return float(ngs.Integrate(stress[places[0]], mesh)) / SIDE**3, found
+
+
+def closed_form(solid: Solid, strain: str, amount: float) -> float:
+    """Nominal stress of a cube: hyperelastic ones incompressible, the linear one with its Poisson's ratio.
+
+    Parameters
+    ----------
+    solid : Solid
+    strain : str
+        One of `STRAINS`.
+    amount : float
+        [1].
+
+    Returns
+    -------
+    float
+        [Pa].
+    """
+    stretch, mu, nu = 1 + amount, solid.shear, solid.poisson
+    if solid.law == "linear":  # S = 2 mu E + lambda tr(E), with Green's strain E; P = F S
+        green, lame = (stretch**2 - 1) / 2, solid.bulk - 2 * mu / 3
+        young = 2 * mu * (1 + nu)
+        cubic = amount**3 * (mu + lame / 2)
+        return {
+            "uniaxial": stretch * young * green,
+            "biaxial": stretch * young / (1 - nu) * green,
+            "shear": mu * amount + cubic,
+        }[strain]
+    c1, c2 = solid.constants if solid.law == "mooney_rivlin" else (mu / 2, 0.0)
+    return {
+        "uniaxial": 2 * (c1 + c2 / stretch) * (stretch - stretch**-2),
+        "biaxial": 2 * (c1 + c2 * stretch**2) * (stretch - stretch**-5),
+        "shear": mu * amount,
+    }[strain]
+
+
+def cantilever(solid: Solid, *, order: int, mixed: bool = False, size: float = 1.0) -> tuple[float, float, int]:
+    """Clamp a beam of square section at one end and push the other across; compare with `timoshenko`.
+
+    Parameters
+    ----------
+    solid : Solid
+    order : int
+        Of the displacements.
+    mixed : bool
+        Whether the pressure is an unknown of its own.
+    size : float
+        Of the elements, over the beam's height [1].
+
+    Returns
+    -------
+    sag : float
+        Mean displacement of the end [m].
+    theory : float
+        The same by Timoshenko's theory [m].
+    elements : int
+        Of half the beam.
+    """
+    need_fe()
+    import ngsolve as ngs
+
+    length = SLENDER * SIDE
+    mesh = _box((length, SIDE, SIDE / 2), size * SIDE)
+    space, settle = ngs.VectorH1(mesh, order=order, dirichlet="x0", dirichletz="z0"), None
+    if mixed:
+        space = mixed_space(space, mesh.Materials(".*"))
+        settle = settling(space, solid, mesh.Materials(".*"))
+    u, p = space.TrialFunction() if mixed else (space.TrialFunction(), None)
+    F, force = ngs.Id(3) + ngs.Grad(u), ngs.Parameter(0.0)
+    energy = ngs.BilinearForm(space, symmetric=True, condense=mixed)
+    energy += ngs.Variation(solid_energy(solid, F, volumetric=not mixed).Compile() * ngs.dx)
+    if mixed:
+        energy += ngs.Variation(mixed_energy(solid, F, p).Compile() * ngs.dx)
+    energy += ngs.Variation((-force / SIDE**2 * u[1]).Compile() * ngs.ds("x1"))
+    push = SAG * length / timoshenko(solid, 1.0)
+    state = ngs.GridFunction(space)
+    lead(Problem(energy, state, (force,), solid.shear, settle), (push,))
+    moved = state.components[0] if mixed else state
+    return float(ngs.Integrate(moved[1] * ngs.ds("x1"), mesh)) / (SIDE**2 / 2), SAG * length, int(mesh.ne)
+
+
+def timoshenko(solid: Solid, force: float) -> float:
+    """Displacement of a clamped beam's end: F L^3 / (3 E I) + F L / (k G A), k by Cowper (1966) for a rectangle.
+
+    Parameters
+    ----------
+    solid : Solid
+    force : float
+        Across the end of the beam of `cantilever` [N].
+
+    Returns
+    -------
+    float
+        [m].
+    """
+    length, nu = SLENDER * SIDE, solid.poisson
+    young, inertia, factor = 2 * solid.shear * (1 + nu), SIDE**4 / 12, 10 * (1 + nu) / (12 + 11 * nu)
+    return force * length**3 / (3 * young * inertia) + force * length / (factor * solid.shear * SIDE**2)
+
+
+def _box(size: tuple[float, float, float], largest: float) -> Any:
+    """Mesh a box between the planes x = 0 and so on and `size` [m]; its faces are x0, x1, y0, y1, z0, z1."""
+    import ngsolve as ngs
+    from netgen.occ import Box, OCCGeometry
+
+    box, same = Box((0, 0, 0), size), 1e-3 * min(size)
+    for face in box.faces:
+        low, high = face.bounding_box
+        for axis, far in zip("xyz", size, strict=True):
+            if getattr(high, axis) < same:
+                face.name = f"{axis}0"
+            elif getattr(low, axis) > far - same:
+                face.name = f"{axis}1"
+    return ngs.Mesh(OCCGeometry(box).GenerateMesh(maxh=largest, parallel_meshing=False))

@@ -1,0 +1,235 @@
+"""Analytic model and finite elements on one and the same geometry: how far they differ, and why.
+
+The analytic model (docs/actuator.md) takes a neutral layer that keeps its length. Nothing does in a body of silicone:
+under pressure in the units of one side it shortens, N F / (E A), as it bends, N F w / (E I). `shortening_bend` releases
+that layer. A segment then has two unknowns, the stretch of its axis l and its curvature k per length at rest; units at
+the lever w have the stretches l - k w and l + k w, and force and moment balance:
+
+    N [F(P, l - k w) + F_0(l + k w)] + mu A (l - 1/l^2) = 0,    N w [F(P, l - k w) - F_0(l + k w)] = E I k.
+
+A and I are those of the section less the channels. A unit without pressure that gets longer is held by its braid; one
+that gets shorter has a slack braid, and only its wall resists.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hypertuna.actuator import Bend, bend
+from hypertuna.description import Robot
+from hypertuna.errors import InputError
+from hypertuna.fe_bend import FeBend
+from hypertuna.fe_geometry import joint_body
+from hypertuna.fe_record import oil_taken
+from hypertuna.soft_joint import drive_unit, joint_group, mooney, muscle
+
+__all__ = ["FeComparison", "Reason", "compare", "shortening_bend"]
+
+Array = NDArray[np.float64]
+
+STEP = 5e3  # Pa, largest of the path that leads to a pressure
+
+
+@dataclass(frozen=True)
+class Reason:
+    """One step from the analytic model to finite elements.
+
+    Attributes
+    ----------
+    text : str
+        What was changed in addition.
+    angle : float
+        Angle of the joint then [rad].
+    """
+
+    text: str
+    angle: float
+
+
+@dataclass(frozen=True)
+class FeComparison:
+    """Both models of a joint at the same pressures.
+
+    Attributes
+    ----------
+    fe : FeBend
+    analytic : Bend
+        At the pressures that finite elements reached, with friction as the description has it, on the way up.
+    reasons : tuple of Reason
+        At the highest pressure; empty where they were not asked for.
+    """
+
+    fe: FeBend
+    analytic: Bend
+    reasons: tuple[Reason, ...]
+
+    @property
+    def difference(self) -> Array:
+        """Angle of the analytic model less that of finite elements, over the latter [1], shape (n,); NaN at rest."""
+        return _relative(self.analytic.angle, self.fe.angle)
+
+    @property
+    def oil(self) -> Array:
+        """Oil taken in since rest by finite elements [m^3], shape (n,)."""
+        return oil_taken(self.fe)
+
+    @property
+    def oil_difference(self) -> Array:
+        """The same of the oil [1], shape (n,)."""
+        return _relative(self.analytic.volume, self.oil)
+
+    @property
+    def shortening(self) -> Array:
+        """How much of the length between the plates is lost in finite elements [1], shape (n,).
+
+        Of the chord, made to an arc of the same angle: tip plate and connector are the ends of one circle.
+        """
+        body = joint_body(self.fe.robot, self.fe.joint)
+        angle = np.array([found.angle for found in self.fe.measured])
+        tip = np.array([found.tip for found in self.fe.measured]).reshape(-1, 2)
+        inner = tip - body.plate * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        chord = np.hypot(inner[:, 0], inner[:, 1])
+        return 1 - chord / np.sinc(angle / 2 / math.pi) / body.length
+
+
+def _relative(value: Array, reference: Array) -> Array:
+    """Difference over the reference, NaN where that is next to nothing."""
+    small = np.abs(reference) <= 1e-9 * max(1e-300, float(np.abs(reference).max(initial=0.0)))
+    return np.where(small, math.nan, (value - reference) / np.where(small, 1.0, reference))
+
+
+def compare(found: FeBend, *, reasons: bool = False) -> FeComparison:
+    """Put the analytic model beside finite elements.
+
+    Parameters
+    ----------
+    found : FeBend
+        Of at least one pressure.
+    reasons : bool
+        Take the analytic model toward finite elements step by step.
+
+    Returns
+    -------
+    FeComparison
+
+    Raises
+    ------
+    InputError
+        If no pressure was reached.
+    """
+    if not len(found.pressure):
+        raise InputError("must reach a pressure", key="pressure", value=found.status_text, fix="begin with a lower one")
+    analytic = bend(found.robot, found.joint, found.pressure, side=found.side, material=found.material)
+    steps = _reasons(found) if reasons and found.pressure[-1] > 0 else ()
+    return FeComparison(found, analytic, steps)
+
+
+def _reasons(found: FeBend) -> tuple[Reason, ...]:
+    """Change the analytic model step by step, at the highest pressure."""
+    robot, joint, highest = found.robot, found.joint, found.pressure[-1:]
+    options: dict[str, Any] = {"side": found.side, "material": found.material}
+    bare = _bare(robot, joint)
+    body = joint_body(robot, joint)
+    heights = sorted({channel.z for channel in body.channels})
+    gap = min(np.diff(heights), default=2 * body.radius) / 2 - body.radius
+    swollen = _sleeved(bare, float(gap))
+    released = {"material": found.material}
+    return (
+        Reason("analytic model as described", float(bend(robot, joint, highest, **options).angle[0])),
+        Reason("braids do not rub", float(bend(robot, joint, highest, friction=False, **options).angle[0])),
+        Reason(
+            "matrix by its sections alone: no sleeve_m, no stiffness_factor",
+            float(bend(bare, joint, highest, friction=False, **options).angle[0]),
+        ),
+        Reason("the neutral layer may get shorter", float(shortening_bend(bare, joint, highest, **released)[0])),
+        Reason(
+            "matrix swells with the hoses, half the gap between them",
+            float(shortening_bend(swollen, joint, highest, **released)[0]),
+        ),
+        Reason("finite elements: ends held by plates, sections that warp", float(found.angle[-1])),
+    )
+
+
+def _bare(robot: Robot, joint: str | int) -> Robot:
+    """Take out of a description what stands for effects that a section does not have."""
+    _, actuator = joint_group(robot, joint)
+    plain = {"actuator": actuator.model_copy(update={"stiffness_factor": 1.0})}
+    joints = tuple(group.model_copy(update=plain) if group.actuator is actuator else group for group in robot.joints)
+    return _sleeved(robot.model_copy(update={"joints": joints}), 0.0)
+
+
+def _sleeved(robot: Robot, sleeve: float) -> Robot:
+    """Set the thickness of matrix that swells with the braid [m]."""
+    return robot.model_copy(update={"drive_unit": drive_unit(robot).model_copy(update={"sleeve": sleeve})})
+
+
+def shortening_bend(robot: Robot, joint: str | int, pressure: ArrayLike, *, material: str | None = None) -> Array:
+    """Bend a joint whose neutral layer may get shorter, by the left side's pressure and without friction.
+
+    Parameters
+    ----------
+    robot : Robot
+    joint : str or int
+        Name or index of the joint group.
+    pressure : array_like, shape (n,)
+        Rising gauge pressures [Pa].
+    material : str, optional
+        Material set, see `mooney`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Angle [rad].
+
+    Raises
+    ------
+    InputError
+        If the joint does not exist, or the robot lacks a table.
+    """
+    _, actuator = joint_group(robot, joint)
+    rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
+    total = np.zeros(len(rising))
+    sections = zip(actuator.segment_length, actuator.semi_major, actuator.semi_minor, strict=True)
+    for length, major, minor in sections:
+        total += length * _curvature(robot, joint, rising, (major, minor), material)
+    return total
+
+
+def _curvature(
+    robot: Robot, joint: str | int, rising: Array, section: tuple[float, float], material: str | None
+) -> Array:
+    """Curvature of one section per length at rest at every pressure [1/m]."""
+    from scipy.optimize import root
+
+    unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
+    hose, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
+    count, lever, radius = cast(int, group.drive_units), actuator.lever, unit.outer_diameter / 2
+    a, b = section
+    area = math.pi * (a * b - 2 * count * radius**2)
+    inertia = actuator.stiffness_factor * math.pi * (a * b**3 / 4 - 2 * count * radius**2 * (lever**2 + radius**2 / 4))
+    tube = muscle(robot, material, friction=False)
+    ring = math.pi * (radius**2 - (unit.inner_diameter / 2) ** 2)
+
+    def unbalanced(x: Array, pressure: float) -> Array:
+        """Force and moment over the matrix' stiffness, of the axis' stretch and curvature times lever."""
+        axis, turn = x
+        pulled = tube.at(np.array([axis - turn]), pressure=pressure)["pull"][0]
+        long = axis + turn
+        slack = 2 * ring * (hose.c1 + hose.c2 / long) * (long - 1 / long**2)
+        held = tube.at(np.array([long]), pressure=0.0)["pull"][0] if long > 1 else slack
+        force = count * (pulled + held) + matrix.modulus / 3 * area * (axis - 1 / axis**2)
+        moment = count * lever * (pulled - held) - matrix.modulus * inertia * turn / lever
+        return np.array([force / (matrix.modulus * area), moment * lever / (matrix.modulus * inertia)])
+
+    state, reached, found = np.array([1.0, 0.0]), 0.0, []
+    for value in rising:
+        for step in np.linspace(reached, value, 1 + math.ceil((value - reached) / STEP))[1:]:
+            state = root(unbalanced, state, args=(float(step),), tol=1e-12).x
+        reached = float(value)
+        found.append(state[1] / lever)
+    return np.array(found)

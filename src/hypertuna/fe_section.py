@@ -1,0 +1,177 @@
+"""A joint without ends: one section in uniform bending, by finite elements in its plane.
+
+Where a body is long, every section does the same: it moves to y + u_y, z + u_z in its plane, and its fibers along x
+stretch by l - k (y + u_y), with the stretch of the axis l and the curvature k per length at rest. With these two as
+unknowns beside u, energies, pressure and braids are those of the body (fe_model), at a hundredth of the cost. What the
+body does less than its sections is the work of its ends, which plates hold.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hypertuna.description import Robot
+from hypertuna.fe_extra import need_fe
+from hypertuna.fe_geometry import MM, joint_body
+from hypertuna.fe_model import FeOptions
+from hypertuna.fe_newton import Problem, lead
+from hypertuna.fe_solid import Solid, Wall, braid_energy, hose_energy, solid_energy
+from hypertuna.soft_joint import drive_unit, joint_group, mooney
+
+__all__ = ["Section", "section_bend"]
+
+Array = NDArray[np.float64]
+
+ORDER = 3  # of displacements and curved elements
+AROUND = 0.8  # size of edges on the channels over their radius
+FIRST = 5e3  # Pa, first step: slack braids
+
+
+@dataclass(frozen=True)
+class Section:
+    """What sections of a joint do at rising pressures.
+
+    Attributes
+    ----------
+    angle : ndarray, shape (n,)
+        Of the joint, were it all as its sections are [rad]; NaN from where Newton's method did not converge.
+    axis : ndarray, shape (n,)
+        Mean stretch of the line y = 0 of the body at rest [1].
+    """
+
+    angle: Array
+    axis: Array
+
+
+def section_bend(
+    robot: Robot, joint: str | int, pressure: ArrayLike, *, options: FeOptions | None = None, segments: bool = True
+) -> Section:
+    """Bend the sections of a joint by the pressure of the left side, without friction.
+
+    Parameters
+    ----------
+    robot : Robot
+    joint : str or int
+        Name or index of the joint group.
+    pressure : array_like, shape (n,)
+        Rising gauge pressures [Pa].
+    options : FeOptions, optional
+        Material, law and Poisson's ratio; the mesh is its own.
+    segments : bool
+        Take every segment by itself; else one section, of mean half axes, for all: nearly the same in less time.
+
+    Returns
+    -------
+    Section
+
+    Raises
+    ------
+    InputError
+        As `joint_body`; if the extra is not installed.
+    """
+    need_fe()
+    options = options or FeOptions()
+    rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
+    _, actuator = joint_group(robot, joint)
+    lengths = np.array(actuator.segment_length)
+    major, minor = np.array(actuator.semi_major), np.array(actuator.semi_minor)
+    if not segments:
+        major, minor = (np.array([np.average(half, weights=lengths)]) for half in (major, minor))
+        lengths = lengths.sum(keepdims=True)
+    found = [_bent(robot, joint, rising, (a, b), options) for a, b in zip(major, minor, strict=True)]
+    axis, curvature = np.moveaxis(np.array(found), 2, 0)  # each of shape (segments, n)
+    return Section(lengths @ curvature, lengths @ axis / lengths.sum())
+
+
+def _bent(robot: Robot, joint: str | int, rising: Array, half: tuple[float, float], options: FeOptions) -> Array:
+    """Stretch of the axis [1] and curvature per length at rest [1/m] of a section, shape (n, 2)."""
+    import ngsolve as ngs
+
+    unit = drive_unit(robot)
+    hose, silicone = (mooney(robot, name, options.material) for name in (unit.hose, unit.matrix))
+    matrix = Solid(options.law, silicone, options.poisson)
+    wall = Wall(
+        MM * unit.outer_diameter / 2,
+        MM * unit.inner_diameter / 2,
+        hose,
+        unit.braid_angle,
+        MM * unit.braid_stiffness,
+    )
+    mesh = _mesh(robot, joint, half)
+    plane = ngs.H1(mesh, order=ORDER, dirichlet_bbnd="pin"), ngs.H1(mesh, order=ORDER, dirichlet="symmetry")
+    space = plane[0] * plane[1] * ngs.NumberSpace(mesh) * ngs.NumberSpace(mesh)
+    load = ngs.Parameter(0.0)
+    energy = _energy(space, matrix, wall, load, MM * half[1])
+    problem = Problem(energy, ngs.GridFunction(space), (load,), matrix.shear)
+    found = np.full((len(rising), 2), math.nan)
+    lead(problem, (min(FIRST, float(rising[0])),))
+    for k, value in enumerate(rising):
+        if not lead(problem, (float(value),)).converged:
+            break
+        axis, turn = (problem.state.components[c].vec[0] for c in (2, 3))
+        found[k] = 1 + axis, turn / half[1]
+    return found
+
+
+def _mesh(robot: Robot, joint: str | int, half: tuple[float, float]) -> Any:
+    """Mesh the upper half of a section in mm; x of the mesh is y of the body, y is z."""
+    import ngsolve as ngs
+    from netgen.occ import Axes, OCCGeometry, WorkPlane, Y, Z
+
+    body = joint_body(robot, joint)
+    a, b, r = MM * half[0], MM * half[1], MM * body.radius
+    face = WorkPlane(Axes((0, 0, 0), n=Z, h=Y)).Ellipse(a, b).Face()
+    for channel in body.upper:
+        face = face - WorkPlane().MoveTo(MM * channel.y, MM * channel.z).Circle(r).Face()
+    face = face * WorkPlane().MoveTo(-2 * b, 0).Rectangle(4 * b, 2 * a).Face()
+    for edge in face.edges:
+        low, high = edge.bounding_box
+        edge.name = "outer"
+        if abs(low.y) < 1e-4 and abs(high.y) < 1e-4:
+            edge.name = "symmetry"
+        for channel in body.upper:
+            near = (
+                max(abs(p.x - MM * channel.y) for p in (low, high)),
+                max(abs(p.y - MM * channel.z) for p in (low, high)),
+            )
+            if max(near) < 1.001 * r:
+                edge.name, edge.maxh = ("wall_left", "wall_right")[channel.side], AROUND * r
+    min(face.vertices, key=lambda corner: corner.p.x).name = "pin"
+    mesh = ngs.Mesh(OCCGeometry(face, dim=2).GenerateMesh(maxh=b / 2, grading=0.5))
+    mesh.Curve(ORDER)
+    return mesh
+
+
+def _energy(space: Any, matrix: Solid, wall: Wall, load: Any, scale: float) -> Any:
+    """Energy of half a section per length, in Pa mm^2."""
+    import ngsolve as ngs
+
+    uy, uz, axis, turn = space.TrialFunction()
+    y = ngs.x + uy
+
+    def in_plane(gy: Any, gz: Any) -> Any:
+        return ngs.Id(2) + ngs.CF((gy[0], gy[1], gz[0], gz[1]), dims=(2, 2))
+
+    stretch = 1 + axis - turn / scale * y
+    F2 = in_plane(ngs.grad(uy), ngs.grad(uz))
+    F = ngs.CF((stretch, 0, 0, 0, F2[0, 0], F2[0, 1], 0, F2[1, 0], F2[1, 1]), dims=(3, 3))
+    energy = ngs.BilinearForm(space, symmetric=True)
+    energy += ngs.Variation(solid_energy(matrix, F).Compile() * ngs.dx)
+    Fs = in_plane(ngs.grad(uy).Trace(), ngs.grad(uz).Trace())
+    outward = ngs.specialcf.normal(2)
+    # Netgen turns the normals of a plane mesh' edges as its curves run: the channels' area must come out positive.
+    sign = 1.0 if ngs.Integrate(-ngs.x * outward[0] * ngs.ds("wall_left"), space.mesh) > 0 else -1.0
+    normal = sign * outward
+    around = Fs * ngs.CF((-normal[1], normal[0]))
+    Caa, Chh = stretch * stretch, ngs.InnerProduct(around, around)
+    walls = hose_energy(wall, Caa, Chh, ngs.CF(0.0)) + braid_energy(wall, Caa, Chh, ngs.CF(0.0))
+    energy += ngs.Variation(walls.Compile() * ngs.ds("wall_.*"))
+    # Volume per length at rest: the stretch integrated over the channel, as a flux of its antiderivative along y.
+    flux = ((1 + axis) * y - turn / (2 * scale) * y * y) * (Fs[1, 1] * normal[0] - Fs[1, 0] * normal[1])
+    energy += ngs.Variation((load * flux).Compile() * ngs.ds("wall_left"))
+    return energy

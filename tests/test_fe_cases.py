@@ -1,0 +1,231 @@
+"""Finite elements beside theory: McKibben tubes, cubes, a clamped beam, the mixed form; slopes of the energies."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import hypertuna as ht
+from hypertuna import cli_fe_validate
+from hypertuna.cli_fe import fe_app
+from hypertuna.errors import InputError
+from hypertuna.fe_blocks import cantilever, closed_form, cube_stress
+from hypertuna.fe_cases import ANGLES, Case, beam_cases, cube_cases, muscle_cases, sleeve_cases
+from hypertuna.fe_measure import measure
+from hypertuna.fe_mesh import MeshSize
+from hypertuna.fe_model import FeOptions, equilibrium, fe_model
+from hypertuna.fe_newton import lead
+from hypertuna.fe_solid import LAWS, Solid, Wall, solid_energy
+from hypertuna.fe_tube import ideal_pull, ideal_stretch, load, pull, sleeve_pull, tube
+from hypertuna.silicone import Mooney
+
+ROBOT = ht.load("hypertuna")
+SILICONE = Mooney(10e3, 3e3)
+BRAID = Wall(4e-3, 2.8e-3, Mooney(0.0, 0.0), math.radians(35), 1e8)
+
+
+def test_braid_alone_pulls_nothing_at_the_neutral_angle() -> None:
+    assert ideal_pull(250e3, 4e-3, math.acos(math.sqrt(1 / 3))) == pytest.approx(0.0, abs=1e-12)
+    angle = math.radians(35)
+    assert ideal_stretch(angle) * math.cos(angle) == pytest.approx(math.sqrt(1 / 3))  # free: the braid stands there
+    assert ideal_stretch(angle, 1.0) == pytest.approx(1.0)
+    half = ideal_pull(1.0, 1.0, angle, ideal_stretch(angle, 0.5))
+    assert half == pytest.approx(0.5 * ideal_pull(1.0, 1.0, angle))
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize("angle", ANGLES)
+def test_braid_alone_pulls_and_contracts_as_theory_says(angle: float) -> None:
+    blocked, half, free = muscle_cases(ROBOT, math.radians(angle), hose=False)
+    assert abs(blocked.difference) < 1e-3
+    assert abs(half.difference) < 1e-3
+    assert abs(free.difference) < 1e-3
+    assert not blocked.text + half.text + free.text
+    assert (free.computed > half.computed > 0) == (angle < 54.7)  # beyond, it gets longer
+
+
+@pytest.mark.fe
+def test_hose_and_sleeve_are_those_of_the_core() -> None:
+    hose = list(muscle_cases(ROBOT, math.radians(35), hose=True))
+    alone = list(muscle_cases(ROBOT, math.radians(35), hose=False))
+    sleeve = list(sleeve_cases(ROBOT))
+    assert max(abs(case.difference) for case in (*hose, *sleeve)) < 1e-3
+    assert hose[-1].computed < alone[-1].computed - 0.02  # the hose resists
+
+
+@pytest.mark.fe
+def test_what_carries_the_wall_adds_nothing() -> None:
+    free = tube(BRAID, thickness=1e-3)
+    load(free, 250e3)
+    blocked = ideal_pull(250e3, BRAID.outer, BRAID.braid_angle)
+    assert abs(sleeve_pull(free)) < 1e-5 * blocked
+    assert free.stretch == pytest.approx(ideal_stretch(BRAID.braid_angle), rel=1e-3)
+
+
+@pytest.mark.fe
+def test_fibers_that_stretch_pull_less() -> None:
+    """With fibers of k the force is off by about P R / (k sin^2 theta), and four times less with four times the k."""
+    ideal = ideal_pull(250e3, BRAID.outer, BRAID.braid_angle)
+    lost = []
+    for stiffness in (1e6, 4e6):
+        held = tube(Wall(4e-3, 2.8e-3, SILICONE, BRAID.braid_angle, stiffness), thickness=1e-3, held=True)
+        assert load(held, 250e3).converged
+        lost.append(1 - pull(held) / ideal)
+    assert 0.002 < lost[0] < 0.01
+    assert lost[0] / lost[1] == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.fe
+def test_energy_slope_and_tangent_of_a_tube_agree_with_differences() -> None:
+    inflated = tube(
+        Wall(4e-3, 2.8e-3, SILICONE, math.radians(35), 1e6), Solid("mooney_rivlin", SILICONE, 0.49), thickness=1e-3
+    )
+    load(inflated, 100e3, 2.0)
+    energy, state = inflated.problem.energy, inflated.problem.state.vec
+    way, slope, after, tangent, moved = (state.CreateVector() for _ in range(5))
+    way.SetRandom(1)
+    size, free = 1e-7 / float(way.Norm()), inflated.problem.free
+    for number in range(len(free)):
+        if not free[number]:
+            way[number] = 0.0
+    moved.data = state + 3e-2 * size * way  # off the equilibrium, where the slope is not 0
+    state.data = moved
+
+    def at(part: float) -> Any:
+        moved.data = state + part * size * way
+        return moved
+
+    rise = (energy.Energy(at(1.0)) - energy.Energy(at(-1.0))) / 2
+    energy.Apply(state, slope)
+    assert size * slope.InnerProduct(way) == pytest.approx(rise, rel=1e-3, abs=1e-16)
+    energy.AssembleLinearization(state)
+    tangent.data = size * energy.mat * way
+    energy.Apply(at(1.0), slope)
+    energy.Apply(at(-1.0), after)
+    slope.data = 0.5 * slope - 0.5 * after - tangent
+    assert slope.Norm() < 1e-3 * tangent.Norm()
+
+
+@pytest.mark.fe
+def test_cubes_strain_as_closed_forms_say() -> None:
+    cases = list(cube_cases(ROBOT))
+    assert len(cases) == 3 * len(LAWS)
+    assert all(case.passed for case in cases)
+    exact = [case for case in cases if case.group.endswith("linear") or case.name.startswith("shear")]
+    assert max(abs(case.difference) for case in exact) < 1e-9  # those are not of the incompressible limit
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize("law", LAWS)
+def test_laws_share_their_moduli_at_rest(law: str) -> None:
+    solid, small = Solid(law, SILICONE, 0.475), 1e-6
+    young = 2 * solid.shear * 1.475
+    assert solid.shear == pytest.approx(26e3)
+    assert cube_stress(solid, "uniaxial", small)[0] / small == pytest.approx(young, rel=1e-4)
+    assert cube_stress(solid, "biaxial", small)[0] / small == pytest.approx(young / (1 - 0.475), rel=1e-4)
+    assert cube_stress(solid, "shear", small)[0] / small == pytest.approx(solid.shear, rel=1e-6)
+    assert closed_form(solid, "shear", small) / small == pytest.approx(solid.shear, rel=1e-6)
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize("law", LAWS)
+def test_energy_does_not_see_a_rotation(law: str) -> None:
+    import ngsolve as ngs
+    from netgen.occ import Box, OCCGeometry
+
+    mesh = ngs.Mesh(OCCGeometry(Box((0, 0, 0), (1, 1, 1))).GenerateMesh(maxh=2.0, parallel_meshing=False))
+    F = np.array([[1.2, 0.3, 0.0], [-0.1, 0.9, 0.2], [0.1, 0.0, 1.05]])
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    turn = turn * np.linalg.det(turn)
+    one, two = (
+        float(solid_energy(Solid(law, SILICONE, 0.49), ngs.CF(tuple(G.ravel()), dims=(3, 3)))(mesh(0.3, 0.3, 0.3)))
+        for G in (F, turn @ F)
+    )
+    assert one > 0
+    assert two == pytest.approx(one, rel=1e-10)
+
+
+@pytest.mark.fe
+def test_beam_of_order_1_locks_and_others_bend_as_timoshenko_says() -> None:
+    cases = list(beam_cases(ROBOT))
+    assert all(case.passed for case in cases)
+    soft, stiff = cases[: len(cases) // 2], cases[len(cases) // 2 :]
+    assert [case.name for case in soft] == [case.name for case in stiff]
+    lost = [a.computed / b.computed - 1 for a, b in zip(soft, stiff, strict=True)]
+    assert lost[0] > 1.0  # order 1: less than half is left at nu = 0.499
+    assert lost[0] > lost[2] > lost[3] > lost[4] > 0  # order 1, 2, 3, mixed: less and less of nu is to be seen
+    assert lost[4] < 0.003
+
+
+@pytest.mark.fe
+def test_mixed_beam_of_a_higher_order_agrees() -> None:
+    """Order 4 has unknowns inside its elements: they must not be condensed with the pressures."""
+    solid = Solid("neo_hookean", SILICONE, 0.499)
+    third, fourth = (cantilever(solid, order=order, mixed=True)[0] for order in (3, 4))
+    assert fourth == pytest.approx(third, rel=1e-3)
+    with pytest.raises(InputError, match=r"order must be 3 at least in the mixed form, but is 2"):
+        cantilever(solid, order=2, mixed=True)
+
+
+@pytest.mark.fe
+def test_joint_bends_alike_in_both_forms() -> None:
+    bends = []
+    for mixed in (False, True):
+        model = fe_model(ROBOT, "II", FeOptions(mesh=MeshSize(1.0), mixed=mixed))
+        assert equilibrium(model, pressure=(5e3, 0.0)).converged
+        bends.append(measure(model).angle)
+        if mixed:
+            slope = model.problem.state.vec.CreateVector()
+            model.problem.energy.Apply(model.problem.state.vec, slope)
+            pressures = model.problem.state.space.Range(1)
+            rest = max(abs(slope[number]) for number in range(pressures.start, pressures.stop))
+            assert rest < 1e-15  # the pressures are settled
+    assert bends[0] < bends[1]  # displacements alone are stiffer
+    assert bends[0] == pytest.approx(bends[1], rel=0.04)
+
+
+@pytest.mark.fe
+def test_loads_that_are_not_reached_are_told() -> None:
+    held = tube(BRAID, thickness=1e-3, held=True)
+    found = lead(held.problem, (math.nan, 0.0))
+    assert not found.converged
+    assert "0 % of the way" in found.text
+
+
+CASES = (
+    Case("Tube", "pull", 10.02, 10.0, "N", 0.003),
+    Case("Beam", "order 1", 1.0, 10.0, "mm", 0.5, locks=True),
+)
+
+
+def test_cases_pass_as_they_must() -> None:
+    assert [case.passed for case in CASES] == [True, True]
+    assert CASES[0].difference == pytest.approx(0.002)
+    assert not Case("Tube", "pull", 10.04, 10.0, "N", 0.003).passed
+    assert not Case("Beam", "order 1", 9.9, 10.0, "mm", 0.5, locks=True).passed  # that does not lock
+    assert not Case("Tube", "pull", 10.0, 10.0, "N", 0.003, text="no step lowers the energy").passed
+
+
+@pytest.mark.fe
+def test_command_tells_the_cases_and_fails_with_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = list(CASES)
+    monkeypatch.setattr(cli_fe_validate, "validate", lambda robot, progress: tuple(found))
+    done = CliRunner().invoke(fe_app, ["validate", "--json"])
+    told = json.loads(done.stdout)
+    assert done.exit_code == 0
+    assert told["robot"] == "hypertuna"
+    assert [case["passed"] for case in told["cases"]] == [True, True]
+    assert told["cases"][0]["difference"] == pytest.approx(0.002)
+    text = CliRunner().invoke(fe_app, ["validate"]).stdout
+    assert "all 2 cases agree" in text
+    assert "over 50" in text
+    found.append(Case("Tube", "free", 0.2, 0.3, "1", 0.01, text="no step lowers the energy"))
+    done = CliRunner().invoke(fe_app, ["validate"])
+    assert done.exit_code == 1
+    assert "1 of 3 cases are off" in done.stdout
+    assert "NO no step" in done.stdout.replace("\n", " ")
