@@ -90,12 +90,12 @@ def test_only_known_formats_are_written(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.fe
 @pytest.mark.parametrize("joint", ["I", "II"])
-@pytest.mark.parametrize("squeeze", [2.0, 3.0])
-def test_the_mesh_is_the_drawing(joint: str, squeeze: float) -> None:
+@pytest.mark.parametrize("pieces", [6.0, 9.0])
+def test_the_mesh_is_the_drawing(joint: str, pieces: float) -> None:
     import ngsolve as ngs
 
     body = joint_body(ROBOT, joint)
-    mesh, _kept = joint_mesh(body, MeshSize(0.8, squeeze=squeeze))
+    mesh, _kept = joint_mesh(body, MeshSize(0.8, pieces=pieces))
     one = ngs.CF(1.0)
     assert 2 * ngs.Integrate(one * ngs.dx("matrix"), mesh) == pytest.approx(body.volume, rel=1e-3)
     assert ngs.Integrate(one * ngs.ds("symmetry"), mesh) == pytest.approx(body.symmetry_area, rel=1e-3)

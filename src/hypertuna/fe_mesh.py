@@ -35,18 +35,31 @@ class MeshSize:
         How fast the size may grow, of Netgen.
     order : int
         Polynomial order of the displacements and of curved elements.
-    squeeze : float
-        How many times longer elements are along the joint than across it.
+    pieces : float
+        Number of elements along the joint: hoses are slender, and change little along their axes.
     """
 
     around: float
     largest: float = 4.0
     grading: float = 0.9
     order: int = 3
-    squeeze: float = 3.0
+    pieces: float = 7.0
+
+    def squeeze(self, body: JointBody) -> float:
+        """How many times longer elements are along a joint than across it.
+
+        Parameters
+        ----------
+        body : JointBody
+
+        Returns
+        -------
+        float
+        """
+        return max(1.0, body.length / (self.pieces * self.around * body.radius))
 
 
-MESHES = {"coarse": MeshSize(0.8), "medium": MeshSize(0.7), "fine": MeshSize(0.5, squeeze=2.0)}
+MESHES = {"coarse": MeshSize(0.8, pieces=6.0), "medium": MeshSize(0.7), "fine": MeshSize(0.5, pieces=12.0)}
 
 
 def mesh_size(mesh: str | MeshSize) -> MeshSize:
@@ -111,7 +124,7 @@ def _straight(body: JointBody, size: MeshSize) -> Any:
     import ngsolve as ngs
     from netgen.occ import OCCGeometry
 
-    shape, radius = half_shape(body, squeeze=size.squeeze), MM * body.radius
+    shape, radius = half_shape(body, squeeze=size.squeeze(body)), MM * body.radius
     for face in shape.faces:
         if face.name.startswith("wall"):
             face.maxh = size.around * radius
@@ -123,7 +136,9 @@ def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
     """Motion of all points from the straight mesh to the true shape: round, stretched along x, in m."""
     import ngsolve as ngs
 
-    curved = {name: _to_channels(body) for name in ("wall_left", "wall_right")} | {"outer": _to_rim(body, size.squeeze)}
+    curved = {name: _to_channels(body) for name in ("wall_left", "wall_right")} | {
+        "outer": _to_rim(body, size.squeeze(body))
+    }
     planes = {"dirichletx": "fixed|tip|tie|cap_.*", "dirichlety": "strip", "dirichletz": "symmetry"}
     space = ngs.VectorH1(mesh, order=size.order, dirichlet="|".join(curved), **planes)
     motion = ngs.GridFunction(space)
@@ -137,7 +152,7 @@ def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
     pull.data = stiffness.mat * motion.vec
     motion.vec.data -= stiffness.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky") * pull
     deformation = ngs.GridFunction(ngs.VectorH1(mesh, order=size.order))
-    scale = (size.squeeze / MM, 1 / MM, 1 / MM)
+    scale = (size.squeeze(body) / MM, 1 / MM, 1 / MM)
     place = (ngs.x, ngs.y, ngs.z)
     deformation.Set(ngs.CF(tuple(s * (p + motion[k]) - p for k, (s, p) in enumerate(zip(scale, place, strict=True)))))
     return deformation
