@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from hypertuna.reproduce_fe import FE, ROBOTS, difference_table, read_elements
 
+ROOT = Path(__file__).resolve().parents[1]
 ELEMENTS = read_elements()
 SHIPPED = next(model for model in ELEMENTS.solved if model != FE)
 
@@ -39,9 +42,23 @@ def run_table() -> str:
     return rows([*head, "memory [GB]"], body, left=2)
 
 
+def case_table() -> str:
+    """Tabulate what theory knows, as `hypertuna fe validate --json` was stored."""
+    cases = json.loads((ROOT / "validation" / "fe" / "cases.json").read_text())["cases"]
+    body, group = [], ""
+    for case in cases:
+        limit = f"{'over ' if case['locks'] else ''}{100 * case['tolerance']:.3g}"
+        numbers = (f"{case['computed']:.5g}", f"{case['theory']:.5g}", case["unit"], f"{100 * case['difference']:+.2f}")
+        body.append([case["group"] if case["group"] != group else "", case["name"], *numbers, limit])
+        group = case["group"]
+    head = ["case", "what", "computed", "theory", "unit", "difference [%]", "allowed [%]"]
+    return rows(head, body, left=2)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "fe bends": lambda: bend_table(FE),
     "fe bends, shipped": lambda: bend_table(SHIPPED),
     "fe runs": run_table,
+    "fe cases": case_table,
 }
 PICTURES: dict[str, Any] = {}
