@@ -26,6 +26,7 @@ from hypertuna.errors import InputError
 from hypertuna.fe_bend import FeBend
 from hypertuna.fe_geometry import joint_body
 from hypertuna.fe_record import oil_taken
+from hypertuna.fe_section import section_bend
 from hypertuna.soft_joint import drive_unit, joint_group, mooney, muscle
 
 __all__ = ["FeComparison", "Reason", "compare", "shortening_bend"]
@@ -134,11 +135,6 @@ def _reasons(found: FeBend) -> tuple[Reason, ...]:
     robot, joint, highest = found.robot, found.joint, found.pressure[-1:]
     options: dict[str, Any] = {"side": found.side, "material": found.material}
     bare = _bare(robot, joint)
-    body = joint_body(robot, joint)
-    heights = sorted({channel.z for channel in body.channels})
-    gap = min(np.diff(heights), default=2 * body.radius) / 2 - body.radius
-    swollen = _sleeved(bare, float(gap))
-    released = {"material": found.material}
     return (
         Reason("analytic model as described", float(bend(robot, joint, highest, **options).angle[0])),
         Reason("braids do not rub", float(bend(robot, joint, highest, friction=False, **options).angle[0])),
@@ -146,12 +142,15 @@ def _reasons(found: FeBend) -> tuple[Reason, ...]:
             "matrix by its sections alone: no sleeve_m, no stiffness_factor",
             float(bend(bare, joint, highest, friction=False, **options).angle[0]),
         ),
-        Reason("the neutral layer may get shorter", float(shortening_bend(bare, joint, highest, **released)[0])),
         Reason(
-            "matrix swells with the hoses, half the gap between them",
-            float(shortening_bend(swollen, joint, highest, **released)[0]),
+            "the neutral layer may get shorter",
+            float(shortening_bend(bare, joint, highest, material=found.material)[0]),
         ),
-        Reason("finite elements: ends held by plates, sections that warp", float(found.angle[-1])),
+        Reason(
+            "sections by finite elements: matrix swells and warps around the hoses",
+            float(section_bend(robot, joint, highest, options=found.options).angle[0]),
+        ),
+        Reason("the whole body by finite elements: ends held by plates", float(found.angle[-1])),
     )
 
 
@@ -160,12 +159,8 @@ def _bare(robot: Robot, joint: str | int) -> Robot:
     _, actuator = joint_group(robot, joint)
     plain = {"actuator": actuator.model_copy(update={"stiffness_factor": 1.0})}
     joints = tuple(group.model_copy(update=plain) if group.actuator is actuator else group for group in robot.joints)
-    return _sleeved(robot.model_copy(update={"joints": joints}), 0.0)
-
-
-def _sleeved(robot: Robot, sleeve: float) -> Robot:
-    """Set the thickness of matrix that swells with the braid [m]."""
-    return robot.model_copy(update={"drive_unit": drive_unit(robot).model_copy(update={"sleeve": sleeve})})
+    unit = drive_unit(robot).model_copy(update={"sleeve": 0.0})
+    return robot.model_copy(update={"joints": joints, "drive_unit": unit})
 
 
 def shortening_bend(robot: Robot, joint: str | int, pressure: ArrayLike, *, material: str | None = None) -> Array:

@@ -1,0 +1,163 @@
+"""Analytic model beside finite elements, its neutral layer released, and sections without ends."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import hypertuna as ht
+from hypertuna.actuator import bend
+from hypertuna.errors import InputError
+from hypertuna.fe_bend import FeBend, fe_bend
+from hypertuna.fe_compare import compare, shortening_bend
+from hypertuna.fe_mesh import MeshSize
+from hypertuna.fe_model import FeOptions
+
+PRESSURE = np.array([50e3, 100e3])
+# Second order: a fifth of the time, and stiffer by some percent (docs/fe.md); nothing here depends on that.
+QUICK = FeOptions(mesh=MeshSize(0.9, order=2, squeeze=3.0))
+
+COMMAND = ["fe", "compare", "--robot", "hypertuna-fe", "--joint", "II"]
+
+
+@pytest.fixture(scope="module")
+def fish() -> ht.Robot:
+    return ht.load("hypertuna-fe")
+
+
+@pytest.fixture(scope="module")
+def found(fish: ht.Robot) -> FeBend:
+    return fe_bend(fish, "II", PRESSURE, options=QUICK)
+
+
+def test_all_but_the_soft_joints_is_as_in_hypertuna(fish: ht.Robot) -> None:
+    first, second = ht.load("hypertuna").document(), fish.document()
+
+    def without(document: dict) -> dict:  # type: ignore[type-arg]
+        kept = {key: value for key, value in document.items() if key not in ("name", "description", "drive_unit")}
+        sources = {
+            key: text
+            for key, text in document["sources"].items()
+            if not key.startswith(("joints.actuator", "drive_unit"))
+        }
+        joints = [{key: value for key, value in group.items() if key != "actuator"} for group in document["joints"]]
+        return kept | {"sources": sources, "joints": joints}
+
+    assert without(first) == without(second)
+    same = ("friction", "hose", "matrix")
+    assert [first["drive_unit"][key] for key in same] == [second["drive_unit"][key] for key in same]
+
+
+def test_soft_lengths_and_sections_follow_from_table_ii(fish: ht.Robot) -> None:
+    """The middle 10 mm of L4 are the connector; its soft ends lie between the links' middles."""
+    one, two = (group.actuator for group in fish.joints)
+    assert one is not None
+    assert two is not None
+    assert sum(one.segment_length) + sum(two.segment_length) + 0.010 == pytest.approx(sum(fish.links.length[1:7]))
+    a4, b4 = fish.links.lateral_area[4] / 0.050 / 2, 0.019799  # b where the ellipse' perimeter is S_y / l
+    for found, front, rear, place in (
+        (one.semi_major[3], one.semi_major[2], a4, 20 / 35),
+        (one.semi_minor[3], one.semi_minor[2], b4, 20 / 35),
+        (two.semi_major[0], a4, two.semi_major[1], 15 / 35),
+        (two.semi_minor[0], b4, two.semi_minor[1], 15 / 35),
+    ):
+        assert found == pytest.approx(front + place * (rear - front), abs=1e-5)
+
+
+def test_a_layer_that_cannot_shorten_is_the_analytic_model(fish: ht.Robot) -> None:
+    """At first order a free body shortens, and the moment's balance is that of the analytic model with its channels."""
+    small = np.array([100.0])
+    free = shortening_bend(fish, "I", small)[0]
+    actuator = fish.joints[0].actuator
+    assert actuator is not None
+    assert free > 0
+    # A quarter of the pressure gives a quarter of the angle while all is small.
+    assert shortening_bend(fish, "I", small / 4)[0] == pytest.approx(free / 4, rel=1e-2)
+
+
+def test_a_layer_that_may_shorten_bends_farther_where_passive_braids_are_stiff(fish: ht.Robot) -> None:
+    unit = fish.drive_unit
+    assert unit is not None
+    steep = fish.model_copy(update={"drive_unit": unit.model_copy(update={"braid_angle": math.radians(24)})})
+    held = bend(steep, "II", [250e3], friction=False).angle[0]
+    free = shortening_bend(steep, "II", [250e3])[0]
+    assert free > 1.3 * held  # 24 deg stretch by 9 % at most; held, the other side's braids stop the joint
+
+
+@pytest.mark.fe
+def test_differences_are_those_of_the_columns(found: FeBend, fish: ht.Robot) -> None:
+    compared = compare(found)
+    analytic = bend(fish, "II", PRESSURE)
+    np.testing.assert_allclose(compared.analytic.angle, analytic.angle)
+    np.testing.assert_allclose(compared.difference, analytic.angle / found.angle - 1)
+    assert compared.reasons == ()
+    assert (compared.oil > 0).all()
+    assert (np.diff(compared.shortening) > 0).all()  # under more pressure the body is shorter
+    assert 0.01 < compared.shortening[-1] < 0.2
+
+
+@pytest.mark.fe
+def test_reasons_lead_from_one_model_to_the_other(found: FeBend) -> None:
+    reasons = compare(found, reasons=True).reasons
+    angle = np.array([reason.angle for reason in reasons])
+    assert angle[0] == compare(found).analytic.angle[-1]
+    assert angle[-1] == found.angle[-1]
+    assert angle[1] > angle[0]  # nothing rubs
+    assert angle[4] > angle[5]  # ends hold
+    assert np.isfinite(angle).all()
+
+
+@pytest.mark.fe
+def test_nothing_to_compare_is_said(found: FeBend) -> None:
+    nothing = replace(
+        found, pressure=np.empty(0), measured=(), iterations=(), seconds=(), status_text="100 kPa failed."
+    )
+    with pytest.raises(InputError, match="must reach a pressure"):
+        compare(nothing)
+
+
+@pytest.mark.fe
+def test_sections_do_not_depend_on_the_side_of_the_mesh(fish: ht.Robot) -> None:
+    """One mean section stands for all segments within 3 %."""
+    from hypertuna.fe_section import section_bend
+
+    each = section_bend(fish, "II", PRESSURE)
+    mean = section_bend(fish, "II", PRESSURE, segments=False)
+    np.testing.assert_allclose(mean.angle, each.angle, rtol=0.03)
+    assert (each.axis < 1).all()
+
+
+@pytest.mark.fe
+def test_the_command_compares(tmp_path: Path) -> None:
+    from hypertuna.cli import app
+
+    arguments = [
+        "fe",
+        "compare",
+        "--robot",
+        "hypertuna-fe",
+        "--joint",
+        "II",
+        "--pressure",
+        "20",
+        "--mesh",
+        "coarse",
+        "--json",
+    ]
+    result = CliRunner().invoke(app, [*arguments, "-o", str(tmp_path / "run")])
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert told == json.loads((tmp_path / "run" / "compare.json").read_text())
+    (step,) = told["steps"]
+    assert step["bend_difference_percent"] == pytest.approx(100 * (step["bend_analytic_deg"] / step["bend_fe_deg"] - 1))
+
+
+def test_bad_pressures_are_refused() -> None:
+    from hypertuna.cli import app
+
+    result = CliRunner().invoke(app, [*COMMAND, "--pressure", "100,50"])
+    assert result.exit_code != 0
