@@ -136,7 +136,7 @@ def bend_command(
         typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}.  [default: the robot's]"),
     ] = None,
     law: Annotated[str, typer.Option("--law", help=f"Law of the matrix: {', '.join(LAWS)}.")] = "mooney_rivlin",
-    poisson: Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")] = "0.49",
+    poisson: Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")] = "0.475",
     mixed: Annotated[bool, typer.Option("--mixed", help="Make the matrix' pressure an unknown of its own.")] = False,
     mesh: Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")] = "medium",
     plot: Annotated[

@@ -57,7 +57,7 @@ def compare_command(
         str | None,
         typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}.  [default: the robot's]"),
     ] = None,
-    poisson: Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")] = "0.49",
+    poisson: Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")] = "0.475",
     mesh: Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")] = "coarse",
     reasons: Annotated[
         bool, typer.Option("--reasons", help="Take the analytic model toward finite elements step by step.")

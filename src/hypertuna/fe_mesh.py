@@ -129,7 +129,7 @@ def _straight(body: JointBody, size: MeshSize) -> Any:
         if face.name.startswith("wall"):
             face.maxh = size.around * radius
     options = {"maxh": size.largest * radius, "grading": size.grading, "curvaturesafety": 1 / size.around}
-    return ngs.Mesh(OCCGeometry(shape).GenerateMesh(segmentsperedge=0.5, **options))
+    return ngs.Mesh(OCCGeometry(shape).GenerateMesh(segmentsperedge=0.5, parallel_meshing=False, **options))
 
 
 def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:

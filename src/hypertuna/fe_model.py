@@ -50,7 +50,7 @@ class FeOptions:
 
     material: str | None = None
     law: str = "mooney_rivlin"
-    poisson: float = 0.49
+    poisson: float = 0.475
     mesh: str | MeshSize = "medium"
     mixed: bool = False
 
