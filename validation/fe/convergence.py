@@ -12,7 +12,6 @@ import json
 import math
 import resource
 import sys
-import time
 from pathlib import Path
 
 import hypertuna as ht
@@ -20,15 +19,20 @@ from hypertuna.fe_bend import fe_bend
 from hypertuna.fe_mesh import MeshSize
 from hypertuna.fe_model import FeOptions
 
-PAPER = {"I": MeshSize(0.30, order=2, squeeze=1.0), "II": MeshSize(0.33, order=2, squeeze=1.0)}
+PAPER = {
+    "I": MeshSize(0.27, largest=1.75, grading=0.32, order=2, pieces=29.0),
+    "II": MeshSize(0.325, largest=2.6, grading=0.55, order=2, pieces=19.0),
+}
+WORK = Path(__file__).resolve().parents[2] / "build" / "fe" / "convergence"
 PRESSURE = (50e3, 100e3, 150e3, 200e3, 250e3)
 
 
 def row(joint: str, mesh: str) -> dict[str, object]:
     """Bend the joint on one mesh."""
-    start = time.process_time()
     options = FeOptions(mesh=PAPER[joint] if mesh == "paper" else mesh)
-    found = fe_bend(ht.load("hypertuna-fe"), joint, PRESSURE, options=options)
+    folder = WORK / f"{joint}-{mesh}"  # goes on after an end
+    folder.mkdir(parents=True, exist_ok=True)
+    found = fe_bend(ht.load("hypertuna-fe"), joint, PRESSURE, options=options, folder=folder)
     return {
         "robot": "hypertuna-fe",
         "joint": joint,
@@ -36,8 +40,10 @@ def row(joint: str, mesh: str) -> dict[str, object]:
         "elements": found.elements,
         "unknowns": found.unknowns,
         "bend_deg": [math.degrees(angle) for angle in found.angle],
+        "pressure_kpa": [pressure / 1e3 for pressure in found.pressure],
         "r_squared": found.r_squared(),
-        "seconds": time.process_time() - start,
+        "iterations": list(found.iterations),
+        "seconds": sum(found.seconds),
         "memory_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
         "status": found.status_text,
     }

@@ -24,7 +24,7 @@ FISH = ht.load("hypertuna-fe")
 PRESSURE = np.array([100e3, 150e3, 200e3, 250e3])
 # Outer and inner diameter [mm], braid [deg], levers of joint I and II [mm]; the first is the shipped one.
 DESIGNS = (
-    (5.0, 3.6, 35, 10.8, 7.2),
+    (5.0, 3.6, 35, 11.0, 6.9),
     (5.0, 3.6, 34, 12.5, 7.5),
     (5.0, 3.8, 36, 14.5, 7.2),
     (4.5, 3.4, 34, 14.5, 7.2),
