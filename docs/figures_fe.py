@@ -55,10 +55,54 @@ def case_table() -> str:
     return rows(head, body, left=2)
 
 
+def convergence_table() -> str:
+    """Tabulate the bend over the mesh, as validation/fe/convergence.py stored it."""
+    body = []
+    for row in json.loads((ROOT / "validation" / "fe" / "convergence.json").read_text()):
+        reached = dict(zip(row["pressure_kpa"], row["bend_deg"], strict=True))
+        bends = [f"{reached[pressure]:.2f}" if pressure in reached else "" for pressure in (50, 100, 250)]
+        sizes = (f"{row['elements']:,}", f"{row['unknowns']:,}")
+        per_step = row["seconds"] / sum(row["iterations"])
+        cost = (f"{row['seconds']:.0f}", f"{sum(row['iterations'])}", f"{per_step:.1f}", f"{row['memory_gb']:.2f}")
+        body.append([row["joint"], row["mesh"], *sizes, *bends, *cost])
+    head = ["joint", "mesh", "tetrahedra", "unknowns", "50 kPa [deg]", "100 kPa [deg]", "250 kPa [deg]", "time [s]"]
+    return rows([*head, "Newton steps", "s per step", "memory [GB]"], body, left=2)
+
+
+def family_table() -> str:
+    """Tabulate other drive units, by sections without ends."""
+    body = []
+    for row in _family()["family"]:
+        unit = (f"{row['outer_mm']:g} × {row['inner_mm']:g}", f"{row['braid_deg']:g}")
+        levers = f"{row['lever_i_mm']:g}, {row['lever_ii_mm']:g}"
+        bends = [f"{row[f'bend_{joint}_deg']:.1f}, {row[f'r_squared_{joint}']:.3f}" for joint in ("i", "ii")]
+        body.append([*unit, levers, *bends, f"{row['blocked_force_n']:.1f}"])
+    head = ["hose [mm]", "braid [deg]", "levers [mm]", "I: [deg], R²", "II: [deg], R²", "blocked force [N]"]
+    return rows(head, body)
+
+
+def sensitivity_table() -> str:
+    """Tabulate what one percent more of a quantity does, by sections without ends."""
+    body = [
+        [row["quantity"], f"{row['bend_i_percent']:+.2f}", f"{row['bend_ii_percent']:+.2f}"]
+        for row in _family()["sensitivity"]
+    ]
+    return rows(["1 % more", "I [%]", "II [%]"], body)
+
+
+def _family() -> dict[str, Any]:
+    """Read what validation/fe/family.py stored."""
+    found: dict[str, Any] = json.loads((ROOT / "validation" / "fe" / "family.json").read_text())
+    return found
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "fe bends": lambda: bend_table(FE),
     "fe bends, shipped": lambda: bend_table(SHIPPED),
     "fe runs": run_table,
     "fe cases": case_table,
+    "fe convergence": convergence_table,
+    "fe family": family_table,
+    "fe sensitivity": sensitivity_table,
 }
 PICTURES: dict[str, Any] = {}

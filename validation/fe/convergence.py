@@ -1,6 +1,8 @@
 """Bend at 250 kPa over the mesh, and the paper's numbers of elements: rows of validation/fe/convergence.json.
 
-python validation/fe/convergence.py JOINT MESH     one row (coarse, medium, fine or paper), added to the file
+python validation/fe/convergence.py JOINT MESH     one row, added to the file
+
+MESH is coarse, medium, fine, paper, or one of these with the mixed form: "fine mixed".
 
 The shipped description by third-order elements; "paper" takes second-order elements and a mesh of about as many
 tetrahedra as the paper's (section III.B: 37,648 for joint I, 10,965 for joint II), of the half body.
@@ -29,8 +31,9 @@ PRESSURE = (50e3, 100e3, 150e3, 200e3, 250e3)
 
 def row(joint: str, mesh: str) -> dict[str, object]:
     """Bend the joint on one mesh."""
-    options = FeOptions(mesh=PAPER[joint] if mesh == "paper" else mesh)
-    folder = WORK / f"{joint}-{mesh}"  # goes on after an end
+    size, _, form = mesh.partition(" ")
+    options = FeOptions(mesh=PAPER[joint] if size == "paper" else size, mixed=form == "mixed")
+    folder = WORK / f"{joint}-{mesh}".replace(" ", "-")  # goes on after an end
     folder.mkdir(parents=True, exist_ok=True)
     found = fe_bend(ht.load("hypertuna-fe"), joint, PRESSURE, options=options, folder=folder)
     return {
