@@ -154,8 +154,8 @@ def _print(compared: FeComparison, record: dict[str, Any]) -> None:
         steps, before = _table(["", "bend\n[deg]", "change\n[deg]"], left=1), math.nan
         for reason in record["reasons"]:
             angle = reason["angle_deg"]
-            change = "" if math.isnan(before) else f"{angle - before:+.2f}"
-            steps.add_row(reason["text"], f"{angle:.2f}", change)
+            change = "" if math.isnan(angle - before) else f"{angle - before:+.2f}"
+            steps.add_row(reason["text"], "not found" if math.isnan(angle) else f"{angle:.2f}", change)
             before = angle
         console.print(steps)
     console.print(Text(found.status_text, style="green" if found.status == "converged" else "bold red"))
