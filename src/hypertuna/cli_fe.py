@@ -22,7 +22,7 @@ from hypertuna.console import check_suffix, command_line, number, plain, print_j
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.fe_bend import FeBend, fe_bend
-from hypertuna.fe_extra import need_fe
+from hypertuna.fe_extra import need_fe, need_screenless
 from hypertuna.fe_fields import write_vtu
 from hypertuna.fe_geometry import JointBody, joint_body, write_geometry
 from hypertuna.fe_measure import Measured
@@ -165,8 +165,6 @@ def bend_command(
     options = FeOptions(material, law, number(poisson, "--poisson", "1"), mesh, mixed)
     need_fe()
     if output is not None and not no_pictures:
-        from hypertuna.fe_pictures import need_screenless
-
         need_screenless()
     with _folder(output) as folder, progress_bar("pressures", patience=0) as report:
         report(0, len(rising))
