@@ -193,6 +193,15 @@ def test_the_command_compares(tmp_path: Path) -> None:
     assert step["bend_difference_percent"] == pytest.approx(100 * (step["bend_analytic_deg"] / step["bend_fe_deg"] - 1))
 
 
+@pytest.mark.fe
+def test_bad_options_leave_no_folder(tmp_path: Path) -> None:
+    from hypertuna.cli import app
+
+    result = CliRunner().invoke(app, [*COMMAND, "--side", "up", "-o", str(tmp_path / "run")])
+    assert "side must be left or right" in str(result.exception)
+    assert not (tmp_path / "run").exists()
+
+
 def test_bad_pressures_are_refused() -> None:
     from hypertuna.cli import app
 
