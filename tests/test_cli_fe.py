@@ -312,7 +312,7 @@ def test_without_the_extra_the_command_says_how_to_get_it(run: Run, monkeypatch:
 def test_where_nothing_can_draw_it_is_said_before_the_work(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(fe_pictures, "_loads", lambda library: False)
+    monkeypatch.setattr(fe_extra, "_loadable", lambda library: False)
     code, output, errors = run(*BEND, "-o", str(tmp_path / "run"))
     assert (code, output) == (2, "")
     assert "apt-get install libosmesa6, or leave the pictures out with --no-pictures" in errors

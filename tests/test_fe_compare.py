@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,10 +17,11 @@ from hypertuna.fe_bend import FeBend, fe_bend
 from hypertuna.fe_compare import compare, shortening_bend
 from hypertuna.fe_mesh import MeshSize
 from hypertuna.fe_model import FeOptions
+from hypertuna.soft_joint import mooney, muscle
 
 PRESSURE = np.array([25e3, 50e3])
 # As coarse as the check of the mesh' areas lets it be.
-QUICK = FeOptions(mesh=MeshSize(1.1, largest=5.0, squeeze=4.5))
+QUICK = FeOptions(mesh=MeshSize(1.1, largest=5.0, pieces=4.8))
 COMMAND = ["fe", "compare", "--robot", "hypertuna-fe", "--joint", "II"]
 
 
@@ -67,15 +69,51 @@ def test_soft_lengths_and_sections_follow_from_table_ii(fish: ht.Robot) -> None:
         assert found == pytest.approx(front + place * (rear - front), abs=1e-5)
 
 
-def test_a_layer_that_cannot_shorten_is_the_analytic_model(fish: ht.Robot) -> None:
-    """At first order a free body shortens, and the moment's balance is that of the analytic model with its channels."""
-    small = np.array([100.0])
-    free = shortening_bend(fish, "I", small)[0]
-    actuator = fish.joints[0].actuator
+def test_at_small_pressure_a_layer_that_may_shorten_is_two_linear_equations(fish: ht.Robot) -> None:
+    """Force and moment of one section, joint I: l = 1 + e, both units get shorter, the other side's braids are slack.
+
+    With N units a side at w that pull F0 + k (e - k_w) and s (e + k_w), k_w = curvature times w, s = 6 ring (c1 + c2):
+    (E A + N k + N s) e - N (k - s) k_w = -N F0 and (E I / w^2 + N k + N s) k_w - N (k - s) e = N F0.
+    """
+    group, unit = fish.joints[0], fish.drive_unit
+    actuator = group.actuator
     assert actuator is not None
-    assert free > 0
-    # A quarter of the pressure gives a quarter of the angle while all is small.
-    assert shortening_bend(fish, "I", small / 4)[0] == pytest.approx(free / 4, rel=1e-2)
+    assert unit is not None
+    assert group.drive_units is not None
+    small, count, w, r = 100.0, group.drive_units, actuator.lever, unit.outer_diameter / 2
+    hose, matrix = (mooney(fish, name) for name in (unit.hose, unit.matrix))
+    tube = muscle(fish, friction=False)
+    step = 1e-4
+    low, pull, high = (tube.at(np.array([1 + s * step]), pressure=small)["pull"][0] for s in (-1, 0, 1))
+    stiff = count * (high - low) / (2 * step)
+    slack = count * 6 * math.pi * (r**2 - (unit.inner_diameter / 2) ** 2) * (hose.c1 + hose.c2)
+    angle, E = 0.0, 6 * (matrix.c1 + matrix.c2)
+    for length, a, b in zip(actuator.segment_length, actuator.semi_major, actuator.semi_minor, strict=True):
+        holes = 2 * count * math.pi * r**2
+        area = math.pi * a * b - holes
+        second = actuator.stiffness_factor * (math.pi / 4 * a * b**3 - holes * (w**2 + r**2 / 4))
+        balance = np.array([[E * area, 0.0], [0.0, E * second / w**2]])
+        balance += [[stiff + slack, slack - stiff], [slack - stiff, stiff + slack]]
+        axis, turn = np.linalg.solve(balance, [-count * pull, count * pull])
+        assert axis + turn < 0  # slack, as taken
+        angle += length * turn / w
+    assert shortening_bend(fish, "I", [small])[0] == pytest.approx(angle, rel=2e-3)
+
+
+def test_forces_that_are_not_balanced_are_no_bend(fish: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    import scipy.optimize
+
+    found = scipy.optimize.root
+
+    def astray(forces: Any, start: Any, args: tuple[float, ...], **options: Any) -> Any:
+        solution = found(forces, start, args, **options)
+        solution.x = solution.x + (0.01 if args[0] > 5e3 else 0.0)
+        return solution
+
+    monkeypatch.setattr(scipy.optimize, "root", astray)
+    angle = shortening_bend(fish, "I", [5e3, 10e3])
+    assert angle[0] > 0
+    assert math.isnan(angle[1])
 
 
 def test_a_layer_that_may_shorten_bends_farther_where_passive_braids_are_stiff(fish: ht.Robot) -> None:
@@ -155,8 +193,18 @@ def test_the_command_compares(tmp_path: Path) -> None:
     assert step["bend_difference_percent"] == pytest.approx(100 * (step["bend_analytic_deg"] / step["bend_fe_deg"] - 1))
 
 
+@pytest.mark.fe
+def test_bad_options_leave_no_folder(tmp_path: Path) -> None:
+    from hypertuna.cli import app
+
+    result = CliRunner().invoke(app, [*COMMAND, "--side", "up", "-o", str(tmp_path / "run")])
+    assert "side must be left or right" in str(result.exception)
+    assert not (tmp_path / "run").exists()
+
+
 def test_bad_pressures_are_refused() -> None:
     from hypertuna.cli import app
 
     result = CliRunner().invoke(app, [*COMMAND, "--pressure", "100,50"])
-    assert result.exit_code != 0
+    assert isinstance(result.exception, InputError)  # which the program turns into a sentence and exit code 2
+    assert "pressure must rise from one to the next" in str(result.exception)

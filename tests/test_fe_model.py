@@ -210,11 +210,21 @@ def test_work_is_taken_up_where_it_ended(tmp_path: Path) -> None:
     assert asked == [2]
     np.testing.assert_allclose(again.angle, whole.angle, rtol=1e-6)
     with pytest.raises(InputError, match="was begun with poisson"):
-        fe_bend(small(), "II", pressure, options=FeOptions(mesh="coarse", poisson=0.475), folder=tmp_path)
+        fe_bend(small(), "II", pressure, options=FeOptions(mesh="coarse", poisson=0.49), folder=tmp_path)
     (tmp_path / "state-001.bin").write_bytes(b"short")
     (tmp_path / JOURNAL).write_bytes(b"".join(lines[:3]))
     with pytest.raises(InputError, match=r"state-001\.bin must hold"):
         fe_bend(small(), "II", pressure, options=COARSE, folder=tmp_path)
+
+
+@pytest.mark.fe
+def test_the_mixed_form_is_taken_up_too(tmp_path: Path) -> None:
+    """Displacements are kept; the pressures of the matrix follow from them."""
+    options = FeOptions(mesh="coarse", mixed=True)
+    fe_bend(small(), "II", [5e3], options=options, folder=tmp_path)
+    again = fe_bend(small(), "II", [5e3, 6e3], options=options, folder=tmp_path)
+    assert again.status == "converged", again.status_text
+    assert 1.1 < again.angle[1] / again.angle[0] < 1.3  # a fifth more pressure
 
 
 @pytest.mark.fe

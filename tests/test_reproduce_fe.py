@@ -26,6 +26,7 @@ def record(robot: ht.Robot, joint: str) -> dict[str, Any]:
     angle = TENTH * np.degrees(ht.bend(robot, joint, 1e3 * PRESSURE).angle)
     steps = [{"pressure_kpa": float(p), "bend_deg": float(a)} for p, a in zip(PRESSURE, angle, strict=True)]
     facts = {"status": "converged", "status_text": "All 6 pressures were reached.", "mesh": "medium"}
+    facts |= {"material": robot.drive_unit.material_set, "law": "mooney_rivlin", "poisson": 0.475, "mixed": False}
     facts |= {"elements": 1234, "unknowns": 5678, "seconds": 99.0, "joint_hash": joint_hash(robot, joint)}
     return facts | {"steps": steps}
 
@@ -104,6 +105,14 @@ def test_another_joint_s_result_does_not_count(store: Path) -> None:
         assert "joint II" in entries[key, FE].note
         assert "validation/fe/ledger.py" in entries[key, FE].note
     assert entries["fe/bending-I", FE].computed is not None
+
+
+def test_a_result_of_another_poisson_s_ratio_does_not_count(store: Path) -> None:
+    changed(store / "hypertuna-I.json", poisson=0.49)
+    (other,) = [model for model in ROBOTS if model != FE]
+    entry = told(read_elements())["fe/bending-I", other]
+    assert entry.verdict == "not-computed"
+    assert "poisson = 0.49, but it is 0.475 now" in entry.note
 
 
 def test_nothing_stored_or_not_converged_is_said(store: Path) -> None:

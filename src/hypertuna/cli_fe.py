@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,14 +13,22 @@ from rich.text import Text
 
 from hypertuna.actuator import MATERIAL_SETS, Bend, bend, check_pressure
 from hypertuna.bench import joint_index
-from hypertuna.cli_fe_compare import compare_command
+from hypertuna.cli_fe_compare import POISSON, compare_command
 from hypertuna.cli_fe_reduce import reduce_command
 from hypertuna.cli_fe_validate import validate_command
-from hypertuna.console import check_suffix, command_line, number, plain, print_json, progress_bar, tell_written
+from hypertuna.console import (
+    check_suffix,
+    command_line,
+    number,
+    plain,
+    print_json,
+    progress_bar,
+    run_folder,
+    tell_written,
+)
 from hypertuna.description import Robot, load
-from hypertuna.errors import InputError
 from hypertuna.fe_bend import FeBend, fe_bend
-from hypertuna.fe_extra import need_fe
+from hypertuna.fe_extra import need_fe, need_screenless
 from hypertuna.fe_fields import write_vtu
 from hypertuna.fe_geometry import JointBody, joint_body, write_geometry
 from hypertuna.fe_measure import Measured
@@ -136,7 +142,7 @@ def bend_command(
         typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}.  [default: the robot's]"),
     ] = None,
     law: Annotated[str, typer.Option("--law", help=f"Law of the matrix: {', '.join(LAWS)}.")] = "mooney_rivlin",
-    poisson: Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")] = "0.475",
+    poisson: Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")] = POISSON,
     mixed: Annotated[bool, typer.Option("--mixed", help="Make the matrix' pressure an unknown of its own.")] = False,
     mesh: Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")] = "medium",
     plot: Annotated[
@@ -165,10 +171,8 @@ def bend_command(
     options = FeOptions(material, law, number(poisson, "--poisson", "1"), mesh, mixed)
     need_fe()
     if output is not None and not no_pictures:
-        from hypertuna.fe_pictures import need_screenless
-
         need_screenless()
-    with _folder(output) as folder, progress_bar("pressures", patience=0) as report:
+    with run_folder(output) as folder, progress_bar("pressures", patience=0) as report:
         report(0, len(rising))
 
         def keep(model: FeModel, k: int, _: Measured) -> None:
@@ -189,28 +193,6 @@ def bend_command(
         tell_written(drawn, output)
     if found.status != "converged":
         raise typer.Exit(1)
-
-
-@contextlib.contextmanager
-def _folder(output: str | None) -> Iterator[Path | None]:
-    """Make the folder of a run; one that was made for bad input goes again."""
-    if output is None:
-        yield None
-        return
-    folder = Path(output)
-    new = not folder.exists()
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        value, fix = f"not ({error.strerror})", "choose a folder that can be made and written"
-        raise InputError("must be a folder that can be made", key="--output", value=value, fix=fix) from None
-    try:
-        yield folder
-    except InputError:
-        if new:
-            with contextlib.suppress(OSError):
-                folder.rmdir()
-        raise
 
 
 def _write(found: FeBend, record: dict[str, Any], folder: Path, *, pictures: bool) -> None:

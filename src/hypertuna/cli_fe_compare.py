@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -15,9 +14,8 @@ from rich.text import Text
 
 from hypertuna.actuator import MATERIAL_SETS, check_pressure
 from hypertuna.bench import joint_index
-from hypertuna.console import command_line, number, plain, print_json, progress_bar, tell_written
+from hypertuna.console import command_line, number, plain, print_json, progress_bar, run_folder, tell_written
 from hypertuna.description import load
-from hypertuna.errors import InputError
 from hypertuna.fe_bend import fe_bend
 from hypertuna.fe_compare import FeComparison, compare
 from hypertuna.fe_extra import need_fe
@@ -27,9 +25,10 @@ from hypertuna.fe_record import bend_record
 from hypertuna.options import Name, pressures
 from hypertuna.results import write_atomically
 
-__all__ = ["compare_command"]
+__all__ = ["POISSON", "compare_command"]
 
 SUMMARY = "compare.json"
+POISSON = f"{FeOptions.poisson:g}"
 COLUMNS = {  # of the table: head and format
     "pressure_kpa": ("gauge\n[kPa]", ".4g"),
     "bend_fe_deg": ("bend FE\n[deg]", "z.2f"),
@@ -57,7 +56,7 @@ def compare_command(
         str | None,
         typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}.  [default: the robot's]"),
     ] = None,
-    poisson: Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")] = "0.475",
+    poisson: Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")] = POISSON,
     mesh: Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")] = "coarse",
     reasons: Annotated[
         bool, typer.Option("--reasons", help="Take the analytic model toward finite elements step by step.")
@@ -80,8 +79,7 @@ def compare_command(
     index, rising = joint_index(joint, fish), check_pressure(1e3 * np.array(pressures(pressure)))
     options = FeOptions(material, poisson=number(poisson, "--poisson", "1"), mesh=mesh)
     need_fe()
-    folder = None if output is None else _folder(output)
-    with progress_bar("pressures") as report:
+    with run_folder(output) as folder, progress_bar("pressures") as report:
         found = fe_bend(fish, index, rising, side=side, options=options, folder=folder, progress=report)
     compared = compare(found, reasons=reasons)
     record = _record(compared) | {"command": command_line()}
@@ -97,16 +95,6 @@ def compare_command(
         tell_written(written)
     if found.status != "converged":
         raise typer.Exit(1)
-
-
-def _folder(output: str) -> Path:
-    """Make the folder of a run, if it is not there."""
-    try:
-        Path(output).mkdir(exist_ok=True)
-    except OSError as error:
-        value, fix = f"not ({error.strerror})", "choose a folder that can be made and written"
-        raise InputError("must be a folder that can be made", key="--output", value=value, fix=fix) from None
-    return Path(output)
 
 
 def _record(compared: FeComparison) -> dict[str, Any]:
@@ -154,8 +142,8 @@ def _print(compared: FeComparison, record: dict[str, Any]) -> None:
         steps, before = _table(["", "bend\n[deg]", "change\n[deg]"], left=1), math.nan
         for reason in record["reasons"]:
             angle = reason["angle_deg"]
-            change = "" if math.isnan(before) else f"{angle - before:+.2f}"
-            steps.add_row(reason["text"], f"{angle:.2f}", change)
+            change = "" if math.isnan(angle - before) else f"{angle - before:+.2f}"
+            steps.add_row(reason["text"], "not found" if math.isnan(angle) else f"{angle:.2f}", change)
             before = angle
         console.print(steps)
     console.print(Text(found.status_text, style="green" if found.status == "converged" else "bold red"))

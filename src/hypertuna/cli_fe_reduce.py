@@ -104,6 +104,7 @@ def _record(reduced: ReducedJoint, output: str | None) -> dict[str, Any]:
         "joint": reduced.joint,
         "mesh": str(reduced.options.mesh),
         "material": reduced.material,
+        "poisson": reduced.options.poisson,
         "pressure_left_kpa": reduced.pressure[:, 0] / 1e3,
         "pressure_right_kpa": reduced.pressure[:, 1] / 1e3,
         "couple_n_m": reduced.couple,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import math
@@ -9,7 +10,6 @@ import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ __all__ = [
     "print_json",
     "progress_bar",
     "ranges",
+    "run_folder",
     "tell_written",
     "whole_number",
 ]
@@ -186,7 +187,7 @@ def tell_written(*paths: str | None) -> None:
             typer.echo(f"written: {path}")
 
 
-@contextmanager
+@contextlib.contextmanager
 def progress_bar(what: str, patience: float = PATIENCE) -> Iterator[Callable[[int, int], None]]:
     """Show progress on the terminal once the work takes longer than a second.
 
@@ -275,3 +276,40 @@ def _range(text: str, key: str, unit: str) -> list[float]:
         rule = f"must be from 1 to {MOST_VALUES}"
         raise InputError(rule, key=f"{key}'s count", value=str(count), fix="give the number of values")
     return [float(value) for value in np.linspace(start, stop, count)]
+
+
+@contextlib.contextmanager
+def run_folder(output: str | None) -> Iterator[Path | None]:
+    """Make the folder of a run; one that was made for bad input goes again.
+
+    Parameters
+    ----------
+    output : str or None
+        Its path; None for no folder.
+
+    Yields
+    ------
+    Path or None
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    if output is None:
+        yield None
+        return
+    folder = Path(output)
+    new = not folder.exists()
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        value, fix = f"not ({error.strerror})", "choose a folder that can be made and written"
+        raise InputError("must be a folder that can be made", key="--output", value=value, fix=fix) from None
+    try:
+        yield folder
+    except InputError:
+        if new:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        raise

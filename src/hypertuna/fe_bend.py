@@ -280,9 +280,10 @@ def _restore(model: FeModel, place: Path | None, k: int, value: float, side: str
         rule = "must be readable"
         raise InputError(rule, file=str(_state(place, k)), value=f"not ({error.strerror})", fix=fix) from None
     kept = np.frombuffer(content[: len(content) // 8 * 8])
-    if len(content) != 8 * model.unknowns or not np.isfinite(kept).all():
+    count = len(model.displacement.vec)  # in the mixed form fewer than all unknowns: pressures follow from them
+    if len(content) != 8 * count or not np.isfinite(kept).all():
         value_text, fix = f"{len(content)} bytes", "remove the folder to start over"
-        rule = f"must hold {model.unknowns} finite numbers of 8 bytes"
+        rule = f"must hold {count} finite numbers of 8 bytes"
         raise InputError(rule, file=str(_state(place, k)), value=value_text, fix=fix)
     np.asarray(model.displacement.vec)[:] = kept
     for load, pressure in zip(model.problem.loads, (*_loads(value, side), 0.0), strict=True):

@@ -34,6 +34,7 @@ __all__ = ["FeComparison", "Reason", "compare", "shortening_bend"]
 Array = NDArray[np.float64]
 
 STEP = 5e3  # Pa, largest of the path that leads to a pressure
+BALANCED = 1e-6  # strain and curvature times lever that what is left of force and moment may stand for
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Reason:
     text : str
         What was changed in addition.
     angle : float
-        Angle of the joint then [rad].
+        Angle of the joint then [rad]; NaN where it was not found.
     """
 
     text: str
@@ -179,7 +180,7 @@ def shortening_bend(robot: Robot, joint: str | int, pressure: ArrayLike, *, mate
     Returns
     -------
     ndarray, shape (n,)
-        Angle [rad].
+        Angle [rad]; NaN from where forces were not balanced.
 
     Raises
     ------
@@ -221,10 +222,11 @@ def _curvature(
         moment = count * lever * (pulled - held) - matrix.modulus * inertia * turn / lever
         return np.array([force / (matrix.modulus * area), moment * lever / (matrix.modulus * inertia)])
 
-    state, reached, found = np.array([1.0, 0.0]), 0.0, []
-    for value in rising:
+    state, reached, found = np.array([1.0, 0.0]), 0.0, np.full(len(rising), math.nan)
+    for k, value in enumerate(rising):
         for step in np.linspace(reached, value, 1 + math.ceil((value - reached) / STEP))[1:]:
             state = root(unbalanced, state, args=(float(step),), tol=1e-12).x
-        reached = float(value)
-        found.append(state[1] / lever)
-    return np.array(found)
+            if not np.abs(unbalanced(state, float(step))).max() < BALANCED:
+                return found
+        reached, found[k] = float(value), state[1] / lever
+    return found

@@ -117,10 +117,11 @@ def _newton(problem: Problem) -> tuple[int, str]:
     for k in range(1, MOST + 1):
         energy.Apply(u, slope)
         energy.AssembleLinearization(u)
-        gain = _direction(problem, slope, step)
+        gain, free = _direction(problem, slope, step)
         if not math.isfinite(gain):
             return k, "the tangent is singular"
-        if gain <= CLOSE * abs(now - first) + LEAST:
+        # A step that is held back gains little anywhere: the free one tells whether this is an equilibrium.
+        if max(gain, abs(free)) <= CLOSE * abs(now - first) + LEAST:
             trial.data = u - step
             if math.isfinite(_value(problem, trial)):
                 u.data = trial
@@ -145,13 +146,13 @@ def _value(problem: Problem, vector: Any) -> float:
     return float(problem.energy.Energy(vector))
 
 
-def _direction(problem: Problem, slope: Any, step: Any) -> float:
-    """Solve for Newton's step; return by how much it lowers the energy to first order [J].
+def _direction(problem: Problem, slope: Any, step: Any) -> tuple[float, float]:
+    """Solve for Newton's step; return by how much it, and the step that is free, lower the energy to first order [J].
 
     Where the tangent is indefinite (a body that is about to buckle), a term that holds the step back is added until the
-    step goes downhill.
+    step goes downhill; the free step has no such term.
     """
-    tangent, held = problem.energy.mat, 0.0
+    tangent, held, free = problem.energy.mat, 0.0, math.nan
     for k in range(HOLDS + 1):
         if k:
             hold = HOLD * problem.shear * 10 ** (k - 1)
@@ -160,9 +161,10 @@ def _direction(problem: Problem, slope: Any, step: Any) -> float:
             held = hold
         step.data = tangent.Inverse(problem.free, inverse="sparsecholesky") * slope
         gain = float(step.InnerProduct(slope))
+        free = free if k else gain
         if gain > 0 or (gain == 0 and k == 0):
-            return gain
-    return math.nan
+            return gain, free
+    return math.nan, free
 
 
 def _squares(problem: Problem) -> Any:

@@ -6,7 +6,6 @@ the same place at all pressures, in the same colors.
 
 from __future__ import annotations
 
-import ctypes
 import io
 import json
 import math
@@ -37,7 +36,6 @@ __all__ = [
     "Quantity",
     "draw_filmstrip",
     "draw_step",
-    "need_screenless",
     "read_film",
     "write_filmstrip",
     "write_png",
@@ -123,31 +121,6 @@ class Film:
         shown = QUANTITIES[quantity]
         largest = float(np.quantile(self.faces[-1][self.side][shown.field], MOST)) / shown.unit
         return _round_up(largest) * shown.unit
-
-
-def need_screenless() -> None:
-    """Check that pictures can be drawn here: PyVista, and a library that draws without a screen.
-
-    Raises
-    ------
-    InputError
-        If one of them is missing.
-    """
-    need_pictures()
-    libraries = ["libEGL.so.1", "libOSMesa.so.8", *(["libGL.so.1"] if os.environ.get("DISPLAY") else [])]
-    if not any(map(_loads, libraries)):
-        rule = "need a library that draws without a screen, and there is neither EGL nor OSMesa"
-        fix = "apt-get install libosmesa6, or leave the pictures out with --no-pictures"
-        raise InputError(rule, key="pictures", fix=fix)
-
-
-def _loads(library: str) -> bool:
-    """Tell whether a shared library can be loaded; without one, VTK would end the whole process."""
-    try:
-        ctypes.CDLL(library)
-    except OSError:
-        return False
-    return True
 
 
 def read_film(folder: str | Path, *, title: str = "", chosen: Sequence[int] | None = None) -> Film:

@@ -184,9 +184,21 @@ def _checked(robot: Robot, joint: str, record: Mapping[str, Any] | None) -> Solv
     if record["joint_hash"] != joint_hash(robot, joint):
         why = f"what was stored belongs to another joint {joint} than the one in {robot.file} now; {AGAIN}"
         return Solved(robot, joint, None, why)
+    for key, value in _chosen(robot).items():
+        if record[key] != value:
+            why = f"what was stored has {key} = {record[key]}, but it is {value} now; {AGAIN}"
+            return Solved(robot, joint, None, why)
     if record["status"] != "converged":
         return Solved(robot, joint, None, record["status_text"].rstrip("."))
     return Solved(robot, joint, record)
+
+
+def _chosen(robot: Robot) -> dict[str, Any]:
+    """Say what `command` leaves to the options' own values, which may change, too."""
+    options = FeOptions(mesh=MESH)
+    material = options.material or drive_unit(robot).material_set
+    chosen = {"material": material, "law": options.law, "poisson": options.poisson, "mixed": options.mixed}
+    return chosen | {"mesh": options.mesh}
 
 
 def solve_elements(stored: Elements, progress: Callable[[], None]) -> Elements:

@@ -47,7 +47,7 @@ def row(joint: str, mesh: str) -> dict[str, object]:
         "r_squared": found.r_squared(),
         "iterations": list(found.iterations),
         "seconds": sum(found.seconds),
-        "memory_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
+        "memory_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9,
         "status": found.status_text,
     }
 

@@ -22,9 +22,8 @@ from hypertuna.soft_joint import drive_unit, muscle
 
 FISH = ht.load("hypertuna-fe")
 PRESSURE = np.array([100e3, 150e3, 200e3, 250e3])
-# Outer and inner diameter [mm], braid [deg], levers of joint I and II [mm]; the first is the shipped one.
+# Outer and inner diameter [mm], braid [deg], levers of joint I and II [mm], beside the shipped ones.
 DESIGNS = (
-    (5.0, 3.6, 35, 11.0, 6.9),
     (5.0, 3.6, 34, 12.5, 7.5),
     (5.0, 3.8, 36, 14.5, 7.2),
     (4.5, 3.4, 34, 14.5, 7.2),
@@ -32,6 +31,14 @@ DESIGNS = (
     (5.5, 3.6, 36, 12.5, 7.5),
 )
 LITTLE = 0.02
+
+
+def shipped() -> tuple[float, ...]:
+    """The design of the description, in the units of `DESIGNS`."""
+    unit = drive_unit(FISH)
+    lengths = (unit.outer_diameter, unit.inner_diameter, *(group.actuator.lever for group in FISH.joints))
+    outer, inner, *levers = (round(1e3 * length, 6) for length in lengths)
+    return (outer, inner, round(math.degrees(unit.braid_angle), 6), *levers)
 
 
 def changed(unit: dict[str, float], levers: tuple[float | None, float | None] = (None, None)) -> Robot:
@@ -54,7 +61,7 @@ def bent(fish: Robot, joint: str) -> tuple[float, float]:
 def family() -> list[dict[str, Any]]:
     """The designs, with what they differ in."""
     rows = []
-    for outer, inner, braid, one, two in DESIGNS:
+    for outer, inner, braid, one, two in (shipped(), *DESIGNS):
         unit = {"outer_diameter": outer / 1e3, "inner_diameter": inner / 1e3, "braid_angle": math.radians(braid)}
         fish = changed(unit, (one / 1e3, two / 1e3))
         row = {"outer_mm": outer, "inner_mm": inner, "braid_deg": braid, "lever_i_mm": one, "lever_ii_mm": two}

@@ -43,7 +43,7 @@ def computed(robot: str, joint: str, folder: Path, *, pictures: bool) -> dict[st
     if status:
         sys.exit(f"{' '.join(line)} failed")
     record: dict[str, Any] = json.loads(said)
-    facts = {"command": f"hypertuna {' '.join(line)}", "memory_gb": usage.ru_maxrss / 2**20}
+    facts = {"command": f"hypertuna {' '.join(line)}", "memory_gb": usage.ru_maxrss * 1024 / 1e9}
     return record | facts | {"joint_hash": joint_hash(load(robot), joint)}
 
 
