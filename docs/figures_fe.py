@@ -7,10 +7,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from hypertuna.fe_mesh import MESHES
 from hypertuna.reproduce_fe import FE, ROBOTS, difference_table, read_elements
 
 ROOT = Path(__file__).resolve().parents[1]
 ELEMENTS = read_elements()
+RATIO = MESHES["medium"].around / MESHES["fine"].around  # of the elements' sizes
 SHIPPED = next(model for model in ELEMENTS.solved if model != FE)
 
 
@@ -58,7 +60,7 @@ def case_table() -> str:
 def convergence_table() -> str:
     """Tabulate the bend over the mesh, as validation/fe/convergence.py stored it."""
     body = []
-    for row in json.loads((ROOT / "validation" / "fe" / "convergence.json").read_text()):
+    for row in _convergence():
         reached = dict(zip(row["pressure_kpa"], row["bend_deg"], strict=True))
         bends = [f"{reached[pressure]:.2f}" if pressure in reached else "" for pressure in (50, 100, 250)]
         sizes = (f"{row['elements']:,}", f"{row['unknowns']:,}")
@@ -67,6 +69,24 @@ def convergence_table() -> str:
         body.append([row["joint"], row["mesh"], *sizes, *bends, *cost])
     head = ["joint", "mesh", "tetrahedra", "unknowns", "50 kPa [deg]", "100 kPa [deg]", "250 kPa [deg]", "time [s]"]
     return rows([*head, "Newton steps", "s per step", "memory [GB]"], body, left=2)
+
+
+def limit_table() -> str:
+    """Tabulate the bend at the largest pressure where elements are ever smaller, and how far `medium` is from it."""
+    body = []
+    for joint in ("I", "II"):
+        bends = {row["mesh"]: row["bend_deg"][-1] for row in _convergence() if row["joint"] == joint}
+        limits = [bends["fine"] + (bends["fine"] - bends["medium"]) / (RATIO**order - 1) for order in (1, 2)]
+        off = [f"{100 * (bends['medium'] / limit - 1):+.1f}" for limit in limits]
+        body.append([joint, f"{bends['fine']:.2f}", *(f"{limit:.2f}" for limit in limits), *off])
+    head = ["joint", "fine [deg]", "limit, first order [deg]", "second order [deg]"]
+    return rows([*head, "medium off, first order [%]", "second order [%]"], body)
+
+
+def _convergence() -> list[dict[str, Any]]:
+    """Read what validation/fe/convergence.py stored."""
+    found: list[dict[str, Any]] = json.loads((ROOT / "validation" / "fe" / "convergence.json").read_text())
+    return found
 
 
 def family_table() -> str:
@@ -102,6 +122,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "fe runs": run_table,
     "fe cases": case_table,
     "fe convergence": convergence_table,
+    "fe limit": limit_table,
     "fe family": family_table,
     "fe sensitivity": sensitivity_table,
 }

@@ -22,13 +22,12 @@ from hypertuna.soft_joint import drive_unit, muscle
 
 FISH = ht.load("hypertuna-fe")
 PRESSURE = np.array([100e3, 150e3, 200e3, 250e3])
-# Outer and inner diameter [mm], braid [deg], levers of joint I and II [mm], beside the shipped ones.
+# Outer and inner diameter [mm], braid [deg], levers of joint I and II [mm]: a section bends as far as the shipped one.
 DESIGNS = (
-    (5.0, 3.6, 34, 12.5, 7.5),
-    (5.0, 3.8, 36, 14.5, 7.2),
-    (4.5, 3.4, 34, 14.5, 7.2),
-    (5.5, 3.8, 35, 12.5, 7.2),
-    (5.5, 3.6, 36, 12.5, 7.5),
+    (5.0, 3.6, 34, 10.09, 6.3),
+    (5.0, 3.8, 36, 12.0, 7.67),
+    (4.5, 3.4, 34, 11.69, 6.99),
+    (5.5, 3.6, 36, 10.66, 7.16),
 )
 LITTLE = 0.02
 
