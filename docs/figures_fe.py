@@ -74,7 +74,7 @@ def convergence_table() -> str:
 def limit_table() -> str:
     """Tabulate the bend at the largest pressure where elements are ever smaller, and how far `medium` is from it."""
     body = []
-    for joint in ("I", "II"):
+    for joint in sorted({row["joint"] for row in _convergence() if row["mesh"] == "fine"}):
         bends = {row["mesh"]: row["bend_deg"][-1] for row in _convergence() if row["joint"] == joint}
         limits = [bends["fine"] + (bends["fine"] - bends["medium"]) / (RATIO**order - 1) for order in (1, 2)]
         off = [f"{100 * (bends['medium'] / limit - 1):+.1f}" for limit in limits]

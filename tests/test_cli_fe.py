@@ -295,10 +295,21 @@ def test_bad_options_leave_no_folder(run: Run, tmp_path: Path, options: tuple[st
 @pytest.mark.fe
 def test_a_folder_that_cannot_be_made_is_bad_input(run: Run, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    for place in ("file", "file/run", "nowhere/run"):
+    said = {"file": "must be a folder, but is the file", "file/run": "must be a folder that can be made, but is"}
+    said["nowhere/run"] = said["file/run"]
+    for place, sentence in said.items():
         code, output, errors = run(*BEND, "-o", str(tmp_path / place))
         assert (code, output) == (2, "")
-        assert "--output must be a folder that can be made, but is not (" in errors
+        assert f"--output {sentence} {tmp_path / place}" in errors
+
+
+@pytest.mark.fe
+def test_a_folder_with_files_of_ones_own_is_left_alone(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "bend.csv").write_text("precious")
+    code, output, errors = run(*BEND, "-o", str(tmp_path))
+    assert (code, output) == (2, "")
+    assert "--output must be a new or empty folder, or one that such a run made, but is" in errors
+    assert (tmp_path / "bend.csv").read_text() == "precious"
 
 
 def test_without_the_extra_the_command_says_how_to_get_it(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,7 +27,7 @@ from hypertuna.console import (
     tell_written,
 )
 from hypertuna.description import Robot, load
-from hypertuna.fe_bend import FeBend, fe_bend
+from hypertuna.fe_bend import JOURNAL, FeBend, fe_bend
 from hypertuna.fe_extra import need_fe, need_screenless
 from hypertuna.fe_fields import write_vtu
 from hypertuna.fe_geometry import JointBody, joint_body, write_geometry
@@ -168,11 +168,11 @@ def bend_command(
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     fish = load(robot)
     index, rising = joint_index(joint, fish), check_pressure(1e3 * np.array(pressures(pressure)))
-    options = FeOptions(material, law, number(poisson, "--poisson", "1"), mesh, mixed)
+    options = FeOptions(material, law, number(poisson, "--poisson", "figures, 0.475 say"), mesh, mixed)
     need_fe()
     if output is not None and not no_pictures:
         need_screenless()
-    with run_folder(output) as folder, progress_bar("pressures", patience=0) as report:
+    with run_folder(output, JOURNAL) as folder, progress_bar("pressures", patience=0) as report:
         report(0, len(rising))
 
         def keep(model: FeModel, k: int, _: Measured) -> None:

@@ -16,7 +16,7 @@ from hypertuna.actuator import MATERIAL_SETS, check_pressure
 from hypertuna.bench import joint_index
 from hypertuna.console import command_line, number, plain, print_json, progress_bar, run_folder, tell_written
 from hypertuna.description import load
-from hypertuna.fe_bend import fe_bend
+from hypertuna.fe_bend import JOURNAL, fe_bend
 from hypertuna.fe_compare import FeComparison, compare
 from hypertuna.fe_extra import need_fe
 from hypertuna.fe_mesh import MESHES
@@ -77,10 +77,12 @@ def compare_command(
     """
     fish = load(robot)
     index, rising = joint_index(joint, fish), check_pressure(1e3 * np.array(pressures(pressure)))
-    options = FeOptions(material, poisson=number(poisson, "--poisson", "1"), mesh=mesh)
+    options = FeOptions(material, poisson=number(poisson, "--poisson", "figures, 0.475 say"), mesh=mesh)
     need_fe()
-    with run_folder(output) as folder, progress_bar("pressures") as report:
-        found = fe_bend(fish, index, rising, side=side, options=options, folder=folder, progress=report)
+    with run_folder(output, JOURNAL) as folder, progress_bar("pressures") as report:
+        found = fe_bend(
+            fish, index, rising, side=side, options=options, folder=folder, progress=report, work="fe compare"
+        )
     compared = compare(found, reasons=reasons)
     record = _record(compared) | {"command": command_line()}
     written = None

@@ -279,13 +279,15 @@ def _range(text: str, key: str, unit: str) -> list[float]:
 
 
 @contextlib.contextmanager
-def run_folder(output: str | None) -> Iterator[Path | None]:
+def run_folder(output: str | None, journal: str) -> Iterator[Path | None]:
     """Make the folder of a run; one that was made for bad input goes again.
 
     Parameters
     ----------
     output : str or None
         Its path; None for no folder.
+    journal : str
+        File that a folder has if a run made it: another one with files in it is not written to.
 
     Yields
     ------
@@ -294,17 +296,26 @@ def run_folder(output: str | None) -> Iterator[Path | None]:
     Raises
     ------
     InputError
-        If it cannot be made.
+        If it cannot be made, or holds other files.
     """
     if output is None:
         yield None
         return
     folder = Path(output)
+    if folder.exists() and not folder.is_dir():
+        rule, fix = "must be a folder", "choose another name"
+        raise InputError(rule, key="--output", value=f"the file {output}", fix=fix)
     new = not folder.exists()
+    if not new and any(folder.iterdir()) and not (folder / journal).exists():
+        rule, value = "must be a new or empty folder, or one that such a run made", f"{output} with other files in it"
+        raise InputError(rule, key="--output", value=value, fix="choose another folder")
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
-        value, fix = f"not ({error.strerror})", "choose a folder that can be made and written"
+        value, fix = (
+            f"{output} ({error.strerror})",
+            "make the folder around it first, or choose one that can be written",
+        )
         raise InputError("must be a folder that can be made", key="--output", value=value, fix=fix) from None
     try:
         yield folder

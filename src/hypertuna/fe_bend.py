@@ -152,6 +152,7 @@ def fe_bend(
     folder: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
     each: Callable[[FeModel, int, Measured], None] | None = None,
+    work: str = "fe bend",
 ) -> FeBend:
     """Bend a joint by finite elements, from rest.
 
@@ -173,6 +174,8 @@ def fe_bend(
     each : callable, optional
         Called with the model, the index of the pressure and what was measured, when a pressure has been reached and
         before it is kept: for pictures and files.
+    work : str
+        What the folder is of: one of other work is refused.
 
     Returns
     -------
@@ -192,7 +195,7 @@ def fe_bend(
     group, _ = joint_group(robot, joint)
     place = None if folder is None else Path(folder)
     told: list[dict[str, Any]] = []
-    with Journal(place / JOURNAL if place else None, _header(robot, group.name, side, options)) as journal:
+    with Journal(place / JOURNAL if place else None, _header(work, robot, group.name, side, options)) as journal:
         for k, value in enumerate(rising):
 
             def reach(k: int = k, value: float = float(value)) -> dict[str, Any]:
@@ -229,10 +232,10 @@ def fe_bend(
     )
 
 
-def _header(robot: Robot, joint: str, side: str, options: FeOptions) -> dict[str, Any]:
+def _header(work: str, robot: Robot, joint: str, side: str, options: FeOptions) -> dict[str, Any]:
     """Say what the journal is of."""
     facts = asdict(options) | {"material": options.material or drive_unit(robot).material_set}
-    return journal_header("fe bend", robot, {"joint": joint, "side": side, "ngsolve": ngsolve_version()} | facts)
+    return journal_header(work, robot, {"joint": joint, "side": side, "ngsolve": ngsolve_version()} | facts)
 
 
 def _loads(value: float, side: str) -> tuple[float, float]:
