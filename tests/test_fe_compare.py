@@ -159,12 +159,12 @@ def test_nothing_to_compare_is_said(found: FeBend) -> None:
 
 @pytest.mark.fe
 def test_sections_do_not_depend_on_the_side_of_the_mesh(fish: ht.Robot) -> None:
-    """One mean section stands for all segments within 3 %."""
+    """One mean section stands for all segments within 5 %."""
     from hypertuna.fe_section import section_bend
 
     each = section_bend(fish, "II", PRESSURE)
     mean = section_bend(fish, "II", PRESSURE, segments=False)
-    np.testing.assert_allclose(mean.angle, each.angle, rtol=0.03)
+    np.testing.assert_allclose(mean.angle, each.angle, rtol=0.05)
     assert (each.axis < 1).all()
 
 

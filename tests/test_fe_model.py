@@ -188,7 +188,7 @@ def test_a_long_body_bends_under_a_couple_as_a_beam() -> None:
     """Soft hoses without a braid to speak of: M = E I angle / L, with the second moment of the holed section."""
     unit = {"outer_diameter_m": 0.004, "inner_diameter_m": 0.0039, "braid_stiffness_n_per_m": 1e-3}
     robot = small(segment_length_m=[0.12], lever_m=0.0045, unit=unit)
-    model = fe_model(robot, "II", FeOptions(mesh="coarse", poisson=0.475))
+    model = fe_model(robot, "II", FeOptions(mesh=MeshSize(0.8, pieces=20.0)))
     T = 1e-3
     assert equilibrium(model, pressure=(0.0, 0.0), couple=T).converged
     hole = math.pi * 0.002**2

@@ -6,6 +6,7 @@ surface is moved to where it belongs and the inside follows as an elastic body d
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -107,15 +108,20 @@ def joint_mesh(body: JointBody, size: MeshSize) -> tuple[Any, Any]:
     InputError
         If the mesh is not what was drawn, or some element is turned inside out.
     """
+    from netgen.meshing import NgException
+
+    value = "none that the mesher makes"
     for _ in range(TRIES):
-        mesh = _straight(body, size)
-        deformation = _bend(mesh, body, size)
-        mesh.SetDeformation(deformation)
-        if (inside_out := _inside_out(mesh, size)) == 0:
-            _check(mesh, body)
-            return mesh, deformation
+        with contextlib.suppress(NgException):
+            mesh = _straight(body, size)
+            deformation = _bend(mesh, body, size)
+            mesh.SetDeformation(deformation)
+            if (inside_out := _inside_out(mesh, size)) == 0:
+                _check(mesh, body)
+                return mesh, deformation
+            value = f"with {inside_out} that are"
         size = replace(size, around=FINER * size.around, largest=FINER * size.largest)
-    rule, value = "must have no element turned inside out", f"with {inside_out}"
+    rule = "must be one without elements turned inside out"
     raise InputError(rule, key="mesh", value=value, fix="take a finer mesh, or leave more matrix between the hoses")
 
 
