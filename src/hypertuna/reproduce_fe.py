@@ -299,7 +299,7 @@ def difference_table(elements: Elements, model: str = FE) -> Table | None:
         row: list[str | float] = [f"{pressure / 1e3:g}"]
         for joint, (ours, beside) in cells.items():
             apart = f"{100 * joints[joint].difference[k]:+.0f} %" if k else ""
-            row += [f"{ours[k]:.1f}", f"{beside[k]:.1f}", apart]
+            row += [f"{ours[k]:z.1f}", f"{beside[k]:z.1f}", apart]
         rows.append(row)
     heads = [f"{joint}: {what}" for joint in joints for what in ("elements [deg]", "analytic [deg]", "difference")]
     return Table(
