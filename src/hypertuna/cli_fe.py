@@ -169,6 +169,7 @@ def bend_command(
     fish = load(robot)
     index, rising = joint_index(joint, fish), check_pressure(1e3 * np.array(pressures(pressure)))
     options = FeOptions(material, law, number(poisson, "--poisson", "figures, 0.475 say"), mesh, mixed)
+    joint_body(fish, index)  # what the description lacks is told before what the machine lacks
     need_fe()
     if output is not None and not no_pictures:
         need_screenless()
