@@ -24,7 +24,7 @@ from hypertuna.fe_solid import Solid, Wall, braid_energy, cavity, hose_energy, s
 from hypertuna.silicone import Mooney
 from hypertuna.soft_joint import drive_unit, mooney
 
-__all__ = ["FeModel", "FeOptions", "SurfaceStrain", "equilibrium", "fe_model", "surface_strain"]
+__all__ = ["FeModel", "FeOptions", "SurfaceStrain", "equilibrium", "fe_model", "soft_parts", "surface_strain"]
 
 PLATE = 1e3  # shear modulus of the plates over that of the matrix
 STRIP = 1e6  # N/m, of the strip: as good as inextensible
@@ -129,10 +129,7 @@ def fe_model(robot: Robot, joint: str | int, options: FeOptions | None = None) -
         extra is not installed, or the mesh is not what was drawn.
     """
     options = options or FeOptions()
-    unit = drive_unit(robot)
-    hose, silicone = (mooney(robot, name, options.material) for name in (unit.hose, unit.matrix))
-    matrix = Solid(options.law, silicone, options.poisson)
-    wall = Wall(unit.outer_diameter / 2, unit.inner_diameter / 2, hose, unit.braid_angle, unit.braid_stiffness)
+    matrix, wall = soft_parts(robot, options)
     body, size = joint_body(robot, joint), options.size
     need_fe()
     import ngsolve as ngs
@@ -147,6 +144,32 @@ def fe_model(robot: Robot, joint: str | int, options: FeOptions | None = None) -
     energy = _energy(space, body, matrix, wall, loads[:2], loads[2], mixed=options.mixed)
     problem = Problem(energy, ngs.GridFunction(space), loads, matrix.shear, settle)
     return FeModel(robot, body, options, matrix, wall, mesh, deformation, problem)
+
+
+def soft_parts(robot: Robot, options: FeOptions) -> tuple[Solid, Wall]:
+    """Take the silicone of the matrix, and hose with braid, from a description.
+
+    Parameters
+    ----------
+    robot : Robot
+    options : FeOptions
+        Material set, law and Poisson's ratio.
+
+    Returns
+    -------
+    Solid
+    Wall
+        In m.
+
+    Raises
+    ------
+    InputError
+        If the robot lacks a table, or an option is not known.
+    """
+    unit = drive_unit(robot)
+    hose, silicone = (mooney(robot, name, options.material) for name in (unit.hose, unit.matrix))
+    wall = Wall(unit.outer_diameter / 2, unit.inner_diameter / 2, hose, unit.braid_angle, unit.braid_stiffness)
+    return Solid(options.law, silicone, options.poisson), wall
 
 
 def equilibrium(model: FeModel, *, pressure: tuple[float, float], couple: float = 0.0) -> Equilibrium:

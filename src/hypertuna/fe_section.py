@@ -9,7 +9,7 @@ body does less than its sections is the work of its ends, which plates hold.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,10 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from hypertuna.description import Robot
 from hypertuna.fe_extra import need_fe
 from hypertuna.fe_geometry import MM, joint_body
-from hypertuna.fe_model import FeOptions
+from hypertuna.fe_model import FeOptions, soft_parts
 from hypertuna.fe_newton import Problem, lead
 from hypertuna.fe_solid import Solid, Wall, braid_energy, hose_energy, solid_energy
-from hypertuna.soft_joint import drive_unit, joint_group, mooney
+from hypertuna.soft_joint import joint_group
 
 __all__ = ["Section", "section_bend"]
 
@@ -92,16 +92,8 @@ def _bent(robot: Robot, joint: str | int, rising: Array, half: tuple[float, floa
     """Stretch of the axis [1] and curvature per length at rest [1/m] of a section, shape (n, 2)."""
     import ngsolve as ngs
 
-    unit = drive_unit(robot)
-    hose, silicone = (mooney(robot, name, options.material) for name in (unit.hose, unit.matrix))
-    matrix = Solid(options.law, silicone, options.poisson)
-    wall = Wall(
-        MM * unit.outer_diameter / 2,
-        MM * unit.inner_diameter / 2,
-        hose,
-        unit.braid_angle,
-        MM * unit.braid_stiffness,
-    )
+    matrix, in_m = soft_parts(robot, options)
+    wall = replace(in_m, outer=MM * in_m.outer, inner=MM * in_m.inner, braid_stiffness=MM * in_m.braid_stiffness)
     mesh = _mesh(robot, joint, half)
     plane = ngs.H1(mesh, order=ORDER, dirichlet_bbnd="pin"), ngs.H1(mesh, order=ORDER, dirichlet="symmetry")
     space = plane[0] * plane[1] * ngs.NumberSpace(mesh) * ngs.NumberSpace(mesh)
