@@ -110,6 +110,15 @@ def sensitivity_table() -> str:
     return rows(["1 % more", "I [%]", "II [%]"], body)
 
 
+def poisson_table() -> str:
+    """Tabulate what Poisson's ratio of the matrix does, by sections without ends."""
+    body = [
+        [f"{row['poisson']:g}", *(f"{row[f'bend_{joint}_deg']:.1f}, {row[f'r_squared_{joint}']:.3f}" for joint in ("i", "ii"))]
+        for row in _family()["poisson"]
+    ]
+    return rows(["Poisson's ratio", "I: [deg], R²", "II: [deg], R²"], body)
+
+
 def _family() -> dict[str, Any]:
     """Read what validation/fe/family.py stored."""
     found: dict[str, Any] = json.loads((ROOT / "validation" / "fe" / "family.json").read_text())
@@ -125,5 +134,6 @@ TABLES: dict[str, Callable[[], str]] = {
     "fe limit": limit_table,
     "fe family": family_table,
     "fe sensitivity": sensitivity_table,
+    "fe poisson": poisson_table,
 }
 PICTURES: dict[str, Any] = {}

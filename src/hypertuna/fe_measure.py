@@ -17,8 +17,8 @@ __all__ = ["Measured", "measure", "von_mises"]
 
 Array = NDArray[np.float64]
 
-MOST = 0.99  # of the matrix' volume, whose strain and stress are told beside the largest
-TAUT = 0.05  # largest stretch of a fiber beyond 1 that still counts as inextensible
+MOST = 0.99  # of the matrix' volume, whose strain and stress are told beside the largest; of the walls' area, too
+TAUT = 0.02  # stretch beyond 1 that 99 % of the fibers may have and still count as inextensible
 ROOM = 0.02  # by which a volume may exceed the braid's limit
 
 
@@ -38,11 +38,13 @@ class Measured:
         Volume inside the braids over that at rest, left and right [1].
     axial_stretch, hoop_stretch, fiber_stretch : tuple of float
         Smallest and largest on the walls of the channels [1].
+    fiber_99 : float
+        What 99 % of the fibers are stretched by at most [1].
     strain_max, strain_99 : float
         Largest principal logarithmic strain of the matrix, and what 99 % of its volume stay below [1].
     stress_max, stress_99 : float
-        Von Mises' stress, true, likewise [Pa]. The largest values sit where hoses end at a plate, and grow as meshes
-        get finer; those of 99 % do not.
+        Von Mises' stress, true, likewise [Pa]. The largest values, of the fibers, too, sit where hoses end at a plate,
+        and grow as meshes get finer; those of 99 % do not.
     jacobian_min : float
         Smallest ratio of volumes of the matrix [1].
     fault : str
@@ -56,6 +58,7 @@ class Measured:
     axial_stretch: tuple[float, float]
     hoop_stretch: tuple[float, float]
     fiber_stretch: tuple[float, float]
+    fiber_99: float
     strain_max: float
     strain_99: float
     stress_max: float
@@ -79,7 +82,7 @@ def measure(model: FeModel) -> Measured:
     angle, tip = _tip(model)
     inside, rest = _inside(model), _inside(model, moved=False)
     share = 1 - (model.wall.inner / model.wall.outer) ** 2  # of what the braid holds at rest; hoses keep their volume
-    stretches = _stretches(model)
+    stretches, area = _stretches(model)
     strain, stress, ratio, weight = _matrix(model)
     found = Measured(
         angle=angle,
@@ -89,6 +92,7 @@ def measure(model: FeModel) -> Measured:
         axial_stretch=_ends(stretches["axial"]),
         hoop_stretch=_ends(stretches["hoop"]),
         fiber_stretch=_ends(stretches["fiber"]),
+        fiber_99=_quantile(stretches["fiber"], np.tile(area, 2)),
         strain_max=float(strain.max()),
         strain_99=_quantile(strain, weight),
         stress_max=float(stress.max()),
@@ -141,8 +145,8 @@ def _inside(model: FeModel, *, moved: bool = True) -> tuple[float, float]:
     return left, right
 
 
-def _stretches(model: FeModel) -> dict[str, Array]:
-    """Stretches at points of the channels' walls."""
+def _stretches(model: FeModel) -> tuple[dict[str, Array], Array]:
+    """Stretches at points of the channels' walls, of both families of fibers one after the other; area of the points."""
     import ngsolve as ngs
 
     rule = ngs.IntegrationRule(ngs.TRIG, 2 * model.options.size.order)
@@ -152,7 +156,9 @@ def _stretches(model: FeModel) -> dict[str, Array]:
     values = {"axial": ngs.sqrt(C.Caa), "hoop": ngs.sqrt(C.Chh), "one": one, "two": two}
     found = {name: np.asarray(value(points)).ravel() for name, value in values.items()}
     fiber = np.concatenate([found.pop("one"), found.pop("two")])
-    return {**found, "fiber": fiber}
+    J = np.asarray(ngs.specialcf.JacobianMatrix(3, 2)(points)).reshape(-1, 3, 2)
+    area = np.sqrt(np.linalg.det(J.transpose(0, 2, 1) @ J))
+    return {**found, "fiber": fiber}, area * np.tile(np.array(rule.weights), len(area) // len(rule.weights))
 
 
 def _matrix(model: FeModel) -> tuple[Array, Array, Array, Array]:
@@ -173,7 +179,7 @@ def _matrix(model: FeModel) -> tuple[Array, Array, Array, Array]:
 
 
 def _quantile(values: Array, weight: Array) -> float:
-    """Return what a part of the volume stays below."""
+    """Return what `MOST` of the weight stays below."""
     order = np.argsort(values)
     share = np.cumsum(weight[order]) / weight.sum()
     return float(values[order][np.searchsorted(share, MOST)])
@@ -192,7 +198,7 @@ def _fault(model: FeModel, found: Measured) -> str:
         return "an element of the matrix is turned inside out"
     if max(found.swelling) > limit * (1 + ROOM):
         return f"the braids hold {max(found.swelling):.3g} times their volume, but can hold {limit:.3g} times at most"
-    if found.fiber_stretch[1] > 1 + TAUT:
-        stretch = 100 * (found.fiber_stretch[1] - 1)
+    if found.fiber_99 > 1 + TAUT:
+        stretch = 100 * (found.fiber_99 - 1)
         return f"the braid's fibers are stretched by {stretch:.2g} %: braid_stiffness_n_per_m is low"
     return ""

@@ -40,11 +40,11 @@ class MeshSize:
         Number of elements along the joint: hoses are slender, and change little along their axes.
     """
 
-    around: float
+    around: float = 0.9
     largest: float = 4.0
     grading: float = 0.9
     order: int = 3
-    pieces: float = 7.0
+    pieces: float = 9.0
 
     def squeeze(self, body: JointBody) -> float:
         """How many times longer elements are along a joint than across it.
@@ -60,7 +60,7 @@ class MeshSize:
         return max(1.0, body.length / (self.pieces * self.around * body.radius))
 
 
-MESHES = {"coarse": MeshSize(0.8, pieces=6.0), "medium": MeshSize(0.7), "fine": MeshSize(0.5, pieces=12.0)}
+MESHES = {"coarse": MeshSize(pieces=6.0), "medium": MeshSize(), "fine": MeshSize(0.6, pieces=14.0)}
 
 
 def mesh_size(mesh: str | MeshSize) -> MeshSize:

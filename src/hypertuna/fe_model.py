@@ -45,14 +45,14 @@ class FeOptions:
     mesh : str or MeshSize
         One of `fe_mesh.MESHES`, or sizes of one's own.
     mixed : bool
-        Whether the matrix' pressure is an unknown of its own.
+        Whether the matrix' pressure is an unknown of its own; without it the same mesh bends less (docs/fe.md).
     """
 
     material: str | None = None
     law: str = "mooney_rivlin"
     poisson: float = 0.475
     mesh: str | MeshSize = "medium"
-    mixed: bool = False
+    mixed: bool = True
 
     @property
     def size(self) -> MeshSize:

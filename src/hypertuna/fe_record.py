@@ -99,7 +99,7 @@ def measured_record(found: Measured) -> dict[str, float]:
     for name in ("axial", "hoop", "fiber"):
         low, high = getattr(found, f"{name}_stretch")
         record |= {f"{name}_stretch_min": low, f"{name}_stretch_max": high}
-    record |= {"strain_max": found.strain_max, "strain_99": found.strain_99}
+    record |= {"fiber_stretch_99": found.fiber_99, "strain_max": found.strain_max, "strain_99": found.strain_99}
     record |= {"stress_max_kpa": found.stress_max / 1e3, "stress_99_kpa": found.stress_99 / 1e3}
     return record | {"jacobian_min": found.jacobian_min}
 

@@ -2,10 +2,11 @@
 
 python validation/fe/convergence.py JOINT MESH     one row, added to the file
 
-MESH is coarse, medium, fine, paper, or one of these with the mixed form: "fine mixed".
+MESH is coarse, medium, fine, paper, or one of the first three without the mixed form: "fine displacement".
 
 The shipped description by third-order elements; "paper" takes second-order elements and a mesh of about as many
-tetrahedra as the paper's (section III.B: 37,648 for joint I, 10,965 for joint II), of the half body.
+tetrahedra as the paper's (section III.B: 37,648 for joint I, 10,965 for joint II), of the half body; for these the mixed
+form is not known to be stable (fe_mixed.py), so they go without.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ PRESSURE = (50e3, 100e3, 150e3, 200e3, 250e3)
 def row(joint: str, mesh: str) -> dict[str, object]:
     """Bend the joint on one mesh."""
     size, _, form = mesh.partition(" ")
-    options = FeOptions(mesh=PAPER[joint] if size == "paper" else size, mixed=form == "mixed")
+    options = FeOptions(mesh=PAPER[joint] if size == "paper" else size, mixed=not form and size != "paper")
     folder = WORK / f"{joint}-{mesh}".replace(" ", "-")  # goes on after an end
     folder.mkdir(parents=True, exist_ok=True)
     found = fe_bend(ht.load("hypertuna-fe"), joint, PRESSURE, options=options, folder=folder)

@@ -17,6 +17,7 @@ import numpy as np
 
 import hypertuna as ht
 from hypertuna.description import Robot
+from hypertuna.fe_model import FeOptions
 from hypertuna.fe_section import section_bend
 from hypertuna.soft_joint import drive_unit, muscle
 
@@ -30,6 +31,7 @@ DESIGNS = (
     (5.5, 3.6, 36, 10.66, 7.16),
 )
 LITTLE = 0.02
+POISSON = (0.475, 0.49, 0.499)
 
 
 def shipped() -> tuple[float, ...]:
@@ -51,9 +53,9 @@ def changed(unit: dict[str, float], levers: tuple[float | None, float | None] = 
     )
 
 
-def bent(fish: Robot, joint: str) -> tuple[float, float]:
+def bent(fish: Robot, joint: str, poisson: float = FeOptions().poisson) -> tuple[float, float]:
     """Angle at 250 kPa [deg] and R^2 of a line over 100 to 250 kPa, by sections."""
-    angle = section_bend(fish, joint, PRESSURE, segments=False).angle
+    angle = section_bend(fish, joint, PRESSURE, options=FeOptions(poisson=poisson), segments=False).angle
     return math.degrees(angle[-1]), float(np.corrcoef(PRESSURE, angle)[0, 1] ** 2)
 
 
@@ -92,6 +94,18 @@ def sensitivity() -> list[dict[str, Any]]:
     return rows
 
 
+def compressed() -> list[dict[str, Any]]:
+    """Bends of the shipped design with silicone that keeps its volume better and better."""
+    rows = []
+    for poisson in POISSON:
+        row: dict[str, Any] = {"poisson": poisson}
+        for joint, name in (("I", "i"), ("II", "ii")):
+            row[f"bend_{name}_deg"], row[f"r_squared_{name}"] = bent(FISH, joint, poisson)
+        rows.append(row)
+        print(row, flush=True)
+    return rows
+
+
 def _slope(name: str, fishes: list[Robot]) -> dict[str, Any]:
     row: dict[str, Any] = {"quantity": name}
     for joint, key in (("I", "i"), ("II", "ii")):
@@ -102,6 +116,6 @@ def _slope(name: str, fishes: list[Robot]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    told = {"sensitivity": sensitivity(), "family": family()}
+    told = {"sensitivity": sensitivity(), "poisson": compressed(), "family": family()}
     path = Path(__file__).with_suffix(".json")
     path.write_text(json.dumps(told, indent=2) + "\n")
