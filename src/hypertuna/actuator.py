@@ -40,6 +40,7 @@ __all__ = [
     "Step",
     "bend",
     "check_pressure",
+    "check_side",
     "joint_tables",
     "misprints",
     "mooney",
@@ -127,20 +128,9 @@ class Bend:
         path = self.pressure if self.unload_pressure is None else np.append(self.pressure, self.unload_pressure)
         return float(np.trapezoid(path, self.volume))
 
-    def r_squared(self, low: float = 100e3, high: float = 250e3) -> float:
-        """How near to a line the angle is, on the way up between two pressures.
-
-        Parameters
-        ----------
-        low, high : float
-            [Pa]; by default the paper's range (section III.A).
-
-        Returns
-        -------
-        float
-            Coefficient of determination [1]; not a number where fewer than three points lie between.
-        """
-        return straightness(self.pressure, self.angle, low, high)
+    def r_squared(self) -> float:
+        """How near to a line the angle is, on the way up: coefficient of determination [1], see `straightness`."""
+        return straightness(self.pressure, self.angle)
 
     def dataset(self) -> xr.Dataset:
         """Label the numbers.
@@ -213,14 +203,12 @@ def bend(
     [9.5, 18.2]
     """
     rising = check_pressure(pressure)
-    if side not in SIDES:
-        raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
+    active = check_side(side)
     if law not in LAWS:
         raise InputError("must be a law that exists", key="law", value=shown(law), fix=did_you_mean(law, LAWS))
     chosen = material or drive_unit(robot).material_set
     model = soft_joint(robot, joint, chosen, friction=friction).with_law(**LAWS[law])
     path = np.concatenate([rising, rising[::-1]]) if unload else rising
-    active = SIDES.index(side)
     both = np.zeros((len(path), 2))
     both[:, active] = path
     segments = np.asarray(model.bend(both)) * (1 - 2 * active)
@@ -243,7 +231,7 @@ def bend(
     )
 
 
-def straightness(pressure: Array, angle: Array, low: float, high: float) -> float:
+def straightness(pressure: Array, angle: Array, low: float = 100e3, high: float = 250e3) -> float:
     """How near to a line an angle is between two pressures.
 
     Parameters
@@ -251,7 +239,7 @@ def straightness(pressure: Array, angle: Array, low: float, high: float) -> floa
     pressure, angle : ndarray, shape (n,)
         [Pa] and [rad].
     low, high : float
-        [Pa].
+        [Pa]; by default the paper's range (section III.A).
 
     Returns
     -------
@@ -300,6 +288,29 @@ def check_pressure(pressure: ArrayLike) -> Array:
         fix = "sort them; unloading goes back through the same ones"
         raise InputError("must rise from one to the next", key="pressure", value=pair, fix=fix)
     return rising
+
+
+def check_side(side: str) -> int:
+    """Check that a side exists.
+
+    Parameters
+    ----------
+    side : str
+        One of `SIDES`.
+
+    Returns
+    -------
+    int
+        0 for left, 1 for right.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    if side not in SIDES:
+        raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
+    return SIDES.index(side)
 
 
 def _muscles(

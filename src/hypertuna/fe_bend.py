@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.actuator import SIDES, check_pressure, straightness
+from hypertuna.actuator import SIDES, check_pressure, check_side, straightness
 from hypertuna.description import Robot
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError
 from hypertuna.fe_extra import need_fe
 from hypertuna.fe_measure import Measured, measure
 from hypertuna.fe_model import FeModel, FeOptions, equilibrium, fe_model
@@ -82,20 +82,9 @@ class FeBend:
         """Oil in the drive units of the side with the pressure [m^3], shape (n,)."""
         return np.array([found.volume[SIDES.index(self.side)] for found in self.measured])
 
-    def r_squared(self, low: float = 100e3, high: float = 250e3) -> float:
-        """How near to a line the angle is between two pressures.
-
-        Parameters
-        ----------
-        low, high : float
-            [Pa]; by default the paper's range (section III.A).
-
-        Returns
-        -------
-        float
-            Coefficient of determination [1]; not a number where fewer than three points lie between.
-        """
-        return straightness(self.pressure, self.angle, low, high)
+    def r_squared(self) -> float:
+        """How near to a line the angle is: coefficient of determination [1], see `straightness`."""
+        return straightness(self.pressure, self.angle)
 
     def dataset(self) -> xr.Dataset:
         """Label the numbers.
@@ -188,8 +177,7 @@ def fe_bend(
         As `fe_model`; if the pressures do not rise from 0, the side does not exist, or the folder is of other work.
     """
     rising, options = check_pressure(pressure), options or FeOptions()
-    if side not in SIDES:
-        raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
+    check_side(side)
     need_fe()
     model = fe_model(robot, joint, options)
     group, _ = joint_group(robot, joint)

@@ -173,11 +173,12 @@ def beam_cases(robot: Robot) -> Iterator[Case]:
     for poisson in POISSON:
         solid = Solid("mooney_rivlin", mooney(robot, drive_unit(robot).matrix), poisson)
         for order, mixed, size in forms:
-            sag, theory, elements = cantilever(solid, order=order, mixed=mixed, size=size)
+            sag, theory, elements, found = cantilever(solid, order=order, mixed=mixed, size=size)
             name = f"{elements} elements, order {order}{', mixed' if mixed else ''}"
             locks = order == 1
             tolerance = 0.5 if locks else 0.03
-            yield Case(f"Cantilever, nu = {poisson:g}", name, 1e3 * sag, 1e3 * theory, "mm", tolerance, locks)
+            group = f"Cantilever, nu = {poisson:g}"
+            yield Case(group, name, 1e3 * sag, 1e3 * theory, "mm", tolerance, locks, _text(found))
 
 
 def cube_cases(robot: Robot) -> Iterator[Case]:

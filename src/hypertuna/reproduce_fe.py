@@ -88,7 +88,7 @@ class Solved:
     @property
     def r_squared(self) -> float:
         """How near to a line the bend is over 100 to 250 kPa, as tested: coefficient of determination [1]."""
-        return straightness(self.pressure, self.angle, 100e3, 250e3)
+        return straightness(self.pressure, self.angle)
 
     @property
     def difference(self) -> Array:
