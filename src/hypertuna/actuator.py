@@ -285,7 +285,8 @@ def check_pressure(pressure: ArrayLike) -> Array:
     falls = np.flatnonzero(np.diff(rising) <= 0)
     if len(falls):
         pair = f"{rising[falls[0]] / 1e3:g} kPa, then {rising[falls[0] + 1] / 1e3:g} kPa"
-        fix = "sort them; unloading goes back through the same ones"
+        lower = ",".join(f"{p / 1e3:g}" for p in np.unique(rising[falls[0] : falls[0] + 2]))
+        fix = f"write the lower one first, and each once: {lower}"
         raise InputError("must rise from one to the next", key="pressure", value=pair, fix=fix)
     return rising
 

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from hypertuna.actuator import SIDES, check_pressure, check_side, straightness
 from hypertuna.description import Robot
 from hypertuna.errors import InputError
-from hypertuna.fe_extra import need_fe
 from hypertuna.fe_measure import Measured, measure
 from hypertuna.fe_model import FeModel, FeOptions, equilibrium, fe_model
 from hypertuna.journal import Journal, journal_header
@@ -111,7 +110,7 @@ class FeBend:
         coordinates = {"pressure": ("pressure", self.pressure, {"units": "Pa", "long_name": "gauge pressure"})}
         facts = {"joint": self.joint, "side": self.side, "material": self.material, "status": self.status_text}
         facts |= {"elements": str(self.elements), "unknowns": str(self.unknowns), "ngsolve": ngsolve_version()}
-        return dataset(variables, coordinates, provenance(self.robot) | facts)
+        return dataset(variables, coordinates, provenance(self.robot, water=False) | facts)
 
 
 def ngsolve_version() -> str:
@@ -178,12 +177,12 @@ def fe_bend(
     """
     rising, options = check_pressure(pressure), options or FeOptions()
     check_side(side)
-    need_fe()
     model = fe_model(robot, joint, options)
     group, _ = joint_group(robot, joint)
     place = None if folder is None else Path(folder)
     told: list[dict[str, Any]] = []
     with Journal(place / JOURNAL if place else None, _header(work, robot, group.name, side, options)) as journal:
+        _check_course(journal, place, rising)
         for k, value in enumerate(rising):
 
             def reach(k: int = k, value: float = float(value)) -> dict[str, Any]:
@@ -199,10 +198,10 @@ def fe_bend(
                 break
     reached = [step for step in told if not step["fault"]]
     fault = next((step["fault"] for step in told if step["fault"]), "")
-    text = f"All {len(rising)} pressures were reached."
+    text = f"All {len(rising)} pressures were reached." if len(rising) > 1 else "The pressure was reached."
     if fault:
-        last = f"{rising[len(reached) - 1] / 1e3:g} kPa" if reached else "no pressure"
-        text = f"{rising[len(reached)] / 1e3:g} kPa was not reached ({fault}); what is told ends at {last}."
+        told_of = f"what is told ends at {rising[len(reached) - 1] / 1e3:g} kPa" if reached else "nothing is told"
+        text = f"{rising[len(reached)] / 1e3:g} kPa was not reached ({fault}); {told_of}."
     return FeBend(
         robot=robot,
         joint=group.name,
@@ -224,6 +223,17 @@ def _header(work: str, robot: Robot, joint: str, side: str, options: FeOptions) 
     """Say what the journal is of."""
     facts = asdict(options) | {"material": options.material or drive_unit(robot).material_set}
     return journal_header(work, robot, {"joint": joint, "side": side, "ngsolve": ngsolve_version()} | facts)
+
+
+def _check_course(journal: Journal, place: Path | None, rising: Array) -> None:
+    """Refuse pressures other than those that a journal has, and more."""
+    for k, record in enumerate(journal.records):
+        there, here = record["asked"]["pressure"], float(rising[k]) if k < len(rising) else None
+        if there != here:
+            now = "none now" if here is None else f"{here / 1e3:g} kPa now"
+            rule = f"has {there / 1e3:g} kPa as pressure {k + 1}, but --pressure has {now}"
+            fix = "a run can go on to higher pressures, but neither leave out nor change one: give another folder"
+            raise InputError(rule, file=None if place is None else str(place / JOURNAL), fix=fix)
 
 
 def _loads(value: float, side: str) -> tuple[float, float]:

@@ -37,7 +37,7 @@ def plot_fe_bend(
         Oil that the drive units of that side have taken in since rest [m^3]; without it there is one panel.
     title : str
     analytic : tuple of array_like, shape (m,), optional
-        The same three of the analytic model.
+        The same three of the analytic model, with friction and on the way up.
     published : tuple of float, optional
         Pressure and angle of a published point [Pa, rad].
     width : float
@@ -68,5 +68,5 @@ def plot_fe_bend(
 def _curves(axes: Axes, x: ArrayLike, y: ArrayLike, analytic: tuple[ArrayLike, ArrayLike] | None) -> None:
     """Draw finite elements as a line with points, the analytic model dashed."""
     if analytic is not None:
-        axes.plot(*analytic, color=FAINT, lw=1.2, ls=DASHED, label="analytic model")
+        axes.plot(*analytic, color=FAINT, lw=1.2, ls=DASHED, label="analytic model (friction, on the way up)")
     axes.plot(x, y, "o-", color=COLORS[1], label="finite elements", zorder=3, **POINTS)
