@@ -6,7 +6,6 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,28 +14,11 @@ import xarray as xr
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.cli import main
 from hypertuna.console import number_list, plain, progress_bar, ranges
 from hypertuna.results import version
+from program import Run
 
-Run = Callable[..., tuple[int, str, str]]
 FAST = ("--frequency", "6", "--amplitude", "16,25", "--phase", "0,40")
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `hypertuna` with arguments: exit code, output, errors."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        code = exit_.value.code
-        assert isinstance(code, int) or code is None
-        return code or 0, *capsys.readouterr()
-
-    return call
 
 
 def strict(text: str) -> dict[str, object]:
