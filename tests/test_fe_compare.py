@@ -38,7 +38,7 @@ def found(fish: ht.Robot) -> FeBend:
 def test_all_but_the_soft_joints_is_as_in_hypertuna(fish: ht.Robot) -> None:
     first, second = ht.load("hypertuna").document(), fish.document()
 
-    def without(document: dict) -> dict:  # type: ignore[type-arg]
+    def without(document: dict[str, Any]) -> dict[str, Any]:
         kept = {key: value for key, value in document.items() if key not in ("name", "description", "drive_unit")}
         sources = {
             key: text
@@ -116,6 +116,35 @@ def test_forces_that_are_not_balanced_are_no_bend(fish: ht.Robot, monkeypatch: p
     assert math.isnan(angle[1])
 
 
+def uneven(fish: ht.Robot, asymmetry: float) -> ht.Robot:
+    """The fish with joints whose sides have unlike levers."""
+    actuators = [group.actuator.model_copy(update={"asymmetry": asymmetry}) for group in fish.joints if group.actuator]
+    groups = zip(fish.joints, actuators, strict=True)
+    joints = tuple(group.model_copy(update={"actuator": actuator}) for group, actuator in groups)
+    return fish.model_copy(update={"joints": joints})
+
+
+def test_the_right_side_bends_as_the_left_of_the_mirrored_joint(fish: ht.Robot) -> None:
+    left, right = (shortening_bend(uneven(fish, 0.2), "II", PRESSURE, side=side) for side in ("left", "right"))
+    mirrored = shortening_bend(uneven(fish, -0.2), "II", PRESSURE, side="left")
+    np.testing.assert_allclose(right, mirrored, rtol=1e-9)
+    assert (np.abs(left / right - 1) > 0.01).all()  # so the levers are seen
+    with pytest.raises(InputError, match="side must be left or right, but is 'up'"):
+        shortening_bend(fish, "II", PRESSURE, side="up")
+
+
+@pytest.mark.fe
+def test_sections_bend_to_the_right_as_the_mirrored_ones_to_the_left(fish: ht.Robot) -> None:
+    from hypertuna.fe_section import section_bend
+
+    one = {"segments": False}
+    left, right = (section_bend(uneven(fish, 0.2), "II", PRESSURE, side=side, **one) for side in ("left", "right"))
+    mirrored = section_bend(uneven(fish, -0.2), "II", PRESSURE, **one)
+    np.testing.assert_allclose(right.angle, mirrored.angle, rtol=1e-3)  # on a mesh that is not its mirror image
+    np.testing.assert_allclose(right.axis, mirrored.axis, rtol=1e-4)
+    assert (left.angle > 1.1 * right.angle).all()  # the levers are seen: by a fifth longer
+
+
 def test_a_layer_that_may_shorten_bends_farther_where_passive_braids_are_stiff(fish: ht.Robot) -> None:
     unit = fish.drive_unit
     assert unit is not None
@@ -135,6 +164,7 @@ def test_differences_are_those_of_the_columns(found: FeBend, fish: ht.Robot) -> 
     assert (compared.oil > 0).all()
     assert (np.diff(compared.shortening) > 0).all()  # under more pressure the body is shorter
     assert 0.01 < compared.shortening[-1] < 0.2
+    assert compared.shortening[-1] == pytest.approx(1 - found.measured[-1].length / 0.060)  # [m] of the description
 
 
 @pytest.mark.fe
@@ -175,15 +205,7 @@ def test_the_command_compares(tmp_path: Path) -> None:
     arguments = [
         "fe",
         "compare",
-        "--robot",
-        "hypertuna-fe",
-        "--joint",
-        "II",
-        "--pressure",
-        "20",
-        "--mesh",
-        "coarse",
-        "--json",
+        *("--robot", "hypertuna-fe", "--joint", "II", "--pressure", "20", "--mesh", "coarse", "--json"),
     ]
     result = CliRunner().invoke(app, [*arguments, "-o", str(tmp_path / "run")])
     assert result.exit_code == 0, result.output

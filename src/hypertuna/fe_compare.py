@@ -89,16 +89,9 @@ class FeComparison:
 
     @property
     def shortening(self) -> Array:
-        """How much of the length between the plates is lost in finite elements [1], shape (n,).
-
-        Of the chord, made to an arc of the same angle: tip plate and connector are the ends of one circle.
-        """
-        body = joint_body(self.fe.robot, self.fe.joint)
-        angle = np.array([found.angle for found in self.fe.measured])
-        tip = np.array([found.tip for found in self.fe.measured]).reshape(-1, 2)
-        inner = tip - body.plate * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        chord = np.hypot(inner[:, 0], inner[:, 1])
-        return 1 - chord / np.sinc(angle / 2 / math.pi) / body.length
+        """How much of its length the axis, where the analytic model has its neutral layer, loses [1], shape (n,)."""
+        length = joint_body(self.fe.robot, self.fe.joint).length
+        return 1 - np.array([found.length for found in self.fe.measured]) / length
 
 
 def _relative(value: Array, reference: Array) -> Array:

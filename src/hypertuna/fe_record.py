@@ -93,6 +93,7 @@ def measured_record(found: Measured) -> dict[str, float]:
     dict of str to float
     """
     record = {f"tip_{axis}_mm": 1e3 * place for axis, place in zip("xy", found.tip, strict=True)}
+    record |= {"length_mm": 1e3 * found.length}
     for side, volume, swelling in zip(("left", "right"), found.volume, found.swelling, strict=True):
         record |= {f"volume_{side}_ml": 1e6 * volume, f"swelling_{side}": swelling}
     for name in ("axial", "hoop", "fiber"):

@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 
 ORDER = 3  # of displacements and curved elements
 AROUND = 0.8  # size of edges on the channels over their radius
+INSIDE = 1e-9  # mm: points on the edge of a mesh may belong to no element
 FIRST = 5e3  # Pa, first step: slack braids
 
 
@@ -43,7 +44,7 @@ class Section:
         Of the joint toward the side with the pressure, were it all as its sections are [rad]; NaN from where Newton's
         method did not converge.
     axis : ndarray, shape (n,)
-        Mean stretch of the line y = 0 of the body at rest [1].
+        Mean stretch of the line that is y = z = 0 at rest [1].
     """
 
     angle: Array
@@ -111,7 +112,8 @@ def _bent(
     plane = ngs.H1(mesh, order=ORDER, dirichlet_bbnd="pin"), ngs.H1(mesh, order=ORDER, dirichlet="symmetry")
     space = plane[0] * plane[1] * ngs.NumberSpace(mesh) * ngs.NumberSpace(mesh)
     load = ngs.Parameter(0.0)
-    energy = _energy(space, matrix, wall, load, side, MM * half[1])
+    scale = MM * half[1]
+    energy = _energy(space, matrix, wall, load, side, scale)
     problem = Problem(energy, ngs.GridFunction(space), (load,), matrix.shear)
     found = np.full((len(rising), 2), math.nan)
     lead(problem, (min(FIRST, float(rising[0])),))
@@ -119,7 +121,8 @@ def _bent(
         if not lead(problem, (float(value),)).converged:
             break
         axis, turn = (problem.state.components[c].vec[0] for c in (2, 3))
-        found[k] = 1 + axis, (1 - 2 * SIDES.index(side)) * turn / half[1]
+        moved = problem.state.components[0](mesh(0.0, INSIDE))  # mm along y, of the middle from where the pin left it
+        found[k] = 1 + axis - turn / scale * moved, (1 - 2 * SIDES.index(side)) * turn / half[1]
     return found
 
 
