@@ -38,7 +38,7 @@ def bend_command(
         str | None,
         typer.Option(
             "--material",
-            help=f"Material set: {', '.join(MATERIAL_SETS)}, or all, with their spread.  [default: the robot's]",
+            help=f"Material set: {', '.join(MATERIAL_SETS)}, or all, with their spread. (default: the robot's)",
         ),
     ] = None,
     law: Annotated[

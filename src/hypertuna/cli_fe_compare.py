@@ -40,16 +40,17 @@ SUMMARY = "compare.json"
 COLUMNS = {  # of the table: head and format
     "pressure_kpa": ("gauge\n[kPa]", ".4g"),
     "bend_fe_deg": ("bend FE\n[deg]", "z.2f"),
-    "bend_analytic_deg": ("analytic\n[deg]", "z.2f"),
+    "bend_analytic_deg": ("model\n[deg]", "z.2f"),
     "bend_difference_percent": ("differs\n[%]", "+z.1f"),
     "oil_fe_ml": ("oil FE\n[ml]", "z.3f"),
-    "oil_analytic_ml": ("analytic\n[ml]", "z.3f"),
+    "oil_analytic_ml": ("model\n[ml]", "z.3f"),
     "oil_difference_percent": ("differs\n[%]", "+z.1f"),
-    "shortening_percent": ("FE body\nshorter [%]", "z.1f"),
+    "shortening_percent": ("shorter\n[%]", "z.1f"),
 }
 LEGEND = (
-    "Bend, and oil taken in since rest, of the side with the pressure; the analytic model with the description's "
-    "friction, on the way up, finite elements (FE) without; differences are of the analytic model, over FE."
+    "Bend, and oil taken in since rest, of the side with the pressure: by finite elements (FE), without friction, and "
+    "by the analytic model, with the description's, on the way up; it differs from FE by so much. In FE the axis gets "
+    "shorter, along which the model keeps its length."
 )
 
 

@@ -34,7 +34,7 @@ MOST_PRESSURES = 200  # of one call: each takes seconds at least
 LAW, POISSON, MIXED, MESH = FeOptions.law, f"{FeOptions.poisson:g}", FeOptions.mixed, str(FeOptions.mesh)
 
 Material = Annotated[
-    str | None, typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}.  [default: the robot's]")
+    str | None, typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}. (default: the robot's)")
 ]
 Law = Annotated[str, typer.Option("--law", help=f"Law of the elements' matrix: {', '.join(LAWS)}.")]
 Poisson = Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")]

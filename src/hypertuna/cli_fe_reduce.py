@@ -43,7 +43,7 @@ def reduce_command(
         str | None,
         typer.Option(
             "--moment",
-            help="Couples on the tip in N m, start:stop:count.  [default: 5, to half of what the pressure makes]",
+            help="Couples on the tip in N m, start:stop:count. (default: 5, to half of what the pressure makes)",
         ),
     ] = None,
     fill: Annotated[

@@ -177,7 +177,8 @@ class ReducedJoint:
         return (
             f"joint {self.joint}: finite elements, mesh {options.mesh}, {form}, material set {self.material}, law "
             f"{options.law}, nu = {options.poisson:g}, {np.isfinite(self.angle).sum()} points up to "
-            f"{self.pressure.max() / 1e3:g} kPa; not explained are {1e3 * self.left.moment:.2g} mN m and {1e6 * self.left.volume:.2g} ml rms"
+            f"{self.pressure.max() / 1e3:g} kPa; not explained are {1e3 * self.left.moment:.2g} mN m and "
+            f"{1e6 * self.left.volume:.2g} ml rms"
         )
 
 

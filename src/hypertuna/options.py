@@ -73,10 +73,10 @@ Phase = Annotated[str | None, typer.Option("--phase", help=f"Lag behind the firs
 Bias = Annotated[str | None, typer.Option("--bias", help=f"Mean angle in degrees, {GROUP}.")]
 Medium = Annotated[str, typer.Option("--medium", help="water or air.")]
 Temperature = Annotated[
-    str | None, typer.Option("--temperature", help="Temperature of the oil in C.  [default: the robot's]")
+    str | None, typer.Option("--temperature", help="Temperature of the oil in C. (default: the robot's)")
 ]
 Bore = Annotated[
-    str | None, typer.Option("--line-bore", help="Inner diameter of all oil lines in mm.  [default: the robot's]")
+    str | None, typer.Option("--line-bore", help="Inner diameter of all oil lines in mm. (default: the robot's)")
 ]
 Seed = Annotated[str, typer.Option("--seed", help="Seed of the sensors' noise.")]
 
