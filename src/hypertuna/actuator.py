@@ -129,7 +129,13 @@ class Bend:
         return float(np.trapezoid(path, self.volume))
 
     def r_squared(self) -> float:
-        """How near to a line the angle is, on the way up: coefficient of determination [1], see `straightness`."""
+        """How near to a line the angle is, on the way up.
+
+        Returns
+        -------
+        float
+            Coefficient of determination [1], see `straightness`.
+        """
         return straightness(self.pressure, self.angle)
 
     def dataset(self) -> xr.Dataset:
@@ -269,16 +275,13 @@ def check_pressure(pressure: ArrayLike) -> Array:
     InputError
         If they are not.
     """
+    rule, fix = "must be a list of finite numbers", "give pressures in a row, in Pa"
     try:
         rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
     except (TypeError, ValueError):
-        fix = "give pressures in a row, in Pa"
-        raise InputError("must be a list of numbers", key="pressure", value=shown(pressure), fix=fix) from None
-    if rising.ndim != 1 or not len(rising):
-        fix = "give pressures in a row"
-        raise InputError("must be a list of numbers", key="pressure", value=f"of shape {rising.shape}", fix=fix)
-    if not np.isfinite(rising).all():
-        raise InputError("must be finite", key="pressure", value=shown(rising.tolist()), fix="give them in Pa")
+        rising = np.array([np.nan])
+    if rising.ndim != 1 or not len(rising) or not np.isfinite(rising).all():
+        raise InputError(rule, key="pressure", value=shown(pressure), fix=fix)
     if rising[0] < 0:
         fix = "give the other side the pressure to bend the other way"
         raise InputError("must not be negative", key="pressure", value=f"{rising.min() / 1e3:g} kPa", fix=fix)

@@ -82,7 +82,13 @@ class FeBend:
         return np.array([found.volume[SIDES.index(self.side)] for found in self.measured])
 
     def r_squared(self) -> float:
-        """How near to a line the angle is: coefficient of determination [1], see `straightness`."""
+        """How near to a line the angle is.
+
+        Returns
+        -------
+        float
+            Coefficient of determination [1], see `straightness`.
+        """
         return straightness(self.pressure, self.angle)
 
     def dataset(self) -> xr.Dataset:

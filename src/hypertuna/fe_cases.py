@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from hypertuna import _core
 from hypertuna.description import Robot
@@ -257,6 +256,7 @@ def _unit(wall: Wall, sleeve: Solid, thickness: float) -> _core.DriveUnit:
 
 def _stretch(unit: _core.DriveUnit, force: float) -> float:
     """Stretch at which a muscle pulls with a force [N]."""
+    from scipy.optimize import brentq  # here, because it takes longer to import than most commands take
 
     def excess(stretch: float) -> float:
         return float(unit.at(np.array([stretch]), pressure=PRESSURE)["pull"][0]) - force

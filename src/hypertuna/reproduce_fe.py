@@ -18,7 +18,6 @@ from hypertuna.fe_bend import fe_bend
 from hypertuna.fe_model import FeOptions
 from hypertuna.fe_record import bend_record
 from hypertuna.ledger import Finding, data_folder
-from hypertuna.plots_fe import plot_fe_bend
 from hypertuna.report import WIDTH, Picture, Section, Table
 from hypertuna.soft_joint import drive_unit, joint_group
 
@@ -353,7 +352,9 @@ def _shape(joint: str, png: bytes, one: Solved) -> Picture:
 
 
 def _curve(joint: str, one: Solved) -> Picture:
-    """Draw a joint's bend over the pressure."""
+    """Draw a joint's bend over the pressure; what draws is imported only now, because that takes long."""
+    from hypertuna.plots_fe import plot_fe_bend
+
     fine = np.linspace(0, one.pressure[-1], 51)
     beside = bend(one.robot, joint, fine)
     group = next(group for group in one.robot.joints if group.name == joint)
