@@ -68,6 +68,17 @@ def record(folder: Path) -> dict[str, Any]:
     return told
 
 
+def test_help_is_in_the_order_of_the_work_and_tells_what_is_taken(run: Run) -> None:
+    commands = ["geometry", "bend", "compare", "reduce", "validate"]
+    assert re.findall(rf"^\W*({'|'.join(commands)}) ", run("fe", "--help")[1], flags=re.MULTILINE) == commands
+    for command, mesh in (("bend", "medium"), ("compare", "medium"), ("reduce", "coarse")):
+        text = " ".join(run("fe", command, "--help")[1].split())
+        assert f"coarse, medium, fine. [default: {mesh}]" in text
+        assert "(default: the robot's)" in text
+        for option in ("--material", "--law", "--poisson", "--mixed"):
+            assert option in text
+
+
 def test_geometry_is_told_without_the_extra(run: Run, tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fe_extra, "find_spec", lambda name: None)
     code, output, _ = run("fe", "geometry", "--robot", "hypertuna", "--joint", "2", "--json")

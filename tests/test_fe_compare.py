@@ -11,13 +11,16 @@ import pytest
 from typer.testing import CliRunner
 
 import hypertuna as ht
+from hypertuna import fe_bend as fe_bend_module
 from hypertuna.actuator import bend
 from hypertuna.errors import InputError
 from hypertuna.fe_bend import FeBend, fe_bend
 from hypertuna.fe_compare import compare, shortening_bend
 from hypertuna.fe_mesh import MeshSize
 from hypertuna.fe_model import FeOptions
+from hypertuna.fe_newton import Equilibrium
 from hypertuna.soft_joint import mooney, muscle
+from program import Run
 
 PRESSURE = np.array([25e3, 50e3])
 # As coarse as the check of the mesh' areas lets it be.
@@ -213,6 +216,17 @@ def test_the_command_compares(tmp_path: Path) -> None:
     assert told == json.loads((tmp_path / "run" / "compare.json").read_text())
     (step,) = told["steps"]
     assert step["bend_difference_percent"] == pytest.approx(100 * (step["bend_analytic_deg"] / step["bend_fe_deg"] - 1))
+
+
+@pytest.mark.fe
+def test_the_command_says_that_nothing_was_reached(monkeypatch: pytest.MonkeyPatch, run: Run) -> None:
+    monkeypatch.setattr(
+        fe_bend_module, "equilibrium", lambda model, pressure: Equilibrium(False, 1, "no step goes down")
+    )
+    code, output, _ = run(*COMMAND, "--pressure", "20", "--mesh", "coarse")
+    assert (code, output) == (1, "20 kPa was not reached (no step goes down); nothing is told.\n")
+    code, output, _ = run(*COMMAND, "--pressure", "20", "--mesh", "coarse", "--json")
+    assert (code, json.loads(output)["status"], json.loads(output)["steps"]) == (1, "failed", [])
 
 
 @pytest.mark.fe

@@ -231,14 +231,14 @@ def _plot(found: FeBend, plot: str) -> None:
 
     other = _analytic(found)
     group = next(group for group in found.robot.joints if group.name == found.joint)
-    known = group.bend_max is not None and group.pressure_max is not None
+    most, farthest = group.pressure_max, group.bend_max
     figure = plot_fe_bend(
         found.pressure,
         found.angle,
         oil_taken(found),
         title=f"{found.robot.name}, joint {found.joint}, {found.side} side, material set {found.material}",
         analytic=(other.pressure, other.angle, other.volume),
-        published=(group.pressure_max, group.bend_max) if known else None,  # type: ignore[arg-type]
+        published=None if most is None or farthest is None else (most, farthest),
     )
     save(figure, plot)
 

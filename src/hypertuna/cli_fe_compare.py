@@ -89,6 +89,12 @@ def compare_command(
         found = fe_bend(
             fish, index, rising, side=side, options=options, folder=folder, progress=report, work="fe compare"
         )
+    if not len(found.pressure):  # and so nothing to compare
+        if as_json:
+            print_json(bend_record(found) | {"command": command_line()})
+        else:
+            Console().print(Text(found.status_text, style="bold red"))
+        raise typer.Exit(1)
     compared = compare(found, reasons=reasons)
     record = _record(compared) | {"command": command_line()}
     written = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import time
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -56,8 +56,8 @@ def _print(cases: Sequence[Case], seconds: float) -> None:
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("")
     for head in HEADS:
-        justify = "left" if head in ("unit", "") else "right"
-        table.add_column(Text(head, justify=justify), justify=justify)  # type: ignore[arg-type]
+        justify: Literal["left", "right"] = "left" if head in ("unit", "") else "right"
+        table.add_column(Text(head, justify=justify), justify=justify)
     group = ""
     for case in cases:
         if case.group != group:

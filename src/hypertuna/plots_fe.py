@@ -13,6 +13,7 @@ from hypertuna.style import FAINT, POINTS, TIGHT, WIDTH, styled
 __all__ = ["plot_fe_bend"]
 
 KILO, MILLILITER = 1e3, 1e-6
+NARROW = 6.0  # inch: below, the legend's texts stand one below the other
 DASHED = (0, (5, 2))
 
 
@@ -61,7 +62,8 @@ def plot_fe_bend(
         _curves(panels[1], np.asarray(oil) / MILLILITER, x, other)
         panels[1].set(xlabel="oil taken in [ml]", ylabel="gauge pressure [kPa]", xlim=(0, None), ylim=(0, None))
     figure.suptitle(title, x=0.01, ha="left", fontsize=9.5, fontweight="bold")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=3, **TIGHT)
+    columns = 3 if width >= NARROW else 1
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=columns, **TIGHT)
     return figure
 
 

@@ -357,13 +357,12 @@ def _curve(joint: str, one: Solved) -> Picture:
 
     fine = np.linspace(0, one.pressure[-1], 51)
     beside = bend(one.robot, joint, fine)
-    group = next(group for group in one.robot.joints if group.name == joint)
-    known = group.pressure_max is not None and group.bend_max is not None
+    most, farthest = next((g.pressure_max, g.bend_max) for g in one.robot.joints if g.name == joint)
     figure = plot_fe_bend(
         one.pressure,
         one.angle,
         analytic=(fine, beside.angle, beside.volume),
-        published=(group.pressure_max, group.bend_max) if known else None,  # type: ignore[arg-type]
+        published=None if most is None or farthest is None else (most, farthest),
         width=WIDTH,
     )
     shows = f"Bend of joint {joint} over the pressure of one side: {FE}, the analytic model, and as published."
