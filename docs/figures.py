@@ -17,7 +17,7 @@ import shlex
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -31,19 +31,15 @@ from scipy.special import ellipe
 
 from hypertuna.beats import QUANTITIES
 from hypertuna.cli import main
-from hypertuna.description import load, parse
+from hypertuna.description import load
 from hypertuna.drawing import draw, save
-from hypertuna.gait import named_gait
-from hypertuna.ledger import published
 from hypertuna.limits import gait_limits
-from hypertuna.manifest import reference as manifest_keys
 from hypertuna.objective import OBJECTIVES
 from hypertuna.optimize import METHODS, Optimum, optimize
 from hypertuna.pareto import Front, pareto
 from hypertuna.plots import plot_swim
 from hypertuna.plots_optimize import plot_convergence
 from hypertuna.plots_pareto import plot_pareto
-from hypertuna.plots_pump import plot_pump
 from hypertuna.published_swims import SPEEDS, Trial, swim_published
 from hypertuna.published_twins import swim_bores
 from hypertuna.report import Table
@@ -53,17 +49,15 @@ from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table
 from hypertuna.reproduce_twin import bore_table, speed_table, tank_table
 from hypertuna.results_page import posture_table
-from hypertuna.sizing import Size, largest_beat, size_pump
-from hypertuna.steady import COLUMNS
 from hypertuna.swim import Swim, swim
-from hypertuna.twin import twin
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "docs"))
+from figures_common import FISH, PAPER, rows, told  # noqa: E402  # beside this file
+
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 
-PAPER = published()
 MODELS = ("ideal joints", "joint bandwidth", "ideal joints, areas as printed", "joint bandwidth, areas as printed")
-FISH = load("hypertuna")
 
 
 @cache
@@ -83,21 +77,9 @@ def swum(gait: str, model: str) -> Swim:
     return trials()[model].gaits[gait]
 
 
-def told(name: str) -> float:
-    """Return a number of the paper."""
-    value: float = PAPER["values"][name]["value"]
-    return value
-
-
 def change(before: float, after: float) -> float:
     """Return a relative change in percent."""
     return 100 * (after / before - 1)
-
-
-def rows(head: Sequence[str], body: Sequence[Sequence[str]], left: int = 1) -> str:
-    """Write a Markdown table; all columns but the first `left` ones are aligned to the right."""
-    rule = ["---"] * left + ["---:"] * (len(head) - left)
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *body))
 
 
 def of_report(table: Table, left: int = 1) -> str:
@@ -317,95 +299,12 @@ def _threshold(best: Optimum) -> str:
     return "" if best.weight_threshold is None else f"{best.weight_threshold:.3f}"
 
 
-def steady_columns() -> str:
-    """Tabulate the columns of a file of steady runs."""
-    body = [
-        ["`frequency_hz`", "Hz", "yes", "beat frequency"],
-        ["`amplitude_GROUP_deg`", "deg", "yes", "commanded amplitude of each joint group"],
-        ["`phase_GROUP_deg`", "deg", "yes", "lag of each joint group; the first may be left out: 0"],
-        ["`bias_GROUP_deg`", "deg", "", "mean angle of each joint group (default: 0)"],
-        ["`{speed}`", "m/s", "either", "speed along the mean path"],
-        ["`{speed_sd}`", "m/s", "", "standard deviation of the speed of a single swim"],
-        ["`{cost_of_transport}`", "J/(kg m)", "or", "mechanical power over mass of the robot and speed"],
-        ["`{cost_of_transport_sd}`", "J/(kg m)", "", "standard deviation of a single swim's"],
-        ["`{repeats}`", "", "", "number of swims that the row is the mean of (default: 1)"],
-        ["`{name}`", "", "", "name of the run (default: FILE:LINE)"],
-    ]
-    return rows(["column", "unit", "needed", "meaning"], [[cell.format(**COLUMNS) for cell in r] for r in body], left=4)
-
-
-def quoted(name: str, kind: str, lines: int | None = None) -> str:
-    """Quote the first lines of a file of the examples."""
-    text = (ROOT / "examples" / name).read_text().splitlines()
-    return "\n".join([f"```{kind}", *text[:lines], *(["..."] if lines else []), "```"])
-
-
-def servo_power_table() -> str:
-    """Tabulate the twin's electrical power in the two gaits whose power is published, over what it hangs on."""
-    cost, lake = told("cost-of-transport/minimum"), PAPER["lake"]
-    body = [["published", f"{cost * FISH.body.mass * told('speed/unoptimised-max'):.3g}", "", ""]]
-    body[0][2] = f"{lake['energy_wh'] / 0.5:.3g}"  # in 30 minutes
-    servo = next(k for k, s in enumerate(FISH.servos) if s.drives == "piston pump")
-    stiff = {"bandwidth_hz": 20.0, "inertia_kg_m2": 0.009, "idle_current_a": 0.3}
-    cases: dict[str, tuple[str, dict[str, float]]] = {
-        "the twin": ("", {}),
-        "first guess: 20 Hz, 0.009 kg m², 0.3 A": ("servos", stiff),
-        "position loop of 15 Hz instead of 10": ("servos", {"bandwidth_hz": 15.0}),
-        "rotor twice as heavy": ("servos", {"inertia_kg_m2": 0.009}),
-        "twice the friction": ("servos", {"friction_n_m": 0.6}),
-        "idle current of 0.3 A instead of 0.05": ("servos", {"idle_current_a": 0.3}),
-        "oil of 35 C": ("oil", {"temperature_c": 35.0}),
-        "lines of 3 mm": ("line", {"bore_m": 0.003}),
-        "lines of 5 mm": ("line", {"bore_m": 0.005}),
-    }
-    for name, (where, values) in cases.items():
-        document = FISH.document()
-        tables = {"servos": [document["servos"][servo]], "oil": [document["oil"]]}
-        for table in tables.get(where, [group["line"] for group in document["joints"]] if where else []):
-            table.update(values)
-        robot = parse(document)
-        runs = [twin(robot, named_gait(robot, gait), duration=12) for gait in ("unoptimised-max", "optimised-0.5")]
-        body.append([name, *(f"{run.power:.3g}" for run in runs), ", ".join(f"{run.speed:.2f}" for run in runs)])
-    return rows(("", "fastest gait [W]", "lake gait [W]", "their speeds [m/s]"), body)
-
-
-@cache
-def sizes() -> list[Size]:
-    """Size the pump over bore and temperature."""
-    frequency, amplitude = largest_beat(FISH)
-    celsius = (5, 10, 15, 20, 25, 30)
-    bores, kelvin = [2e-3, 3e-3, 4e-3, 5e-3], [273.15 + t for t in celsius]
-    return size_pump(FISH, frequency=[frequency], amplitude=amplitude, bore=bores, temperature=kelvin)
-
-
-def prototype_table() -> str:
-    """Tabulate what an independent prototype found for joint I at 6 Hz and 16 deg, beside ours."""
-    bores, corners, bends = (2, 3, 4, 5), (1.1, 5.7, 18.0, 44.0), (4.2, 10.1, 12.7, 13.5)
-    ours = {round(1e3 * s.bore): s for s in sizes() if s.joint == "I" and round(s.temperature - 273.15) == 20}
-    body = [
-        [f"{bore}", f"{corner:g}", f"{ours[bore].corner:.2g}", f"{bend:g}", f"{math.degrees(ours[bore].amplitude):.1f}"]
-        for bore, corner, bend in zip(bores, corners, bends, strict=True)
-    ]
-    one, resistance = ours[3], 128 * 0.1164 * 0.08 / (math.pi * 0.003**4)
-    oil = [250e3 / (2 * math.pi * resistance * 5.7), 250e3 * one.capacity]
-    told = rows(("bore [mm]", "corner [Hz]", "ours", "bend [deg]", "ours"), body)
-    volumes = f"{1e6 * oil[0]:.1f} ml in the prototype's muscles and {1e6 * oil[1]:.1f} ml in ours"
-    speed = f"{one.speed / one.speed_limit:.2g} times what it has"
-    return f"{told}\n\nOil on the way to 250 kPa: {volumes}. Speed that the beat asks of our servo: {speed}."
-
-
 TABLES: dict[str, Callable[[], str]] = {
-    "prototype": prototype_table,
-    "servo power": servo_power_table,
     "front": front_table,
     "objectives": objectives_table,
     "methods": methods_table,
     "phases": phases_table,
     "weights": weights_table,
-    "steady columns": steady_columns,
-    "steady example": lambda: quoted("tank/tank.csv", "text", 5),
-    "manifest example": lambda: quoted("tank/tank.toml", "toml"),
-    "manifest keys": manifest_keys,
     "ledger": ledger_table,
     "speeds": speeds_table,
     "errors": error_table,
@@ -431,15 +330,14 @@ TABLES: dict[str, Callable[[], str]] = {
 
 PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/swim.svg": lambda: plot_swim(swum("unoptimised-max", "joint bandwidth")),
-    "docs/pump.svg": lambda: plot_pump(sizes()),
     "docs/pareto.svg": lambda: plot_pareto(front()),
     "docs/convergence.svg": lambda: plot_convergence([optimum(MODELS[1], m, speed=0.4) for m in METHODS]),
     "docs/minnow.svg": lambda: draw(load(ROOT / "examples/minnow.toml")),
 }
 
 # Other pages have a module of their own.
-for part in ("figures_frames.py", "figures_actuator.py", "figures_bench.py", "figures_fe.py"):
-    made = runpy.run_path(str(ROOT / "docs" / part))
+for part in ("frames", "hydraulics", "trials", "actuator", "bench", "fe"):
+    made = runpy.run_path(str(ROOT / "docs" / f"figures_{part}.py"))
     TABLES |= made["TABLES"]
     PICTURES |= made["PICTURES"]
 

@@ -234,8 +234,9 @@ def _header(work: str, robot: Robot, joint: str, side: str, options: FeOptions) 
 def _check_course(journal: Journal, place: Path | None, rising: Array) -> None:
     """Refuse pressures other than those that a journal has, and more."""
     for k, record in enumerate(journal.records):
-        there, here = record["asked"]["pressure"], float(rising[k]) if k < len(rising) else None
-        if there != here:
+        asked, here = record.get("asked"), float(rising[k]) if k < len(rising) else None
+        there = asked.get("pressure") if isinstance(asked, dict) else None
+        if isinstance(there, float) and there != here:  # what is no question of ours is told when it is asked
             now = "none now" if here is None else f"{here / 1e3:g} kPa now"
             rule = f"has {there / 1e3:g} kPa as pressure {k + 1}, but --pressure has {now}"
             fix = "a run can go on to higher pressures, but neither leave out nor change one: give another folder"
