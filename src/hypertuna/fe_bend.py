@@ -204,7 +204,8 @@ def fe_bend(
                 break
     reached = [step for step in told if not step["fault"]]
     fault = next((step["fault"] for step in told if step["fault"]), "")
-    text = f"All {len(rising)} pressures were reached." if len(rising) > 1 else "The pressure was reached."
+    few = {1: "The pressure was", 2: "Both pressures were"}
+    text = f"{few.get(len(rising), f'All {len(rising)} pressures were')} reached."
     if fault:
         told_of = f"what is told ends at {rising[len(reached) - 1] / 1e3:g} kPa" if reached else "nothing is told"
         text = f"{rising[len(reached)] / 1e3:g} kPa was not reached ({fault}); {told_of}."
