@@ -17,7 +17,7 @@ import shlex
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -25,26 +25,21 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
 from hypertuna.beats import QUANTITIES
 from hypertuna.cli import main
-from hypertuna.description import load, parse
-from hypertuna.drawing import BODY, COLORS, EDGE, INK, draw, save
-from hypertuna.gait import named_gait
-from hypertuna.ledger import published
+from hypertuna.description import load
+from hypertuna.drawing import draw, save
 from hypertuna.limits import gait_limits
-from hypertuna.manifest import reference as manifest_keys
 from hypertuna.objective import OBJECTIVES
 from hypertuna.optimize import METHODS, Optimum, optimize
 from hypertuna.pareto import Front, pareto
 from hypertuna.plots import plot_swim
 from hypertuna.plots_optimize import plot_convergence
 from hypertuna.plots_pareto import plot_pareto
-from hypertuna.plots_pump import plot_pump
 from hypertuna.published_swims import SPEEDS, Trial, swim_published
 from hypertuna.published_twins import swim_bores
 from hypertuna.report import Table
@@ -54,17 +49,15 @@ from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table
 from hypertuna.reproduce_twin import bore_table, speed_table, tank_table
 from hypertuna.results_page import posture_table
-from hypertuna.sizing import Size, largest_beat, size_pump
-from hypertuna.steady import COLUMNS
 from hypertuna.swim import Swim, swim
-from hypertuna.twin import twin
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "docs"))
+from figures_common import FISH, PAPER, rows, told  # noqa: E402  # beside this file
+
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 
-PAPER = published()
 MODELS = ("ideal joints", "joint bandwidth", "ideal joints, areas as printed", "joint bandwidth, areas as printed")
-FISH = load("hypertuna")
 
 
 @cache
@@ -84,21 +77,9 @@ def swum(gait: str, model: str) -> Swim:
     return trials()[model].gaits[gait]
 
 
-def told(name: str) -> float:
-    """Return a number of the paper."""
-    value: float = PAPER["values"][name]["value"]
-    return value
-
-
 def change(before: float, after: float) -> float:
     """Return a relative change in percent."""
     return 100 * (after / before - 1)
-
-
-def rows(head: Sequence[str], body: Sequence[Sequence[str]], left: int = 1) -> str:
-    """Write a Markdown table; all columns but the first `left` ones are aligned to the right."""
-    rule = ["---"] * left + ["---:"] * (len(head) - left)
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *body))
 
 
 def of_report(table: Table, left: int = 1) -> str:
@@ -318,95 +299,12 @@ def _threshold(best: Optimum) -> str:
     return "" if best.weight_threshold is None else f"{best.weight_threshold:.3f}"
 
 
-def steady_columns() -> str:
-    """Tabulate the columns of a file of steady runs."""
-    body = [
-        ["`frequency_hz`", "Hz", "yes", "beat frequency"],
-        ["`amplitude_GROUP_deg`", "deg", "yes", "commanded amplitude of each joint group"],
-        ["`phase_GROUP_deg`", "deg", "yes", "lag of each joint group; the first may be left out: 0"],
-        ["`bias_GROUP_deg`", "deg", "", "mean angle of each joint group (default: 0)"],
-        ["`{speed}`", "m/s", "either", "speed along the mean path"],
-        ["`{speed_sd}`", "m/s", "", "standard deviation of the speed of a single swim"],
-        ["`{cost_of_transport}`", "J/(kg m)", "or", "mechanical power over mass of the robot and speed"],
-        ["`{cost_of_transport_sd}`", "J/(kg m)", "", "standard deviation of a single swim's"],
-        ["`{repeats}`", "", "", "number of swims that the row is the mean of (default: 1)"],
-        ["`{name}`", "", "", "name of the run (default: FILE:LINE)"],
-    ]
-    return rows(["column", "unit", "needed", "meaning"], [[cell.format(**COLUMNS) for cell in r] for r in body], left=4)
-
-
-def quoted(name: str, kind: str, lines: int | None = None) -> str:
-    """Quote the first lines of a file of the examples."""
-    text = (ROOT / "examples" / name).read_text().splitlines()
-    return "\n".join([f"```{kind}", *text[:lines], *(["..."] if lines else []), "```"])
-
-
-def servo_power_table() -> str:
-    """Tabulate the twin's electrical power in the two gaits whose power is published, over what it hangs on."""
-    cost, lake = told("cost-of-transport/minimum"), PAPER["lake"]
-    body = [["published", f"{cost * FISH.body.mass * told('speed/unoptimised-max'):.3g}", "", ""]]
-    body[0][2] = f"{lake['energy_wh'] / 0.5:.3g}"  # in 30 minutes
-    servo = next(k for k, s in enumerate(FISH.servos) if s.drives == "piston pump")
-    stiff = {"bandwidth_hz": 20.0, "inertia_kg_m2": 0.009, "idle_current_a": 0.3}
-    cases: dict[str, tuple[str, dict[str, float]]] = {
-        "the twin": ("", {}),
-        "first guess: 20 Hz, 0.009 kg m², 0.3 A": ("servos", stiff),
-        "position loop of 15 Hz instead of 10": ("servos", {"bandwidth_hz": 15.0}),
-        "rotor twice as heavy": ("servos", {"inertia_kg_m2": 0.009}),
-        "twice the friction": ("servos", {"friction_n_m": 0.6}),
-        "idle current of 0.3 A instead of 0.05": ("servos", {"idle_current_a": 0.3}),
-        "oil of 35 C": ("oil", {"temperature_c": 35.0}),
-        "lines of 3 mm": ("line", {"bore_m": 0.003}),
-        "lines of 5 mm": ("line", {"bore_m": 0.005}),
-    }
-    for name, (where, values) in cases.items():
-        document = FISH.document()
-        tables = {"servos": [document["servos"][servo]], "oil": [document["oil"]]}
-        for table in tables.get(where, [group["line"] for group in document["joints"]] if where else []):
-            table.update(values)
-        robot = parse(document)
-        runs = [twin(robot, named_gait(robot, gait), duration=12) for gait in ("unoptimised-max", "optimised-0.5")]
-        body.append([name, *(f"{run.power:.3g}" for run in runs), ", ".join(f"{run.speed:.2f}" for run in runs)])
-    return rows(("", "fastest gait [W]", "lake gait [W]", "their speeds [m/s]"), body)
-
-
-@cache
-def sizes() -> list[Size]:
-    """Size the pump over bore and temperature."""
-    frequency, amplitude = largest_beat(FISH)
-    celsius = (5, 10, 15, 20, 25, 30)
-    bores, kelvin = [2e-3, 3e-3, 4e-3, 5e-3], [273.15 + t for t in celsius]
-    return size_pump(FISH, frequency=[frequency], amplitude=amplitude, bore=bores, temperature=kelvin)
-
-
-def prototype_table() -> str:
-    """Tabulate what an independent prototype found for joint I at 6 Hz and 16 deg, beside ours."""
-    bores, corners, bends = (2, 3, 4, 5), (1.1, 5.7, 18.0, 44.0), (4.2, 10.1, 12.7, 13.5)
-    ours = {round(1e3 * s.bore): s for s in sizes() if s.joint == "I" and round(s.temperature - 273.15) == 20}
-    body = [
-        [f"{bore}", f"{corner:g}", f"{ours[bore].corner:.2g}", f"{bend:g}", f"{math.degrees(ours[bore].amplitude):.1f}"]
-        for bore, corner, bend in zip(bores, corners, bends, strict=True)
-    ]
-    one, resistance = ours[3], 128 * 0.1164 * 0.08 / (math.pi * 0.003**4)
-    oil = [250e3 / (2 * math.pi * resistance * 5.7), 250e3 * one.capacity]
-    told = rows(("bore [mm]", "corner [Hz]", "ours", "bend [deg]", "ours"), body)
-    volumes = f"{1e6 * oil[0]:.1f} ml in the prototype's muscles and {1e6 * oil[1]:.1f} ml in ours"
-    speed = f"{one.speed / one.speed_limit:.2g} times what it has"
-    return f"{told}\n\nOil on the way to 250 kPa: {volumes}. Speed that the beat asks of our servo: {speed}."
-
-
 TABLES: dict[str, Callable[[], str]] = {
-    "prototype": prototype_table,
-    "servo power": servo_power_table,
     "front": front_table,
     "objectives": objectives_table,
     "methods": methods_table,
     "phases": phases_table,
     "weights": weights_table,
-    "steady columns": steady_columns,
-    "steady example": lambda: quoted("tank/tank.csv", "text", 5),
-    "manifest example": lambda: quoted("tank/tank.toml", "toml"),
-    "manifest keys": manifest_keys,
     "ledger": ledger_table,
     "speeds": speeds_table,
     "errors": error_table,
@@ -428,110 +326,18 @@ TABLES: dict[str, Callable[[], str]] = {
     "Table V": lambda: of_report(robot_table(computed_among(ledger().trials)[0]), 2),
 }
 
-# --- the drawing of frames and signs
-
-
-def _arrow(axes: Axes, start: complex, end: complex, color: str, text: str = "", shift: complex = 0j) -> None:
-    """Draw an arrow with a label at its end."""
-    style = {"arrowstyle": "-|>", "color": color, "lw": 1.5, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
-    axes.annotate("", (end.real, end.imag), (start.real, start.imag), arrowprops=style, zorder=5)
-    at = end + shift
-    axes.text(at.real, at.imag, text, color=color, ha="center", va="center", fontsize=9.5)
-
-
-def _arc(
-    axes: Axes, center: complex, radius: float, start: float, stop: float, color: str, text: str, out: float
-) -> None:
-    """Draw an angle from start to stop [rad] with an arrow head at its end, and its name beside its middle."""
-    points = center + radius * np.exp(1j * np.linspace(start, stop, 40))
-    axes.plot(points.real, points.imag, color=color, lw=1.1)
-    _arrow(axes, points[-3], points[-1], color)
-    at = center + out * radius * np.exp(0.5j * (start + stop))
-    axes.text(at.real, at.imag, text, color=color, ha="center", va="center", fontsize=9.5)
-
-
-def _draw_body(axes: Axes) -> None:
-    """Draw world and body axes, and the angles and axes of a link."""
-    red, blue, green = COLORS[:3]
-    theta, psi = math.radians(14), np.radians([0, 20, 48])
-    lengths, nose = (2.6, 1.5, 1.9), 1.95 + 0.75j
-    joints = nose + np.concatenate([[0], np.cumsum(lengths * np.exp(1j * (theta + psi)))])
-    origin, ahead = 0.45 + 0.15j, np.exp(1j * theta)
-    _arrow(axes, origin, origin + 0.9, INK, "$x$ (east)", 0.45)
-    _arrow(axes, origin, origin + 0.9j, INK, "$y$ (north)", 0.14j)
-    for a, b, width in zip(joints, joints[1:], (11, 8, 6), strict=False):
-        axes.plot([a.real, b.real], [a.imag, b.imag], color=BODY, lw=width, solid_capstyle="round", zorder=1)
-        axes.plot([a.real, b.real], [a.imag, b.imag], color=EDGE, lw=1.0, zorder=2)
-    axes.plot(joints[1:-1].real, joints[1:-1].imag, "o", color="white", mec=INK, ms=6, zorder=6)
-    # from the nose: heading, body axes, twist
-    _dashes(axes, nose, nose + 1.9)
-    _arc(axes, nose, 1.6, 0, theta, INK, r"$\theta$", 1.1)
-    _arrow(axes, nose, nose + 1.0 * ahead, blue, "$x_0,\\,u$", 0.2j - 0.1)
-    _arrow(axes, nose, nose + 1.0j * ahead, blue, "$y_0,\\,v$", 0.15j)
-    _arc(axes, nose, 0.32, theta + 0.2, theta + 1.3, blue, "$r$", 1.5)
-    _arrow(axes, nose - 0.12 * ahead, nose - 1.0 * ahead, EDGE, "swims\nthis way", 0.36j - 0.02)
-    # a link: its angles and its axes
-    middle, axis = 0.5 * (joints[2] + joints[3]), np.exp(1j * (theta + psi[2]))
-    _dashes(axes, joints[2], joints[2] + 1.0 * np.exp(1j * (theta + psi[1])))
-    _arc(axes, joints[2], 0.7, theta + psi[1], theta + psi[2], green, r"$\varphi_i$", 1.25)
-    _dashes(axes, joints[2], joints[2] + 1.5 * ahead)
-    _arc(axes, joints[2], 1.3, theta, theta + psi[2], green, r"$\psi_i$", 1.12)
-    axes.plot(middle.real, middle.imag, "+", color=INK, ms=8, mew=1.4, zorder=6)
-    _arrow(axes, middle, middle + 0.75 * axis, red, "$t,\\,v_t$", 0.3 - 0.02j)
-    _arrow(axes, middle, middle + 0.75j * axis, red, "$n,\\,v_n$", -0.3 + 0.02j)
-    axes.set(xlim=(-0.15, 8.2), ylim=(-0.1, 4.1), aspect="equal")
-
-
-def _dashes(axes: Axes, start: complex, end: complex) -> None:
-    """Draw a line that only shows where an angle begins."""
-    axes.plot([start.real, end.real], [start.imag, end.imag], color=EDGE, lw=0.9, ls=(0, (4, 3)), zorder=0)
-
-
-def _draw_conventions(axes: Axes) -> None:
-    """Draw the axes that count as positive in three conventions, on a robot that faces left."""
-    cases = (
-        ("hypertuna: from the nose to the tail", 1, 1j, "$u$", "$v$", 1),
-        ("ENU world, forward-left-up body", -1, -1j, "forward", "left", 1),
-        ("NED world, forward-right-down body", -1, 1j, "surge", "sway", -1),
-    )
-    for k, (title, along, across, first, second, sense) in enumerate(cases):
-        nose = 2.78 * k + 1.15 + 0j
-        for a, b, width in ((0, 0.8, 9), (0.8, 1.25, 5)):
-            axes.plot([nose.real + a, nose.real + b], [0, 0], color=BODY, lw=width, solid_capstyle="round", zorder=1)
-        _arrow(axes, nose, nose + 0.7 * along, COLORS[1], first, 0.17j)
-        _arrow(axes, nose, nose + 0.6 * across, COLORS[1], second, 0.14 * across)
-        start = float(np.angle(along))
-        _arc(axes, nose, 0.33, start + 0.3 * sense, start + 1.3 * sense, COLORS[1], "$r$", 1.5)
-        axes.text(nose.real + 0.1, -1.12, title, ha="center", fontsize=8, color=INK)
-    axes.set(xlim=(-0.15, 8.2), ylim=(-1.25, 0.95), aspect="equal")
-
-
-def draw_frames() -> Figure:
-    """Draw the frames and signs of docs/conventions.md."""
-    figure = Figure(figsize=(7.2, 5.45), facecolor="white")
-    body, conventions = figure.subplots(2, 1, height_ratios=[4.05, 2.2])
-    figure.subplots_adjust(left=0, right=1, top=1, bottom=0, hspace=0)
-    _draw_body(body)
-    _draw_conventions(conventions)
-    for axes in (body, conventions):
-        axes.set_axis_off()
-    return figure
-
-
 # --- pictures
 
 PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/swim.svg": lambda: plot_swim(swum("unoptimised-max", "joint bandwidth")),
-    "docs/frames.svg": draw_frames,
-    "docs/pump.svg": lambda: plot_pump(sizes()),
     "docs/pareto.svg": lambda: plot_pareto(front()),
     "docs/convergence.svg": lambda: plot_convergence([optimum(MODELS[1], m, speed=0.4) for m in METHODS]),
     "docs/minnow.svg": lambda: draw(load(ROOT / "examples/minnow.toml")),
 }
 
 # Other pages have a module of their own.
-for part in ("figures_actuator.py", "figures_bench.py", "figures_fe.py"):
-    made = runpy.run_path(str(ROOT / "docs" / part))
+for part in ("frames", "hydraulics", "trials", "actuator", "bench", "fe"):
+    made = runpy.run_path(str(ROOT / "docs" / f"figures_{part}.py"))
     TABLES |= made["TABLES"]
     PICTURES |= made["PICTURES"]
 

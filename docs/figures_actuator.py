@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 import numpy as np
+from figures_common import rows
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
@@ -21,12 +22,6 @@ FISH = load("hypertuna")
 JOINTS = tuple(group.name for group in FISH.joints)
 TOP = 250e3  # Pa
 PRESSURE = np.linspace(0, TOP, 26)
-
-
-def rows(head: Sequence[str], body: Sequence[Sequence[str]], left: int = 1) -> str:
-    """Write a Markdown table; all columns but the first `left` ones are aligned to the right."""
-    rule = ["---"] * left + ["---:"] * (len(head) - left)
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *body))
 
 
 def varied(unit: dict[str, Any] | None = None, joint: int = 0, actuator: dict[str, Any] | None = None) -> Robot:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import runpy
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from unittest import mock
 
+from figures_common import rows
 from matplotlib.figure import Figure
 
 from hypertuna.bench import read_bench
@@ -37,12 +38,6 @@ def truth() -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder, mock.patch("sys.argv", ["make.py", folder]):
         found: dict[str, float] = runpy.run_path(str(FOLDER / "make.py"))["TRUTH"]
     return found
-
-
-def rows(head: Sequence[str], body: Sequence[Sequence[str]], left: int = 1) -> str:
-    """Write a Markdown table; all columns but the first `left` ones are aligned to the right."""
-    rule = ["---"] * left + ["---:"] * (len(head) - left)
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *body))
 
 
 def unknown_table() -> str:

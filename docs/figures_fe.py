@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+from figures_common import rows
 
 from hypertuna.fe_mesh import MESHES
 from hypertuna.reproduce_fe import FE, ROBOTS, difference_table, read_elements
@@ -14,12 +16,6 @@ ROOT = Path(__file__).resolve().parents[1]
 ELEMENTS = read_elements()
 RATIO = MESHES["medium"].around / MESHES["fine"].around  # of the elements' sizes
 SHIPPED = next(model for model in ELEMENTS.solved if model != FE)
-
-
-def rows(head: Sequence[str], body: Sequence[Sequence[str]], left: int = 1) -> str:
-    """Write a Markdown table; all columns but the first `left` ones are aligned to the right."""
-    rule = ["---"] * left + ["---:"] * (len(head) - left)
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *body))
 
 
 def bend_table(model: str) -> str:
@@ -112,10 +108,10 @@ def sensitivity_table() -> str:
 
 def poisson_table() -> str:
     """Tabulate what Poisson's ratio of the matrix does, by sections without ends."""
-    body = [
-        [f"{row['poisson']:g}", *(f"{row[f'bend_{joint}_deg']:.1f}, {row[f'r_squared_{joint}']:.3f}" for joint in ("i", "ii"))]
-        for row in _family()["poisson"]
-    ]
+    body = []
+    for row in _family()["poisson"]:
+        bends = [f"{row[f'bend_{joint}_deg']:.1f}, {row[f'r_squared_{joint}']:.3f}" for joint in ("i", "ii")]
+        body.append([f"{row['poisson']:g}", *bends])
     return rows(["Poisson's ratio", "I: [deg], R²", "II: [deg], R²"], body)
 
 

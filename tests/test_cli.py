@@ -6,7 +6,6 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,28 +14,11 @@ import xarray as xr
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.cli import main
 from hypertuna.console import number_list, plain, progress_bar, ranges
 from hypertuna.results import version
+from program import Run
 
-Run = Callable[..., tuple[int, str, str]]
 FAST = ("--frequency", "6", "--amplitude", "16,25", "--phase", "0,40")
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `hypertuna` with arguments: exit code, output, errors."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        code = exit_.value.code
-        assert isinstance(code, int) or code is None
-        return code or 0, *capsys.readouterr()
-
-    return call
 
 
 def strict(text: str) -> dict[str, object]:
@@ -295,6 +277,13 @@ def test_an_output_that_cannot_be_written_leaves_nothing(run: Run, tmp_path: Pat
     assert code == 2
     assert errors.startswith("error: ")
     assert [path.name for path in tmp_path.iterdir()] == [target.name]
+
+
+def test_what_takes_long_to_import_is_imported_where_it_is_used() -> None:
+    heavy = "{'matplotlib', 'netgen', 'ngsolve', 'pyvista', 'rich.progress', 'scipy', 'xarray'}"
+    script = f"import sys, hypertuna.cli; print(*sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["rich.progress"]  # so the others would be seen
 
 
 def test_help_names_every_command() -> None:

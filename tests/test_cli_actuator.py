@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,27 +10,11 @@ import pytest
 import hypertuna as ht
 from hypertuna.bench import read_bench
 from hypertuna.bench_fit import fit_bench
-from hypertuna.cli import main
+from program import Run
 
-Run = Callable[..., tuple[int, str, str]]
 EXAMPLE = Path(__file__).parents[1] / "examples" / "bench"
 PAPER = ("actuator", "fit", str(EXAMPLE / "paper.csv"), "--robot", "hypertuna", "--starts", "1")
 FEW = ("--free", "lever,stiffness_factor,outer_diameter")
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `hypertuna` with arguments: exit code, output, errors."""
-    monkeypatch.setenv("COLUMNS", "160")
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        code = exit_.value.code
-        return int(code or 0), *capsys.readouterr()
-
-    return call
 
 
 def test_json_tells_what_the_function_finds(run: Run, tuna: ht.Robot) -> None:

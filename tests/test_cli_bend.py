@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,25 +11,10 @@ import xarray as xr
 
 import hypertuna as ht
 from hypertuna.actuator import MATERIAL_SETS, bend
-from hypertuna.cli import main
 from hypertuna.plots_actuator import plot_bend
+from program import Run
 
-Run = Callable[..., tuple[int, str, str]]
 BEND = ("bend", "--robot", "hypertuna", "--joint", "I")
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `hypertuna` with arguments: exit code, output, errors."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        return int(exit_.value.code or 0), *capsys.readouterr()
-
-    return call
 
 
 def test_json_tells_what_the_function_finds(run: Run, tuna: ht.Robot) -> None:
@@ -128,7 +111,7 @@ BAD = {
     "pascal": ((*BEND, "--pressure", "250000"), "--pressure must be at most 2000, but is 250000: give it in kPa"),
     "many": ((*BEND, "--pressure", "0:250:20000"), "--pressure must be at most 10000 pressures, but is 20000"),
     "nan": ((*BEND, "--pressure", "0,nan"), "--pressure[1] must be a finite number"),
-    "material": ((*BEND, "--material", "rubber"), "must be a set that exists, but is rubber"),
+    "material": ((*BEND, "--material", "rubber"), "must be a set that exists, but is 'rubber'"),
     "law": ((*BEND, "--law", "printed"), "law must be a law that exists, but is 'printed': did you mean as_printed?"),
     "side": ((*BEND, "--side", "up"), "side must be left or right, but is 'up'"),
     "plot": ((*BEND, "--plot", "bend.txt"), "--plot must end in .svg, .png or .pdf"),

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,29 +21,14 @@ import xarray as xr
 import hypertuna as ht
 from hypertuna import fe_bend as path_module
 from hypertuna import fe_extra, fe_pictures
-from hypertuna.cli import main
 from hypertuna.fe_geometry import joint_body
 from hypertuna.fe_newton import Equilibrium
 from hypertuna.plots_fe import plot_fe_bend
+from program import Run
 
-Run = Callable[..., tuple[int, str, str]]
 BEND = ("fe", "bend", "--robot", "hypertuna", "--joint", "II")
 PRESSURES = ("--pressure", "40,80", "--mesh", "coarse")
 FISH = Path(ht.load("hypertuna").file)
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `hypertuna` with arguments: exit code, output, errors."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        return int(exit_.value.code or 0), *capsys.readouterr()
-
-    return call
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +50,8 @@ def whole(small: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     files = ("-o", str(folder), "--plot", str(folder.parent / "plot.svg"), "--json")
     done = subprocess.run(program(small, *files), capture_output=True, text=True, check=True, timeout=300)
     (folder.parent / "printed.json").write_text(done.stdout)
-    assert done.stderr == ""  # no talk of VTK, NGSolve or Netgen
+    told = re.fullmatch(r"pressures: 1 of 2, \d+ s\npressures: 2 of 2, \d+ s\n", done.stderr)
+    assert told, done.stderr  # a line for each pressure; no talk of VTK, NGSolve or Netgen
     return folder
 
 
@@ -80,6 +66,17 @@ def record(folder: Path) -> dict[str, Any]:
     for facts in (told, *told["steps"]):
         facts.pop("seconds")
     return told
+
+
+def test_help_is_in_the_order_of_the_work_and_tells_what_is_taken(run: Run) -> None:
+    commands = ["geometry", "bend", "compare", "reduce", "validate"]
+    assert re.findall(rf"^\W*({'|'.join(commands)}) ", run("fe", "--help")[1], flags=re.MULTILINE) == commands
+    for command, mesh in (("bend", "medium"), ("compare", "medium"), ("reduce", "coarse")):
+        text = " ".join(run("fe", command, "--help")[1].split())
+        assert f"coarse, medium, fine. [default: {mesh}]" in text
+        assert "(default: the robot's)" in text
+        for option in ("--material", "--law", "--poisson", "--mixed"):
+            assert option in text
 
 
 def test_geometry_is_told_without_the_extra(run: Run, tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -123,13 +120,17 @@ def test_a_run_prints_what_its_files_hold(whole: Path) -> None:
     told = json.loads((whole.parent / "printed.json").read_text())
     assert told == json.loads((whole / "bend.json").read_text())
     assert (told["status"], told["mesh"], told["joint"]) == ("converged", "coarse", "II")
+    assert not {"joints", "water", "areas"} & set(told)  # the model of the water has no part in it
     steps = told["steps"]
     assert [step["pressure_kpa"] for step in steps] == [40, 80]
     bends = [step["bend_deg"] for step in steps]
     assert 1 < bends[0] < bends[1]
     assert steps[1]["oil_taken_ml"] > steps[0]["oil_taken_ml"] > 0.01
     assert steps[1]["stress_max_kpa"] > steps[1]["stress_99_kpa"] > steps[0]["stress_99_kpa"] > 0
-    lines = [line for line in (whole / "bend.csv").read_text().splitlines() if not line.startswith("#")]
+    text = (whole / "bend.csv").read_text()
+    assert "\n# mixed: false\n" in text or "\n# mixed: true\n" in text
+    assert not {"# r_squared", "None", "False", "True"} & set(re.split(r"[,:\n ]", text))
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
     assert [float(line.split(",")[1]) for line in lines[1:]] == bends
     labeled = xr.load_dataset(whole / "bend.nc")
     np.testing.assert_allclose(np.degrees(labeled.angle), bends)
@@ -145,7 +146,7 @@ def test_fields_are_those_that_were_measured(whole: Path) -> None:
     assert list(bent.point_data) == ["displacement [m]", fe_pictures.STRESS, fe_pictures.STRAIN]
     np.testing.assert_allclose(bent.bounds, (0, 0.033, -0.013, 0.013, 0, 0.014), atol=1e-4)  # m: half of it, with plate
     tip = bent.points[:, 0] > 0.0329
-    angle, off = np.radians(told[1]["angle_deg"]), bent.points[tip, 1].mean()  # the points' mean is not the center
+    angle, off = np.radians(told[1]["bend_deg"]), bent.points[tip, 1].mean()  # the points' mean is not the center
     moved = (bent.points + bent["displacement [m]"])[tip].mean(axis=0)[:2] + off * np.array(
         [np.sin(angle), -np.cos(angle)]
     )
@@ -231,7 +232,7 @@ def test_a_run_that_reaches_nothing_says_so(
     arguments = program(small, "-o", str(tmp_path / "run"), "--plot", str(tmp_path / "plot.svg"))[3:]
     code, output, _ = run(*arguments)
     assert code == 1
-    assert "40 kPa was not reached (no step goes down); what is told ends at no pressure." in output
+    assert "40 kPa was not reached (no step goes down); nothing is told." in output
     assert record(tmp_path / "run")["steps"] == []
     assert not (tmp_path / "plot.svg").exists()  # nothing to draw, and it is not said to be written
     assert "plot.svg" not in output
@@ -244,7 +245,7 @@ def test_the_figure_shows_what_it_is_given() -> None:
     oil, other = [0.0, 4e-7, 1e-6], ([0.0, 2.5e5], [0.0, 0.3], [0.0, 9e-7])
     both = plot_fe_bend(pressure, angle, oil, analytic=other, published=(2.5e5, 0.31), title="joint II")
     labels = [text.get_text() for text in both.legends[0].get_texts()]
-    assert labels == ["analytic model", "finite elements", "published"]
+    assert labels == ["analytic model (friction, on the way up)", "finite elements", "published"]
     np.testing.assert_allclose(both.axes[1].lines[-1].get_xydata()[-1], [1, 250])
 
 
@@ -256,7 +257,16 @@ def test_the_colors_end_at_a_round_number(value: float, rounded: float) -> None:
 BAD = {
     "joint": ((*BEND[:-1], "III"), "joint must be a joint of hypertuna, but is 'III': did you mean II?"),
     "robot": ((*BEND[:3], "rexeel", "--joint", "1"), "robots/rexeel.toml: [drive_unit] is missing"),
-    "falling": ((*BEND, "--pressure", "250:0:4"), "pressure must rise from one to the next, but is 250 kPa, then"),
+    "falling": (
+        (*BEND, "--pressure", "60,30"),
+        "60 kPa, then 30 kPa: write the lower one first, and each once: 30,60.",
+    ),
+    "twice": (
+        (*BEND, "--pressure", "60,60"),
+        "60 kPa, then 60 kPa: write the lower one first, and each once: 60.",
+    ),
+    "many": ((*BEND, "--pressure", "0:250:201"), "--pressure must be at most 200 pressures, but is 201: ask for fewer"),
+    "jointless": (BEND[:-2], "Missing option '--joint'. See `hypertuna fe bend --help`."),
     "negative": ((*BEND, "--pressure", "-50:250:4"), "pressure must not be negative, but is -50 kPa"),
     "pascal": ((*BEND, "--pressure", "250000"), "--pressure must be at most 2000, but is 250000: give it in kPa"),
     "word": ((*BEND, "--poisson", "soft"), "--poisson must be a number, but is 'soft'"),
@@ -276,8 +286,8 @@ def test_bad_input_is_one_sentence(run: Run, arguments: tuple[str, ...], sentenc
 
 
 BAD_OPTIONS = {
-    "material": (("--material", "rubber"), "must be a set that exists, but is rubber"),
-    "law": (("--law", "hooke"), "law must be a law that exists, but is 'hooke': did you mean neo_hookean?"),
+    "material": (("--material", "rubber"), "must be a set that exists, but is 'rubber'"),
+    "law": (("--law", "hooke"), "but is 'hooke': use one of linear, neo_hookean, mooney_rivlin; linear is Hooke's."),
     "mesh": (("--mesh", "tiny"), "mesh must be a mesh that exists, but is 'tiny': use one of coarse, medium, fine"),
     "poisson": (("--poisson", "0.5"), "poisson must be at least 0 and below 0.5, but is 0.5"),
     "stretchy": (("--poisson", "-0.1"), "poisson must be at least 0 and below 0.5, but is -0.1"),

@@ -4,36 +4,17 @@ from __future__ import annotations
 
 import csv
 import json
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.cli import main
+from program import Run
 from synthetic import grid, steady
 
-Run = Callable[..., tuple[int, str, str]]
 GAITS = grid([2, 4, 6], [(8, 15), (16, 25)], [0, 30])
 COLUMNS = ("frequency_hz", "amplitude_I_deg", "amplitude_II_deg", "phase_I_deg", "phase_II_deg", "speed_m_s")
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `hypertuna identify` with arguments: exit code, output, errors."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", "identify", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        code = exit_.value.code
-        assert isinstance(code, int) or code is None
-        return code or 0, *capsys.readouterr()
-
-    return call
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +42,7 @@ def test_from_a_file_of_runs_to_a_robot_that_other_commands_take(run: Run, tank:
         "--seed",
         "3",
     )
-    code, text, errors = run(tank, *options, "-o", str(output), "--report", str(report), "--json")
+    code, text, errors = run("identify", tank, *options, "-o", str(output), "--report", str(report), "--json")
     assert (code, errors) == (0, "")
     told = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
     names = [row["name"] for row in told["parameters"]]
@@ -91,7 +72,9 @@ def test_from_a_file_of_runs_to_a_robot_that_other_commands_take(run: Run, tank:
 
 
 def test_what_people_read(run: Run, tank: str) -> None:
-    code, text, _ = run(tank, "--robot", "hypertuna", "--free", "water.drag[0]", "--starts", "1", "--posterior", "10")
+    code, text, _ = run(
+        "identify", tank, "--robot", "hypertuna", "--free", "water.drag[0]", "--starts", "1", "--posterior", "10"
+    )
     assert code == 0
     for words in (
         "hypertuna, lumped water: 10 runs fitted, 2 kept for validation",
@@ -106,7 +89,7 @@ def test_what_people_read(run: Run, tank: str) -> None:
 def test_laws_beside_each_other(run: Run, tank: str, tmp_path: Path) -> None:
     report = tmp_path / "fit.html"
     options = ("--robot", "hypertuna", "--free", "water.drag[7],water.drag_normal[7]", "--water", "lumped,strip")
-    code, text, _ = run(tank, *options, "--starts", "1", "--json", "--report", str(report))
+    code, text, _ = run("identify", tank, *options, "--starts", "1", "--json", "--report", str(report))
     told = json.loads(text)
     assert code == 0
     assert told["best"] == "lumped"  # which made the runs
@@ -128,7 +111,7 @@ def test_resumes_from_a_checkpoint(run: Run, tank: str, tmp_path: Path) -> None:
         str(path),
         "--json",
     )
-    first, again = (json.loads(run(*options)[1]) for _ in range(2))
+    first, again = (json.loads(run("identify", *options)[1]) for _ in range(2))
     assert again["seconds"] < first["seconds"]
     for told in (first, again):
         del told["seconds"]
@@ -157,7 +140,7 @@ def test_resumes_from_a_checkpoint(run: Run, tank: str, tmp_path: Path) -> None:
     ],
 )
 def test_bad_input(run: Run, tank: str, options: tuple[str, ...], sentence: str) -> None:
-    code, output, errors = run(tank, "--robot", "hypertuna", "--starts", "1", *options)
+    code, output, errors = run("identify", tank, "--robot", "hypertuna", "--starts", "1", *options)
     assert (code, output) == (2, "")
     assert sentence in errors
     assert "Traceback" not in errors
@@ -168,7 +151,7 @@ def test_bad_rows_are_named_by_file_and_line(run: Run, tank: str, tmp_path: Path
     lines[4] = lines[4].replace(lines[4].split(",")[5], "fast")
     bad = tmp_path / "bad.csv"
     bad.write_text("\n".join(lines))
-    code, _, errors = run(str(bad), "--robot", "hypertuna", "--free", "water.drag")
+    code, _, errors = run("identify", str(bad), "--robot", "hypertuna", "--free", "water.drag")
     assert code == 2
     assert f"{bad}: line 5" in errors
 
@@ -177,6 +160,7 @@ def test_a_narrow_terminal_keeps_remarks_whole(run: Run, tank: str, monkeypatch:
     monkeypatch.setenv("COLUMNS", "80")
     bounds = ("--bounds", "water.lumped.added_mass[0+2+4+6-7]=0.9:1")
     code, text, _ = run(
+        "identify",
         tank,
         *("--robot", "hypertuna", "--free", "water.added_mass[0+2+4+6-7],water.drag[7]", "--starts", "1"),
         *("--start", "water.added_mass=0.95", "--posterior", "10", *bounds),
@@ -190,6 +174,6 @@ def test_a_narrow_terminal_keeps_remarks_whole(run: Run, tank: str, monkeypatch:
 
 def test_a_law_without_free_coefficients_of_its_own_is_told(run: Run, tank: str) -> None:
     options = ("--robot", "hypertuna", "--free", "water.drag_normal[7],joints.bandwidth", "--water", "strip,lumped")
-    told = json.loads(run(tank, *options, "--starts", "1", "--json")[1])
+    told = json.loads(run("identify", tank, *options, "--starts", "1", "--json")[1])
     for law in ("strip", "lumped"):
         assert told["laws"][law]["warnings"][0].startswith("The lumped law has no free water coefficient of its own")

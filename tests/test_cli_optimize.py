@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,28 +10,11 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.cli import main
 from hypertuna.optimize import optimize
+from program import Run
 
-Run = Callable[..., tuple[int, str, str]]
 SMALL = ("optimize", "--robot", "hypertuna", "--particles", "5", "--iterations", "3")
 TANK = ("--robot", "hypertuna", "--maximize", "speed", "--method", "pso", "--particles", "4", "--iterations", "2")
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `hypertuna` with arguments: exit code, output, errors."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        code = exit_.value.code
-        assert isinstance(code, int) or code is None
-        return code or 0, *capsys.readouterr()
-
-    return call
 
 
 def strict(text: str) -> dict[str, Any]:

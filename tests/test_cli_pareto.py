@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,29 +15,13 @@ import pytest
 import xarray as xr
 
 import hypertuna as ht
-from hypertuna.cli import main
 from hypertuna.evolution import nondominated
 from hypertuna.objective import OBJECTIVES
 from hypertuna.pareto import Front, pareto
 from hypertuna.plots_pareto import plot_pareto
+from program import Run
 
-Run = Callable[..., tuple[int, str, str]]
 SMALL = ("pareto", "--robot", "hypertuna", "--population", "8", "--generations", "3")
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `hypertuna` with arguments: exit code, output, errors."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        code = exit_.value.code
-        return int(code or 0), *capsys.readouterr()
-
-    return call
 
 
 @pytest.fixture(scope="module")

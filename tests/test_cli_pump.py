@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,26 +11,10 @@ import pytest
 import xarray as xr
 
 import hypertuna as ht
-from hypertuna.cli import main
 from hypertuna.sizing import largest_beat, size_pump
+from program import Run
 
-Run = Callable[..., tuple[int, str, str]]
 PUMP = ("pump", "--robot", "hypertuna")
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `hypertuna` with arguments: exit code, output, errors."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        code = exit_.value.code
-        return int(code or 0), *capsys.readouterr()
-
-    return call
 
 
 def test_json_tells_the_sizes_of_the_function(run: Run, tuna: ht.Robot) -> None:

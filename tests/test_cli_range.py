@@ -3,33 +3,15 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Callable
 
 import pytest
 
 import hypertuna as ht
-from hypertuna.cli import main
 from hypertuna.energy import range_of
 from hypertuna.twin import twin
+from program import Run
 
-Run = Callable[..., tuple[int, str, str]]
 RANGE = ("range", "--robot", "hypertuna")
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `hypertuna` with arguments: exit code, output, errors."""
-    monkeypatch.setenv("COLUMNS", "400")
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        code = exit_.value.code
-        return int(code or 0), *capsys.readouterr()
-
-    return call
 
 
 def test_json_has_the_arithmetic_and_the_published_range_beside_it(run: Run, tuna: ht.Robot) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,31 +12,15 @@ import xarray as xr
 
 import hypertuna as ht
 from hypertuna import cli_twin
-from hypertuna.cli import main
 from hypertuna.gait import Gait
 from hypertuna.posture import PostureTest, posture_test
 from hypertuna.twin import twin
 from hypertuna.twin_run import TwinRun
+from program import Run
 
-Run = Callable[..., tuple[int, str, str]]
 GAIT = ("--frequency", "3", "--amplitude", "12,20", "--phase", "0,20")
 SHORT = ("twin", "--robot", "hypertuna", *GAIT, "--duration", "3")
 FIG8 = ("posture-test", "--robot", "hypertuna", "--frequency", "2,4", "--no-limits", "--duration", "6")
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `hypertuna` with arguments: exit code, output, errors."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        code = exit_.value.code
-        return int(code or 0), *capsys.readouterr()
-
-    return call
 
 
 @pytest.fixture(scope="module")

@@ -1,20 +1,13 @@
-"""Robot descriptions: what is read, what is refused and how, and what the shipped robots say."""
+"""Robot descriptions: what is read, what is refused and how."""
 
-import json
 import math
 import pickle
 import tomllib
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from scipy.optimize import brentq
-from scipy.special import ellipe
 
-from hypertuna.description import Robot, json_schema, load, parse, reference, robots
+from hypertuna.description import Robot, json_schema, load, parse, reference
 from hypertuna.errors import InputError
 
 ROOT = Path(__file__).parents[1]
@@ -359,129 +352,6 @@ def test_a_source_covers_what_is_below_it() -> None:
     assert [entry.key for entry in eel.entries() if entry.estimate] == ["links.com_m"]
     assert "water.density_kg_m3" in eel.unsourced()
     assert "links.mass_kg" not in eel.unsourced()
-
-
-TEXTS = st.text(st.characters(categories=("L", "N", "P", "S", "Zs")), min_size=1, max_size=8)
-POSITIVE = st.floats(1e-3, 1e3)
-
-
-@st.composite
-def documents(draw: st.DrawFn) -> dict[str, Any]:
-    """Any valid robot, as a document."""
-    links = draw(st.integers(1, 6))
-
-    def column(values: st.SearchStrategy[float], size: int = links) -> list[float]:
-        return draw(st.lists(values, min_size=size, max_size=size))
-
-    def degrees(low: float, high: float, size: int) -> list[float]:
-        return [round(angle, 6) for angle in column(st.floats(low, high), size)]
-
-    length, mass = column(POSITIVE), column(POSITIVE)
-    owner = draw(st.lists(st.integers(0, 3), min_size=links - 1, max_size=links - 1))
-    groups = [[i for i, g in enumerate(owner, start=1) if g == group] for group in sorted({*owner} - {0})]
-    keys = ("added_mass_normal", "added_mass_tangential", "added_inertia", "drag_normal", "drag_tangential")
-    laws: dict[str, Any] = {
-        "strip": {key: column(POSITIVE) for key in keys} | {"cross_flow": draw(st.booleans())},
-        "lumped": {key: column(POSITIVE) for key in ("added_mass", "friction", "drag")},
-    }
-    law = draw(st.sampled_from(sorted(laws)))
-    gait = {"frequency_hz": draw(POSITIVE), "amplitude_deg": degrees(0, 180, len(groups))}
-    return {
-        "format": 1,
-        "name": draw(TEXTS),
-        "description": draw(TEXTS),
-        "body": {"length_m": sum(length), "mass_kg": sum(mass) * draw(st.floats(1, 2))},
-        "links": {
-            "name": draw(st.lists(TEXTS, min_size=links, max_size=links, unique=True)),
-            "length_m": length,
-            "com_m": [x * l for x, l in zip(column(st.floats(0, 1)), length, strict=True)],  # noqa: E741
-            "mass_kg": mass,
-            "lateral_area_m2": column(POSITIVE),
-            "wetted_area_m2": column(POSITIVE),
-        },
-        "joints": [{"name": f"{g}", "links": group, "bandwidth_hz": draw(POSITIVE)} for g, group in enumerate(groups)],
-        "model": {"water": law, "joints": draw(st.sampled_from(("ideal", "bandwidth")))},
-        "water": {"density_kg_m3": draw(POSITIVE), law: laws[law]},
-        "gaits": {draw(TEXTS): gait | {"phase_deg": degrees(-360, 360, len(groups))}},
-        "battery": {"cells": draw(st.integers(1, 9)), "capacity_ah": round(draw(POSITIVE), 3), "voltage_v": 3.6},
-        "sources": {"links.mass_kg": draw(TEXTS)},
-    }
-
-
-def as_toml(value: Any) -> str:
-    """Write a value in TOML, tables inline."""
-    if isinstance(value, dict):
-        pairs = (f"{as_toml(key)} = {as_toml(part)}" for key, part in value.items())
-        return f"{{{', '.join(pairs)}}}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(as_toml, value))}]"
-    return json.dumps(value, ensure_ascii=False)
-
-
-@given(document=documents())
-def test_any_robot_makes_the_round_trip(document: dict[str, Any]) -> None:
-    text = "\n".join(f"{key} = {as_toml(value)}" for key, value in document.items())
-    robot = parse(tomllib.loads(text))
-    assert robot.document() == document
-    assert parse(robot.document()) == robot
-    assert parse(robot.document()).hash == robot.hash
-
-
-@pytest.mark.parametrize("name", robots())
-def test_every_number_of_a_shipped_robot_has_a_source(name: str) -> None:
-    robot = load(name)
-    assert robot.unsourced() == ()
-    assert robot.name == name
-    assert robot.file == f"robots/{name}.toml"
-
-
-def test_every_published_speed_is_that_of_a_gait_of_hypertuna() -> None:
-    values = tomllib.loads((ROOT / "data" / "published" / "published.toml").read_text())["values"]
-    gaits = load("hypertuna").gaits
-    speeds = [key.removeprefix("speed/") for key, entry in values.items() if entry["unit"] == "m/s"]
-    assert len(speeds) == 8
-    assert set(speeds) <= set(gaits)
-    # Table IV by hand: the gait that was found for the highest speed.
-    assert gaits["optimised-max"].frequency == 5.99
-    assert np.degrees(gaits["optimised-max"].amplitude) == pytest.approx([15.98, 24.93])
-    assert np.degrees(gaits["optimised-max"].phase) == pytest.approx([0, 37.43])
-
-
-def ittc(speed: float, length: float) -> float:
-    """ITTC 1957 friction line in water of 20 C."""
-    return 0.075 / (math.log10(speed * length / 1.004e-6) - 2) ** 2
-
-
-def test_estimates_follow_from_their_arithmetic() -> None:
-    fish, eel = load("hypertuna"), load("rexeel-theory")
-    assert fish.water.strip is not None
-    assert eel.water.strip is not None
-
-    # Sections as ellipses: height from the lateral area, width from the perimeter (the head's ten times as printed).
-    length, lateral, wetted = (np.array(getattr(fish.links, key)) for key in ("length", "lateral_area", "wetted_area"))
-    wetted[0] *= 10
-    half_heights, perimeters = lateral / length / 2, wetted / length
-    ratios = [
-        brentq(lambda ratio, a=a, p=p: 4 * a * ellipe(1 - ratio**2) - p, 0, 1)
-        for a, p in zip(half_heights[:-1], perimeters[:-1], strict=True)
-    ]
-    density = np.array(fish.links.mass[:-1]) / (np.pi * half_heights[:-1] ** 2 * ratios * length[:-1])
-    assert density == pytest.approx(np.full(7, 960), abs=55)
-    assert fish.water.strip.drag_normal[:-1] == pytest.approx(1.98 - 0.78 * np.array(ratios), abs=0.006)
-
-    slenderness = 2 * half_heights[0] * math.sqrt(ratios[0]) / fish.body.length
-    friction = ittc(0.56, fish.body.length) * (1 + 1.5 * slenderness**1.5 + 7 * slenderness**3)
-    assert fish.water.strip.drag_tangential == pytest.approx([10 * friction] + [friction] * 7, rel=0.01)
-    assert eel.water.strip.drag_tangential == pytest.approx(
-        [ittc(math.sqrt(0.05 * 0.16), eel.body.length)] * 6, rel=0.02
-    )
-
-    # Lamb's k1 of a prolate spheroid, on the head alone.
-    e = math.sqrt(1 - slenderness**2)
-    alpha = 2 * (1 - e**2) / e**3 * (math.atanh(e) - e)
-    reference_mass = fish.water.density * math.pi / 4 * lateral[0] ** 2 / length[0]
-    expected = alpha / (2 - alpha) * fish.links.mass[0] / reference_mass
-    assert fish.water.strip.added_mass_tangential[0] == pytest.approx(expected, rel=0.02)
 
 
 def test_the_docs_page_is_the_schema() -> None:

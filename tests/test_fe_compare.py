@@ -11,13 +11,16 @@ import pytest
 from typer.testing import CliRunner
 
 import hypertuna as ht
+from hypertuna import fe_bend as fe_bend_module
 from hypertuna.actuator import bend
 from hypertuna.errors import InputError
 from hypertuna.fe_bend import FeBend, fe_bend
 from hypertuna.fe_compare import compare, shortening_bend
 from hypertuna.fe_mesh import MeshSize
 from hypertuna.fe_model import FeOptions
+from hypertuna.fe_newton import Equilibrium
 from hypertuna.soft_joint import mooney, muscle
+from program import Run
 
 PRESSURE = np.array([25e3, 50e3])
 # As coarse as the check of the mesh' areas lets it be.
@@ -38,7 +41,7 @@ def found(fish: ht.Robot) -> FeBend:
 def test_all_but_the_soft_joints_is_as_in_hypertuna(fish: ht.Robot) -> None:
     first, second = ht.load("hypertuna").document(), fish.document()
 
-    def without(document: dict) -> dict:  # type: ignore[type-arg]
+    def without(document: dict[str, Any]) -> dict[str, Any]:
         kept = {key: value for key, value in document.items() if key not in ("name", "description", "drive_unit")}
         sources = {
             key: text
@@ -116,6 +119,35 @@ def test_forces_that_are_not_balanced_are_no_bend(fish: ht.Robot, monkeypatch: p
     assert math.isnan(angle[1])
 
 
+def uneven(fish: ht.Robot, asymmetry: float) -> ht.Robot:
+    """The fish with joints whose sides have unlike levers."""
+    actuators = [group.actuator.model_copy(update={"asymmetry": asymmetry}) for group in fish.joints if group.actuator]
+    groups = zip(fish.joints, actuators, strict=True)
+    joints = tuple(group.model_copy(update={"actuator": actuator}) for group, actuator in groups)
+    return fish.model_copy(update={"joints": joints})
+
+
+def test_the_right_side_bends_as_the_left_of_the_mirrored_joint(fish: ht.Robot) -> None:
+    left, right = (shortening_bend(uneven(fish, 0.2), "II", PRESSURE, side=side) for side in ("left", "right"))
+    mirrored = shortening_bend(uneven(fish, -0.2), "II", PRESSURE, side="left")
+    np.testing.assert_allclose(right, mirrored, rtol=1e-9)
+    assert (np.abs(left / right - 1) > 0.01).all()  # so the levers are seen
+    with pytest.raises(InputError, match="side must be left or right, but is 'up'"):
+        shortening_bend(fish, "II", PRESSURE, side="up")
+
+
+@pytest.mark.fe
+def test_sections_bend_to_the_right_as_the_mirrored_ones_to_the_left(fish: ht.Robot) -> None:
+    from hypertuna.fe_section import section_bend
+
+    one = {"segments": False}
+    left, right = (section_bend(uneven(fish, 0.2), "II", PRESSURE, side=side, **one) for side in ("left", "right"))
+    mirrored = section_bend(uneven(fish, -0.2), "II", PRESSURE, **one)
+    np.testing.assert_allclose(right.angle, mirrored.angle, rtol=1e-3)  # on a mesh that is not its mirror image
+    np.testing.assert_allclose(right.axis, mirrored.axis, rtol=1e-4)
+    assert (left.angle > 1.1 * right.angle).all()  # the levers are seen: by a fifth longer
+
+
 def test_a_layer_that_may_shorten_bends_farther_where_passive_braids_are_stiff(fish: ht.Robot) -> None:
     unit = fish.drive_unit
     assert unit is not None
@@ -135,6 +167,7 @@ def test_differences_are_those_of_the_columns(found: FeBend, fish: ht.Robot) -> 
     assert (compared.oil > 0).all()
     assert (np.diff(compared.shortening) > 0).all()  # under more pressure the body is shorter
     assert 0.01 < compared.shortening[-1] < 0.2
+    assert compared.shortening[-1] == pytest.approx(1 - found.measured[-1].length / 0.060)  # [m] of the description
 
 
 @pytest.mark.fe
@@ -175,15 +208,7 @@ def test_the_command_compares(tmp_path: Path) -> None:
     arguments = [
         "fe",
         "compare",
-        "--robot",
-        "hypertuna-fe",
-        "--joint",
-        "II",
-        "--pressure",
-        "20",
-        "--mesh",
-        "coarse",
-        "--json",
+        *("--robot", "hypertuna-fe", "--joint", "II", "--pressure", "20", "--mesh", "coarse", "--json"),
     ]
     result = CliRunner().invoke(app, [*arguments, "-o", str(tmp_path / "run")])
     assert result.exit_code == 0, result.output
@@ -191,6 +216,17 @@ def test_the_command_compares(tmp_path: Path) -> None:
     assert told == json.loads((tmp_path / "run" / "compare.json").read_text())
     (step,) = told["steps"]
     assert step["bend_difference_percent"] == pytest.approx(100 * (step["bend_analytic_deg"] / step["bend_fe_deg"] - 1))
+
+
+@pytest.mark.fe
+def test_the_command_says_that_nothing_was_reached(monkeypatch: pytest.MonkeyPatch, run: Run) -> None:
+    monkeypatch.setattr(
+        fe_bend_module, "equilibrium", lambda model, pressure: Equilibrium(False, 1, "no step goes down")
+    )
+    code, output, _ = run(*COMMAND, "--pressure", "20", "--mesh", "coarse")
+    assert (code, output) == (1, "20 kPa was not reached (no step goes down); nothing is told.\n")
+    code, output, _ = run(*COMMAND, "--pressure", "20", "--mesh", "coarse", "--json")
+    assert (code, json.loads(output)["status"], json.loads(output)["steps"]) == (1, "failed", [])
 
 
 @pytest.mark.fe

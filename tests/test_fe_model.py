@@ -19,7 +19,8 @@ from hypertuna.fe_mesh import MeshSize, joint_mesh
 from hypertuna.fe_model import FeOptions, equilibrium, fe_model
 
 ROBOT = ht.load("hypertuna")
-COARSE = FeOptions(mesh="coarse")
+SMALL = MeshSize(0.8, largest=6.0, pieces=3.0)  # seconds instead of minutes
+COARSE = FeOptions(mesh=SMALL)
 P = 60e3  # Pa, enough to bend
 
 
@@ -122,6 +123,7 @@ def test_at_rest_nothing_moves() -> None:
     assert equilibrium(model, pressure=(0.0, 0.0)).iterations == 1
     found = measure(model)
     assert abs(found.angle) < 1e-9
+    assert found.length == pytest.approx(model.body.length, rel=1e-12)
     assert found.stress_max < 0.1  # Pa
     assert found.fiber_stretch == pytest.approx((1.0, 1.0), abs=1e-9)
 
@@ -139,7 +141,13 @@ def test_left_and_right_are_mirror_images() -> None:
     assert right.volume == pytest.approx(left.volume[::-1], rel=0.02)
     both = fe_model(small(), "II", COARSE)
     equilibrium(both, pressure=(P, P))
-    assert abs(measure(both).angle) < 0.05 * left.angle
+    straight = measure(both)
+    assert abs(straight.angle) < 0.05 * left.angle
+    length = straight.tip[0] - both.body.plate  # a straight line, the plate behind it, which the hoses bulge a little
+    assert straight.length == pytest.approx(length, rel=3e-3)
+    plate = both.body.plate * np.array([math.cos(left.angle), math.sin(left.angle)])
+    chord = math.dist((0.0, 0.0), left.tip - plate)
+    assert chord < left.length < 1.01 * chord / np.sinc(left.angle / (2 * math.pi))  # nearly an arc of a circle
 
 
 @pytest.mark.fe
@@ -209,8 +217,12 @@ def test_work_is_taken_up_where_it_ended(tmp_path: Path) -> None:
     again = fe_bend(small(), "II", pressure, options=COARSE, folder=tmp_path, each=lambda _m, k, _f: asked.append(k))
     assert asked == [2]
     np.testing.assert_allclose(again.angle, whole.angle, rtol=1e-6)
+    with pytest.raises(InputError, match="has 40 kPa as pressure 2, but --pressure has 60 kPa now: a run can go on"):
+        fe_bend(small(), "II", pressure[::2], options=COARSE, folder=tmp_path)
+    with pytest.raises(InputError, match="has 40 kPa as pressure 2, but --pressure has none now"):
+        fe_bend(small(), "II", pressure[:1], options=COARSE, folder=tmp_path)
     with pytest.raises(InputError, match="was begun with poisson"):
-        fe_bend(small(), "II", pressure, options=FeOptions(mesh="coarse", poisson=0.49), folder=tmp_path)
+        fe_bend(small(), "II", pressure, options=FeOptions(mesh=SMALL, poisson=0.49), folder=tmp_path)
     (tmp_path / "state-001.bin").write_bytes(b"short")
     (tmp_path / JOURNAL).write_bytes(b"".join(lines[:3]))
     with pytest.raises(InputError, match=r"state-001\.bin must hold"):
@@ -220,7 +232,7 @@ def test_work_is_taken_up_where_it_ended(tmp_path: Path) -> None:
 @pytest.mark.fe
 def test_the_mixed_form_is_taken_up_too(tmp_path: Path) -> None:
     """Displacements are kept; the pressures of the matrix follow from them."""
-    options = FeOptions(mesh="coarse", mixed=True)
+    options = FeOptions(mesh=SMALL, mixed=True)
     fe_bend(small(), "II", [5e3], options=options, folder=tmp_path)
     again = fe_bend(small(), "II", [5e3, 6e3], options=options, folder=tmp_path)
     assert again.status == "converged", again.status_text

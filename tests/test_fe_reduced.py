@@ -19,6 +19,7 @@ from hypertuna.actuator import JointTable, joint_tables
 from hypertuna.cli_fe import fe_app
 from hypertuna.description import load, parse
 from hypertuna.errors import InputError
+from hypertuna.fe_mesh import MESHES, MeshSize
 from hypertuna.fe_model import FeOptions
 from hypertuna.fe_points import Joint, joint_by_elements
 from hypertuna.fe_reduced import ReducedJoint, reduce_joint, with_reduced, write_reduced
@@ -292,7 +293,8 @@ def small() -> ht.Robot:
     return parse(document, file="small.toml")
 
 
-COARSE = FeOptions(mesh="coarse")
+SMALL = MeshSize(0.8, largest=6.0, pieces=3.0)  # seconds instead of minutes
+COARSE = FeOptions(mesh=SMALL)
 
 
 @pytest.mark.fe
@@ -307,12 +309,11 @@ def test_pressure_and_couple_have_one_potential() -> None:
 
 
 @pytest.mark.fe
-def test_a_joint_of_finite_elements_drives_the_twin(
-    tmp_path: Path,
-) -> None:
+def test_a_joint_of_finite_elements_drives_the_twin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(MESHES, "small", SMALL)
     robot, fish, out = small(), tmp_path / "small.toml", tmp_path / "reduced.toml"
     write_robot(robot, fish)
-    options = ["--pressure", "60,120,250", "--moment", "-0.05:0.05:3", "--mesh", "coarse", "-o", str(out), "--json"]
+    options = ["--pressure", "60,120,250", "--moment", "-0.05:0.05:3", "--mesh", "small", "-o", str(out), "--json"]
     arguments = ["--robot", str(fish), "--joint", "II", *options, "--checkpoint", str(tmp_path / "keep")]
     told = CliRunner().invoke(fe_app, ["reduce", *arguments])
     assert told.exit_code == 0, told.output
@@ -323,7 +324,11 @@ def test_a_joint_of_finite_elements_drives_the_twin(
     assert (np.diff(angle, axis=1) > 0).all()
     # The journal knows all points: the function finds the same without a model, and its table is near to them.
     keep = tmp_path / "keep"
-    given: dict[str, Any] = {"pressure": [60e3, 120e3, 250e3], "couple": [-0.05, 0, 0.05], "options": COARSE}
+    given: dict[str, Any] = {
+        "pressure": [60e3, 120e3, 250e3],
+        "couple": [-0.05, 0, 0.05],
+        "options": FeOptions(mesh="small"),
+    }
     found = reduce_joint(load(fish), "II", checkpoint=keep, solve=by_table(TABLE["II"]), **given)
     assert np.degrees(found.angle).tolist() == angle.tolist()
     assert found.left.moment < 0.1 * 250e3 * np.ptp(found.volume[..., 0]) / np.ptp(found.angle)

@@ -52,8 +52,8 @@ LAYERS = (
     *("hydraulics", "sizing", "control", "sensing", "energy", "twin_run", "twin", "posture", "sobol"),
     *("drawing", "style", "fe_pictures", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "published_twins", "ledger", "reproduce_*", "reproduce", "ledger_page"),
-    *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_fe_reduce", "cli_fe_validate"),
-    *("cli_fe_compare", "cli_*", "cli", "__main__"),
+    *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_fe_options", "cli_fe_reduce"),
+    *("cli_fe_validate", "cli_fe_compare", "cli_*", "cli", "__main__"),
 )
 
 # The core runs on a microcontroller: no heap, no exceptions, no input or output, nothing of Python.

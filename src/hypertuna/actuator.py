@@ -40,6 +40,7 @@ __all__ = [
     "Step",
     "bend",
     "check_pressure",
+    "check_side",
     "joint_tables",
     "misprints",
     "mooney",
@@ -127,20 +128,15 @@ class Bend:
         path = self.pressure if self.unload_pressure is None else np.append(self.pressure, self.unload_pressure)
         return float(np.trapezoid(path, self.volume))
 
-    def r_squared(self, low: float = 100e3, high: float = 250e3) -> float:
-        """How near to a line the angle is, on the way up between two pressures.
-
-        Parameters
-        ----------
-        low, high : float
-            [Pa]; by default the paper's range (section III.A).
+    def r_squared(self) -> float:
+        """How near to a line the angle is, on the way up.
 
         Returns
         -------
         float
-            Coefficient of determination [1]; not a number where fewer than three points lie between.
+            Coefficient of determination [1], see `straightness`.
         """
-        return straightness(self.pressure, self.angle, low, high)
+        return straightness(self.pressure, self.angle)
 
     def dataset(self) -> xr.Dataset:
         """Label the numbers.
@@ -213,14 +209,12 @@ def bend(
     [9.5, 18.2]
     """
     rising = check_pressure(pressure)
-    if side not in SIDES:
-        raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
+    active = check_side(side)
     if law not in LAWS:
         raise InputError("must be a law that exists", key="law", value=shown(law), fix=did_you_mean(law, LAWS))
     chosen = material or drive_unit(robot).material_set
     model = soft_joint(robot, joint, chosen, friction=friction).with_law(**LAWS[law])
     path = np.concatenate([rising, rising[::-1]]) if unload else rising
-    active = SIDES.index(side)
     both = np.zeros((len(path), 2))
     both[:, active] = path
     segments = np.asarray(model.bend(both)) * (1 - 2 * active)
@@ -243,7 +237,7 @@ def bend(
     )
 
 
-def straightness(pressure: Array, angle: Array, low: float, high: float) -> float:
+def straightness(pressure: Array, angle: Array, low: float = 100e3, high: float = 250e3) -> float:
     """How near to a line an angle is between two pressures.
 
     Parameters
@@ -251,7 +245,7 @@ def straightness(pressure: Array, angle: Array, low: float, high: float) -> floa
     pressure, angle : ndarray, shape (n,)
         [Pa] and [rad].
     low, high : float
-        [Pa].
+        [Pa]; by default the paper's range (section III.A).
 
     Returns
     -------
@@ -281,25 +275,46 @@ def check_pressure(pressure: ArrayLike) -> Array:
     InputError
         If they are not.
     """
+    rule, fix = "must be a list of finite numbers", "give pressures in a row, in Pa"
     try:
         rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
     except (TypeError, ValueError):
-        fix = "give pressures in a row, in Pa"
-        raise InputError("must be a list of numbers", key="pressure", value=shown(pressure), fix=fix) from None
-    if rising.ndim != 1 or not len(rising):
-        fix = "give pressures in a row"
-        raise InputError("must be a list of numbers", key="pressure", value=f"of shape {rising.shape}", fix=fix)
-    if not np.isfinite(rising).all():
-        raise InputError("must be finite", key="pressure", value=shown(rising.tolist()), fix="give them in Pa")
+        rising = np.array([np.nan])
+    if rising.ndim != 1 or not len(rising) or not np.isfinite(rising).all():
+        raise InputError(rule, key="pressure", value=shown(pressure), fix=fix)
     if rising[0] < 0:
         fix = "give the other side the pressure to bend the other way"
         raise InputError("must not be negative", key="pressure", value=f"{rising.min() / 1e3:g} kPa", fix=fix)
     falls = np.flatnonzero(np.diff(rising) <= 0)
     if len(falls):
         pair = f"{rising[falls[0]] / 1e3:g} kPa, then {rising[falls[0] + 1] / 1e3:g} kPa"
-        fix = "sort them; unloading goes back through the same ones"
+        lower = ",".join(f"{p / 1e3:g}" for p in np.unique(rising[falls[0] : falls[0] + 2]))
+        fix = f"write the lower one first, and each once: {lower}"
         raise InputError("must rise from one to the next", key="pressure", value=pair, fix=fix)
     return rising
+
+
+def check_side(side: str) -> int:
+    """Check that a side exists.
+
+    Parameters
+    ----------
+    side : str
+        One of `SIDES`.
+
+    Returns
+    -------
+    int
+        0 for left, 1 for right.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    if side not in SIDES:
+        raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
+    return SIDES.index(side)
 
 
 def _muscles(

@@ -98,7 +98,7 @@ def main() -> None:
         code = 2
     except UsageError as error:
         if sentence := error.format_message():  # without one, the help was printed
-            print(f"error: {sentence} See `hypertuna --help`.", file=sys.stderr)
+            print(f"error: {sentence} See `{_command(error.ctx)} --help`.", file=sys.stderr)
         code = 2
     except ValueError as error:
         if not str(error).startswith("HYPERTUNA_ISA"):
@@ -120,6 +120,14 @@ def main() -> None:
         print("interrupted", file=sys.stderr)
     _drop_unwritable_output()
     sys.exit(code)
+
+
+def _command(context: Any) -> str:
+    """Spell the command that a parser's context is of."""
+    names: list[str] = []
+    while context is not None and context.parent is not None:
+        names, context = [context.info_name, *names], context.parent
+    return " ".join(["hypertuna", *names])
 
 
 def _drop_unwritable_output() -> None:

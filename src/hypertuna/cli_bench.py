@@ -48,7 +48,7 @@ def fit_command(
         str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
     ],
     free: Annotated[
-        str | None, typer.Option("--free", help="Unknowns to fit, such as lever,friction  [default: all]")
+        str | None, typer.Option("--free", help="Unknowns to fit, such as lever,friction (default: all)")
     ] = None,
     bounds: Annotated[
         list[str] | None,

@@ -18,7 +18,7 @@ from hypertuna.bench import joint_index
 from hypertuna.console import check_suffix, command_line, print_json, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.options import pressures
+from hypertuna.options import AsJson, Joint, Name, Pressure, Side, pressures
 from hypertuna.results import provenance, write_atomically, write_netcdf
 
 __all__ = ["bend_command"]
@@ -29,20 +29,16 @@ ROWS = 11  # pressures that the terminal shows
 
 
 def bend_command(
-    robot: Annotated[
-        str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
-    ],
-    joint: Annotated[str, typer.Option("--joint", help="Name of the joint group, or its number from the head.")],
-    pressure: Annotated[
-        str, typer.Option("--pressure", help="Rising gauge pressures in kPa: numbers or start:stop:count.")
-    ] = "0:250:26",
-    side: Annotated[str, typer.Option("--side", help="Side that has the pressure, left or right.")] = "left",
+    robot: Name,
+    joint: Joint,
+    pressure: Pressure = "0:250:26",
+    side: Side = "left",
     unload: Annotated[bool, typer.Option("--unload", help="Go back too: the other branch of the hysteresis.")] = False,
     material: Annotated[
         str | None,
         typer.Option(
             "--material",
-            help=f"Material set: {', '.join(MATERIAL_SETS)}, or all, with their spread.  [default: the robot's]",
+            help=f"Material set: {', '.join(MATERIAL_SETS)}, or all, with their spread. (default: the robot's)",
         ),
     ] = None,
     law: Annotated[
@@ -54,7 +50,7 @@ def bend_command(
         typer.Option("--plot", help="Draw loop and spread of the materials to this .svg, .png or .pdf file."),
     ] = None,
     output: Annotated[str | None, typer.Option("-o", "--output", help="Write to this .nc or .csv file.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Bend a soft joint in air by the pressure of one side: angle over pressure, up and down."""
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")

@@ -11,15 +11,27 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.actuator import MATERIAL_SETS, Bend, bend, check_pressure
+from hypertuna.actuator import Bend, bend
 from hypertuna.bench import joint_index
-from hypertuna.cli_fe_compare import POISSON, compare_command
+from hypertuna.cli_fe_compare import compare_command
+from hypertuna.cli_fe_options import (
+    LAW,
+    MESH,
+    MIXED,
+    POISSON,
+    Law,
+    Material,
+    Mesh,
+    Mixed,
+    Poisson,
+    elements,
+    rising_pressures,
+)
 from hypertuna.cli_fe_reduce import reduce_command
 from hypertuna.cli_fe_validate import validate_command
 from hypertuna.console import (
     check_suffix,
     command_line,
-    number,
     plain,
     print_json,
     progress_bar,
@@ -32,18 +44,14 @@ from hypertuna.fe_extra import need_fe, need_screenless
 from hypertuna.fe_fields import write_vtu
 from hypertuna.fe_geometry import JointBody, joint_body, write_geometry
 from hypertuna.fe_measure import Measured
-from hypertuna.fe_mesh import MESHES
-from hypertuna.fe_model import FeModel, FeOptions
+from hypertuna.fe_model import FeModel
 from hypertuna.fe_record import SUMMARY, bend_csv, bend_record, oil_taken
-from hypertuna.fe_solid import LAWS
-from hypertuna.options import Name, pressures
+from hypertuna.options import AsJson, Joint, Name, Pressure, Side
 from hypertuna.results import provenance, write_atomically, write_netcdf
 
 __all__ = ["fe_app"]
 
 fe_app = typer.Typer(no_args_is_help=True, help="The soft joints by finite elements; needs the extra fe.")
-fe_app.command("reduce")(reduce_command)
-fe_app.command("validate")(validate_command)
 
 MM = 1e3  # per m
 SMOOTH = 50  # pressures of the analytic curve
@@ -66,9 +74,6 @@ LEGEND = (
     "logarithmic strain and von Mises stress of the matrix: what 99 % of it stay below, and the most, which sits where "
     "hoses end and grows as meshes get finer."
 )
-
-Joint = Annotated[str, typer.Option("--joint", help="Name of the joint group, or its number from the head.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 @fe_app.command("geometry")
@@ -93,9 +98,9 @@ def geometry_command(
     console.print(Text(f"{fish.name}: soft body of joint {body.name}", style="bold"))
     console.print(_geometry_table(body))
     pairs = len(body.channels) // 2
+    what = f"{pairs} pair{'s' * (pairs > 1)} of channels"
     lines = [
-        f"{pairs} pairs of channels of {2 * MM * body.radius:.4g} mm, {MM * abs(body.channels[0].y):.4g} mm from the "
-        "neutral layer",
+        f"{what} of {2 * MM * body.radius:.4g} mm, {MM * abs(body.channels[0].y):.4g} mm from the neutral layer",
         f"matrix {MM**2 * body.volume * MM:.4g} mm^3, plates {MM * body.plate:.3g} mm thick",
         *([f"strip {MM * body.strip:.3g} mm wide in the neutral layer"] if body.strip else []),
     ]
@@ -105,7 +110,7 @@ def geometry_command(
 
 def _geometry_record(robot: Robot, body: JointBody) -> dict[str, Any]:
     """Tell a body, for programs."""
-    return provenance(robot) | {
+    return provenance(robot, water=False) | {
         "command": command_line(),
         "joint": body.name,
         "station_mm": MM * body.stations,
@@ -133,18 +138,13 @@ def _geometry_table(body: JointBody) -> Table:
 def bend_command(
     robot: Name,
     joint: Joint,
-    pressure: Annotated[
-        str, typer.Option("--pressure", help="Rising gauge pressures in kPa: numbers or start:stop:count.")
-    ] = "0:250:6",
-    side: Annotated[str, typer.Option("--side", help="Side that has the pressure, left or right.")] = "left",
-    material: Annotated[
-        str | None,
-        typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}.  [default: the robot's]"),
-    ] = None,
-    law: Annotated[str, typer.Option("--law", help=f"Law of the matrix: {', '.join(LAWS)}.")] = "mooney_rivlin",
-    poisson: Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")] = POISSON,
-    mixed: Annotated[bool, typer.Option("--mixed", help="Make the matrix' pressure an unknown of its own.")] = False,
-    mesh: Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")] = "medium",
+    pressure: Pressure = "0:250:6",
+    side: Side = "left",
+    material: Material = None,
+    law: Law = LAW,
+    poisson: Poisson = POISSON,
+    mixed: Mixed = MIXED,
+    mesh: Mesh = MESH,
     plot: Annotated[
         str | None, typer.Option("--plot", help="Draw bend and oil over pressure to this .svg, .png or .pdf file.")
     ] = None,
@@ -167,13 +167,13 @@ def bend_command(
     """
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     fish = load(robot)
-    index, rising = joint_index(joint, fish), check_pressure(1e3 * np.array(pressures(pressure)))
-    options = FeOptions(material, law, number(poisson, "--poisson", "figures, 0.475 say"), mesh, mixed)
+    index, rising = joint_index(joint, fish), rising_pressures(pressure)
+    options = elements(material, law, poisson, mesh, mixed=mixed)
     joint_body(fish, index)  # what the description lacks is told before what the machine lacks
     need_fe()
     if output is not None and not no_pictures:
         need_screenless()
-    with run_folder(output, JOURNAL) as folder, progress_bar("pressures", patience=0) as report:
+    with run_folder(output, JOURNAL) as folder, progress_bar("pressures", patience=0, lines=True) as report:
         report(0, len(rising))
 
         def keep(model: FeModel, k: int, _: Measured) -> None:
@@ -219,9 +219,9 @@ def _write(found: FeBend, record: dict[str, Any], folder: Path, *, pictures: boo
 
 
 def _analytic(found: FeBend) -> Bend:
-    """Bend the same joint by the analytic model, without friction, which finite elements have none of."""
+    """Bend the same joint by the analytic model as described: with friction, on the way up, as `fe compare` does."""
     path = np.linspace(0, max(float(found.pressure[-1]), 1.0), SMOOTH)
-    return bend(found.robot, found.joint, path, side=found.side, material=found.material, friction=False)
+    return bend(found.robot, found.joint, path, side=found.side, material=found.material)
 
 
 def _plot(found: FeBend, plot: str) -> None:
@@ -231,14 +231,14 @@ def _plot(found: FeBend, plot: str) -> None:
 
     other = _analytic(found)
     group = next(group for group in found.robot.joints if group.name == found.joint)
-    known = group.bend_max is not None and group.pressure_max is not None
+    most, farthest = group.pressure_max, group.bend_max
     figure = plot_fe_bend(
         found.pressure,
         found.angle,
         oil_taken(found),
         title=f"{found.robot.name}, joint {found.joint}, {found.side} side, material set {found.material}",
         analytic=(other.pressure, other.angle, other.volume),
-        published=(group.pressure_max, group.bend_max) if known else None,  # type: ignore[arg-type]
+        published=None if most is None or farthest is None else (most, farthest),
     )
     save(figure, plot)
 
@@ -264,3 +264,5 @@ def _print(found: FeBend, record: dict[str, Any]) -> None:
 
 
 fe_app.command("compare")(compare_command)
+fe_app.command("reduce")(reduce_command)
+fe_app.command("validate")(validate_command)

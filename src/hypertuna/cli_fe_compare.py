@@ -12,52 +12,58 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.actuator import MATERIAL_SETS, check_pressure
 from hypertuna.bench import joint_index
-from hypertuna.console import command_line, number, plain, print_json, progress_bar, run_folder, tell_written
+from hypertuna.cli_fe_options import (
+    LAW,
+    MESH,
+    MIXED,
+    POISSON,
+    Law,
+    Material,
+    Mesh,
+    Mixed,
+    Poisson,
+    elements,
+    rising_pressures,
+)
+from hypertuna.console import command_line, plain, print_json, progress_bar, run_folder, tell_written
 from hypertuna.description import load
 from hypertuna.fe_bend import JOURNAL, fe_bend
 from hypertuna.fe_compare import FeComparison, compare
-from hypertuna.fe_extra import need_fe
-from hypertuna.fe_mesh import MESHES
-from hypertuna.fe_model import FeOptions
 from hypertuna.fe_record import bend_record
-from hypertuna.options import Name, pressures
+from hypertuna.options import AsJson, Joint, Name, Pressure, Side
 from hypertuna.results import write_atomically
 
-__all__ = ["POISSON", "compare_command"]
+__all__ = ["compare_command"]
 
 SUMMARY = "compare.json"
-POISSON = f"{FeOptions.poisson:g}"
 COLUMNS = {  # of the table: head and format
     "pressure_kpa": ("gauge\n[kPa]", ".4g"),
     "bend_fe_deg": ("bend FE\n[deg]", "z.2f"),
-    "bend_analytic_deg": ("analytic\n[deg]", "z.2f"),
+    "bend_analytic_deg": ("model\n[deg]", "z.2f"),
     "bend_difference_percent": ("differs\n[%]", "+z.1f"),
     "oil_fe_ml": ("oil FE\n[ml]", "z.3f"),
-    "oil_analytic_ml": ("analytic\n[ml]", "z.3f"),
+    "oil_analytic_ml": ("model\n[ml]", "z.3f"),
     "oil_difference_percent": ("differs\n[%]", "+z.1f"),
-    "shortening_percent": ("FE body\nshorter [%]", "z.1f"),
+    "shortening_percent": ("shorter\n[%]", "z.1f"),
 }
 LEGEND = (
-    "Bend, and oil taken in since rest, of the side with the pressure; the analytic model with the description's "
-    "friction, on the way up, finite elements (FE) without; differences are of the analytic model, over FE."
+    "Bend, and oil taken in since rest, of the side with the pressure: by finite elements (FE), without friction, and "
+    "by the analytic model, with the description's, on the way up; it differs from FE by so much. In FE the axis gets "
+    "shorter, along which the model keeps its length."
 )
 
 
 def compare_command(
     robot: Name,
-    joint: Annotated[str, typer.Option("--joint", help="Name of the joint group, or its number from the head.")],
-    pressure: Annotated[
-        str, typer.Option("--pressure", help="Rising gauge pressures in kPa: numbers or start:stop:count.")
-    ] = "50:250:5",
-    side: Annotated[str, typer.Option("--side", help="Side that has the pressure, left or right.")] = "left",
-    material: Annotated[
-        str | None,
-        typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}.  [default: the robot's]"),
-    ] = None,
-    poisson: Annotated[str, typer.Option("--poisson", help="Poisson's ratio of the matrix.")] = POISSON,
-    mesh: Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")] = "coarse",
+    joint: Joint,
+    pressure: Pressure = "50:250:5",
+    side: Side = "left",
+    material: Material = None,
+    law: Law = LAW,
+    poisson: Poisson = POISSON,
+    mixed: Mixed = MIXED,
+    mesh: Mesh = MESH,
     reasons: Annotated[
         bool, typer.Option("--reasons", help="Take the analytic model toward finite elements step by step.")
     ] = False,
@@ -69,20 +75,26 @@ def compare_command(
             help=f"Folder for journal, states and {SUMMARY}; the same command goes on after the last pressure there.",
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compare the analytic model of a soft joint with finite elements, on one and the same geometry.
 
     The exit code is 0 if all pressures were reached, 1 if one was not (those before it are told), 2 for bad input.
     """
     fish = load(robot)
-    index, rising = joint_index(joint, fish), check_pressure(1e3 * np.array(pressures(pressure)))
-    options = FeOptions(material, poisson=number(poisson, "--poisson", "figures, 0.475 say"), mesh=mesh)
-    need_fe()
-    with run_folder(output, JOURNAL) as folder, progress_bar("pressures") as report:
+    index, rising = joint_index(joint, fish), rising_pressures(pressure)
+    options = elements(material, law, poisson, mesh, mixed=mixed)
+    with run_folder(output, JOURNAL) as folder, progress_bar("pressures", patience=0, lines=True) as report:
+        report(0, len(rising))
         found = fe_bend(
             fish, index, rising, side=side, options=options, folder=folder, progress=report, work="fe compare"
         )
+    if not len(found.pressure):  # and so nothing to compare
+        if as_json:
+            print_json(bend_record(found) | {"command": command_line()})
+        else:
+            Console().print(Text(found.status_text, style="bold red"))
+        raise typer.Exit(1)
     compared = compare(found, reasons=reasons)
     record = _record(compared) | {"command": command_line()}
     written = None
@@ -119,7 +131,7 @@ def _record(compared: FeComparison) -> dict[str, Any]:
         "r_squared_fe": found.r_squared(),
         "r_squared_analytic": other.r_squared(),
         "steps": rows,
-        "reasons": [{"text": reason.text, "angle_deg": math.degrees(reason.angle)} for reason in compared.reasons],
+        "reasons": [{"text": reason.text, "bend_deg": math.degrees(reason.angle)} for reason in compared.reasons],
     }
 
 
@@ -143,7 +155,7 @@ def _print(compared: FeComparison, record: dict[str, Any]) -> None:
         console.print(Text(f"From the analytic model to finite elements, {found.pressure[-1] / 1e3:g} kPa:"))
         steps, before = _table(["", "bend\n[deg]", "change\n[deg]"], left=1), math.nan
         for reason in record["reasons"]:
-            angle = reason["angle_deg"]
+            angle = reason["bend_deg"]
             change = "" if math.isnan(angle - before) else f"{angle - before:+.2f}"
             steps.add_row(reason["text"], "not found" if math.isnan(angle) else f"{angle:.2f}", change)
             before = angle

@@ -10,25 +10,32 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.actuator import MATERIAL_SETS
 from hypertuna.bench import joint_index
+from hypertuna.cli_fe_options import (
+    LAW,
+    MIXED,
+    POISSON,
+    Law,
+    Material,
+    Mesh,
+    Mixed,
+    Poisson,
+    elements,
+    rising_pressures,
+)
 from hypertuna.console import check_suffix, command_line, number, print_json, progress_bar, ranges, tell_written
 from hypertuna.description import load
 from hypertuna.fe_bend import ngsolve_version
-from hypertuna.fe_mesh import MESHES
-from hypertuna.fe_model import FeOptions
 from hypertuna.fe_reduced import ReducedJoint, reduce_joint, write_reduced
-from hypertuna.options import pressures
+from hypertuna.options import AsJson, Joint, Name
 from hypertuna.results import provenance
 
 __all__ = ["reduce_command"]
 
 
 def reduce_command(
-    robot: Annotated[
-        str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
-    ],
-    joint: Annotated[str, typer.Option("--joint", help="Name of the joint group, or its number from the head.")],
+    robot: Name,
+    joint: Joint,
     pressure: Annotated[
         str, typer.Option("--pressure", help="Rising gauge pressures of the left side in kPa, start:stop:count.")
     ] = "0:250:6",
@@ -36,7 +43,7 @@ def reduce_command(
         str | None,
         typer.Option(
             "--moment",
-            help="Couples on the tip in N m, start:stop:count.  [default: 5, to half of what the pressure makes]",
+            help="Couples on the tip in N m, start:stop:count. (default: 5, to half of what the pressure makes)",
         ),
     ] = None,
     fill: Annotated[
@@ -47,34 +54,37 @@ def reduce_command(
             "[default: that of the robot's line]",
         ),
     ] = None,
-    material: Annotated[
-        str | None,
-        typer.Option("--material", help=f"Material set: {', '.join(MATERIAL_SETS)}.  [default: the robot's]"),
-    ] = None,
-    mesh: Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")] = "coarse",
+    material: Material = None,
+    law: Law = LAW,
+    poisson: Poisson = POISSON,
+    mixed: Mixed = MIXED,
+    mesh: Mesh = "coarse",
     checkpoint: Annotated[
         str | None, typer.Option("--checkpoint", help="Keep a journal here; the same command resumes from it.")
     ] = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Write the robot with the table to this .toml file.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Reduce a joint of finite elements to a table of moment and volume that the twin can use.
 
-    Exit code 1 means that some points were not found; the table is fitted to the others.
+    Every couple takes about as long as `fe bend`, so the mesh is coarse unless asked otherwise: half an hour a joint.
+    Angles are positive to the left. The exit code is 1 if some points were not found (the table is fitted to the
+    others), 2 for bad input.
     """
     check_suffix(output, (".toml",), "--output")
     fish = load(robot)
     name = fish.joints[joint_index(joint, fish)].name
-    with progress_bar("reducing") as progress:
+    options = elements(material, law, poisson, mesh, mixed=mixed)
+    with progress_bar("points", lines=True) as progress:
         reduced = reduce_joint(
             fish,
             name,
-            pressure=1e3 * np.array(pressures(pressure)),
+            pressure=rising_pressures(pressure),
             couple=None if moment is None else _couples(moment),
             fill=None if fill is None else 1e3 * number(fill, "--fill", "kPa"),
-            options=FeOptions(material=material, mesh=mesh),
+            options=options,
             checkpoint=checkpoint,
             progress=progress,
         )
@@ -98,13 +108,15 @@ def _record(reduced: ReducedJoint, output: str | None) -> dict[str, Any]:
     """Tell a reduced joint, for programs: over couples and pressures, the table, over its angles and pressures."""
     fit, table = reduced.potential, reduced.table()
     moment, volume = reduced.over_angle(np.radians(table["angle_deg"]))
-    return provenance(reduced.robot) | {
+    return provenance(reduced.robot, water=False) | {
         "command": command_line(),
         "ngsolve_version": ngsolve_version(),
         "joint": reduced.joint,
         "mesh": str(reduced.options.mesh),
         "material": reduced.material,
+        "law": reduced.options.law,
         "poisson": reduced.options.poisson,
+        "mixed": reduced.options.mixed,
         "pressure_left_kpa": reduced.pressure[:, 0] / 1e3,
         "pressure_right_kpa": reduced.pressure[:, 1] / 1e3,
         "couple_n_m": reduced.couple,

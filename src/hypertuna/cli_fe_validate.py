@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import time
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -15,6 +15,7 @@ from rich.text import Text
 from hypertuna.console import command_line, print_json, progress_bar
 from hypertuna.description import load
 from hypertuna.fe_cases import Case, validate
+from hypertuna.options import AsJson
 from hypertuna.results import provenance
 
 __all__ = ["validate_command"]
@@ -26,7 +27,7 @@ def validate_command(
     robot: Annotated[
         str, typer.Option("--robot", help="Name or file of the robot whose hose, braid angle and silicones are taken.")
     ] = "hypertuna",
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compare the finite elements with what theory knows: McKibben tubes, a clamped beam, cubes.
 
@@ -38,7 +39,7 @@ def validate_command(
     seconds = time.process_time() - start
     if as_json:
         facts = {"command": command_line(), "ngsolve_version": importlib.metadata.version("ngsolve")}
-        print_json(provenance(fish) | facts | {"cases": [_record(case) for case in cases]})
+        print_json(provenance(fish, water=False) | facts | {"cases": [_record(case) for case in cases]})
     else:
         _print(cases, seconds)
     if not all(case.passed for case in cases):
@@ -55,8 +56,8 @@ def _print(cases: Sequence[Case], seconds: float) -> None:
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("")
     for head in HEADS:
-        justify = "left" if head in ("unit", "") else "right"
-        table.add_column(Text(head, justify=justify), justify=justify)  # type: ignore[arg-type]
+        justify: Literal["left", "right"] = "left" if head in ("unit", "") else "right"
+        table.add_column(Text(head, justify=justify), justify=justify)
     group = ""
     for case in cases:
         if case.group != group:

@@ -81,7 +81,7 @@ def pareto_command(
     amplitude_by_bandwidth: Reach = False,
     strouhal: Strouhal = None,
     min_speed: Annotated[
-        str | None, typer.Option("--min-speed", help=f"Slowest speed in m/s.  [default: {SLOW:g} body lengths/s]")
+        str | None, typer.Option("--min-speed", help=f"Slowest speed in m/s. (default: {SLOW:g} body lengths/s)")
     ] = None,
     robust: Robust = None,
     samples: Samples = "32",

@@ -45,7 +45,7 @@ def posture_command(
         typer.Option(
             "--angle",
             help="Peak bend to hold in degrees, one value per joint group; a single one is for those that bend so far."
-            "  [default: 20, or 9/10 of the largest bend where that is less]",
+            " (default: 20, or 9/10 of the largest bend where that is less)",
         ),
     ] = None,
     duration: Annotated[str, typer.Option("--duration", help="Length of each run in s.")] = "8",

@@ -76,20 +76,18 @@ def pump_command(
         str | None, typer.Option("--gait", help="A gait of the robot's file: its frequency and amplitude.")
     ] = None,
     frequency: Annotated[
-        str | None, typer.Option("--frequency", help=f"Beat frequency in Hz, {RANGE}.  [default: the highest]")
+        str | None, typer.Option("--frequency", help=f"Beat frequency in Hz, {RANGE}. (default: the highest)")
     ] = None,
     amplitude: Annotated[
         str | None,
-        typer.Option(
-            "--amplitude", help="Commanded amplitude in degrees, one per joint group.  [default: the largest]"
-        ),
+        typer.Option("--amplitude", help="Commanded amplitude in degrees, one per joint group. (default: the largest)"),
     ] = None,
     bore: Annotated[
-        str | None, typer.Option("--bore", help=f"Bore of all lines in mm, {RANGE}.  [default: the robot's]")
+        str | None, typer.Option("--bore", help=f"Bore of all lines in mm, {RANGE}. (default: the robot's)")
     ] = None,
     temperature: Annotated[
         str | None,
-        typer.Option("--temperature", help=f"Temperature of the oil in C, {RANGE}.  [default: the robot's]"),
+        typer.Option("--temperature", help=f"Temperature of the oil in C, {RANGE}. (default: the robot's)"),
     ] = None,
     plot: Annotated[str | None, typer.Option("--plot", help="Draw to this .svg, .png or .pdf file.")] = None,
     output: Annotated[str | None, typer.Option("-o", "--output", help="Write to this .nc or .csv file.")] = None,

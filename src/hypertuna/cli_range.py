@@ -36,7 +36,7 @@ def range_command(
         str | None, typer.Option("--amplitude", help="Amplitude in degrees, one per joint group, for the twin.")
     ] = None,
     phase: Annotated[
-        str | None, typer.Option("--phase", help="Lag in degrees, one per joint group, for the twin.  [default: 0]")
+        str | None, typer.Option("--phase", help="Lag in degrees, one per joint group, for the twin. (default: 0)")
     ] = None,
     power: Annotated[
         str | None, typer.Option("--power", help="Mean power of the servos in W, instead of a gait.")

@@ -38,9 +38,9 @@ RANGE = "A value or a range start:stop:count"
 STRAIGHT = 1e3  # a turning radius of so many body lengths is not shown on the terminal
 ROWS = 40  # gaits of a sweep that the terminal shows one by one
 
-Joints = Annotated[str | None, typer.Option("--joints", help="ideal or bandwidth  [default: the robot's choice]")]
-Areas = Annotated[str | None, typer.Option("--areas", help="consistent or as-printed  [default: the robot's choice]")]
-Water = Annotated[str | None, typer.Option("--water", help="lumped or strip  [default: the robot's choice]")]
+Joints = Annotated[str | None, typer.Option("--joints", help="ideal or bandwidth (default: the robot's choice)")]
+Areas = Annotated[str | None, typer.Option("--areas", help="consistent or as-printed (default: the robot's choice)")]
+Water = Annotated[str | None, typer.Option("--water", help="lumped or strip (default: the robot's choice)")]
 Steps = Annotated[str, typer.Option("--steps", help="Runge-Kutta steps per beat.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
@@ -135,7 +135,7 @@ def sweep_command(
     areas: Areas = None,
     water: Water = None,
     steps: Steps = str(DEFAULT_STEPS),
-    threads: Annotated[str | None, typer.Option("--threads", help="Threads to use  [default: all]")] = None,
+    threads: Annotated[str | None, typer.Option("--threads", help="Threads to use (default: all)")] = None,
     plot: Annotated[
         str | None, typer.Option("--plot", help="Draw speed and cost of transport to this .svg, .png or .pdf file.")
     ] = None,

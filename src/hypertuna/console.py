@@ -188,7 +188,7 @@ def tell_written(*paths: str | None) -> None:
 
 
 @contextlib.contextmanager
-def progress_bar(what: str, patience: float = PATIENCE) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(what: str, patience: float = PATIENCE, *, lines: bool = False) -> Iterator[Callable[[int, int], None]]:
     """Show progress on the terminal once the work takes longer than a second.
 
     Parameters
@@ -197,6 +197,8 @@ def progress_bar(what: str, patience: float = PATIENCE) -> Iterator[Callable[[in
         Word beside the bar.
     patience : float
         Seconds before the bar appears, if not one.
+    lines : bool
+        Whether the error output gets a line for each report where it is no terminal: for parts that take seconds.
 
     Yields
     ------
@@ -211,6 +213,8 @@ def progress_bar(what: str, patience: float = PATIENCE) -> Iterator[Callable[[in
 
     def report(done: int, total: int) -> None:
         bar.update(task, completed=done, total=total)
+        if lines and done and not console.is_terminal:
+            print(f"{what}: {done} of {total}, {time.monotonic() - start:.0f} s", file=sys.stderr, flush=True)
         if time.monotonic() - start >= patience:
             bar.start()
 

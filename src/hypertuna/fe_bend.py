@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.actuator import SIDES, check_pressure, straightness
+from hypertuna.actuator import SIDES, check_pressure, check_side, straightness
 from hypertuna.description import Robot
-from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.fe_extra import need_fe
+from hypertuna.errors import InputError
 from hypertuna.fe_measure import Measured, measure
 from hypertuna.fe_model import FeModel, FeOptions, equilibrium, fe_model
 from hypertuna.journal import Journal, journal_header
@@ -82,20 +81,15 @@ class FeBend:
         """Oil in the drive units of the side with the pressure [m^3], shape (n,)."""
         return np.array([found.volume[SIDES.index(self.side)] for found in self.measured])
 
-    def r_squared(self, low: float = 100e3, high: float = 250e3) -> float:
-        """How near to a line the angle is between two pressures.
-
-        Parameters
-        ----------
-        low, high : float
-            [Pa]; by default the paper's range (section III.A).
+    def r_squared(self) -> float:
+        """How near to a line the angle is.
 
         Returns
         -------
         float
-            Coefficient of determination [1]; not a number where fewer than three points lie between.
+            Coefficient of determination [1], see `straightness`.
         """
-        return straightness(self.pressure, self.angle, low, high)
+        return straightness(self.pressure, self.angle)
 
     def dataset(self) -> xr.Dataset:
         """Label the numbers.
@@ -122,7 +116,7 @@ class FeBend:
         coordinates = {"pressure": ("pressure", self.pressure, {"units": "Pa", "long_name": "gauge pressure"})}
         facts = {"joint": self.joint, "side": self.side, "material": self.material, "status": self.status_text}
         facts |= {"elements": str(self.elements), "unknowns": str(self.unknowns), "ngsolve": ngsolve_version()}
-        return dataset(variables, coordinates, provenance(self.robot) | facts)
+        return dataset(variables, coordinates, provenance(self.robot, water=False) | facts)
 
 
 def ngsolve_version() -> str:
@@ -188,14 +182,13 @@ def fe_bend(
         As `fe_model`; if the pressures do not rise from 0, the side does not exist, or the folder is of other work.
     """
     rising, options = check_pressure(pressure), options or FeOptions()
-    if side not in SIDES:
-        raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
-    need_fe()
+    check_side(side)
     model = fe_model(robot, joint, options)
     group, _ = joint_group(robot, joint)
     place = None if folder is None else Path(folder)
     told: list[dict[str, Any]] = []
     with Journal(place / JOURNAL if place else None, _header(work, robot, group.name, side, options)) as journal:
+        _check_course(journal, place, rising)
         for k, value in enumerate(rising):
 
             def reach(k: int = k, value: float = float(value)) -> dict[str, Any]:
@@ -211,10 +204,11 @@ def fe_bend(
                 break
     reached = [step for step in told if not step["fault"]]
     fault = next((step["fault"] for step in told if step["fault"]), "")
-    text = f"All {len(rising)} pressures were reached."
+    few = {1: "The pressure was", 2: "Both pressures were"}
+    text = f"{few.get(len(rising), f'All {len(rising)} pressures were')} reached."
     if fault:
-        last = f"{rising[len(reached) - 1] / 1e3:g} kPa" if reached else "no pressure"
-        text = f"{rising[len(reached)] / 1e3:g} kPa was not reached ({fault}); what is told ends at {last}."
+        told_of = f"what is told ends at {rising[len(reached) - 1] / 1e3:g} kPa" if reached else "nothing is told"
+        text = f"{rising[len(reached)] / 1e3:g} kPa was not reached ({fault}); {told_of}."
     return FeBend(
         robot=robot,
         joint=group.name,
@@ -236,6 +230,18 @@ def _header(work: str, robot: Robot, joint: str, side: str, options: FeOptions) 
     """Say what the journal is of."""
     facts = asdict(options) | {"material": options.material or drive_unit(robot).material_set}
     return journal_header(work, robot, {"joint": joint, "side": side, "ngsolve": ngsolve_version()} | facts)
+
+
+def _check_course(journal: Journal, place: Path | None, rising: Array) -> None:
+    """Refuse pressures other than those that a journal has, and more."""
+    for k, record in enumerate(journal.records):
+        asked, here = record.get("asked"), float(rising[k]) if k < len(rising) else None
+        there = asked.get("pressure") if isinstance(asked, dict) else None
+        if isinstance(there, float) and there != here:  # what is no question of ours is told when it is asked
+            now = "none now" if here is None else f"{here / 1e3:g} kPa now"
+            rule = f"has {there / 1e3:g} kPa as pressure {k + 1}, but --pressure has {now}"
+            fix = "a run can go on to higher pressures, but neither leave out nor change one: give another folder"
+            raise InputError(rule, file=None if place is None else str(place / JOURNAL), fix=fix)
 
 
 def _loads(value: float, side: str) -> tuple[float, float]:

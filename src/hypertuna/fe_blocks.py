@@ -89,7 +89,9 @@ def closed_form(solid: Solid, strain: str, amount: float) -> float:
     }[strain]
 
 
-def cantilever(solid: Solid, *, order: int, mixed: bool = False, size: float = 1.0) -> tuple[float, float, int]:
+def cantilever(
+    solid: Solid, *, order: int, mixed: bool = False, size: float = 1.0
+) -> tuple[float, float, int, Equilibrium]:
     """Clamp a beam of square section at one end and push the other across; compare with `timoshenko`.
 
     Parameters
@@ -110,6 +112,8 @@ def cantilever(solid: Solid, *, order: int, mixed: bool = False, size: float = 1
         The same by Timoshenko's theory [m].
     elements : int
         Of half the beam.
+    found : Equilibrium
+        Whether the force was reached; where it was not, the displacement is that of a smaller one.
     """
     need_fe()
     import ngsolve as ngs
@@ -129,9 +133,9 @@ def cantilever(solid: Solid, *, order: int, mixed: bool = False, size: float = 1
     energy += ngs.Variation((-force / SIDE**2 * u[1]).Compile() * ngs.ds("x1"))
     push = SAG * length / timoshenko(solid, 1.0)
     state = ngs.GridFunction(space)
-    lead(Problem(energy, state, (force,), solid.shear, settle), (push,))
+    found = lead(Problem(energy, state, (force,), solid.shear, settle), (push,))
     moved = state.components[0] if mixed else state
-    return float(ngs.Integrate(moved[1] * ngs.ds("x1"), mesh)) / (SIDE**2 / 2), SAG * length, int(mesh.ne)
+    return float(ngs.Integrate(moved[1] * ngs.ds("x1"), mesh)) / (SIDE**2 / 2), SAG * length, int(mesh.ne), found
 
 
 def timoshenko(solid: Solid, force: float) -> float:

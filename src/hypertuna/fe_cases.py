@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from hypertuna import _core
 from hypertuna.description import Robot
@@ -173,11 +172,12 @@ def beam_cases(robot: Robot) -> Iterator[Case]:
     for poisson in POISSON:
         solid = Solid("mooney_rivlin", mooney(robot, drive_unit(robot).matrix), poisson)
         for order, mixed, size in forms:
-            sag, theory, elements = cantilever(solid, order=order, mixed=mixed, size=size)
+            sag, theory, elements, found = cantilever(solid, order=order, mixed=mixed, size=size)
             name = f"{elements} elements, order {order}{', mixed' if mixed else ''}"
             locks = order == 1
             tolerance = 0.5 if locks else 0.03
-            yield Case(f"Cantilever, nu = {poisson:g}", name, 1e3 * sag, 1e3 * theory, "mm", tolerance, locks)
+            group = f"Cantilever, nu = {poisson:g}"
+            yield Case(group, name, 1e3 * sag, 1e3 * theory, "mm", tolerance, locks, _text(found))
 
 
 def cube_cases(robot: Robot) -> Iterator[Case]:
@@ -256,6 +256,7 @@ def _unit(wall: Wall, sleeve: Solid, thickness: float) -> _core.DriveUnit:
 
 def _stretch(unit: _core.DriveUnit, force: float) -> float:
     """Stretch at which a muscle pulls with a force [N]."""
+    from scipy.optimize import brentq  # here, because it takes longer to import than most commands take
 
     def excess(stretch: float) -> float:
         return float(unit.at(np.array([stretch]), pressure=PRESSURE)["pull"][0]) - force

@@ -2,13 +2,15 @@
 
 The analytic model (docs/actuator.md) takes a neutral layer that keeps its length. Nothing does in a body of silicone:
 under pressure in the units of one side it shortens, N F / (E A), as it bends, N F w / (E I). `shortening_bend` releases
-that layer. A segment then has two unknowns, the stretch of its axis l and its curvature k per length at rest; units at
-the lever w have the stretches l - k w and l + k w, and force and moment balance:
+that layer. A segment then has two unknowns, the stretch of its axis l and its curvature k per length at rest; units of
+the side with the pressure, at the lever w, and of the other, at v, have the stretches l - k w and l + k v, and force
+and moment balance:
 
-    N [F(P, l - k w) + F_0(l + k w)] + mu A (l - 1/l^2) = 0,    N w [F(P, l - k w) - F_0(l + k w)] = E I k.
+    N [F(P, l - k w) + F_0(l + k v)] + mu A (l - 1/l^2) = 0,    N [w F(P, l - k w) - v F_0(l + k v)] = E I k.
 
-A and I are those of the section less the channels. A unit without pressure that gets longer is held by its braid; one
-that gets shorter has a slack braid, and only its wall resists.
+A and I are those of the section less the channels, about y = 0: that channels at unlike levers move the center of the
+area a little is left out. A unit without pressure that gets longer is held by its braid; one that gets shorter has a
+slack braid, and only its wall resists.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.actuator import Bend, bend
+from hypertuna.actuator import Bend, bend, check_side
 from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe_bend import FeBend
@@ -87,16 +89,9 @@ class FeComparison:
 
     @property
     def shortening(self) -> Array:
-        """How much of the length between the plates is lost in finite elements [1], shape (n,).
-
-        Of the chord, made to an arc of the same angle: tip plate and connector are the ends of one circle.
-        """
-        body = joint_body(self.fe.robot, self.fe.joint)
-        angle = np.array([found.angle for found in self.fe.measured])
-        tip = np.array([found.tip for found in self.fe.measured]).reshape(-1, 2)
-        inner = tip - body.plate * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        chord = np.hypot(inner[:, 0], inner[:, 1])
-        return 1 - chord / np.sinc(angle / 2 / math.pi) / body.length
+        """How much of its length the axis, where the analytic model has its neutral layer, loses [1], shape (n,)."""
+        length = joint_body(self.fe.robot, self.fe.joint).length
+        return 1 - np.array([found.length for found in self.fe.measured]) / length
 
 
 def _relative(value: Array, reference: Array) -> Array:
@@ -145,11 +140,11 @@ def _reasons(found: FeBend) -> tuple[Reason, ...]:
         ),
         Reason(
             "the neutral layer may get shorter",
-            float(shortening_bend(bare, joint, highest, material=found.material)[0]),
+            float(shortening_bend(bare, joint, highest, **options)[0]),
         ),
         Reason(
             "sections by finite elements: matrix swells and warps around the hoses",
-            float(section_bend(robot, joint, highest, options=found.options).angle[0]),
+            float(section_bend(robot, joint, highest, side=found.side, options=found.options).angle[0]),
         ),
         Reason("the whole body by finite elements: ends held by plates", float(found.angle[-1])),
     )
@@ -164,8 +159,10 @@ def _bare(robot: Robot, joint: str | int) -> Robot:
     return robot.model_copy(update={"joints": joints, "drive_unit": unit})
 
 
-def shortening_bend(robot: Robot, joint: str | int, pressure: ArrayLike, *, material: str | None = None) -> Array:
-    """Bend a joint whose neutral layer may get shorter, by the left side's pressure and without friction.
+def shortening_bend(
+    robot: Robot, joint: str | int, pressure: ArrayLike, *, side: str = "left", material: str | None = None
+) -> Array:
+    """Bend a joint whose neutral layer may get shorter, by the pressure of one side and without friction.
 
     Parameters
     ----------
@@ -174,53 +171,64 @@ def shortening_bend(robot: Robot, joint: str | int, pressure: ArrayLike, *, mate
         Name or index of the joint group.
     pressure : array_like, shape (n,)
         Rising gauge pressures [Pa].
+    side : str
+        ``"left"`` or ``"right"``: which drive units have it.
     material : str, optional
         Material set, see `mooney`.
 
     Returns
     -------
     ndarray, shape (n,)
-        Angle [rad]; NaN from where forces were not balanced.
+        Angle toward that side [rad]; NaN from where forces were not balanced.
 
     Raises
     ------
     InputError
-        If the joint does not exist, or the robot lacks a table.
+        If the joint or the side does not exist, or the robot lacks a table.
     """
     _, actuator = joint_group(robot, joint)
+    left, right = (actuator.lever * (1 + sign * actuator.asymmetry / 2) for sign in (1, -1))
+    levers = (right, left) if check_side(side) else (left, right)
     rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
     total = np.zeros(len(rising))
     sections = zip(actuator.segment_length, actuator.semi_major, actuator.semi_minor, strict=True)
     for length, major, minor in sections:
-        total += length * _curvature(robot, joint, rising, (major, minor), material)
+        total += length * _curvature(robot, joint, rising, levers, (major, minor), material)
     return total
 
 
 def _curvature(
-    robot: Robot, joint: str | int, rising: Array, section: tuple[float, float], material: str | None
+    robot: Robot,
+    joint: str | int,
+    rising: Array,
+    levers: tuple[float, float],
+    section: tuple[float, float],
+    material: str | None,
 ) -> Array:
-    """Curvature of one section per length at rest at every pressure [1/m]."""
+    """Curvature of one section per length at rest at every pressure [1/m]; levers of the side with it and the other."""
     from scipy.optimize import root
 
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
     hose, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
-    count, lever, radius = cast(int, group.drive_units), actuator.lever, unit.outer_diameter / 2
+    count, mean, radius = cast(int, group.drive_units), actuator.lever, unit.outer_diameter / 2
+    near, far = (lever / mean for lever in levers)
     a, b = section
     area = math.pi * (a * b - 2 * count * radius**2)
-    inertia = actuator.stiffness_factor * math.pi * (a * b**3 / 4 - 2 * count * radius**2 * (lever**2 + radius**2 / 4))
+    holes = count * radius**2 * sum(lever**2 + radius**2 / 4 for lever in levers)
+    inertia = actuator.stiffness_factor * math.pi * (a * b**3 / 4 - holes)
     tube = muscle(robot, material, friction=False)
     ring = math.pi * (radius**2 - (unit.inner_diameter / 2) ** 2)
 
     def unbalanced(x: Array, pressure: float) -> Array:
-        """Force and moment over the matrix' stiffness, of the axis' stretch and curvature times lever."""
+        """Force and moment over the matrix' stiffness, of the axis' stretch and curvature times mean lever."""
         axis, turn = x
-        pulled = tube.at(np.array([axis - turn]), pressure=pressure)["pull"][0]
-        long = axis + turn
+        pulled = tube.at(np.array([axis - near * turn]), pressure=pressure)["pull"][0]
+        long = axis + far * turn
         slack = 2 * ring * (hose.c1 + hose.c2 / long) * (long - 1 / long**2)
         held = tube.at(np.array([long]), pressure=0.0)["pull"][0] if long > 1 else slack
         force = count * (pulled + held) + matrix.modulus / 3 * area * (axis - 1 / axis**2)
-        moment = count * lever * (pulled - held) - matrix.modulus * inertia * turn / lever
-        return np.array([force / (matrix.modulus * area), moment * lever / (matrix.modulus * inertia)])
+        moment = count * mean * (near * pulled - far * held) - matrix.modulus * inertia * turn / mean
+        return np.array([force / (matrix.modulus * area), moment * mean / (matrix.modulus * inertia)])
 
     state, reached, found = np.array([1.0, 0.0]), 0.0, np.full(len(rising), math.nan)
     for k, value in enumerate(rising):
@@ -228,5 +236,5 @@ def _curvature(
             state = root(unbalanced, state, args=(float(step),), tol=1e-12).x
             if not np.abs(unbalanced(state, float(step))).max() < BALANCED:
                 return found
-        reached, found[k] = float(value), state[1] / lever
+        reached, found[k] = float(value), state[1] / mean
     return found

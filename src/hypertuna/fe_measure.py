@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 MOST = 0.99  # of the matrix' volume, whose strain and stress are told beside the largest; of the walls' area, too
 TAUT = 0.02  # stretch beyond 1 that 99 % of the fibers may have and still count as inextensible
+CHORDS = 100  # along the axis
+INSIDE = 1e-9  # mm, and of the length: points on the mesh' faces may belong to no element
 ROOM = 0.02  # by which a volume may exceed the braid's limit
 
 
@@ -32,6 +34,8 @@ class Measured:
         Of the tip plate, counter-clockwise [rad].
     tip : tuple of float
         x and y of the far face's center [m].
+    length : float
+        Of the body's axis, y = z = 0 at rest, between connector and tip plate, along the bent line [m].
     volume : tuple of float
         Of oil in the drive units of the left and of the right side [m^3].
     swelling : tuple of float
@@ -53,6 +57,7 @@ class Measured:
 
     angle: float
     tip: tuple[float, float]
+    length: float
     volume: tuple[float, float]
     swelling: tuple[float, float]
     axial_stretch: tuple[float, float]
@@ -87,6 +92,7 @@ def measure(model: FeModel) -> Measured:
     found = Measured(
         angle=angle,
         tip=tip,
+        length=_length(model),
         volume=(inside[0] - share * rest[0], inside[1] - share * rest[1]),
         swelling=(inside[0] / rest[0], inside[1] / rest[1]),
         axial_stretch=_ends(stretches["axial"]),
@@ -120,6 +126,23 @@ def von_mises(stress: Array) -> Array:
     return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))))
 
 
+def _length(model: FeModel) -> float:
+    """Length of the bent axis: of the chords between many of its points, over the same at rest, which is known.
+
+    The mesh, drawn in mm and squeezed along x, ends with the tip plate. Its points of y = z = 0 lie off that line by a
+    hair, alike at rest and bent.
+    """
+    import ngsolve as ngs
+
+    end, body = max(vertex.point[0] for vertex in model.mesh.vertices), model.body
+    x = end * body.length / (body.length + body.plate) * np.linspace(INSIDE, 1 - INSIDE, CHORDS + 1)
+    points = model.mesh(x, 0 * x, INSIDE + 0 * x)
+    rest = np.asarray(ngs.CF((ngs.x, ngs.y, ngs.z))(points))
+    bent = rest + np.asarray(model.displacement(points))
+    at_rest, now = (np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in (rest, bent))
+    return float(now / at_rest) * model.body.length
+
+
 def _tip(model: FeModel) -> tuple[float, tuple[float, float]]:
     """Angle and center of the tip plate's far face: the rotation that fits its points best."""
     import ngsolve as ngs
@@ -146,7 +169,7 @@ def _inside(model: FeModel, *, moved: bool = True) -> tuple[float, float]:
 
 
 def _stretches(model: FeModel) -> tuple[dict[str, Array], Array]:
-    """Stretches at points of the channels' walls, of both families of fibers one after the other; area of the points."""
+    """Stretches at points of the channels' walls, one family of fibers after the other; and area of the points."""
     import ngsolve as ngs
 
     rule = ngs.IntegrationRule(ngs.TRIG, 2 * model.options.size.order)

@@ -78,7 +78,7 @@ def bend_record(found: FeBend) -> dict[str, Any]:
             "oil_taken_ml": 1e6 * float(oil),
         }
         steps.append(step | measured_record(measured) | {"iterations": iterations, "seconds": seconds})
-    return provenance(found.robot) | facts | {"steps": steps}
+    return provenance(found.robot, water=False) | facts | {"steps": steps}
 
 
 def measured_record(found: Measured) -> dict[str, float]:
@@ -92,8 +92,8 @@ def measured_record(found: Measured) -> dict[str, float]:
     -------
     dict of str to float
     """
-    record = {"angle_deg": math.degrees(found.angle)}
-    record |= {f"tip_{axis}_mm": 1e3 * place for axis, place in zip("xy", found.tip, strict=True)}
+    record = {f"tip_{axis}_mm": 1e3 * place for axis, place in zip("xy", found.tip, strict=True)}
+    record |= {"length_mm": 1e3 * found.length}
     for side, volume, swelling in zip(("left", "right"), found.volume, found.swelling, strict=True):
         record |= {f"volume_{side}_ml": 1e6 * volume, f"swelling_{side}": swelling}
     for name in ("axial", "hoop", "fiber"):
@@ -118,7 +118,8 @@ def bend_csv(found: FeBend, command: str) -> str:
     """
     record = bend_record(found)
     steps = record.pop("steps")
-    lines = [f"# {key}: {value}" for key, value in (record | {"command": command}).items()]
+    facts = {key: value for key, value in (record | {"command": command}).items() if value is not None}
+    lines = [f"# {key}: {str(value).lower() if isinstance(value, bool) else value}" for key, value in facts.items()]
     if steps:
         lines.append(",".join(steps[0]))
     return "\n".join(lines + [",".join(str(value) for value in step.values()) for step in steps]) + "\n"

@@ -162,7 +162,8 @@ class ReducedJoint:
             "side": ("side", ["left", "right"]),
             "table": ("table", table, {"units": "rad", "long_name": "angle of the table"}),
         }
-        return dataset(variables, coordinates, provenance(self.robot) | {"joint": self.joint, "source": self.source})
+        made = provenance(self.robot, water=False) | {"joint": self.joint, "source": self.source}
+        return dataset(variables, coordinates, made)
 
     @property
     def material(self) -> str:
@@ -172,10 +173,12 @@ class ReducedJoint:
     @property
     def source(self) -> str:
         """Where the table is from: a sentence for the description."""
+        options, form = self.options, "mixed form" if self.options.mixed else "displacements alone"
         return (
-            f"joint {self.joint}: finite elements, mesh {self.options.mesh}, material set {self.material}, "
-            f"{np.isfinite(self.angle).sum()} points up to {self.pressure.max() / 1e3:g} kPa; not explained are "
-            f"{1e3 * self.left.moment:.2g} mN m and {1e6 * self.left.volume:.2g} ml rms"
+            f"joint {self.joint}: finite elements, mesh {options.mesh}, {form}, material set {self.material}, law "
+            f"{options.law}, nu = {options.poisson:g}, {np.isfinite(self.angle).sum()} points up to "
+            f"{self.pressure.max() / 1e3:g} kPa; not explained are {1e3 * self.left.moment:.2g} mN m and "
+            f"{1e6 * self.left.volume:.2g} ml rms"
         )
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hypertuna.actuator import SIDES, check_side
 from hypertuna.description import Robot
 from hypertuna.fe_extra import need_fe
 from hypertuna.fe_geometry import MM, joint_body
@@ -29,6 +30,7 @@ Array = NDArray[np.float64]
 
 ORDER = 3  # of displacements and curved elements
 AROUND = 0.8  # size of edges on the channels over their radius
+INSIDE = 1e-9  # mm: points on the edge of a mesh may belong to no element
 FIRST = 5e3  # Pa, first step: slack braids
 
 
@@ -39,9 +41,10 @@ class Section:
     Attributes
     ----------
     angle : ndarray, shape (n,)
-        Of the joint, were it all as its sections are [rad]; NaN from where Newton's method did not converge.
+        Of the joint toward the side with the pressure, were it all as its sections are [rad]; NaN from where Newton's
+        method did not converge.
     axis : ndarray, shape (n,)
-        Mean stretch of the line y = 0 of the body at rest [1].
+        Mean stretch of the line that is y = z = 0 at rest [1].
     """
 
     angle: Array
@@ -49,9 +52,15 @@ class Section:
 
 
 def section_bend(
-    robot: Robot, joint: str | int, pressure: ArrayLike, *, options: FeOptions | None = None, segments: bool = True
+    robot: Robot,
+    joint: str | int,
+    pressure: ArrayLike,
+    *,
+    side: str = "left",
+    options: FeOptions | None = None,
+    segments: bool = True,
 ) -> Section:
-    """Bend the sections of a joint by the pressure of the left side, without friction.
+    """Bend the sections of a joint by the pressure of one side, without friction.
 
     Parameters
     ----------
@@ -60,6 +69,8 @@ def section_bend(
         Name or index of the joint group.
     pressure : array_like, shape (n,)
         Rising gauge pressures [Pa].
+    side : str
+        ``"left"`` or ``"right"``: which drive units have it.
     options : FeOptions, optional
         Material, law and Poisson's ratio; the mesh is its own.
     segments : bool
@@ -72,8 +83,9 @@ def section_bend(
     Raises
     ------
     InputError
-        As `joint_body`; if the extra is not installed.
+        As `joint_body`; if the side does not exist, or the extra is not installed.
     """
+    check_side(side)
     need_fe()
     options = options or FeOptions()
     rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
@@ -83,13 +95,15 @@ def section_bend(
     if not segments:
         major, minor = (np.array([np.average(half, weights=lengths)]) for half in (major, minor))
         lengths = lengths.sum(keepdims=True)
-    found = [_bent(robot, joint, rising, (a, b), options) for a, b in zip(major, minor, strict=True)]
+    found = [_bent(robot, joint, rising, side, (a, b), options) for a, b in zip(major, minor, strict=True)]
     axis, curvature = np.moveaxis(np.array(found), 2, 0)  # each of shape (segments, n)
     return Section(lengths @ curvature, lengths @ axis / lengths.sum())
 
 
-def _bent(robot: Robot, joint: str | int, rising: Array, half: tuple[float, float], options: FeOptions) -> Array:
-    """Stretch of the axis [1] and curvature per length at rest [1/m] of a section, shape (n, 2)."""
+def _bent(
+    robot: Robot, joint: str | int, rising: Array, side: str, half: tuple[float, float], options: FeOptions
+) -> Array:
+    """Stretch of the axis [1] and curvature toward a side per length at rest [1/m] of a section, shape (n, 2)."""
     import ngsolve as ngs
 
     matrix, in_m = soft_parts(robot, options)
@@ -98,7 +112,8 @@ def _bent(robot: Robot, joint: str | int, rising: Array, half: tuple[float, floa
     plane = ngs.H1(mesh, order=ORDER, dirichlet_bbnd="pin"), ngs.H1(mesh, order=ORDER, dirichlet="symmetry")
     space = plane[0] * plane[1] * ngs.NumberSpace(mesh) * ngs.NumberSpace(mesh)
     load = ngs.Parameter(0.0)
-    energy = _energy(space, matrix, wall, load, MM * half[1])
+    scale = MM * half[1]
+    energy = _energy(space, matrix, wall, load, side, scale)
     problem = Problem(energy, ngs.GridFunction(space), (load,), matrix.shear)
     found = np.full((len(rising), 2), math.nan)
     lead(problem, (min(FIRST, float(rising[0])),))
@@ -106,7 +121,8 @@ def _bent(robot: Robot, joint: str | int, rising: Array, half: tuple[float, floa
         if not lead(problem, (float(value),)).converged:
             break
         axis, turn = (problem.state.components[c].vec[0] for c in (2, 3))
-        found[k] = 1 + axis, turn / half[1]
+        moved = problem.state.components[0](mesh(0.0, INSIDE))  # mm along y, of the middle from where the pin left it
+        found[k] = 1 + axis - turn / scale * moved, (1 - 2 * SIDES.index(side)) * turn / half[1]
     return found
 
 
@@ -139,7 +155,7 @@ def _mesh(robot: Robot, joint: str | int, half: tuple[float, float]) -> Any:
     return mesh
 
 
-def _energy(space: Any, matrix: Solid, wall: Wall, load: Any, scale: float) -> Any:
+def _energy(space: Any, matrix: Solid, wall: Wall, load: Any, side: str, scale: float) -> Any:
     """Energy of half a section per length, in Pa mm^2."""
     import ngsolve as ngs
 
@@ -157,7 +173,7 @@ def _energy(space: Any, matrix: Solid, wall: Wall, load: Any, scale: float) -> A
     Fs = in_plane(ngs.grad(uy).Trace(), ngs.grad(uz).Trace())
     outward = ngs.specialcf.normal(2)
     # Netgen turns the normals of a plane mesh' edges as its curves run: the channels' area must come out positive.
-    sign = 1.0 if ngs.Integrate(-ngs.x * outward[0] * ngs.ds("wall_left"), space.mesh) > 0 else -1.0
+    sign = 1.0 if ngs.Integrate(-ngs.x * outward[0] * ngs.ds(f"wall_{side}"), space.mesh) > 0 else -1.0
     normal = sign * outward
     around = Fs * ngs.CF((-normal[1], normal[0]))
     Caa, Chh = stretch * stretch, ngs.InnerProduct(around, around)
@@ -165,5 +181,5 @@ def _energy(space: Any, matrix: Solid, wall: Wall, load: Any, scale: float) -> A
     energy += ngs.Variation(walls.Compile() * ngs.ds("wall_.*"))
     # Volume per length at rest: the stretch integrated over the channel, as a flux of its antiderivative along y.
     flux = ((1 + axis) * y - turn / (2 * scale) * y * y) * (Fs[1, 1] * normal[0] - Fs[1, 0] * normal[1])
-    energy += ngs.Variation((load * flux).Compile() * ngs.ds("wall_left"))
+    energy += ngs.Variation((load * flux).Compile() * ngs.ds(f"wall_{side}"))
     return energy

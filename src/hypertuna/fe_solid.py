@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError, shown
 from hypertuna.silicone import Mooney
 
 __all__ = [
@@ -44,9 +44,8 @@ class Solid:
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:
-            raise InputError(
-                "must be a law that exists", key="law", value=shown(self.law), fix=did_you_mean(self.law, LAWS)
-            )
+            fix = f"use one of {', '.join(LAWS)}; linear is Hooke's"
+            raise InputError("must be a law that exists", key="law", value=shown(self.law), fix=fix)
         if not 0 <= self.poisson < 0.5:
             fix = "0.475 to 0.499 stand for silicone"
             raise InputError("must be at least 0 and below 0.5", key="poisson", value=shown(self.poisson), fix=fix)

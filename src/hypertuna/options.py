@@ -22,14 +22,18 @@ __all__ = [
     "BACKWARD",
     "MEDIA",
     "Amplitude",
+    "AsJson",
     "Bias",
     "Bore",
     "Frequency",
+    "Joint",
     "Medium",
     "Name",
     "Named",
     "Phase",
+    "Pressure",
     "Seed",
+    "Side",
     "Temperature",
     "celsius",
     "check_beats",
@@ -53,6 +57,15 @@ STANDS = 0.01  # 1/s: below so many body lengths a robot stands, and a cost per 
 BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
 
 Name = Annotated[str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")]
+Joint = Annotated[str, typer.Option("--joint", help="Name of the joint group, or its number from the head.")]
+Pressure = Annotated[
+    str, typer.Option("--pressure", help="Rising gauge pressures in kPa: numbers or start:stop:count.")
+]
+Side = Annotated[
+    str,
+    typer.Option("--side", help="Side that has the pressure, left or right; bends toward it are positive."),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 Named = Annotated[str | None, typer.Option("--gait", help="A gait of the robot's file; the options below change it.")]
 Frequency = Annotated[str | None, typer.Option("--frequency", help="Beat frequency in Hz.")]
 Amplitude = Annotated[str | None, typer.Option("--amplitude", help=f"Amplitude in degrees, {GROUP}.")]
@@ -60,10 +73,10 @@ Phase = Annotated[str | None, typer.Option("--phase", help=f"Lag behind the firs
 Bias = Annotated[str | None, typer.Option("--bias", help=f"Mean angle in degrees, {GROUP}.")]
 Medium = Annotated[str, typer.Option("--medium", help="water or air.")]
 Temperature = Annotated[
-    str | None, typer.Option("--temperature", help="Temperature of the oil in C.  [default: the robot's]")
+    str | None, typer.Option("--temperature", help="Temperature of the oil in C. (default: the robot's)")
 ]
 Bore = Annotated[
-    str | None, typer.Option("--line-bore", help="Inner diameter of all oil lines in mm.  [default: the robot's]")
+    str | None, typer.Option("--line-bore", help="Inner diameter of all oil lines in mm. (default: the robot's)")
 ]
 Seed = Annotated[str, typer.Option("--seed", help="Seed of the sensors' noise.")]
 
@@ -232,13 +245,15 @@ def choice(value: str, known: tuple[str, ...], key: str) -> str:
     return value
 
 
-def pressures(text: str) -> list[float]:
+def pressures(text: str, most: int = MOST_PRESSURES) -> list[float]:
     """Read pressures: every part of the list in turn.
 
     Parameters
     ----------
     text : str
         Of ``--pressure``: numbers or start:stop:count, separated by commas [kPa].
+    most : int
+        Largest number of them.
 
     Returns
     -------
@@ -258,8 +273,8 @@ def pressures(text: str) -> list[float]:
             rule = f"must be at most {HIGHEST_PRESSURE / 1e3:g}"
             raise InputError(rule, key=key, value=f"{largest:g}", fix="give it in kPa")
         found += values
-        if len(found) > MOST_PRESSURES:
-            rule, fix = f"must be at most {MOST_PRESSURES} pressures", "ask for fewer; a hundred draw a smooth curve"
+        if len(found) > most:
+            rule, fix = f"must be at most {most} pressures", f"ask for fewer; {min(most // 2, 100)} draw a smooth curve"
             raise InputError(rule, key="--pressure", value=f"{len(found)}", fix=fix)
     return found
 

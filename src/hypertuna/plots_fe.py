@@ -13,6 +13,7 @@ from hypertuna.style import FAINT, POINTS, TIGHT, WIDTH, styled
 __all__ = ["plot_fe_bend"]
 
 KILO, MILLILITER = 1e3, 1e-6
+NARROW = 6.0  # inch: below, the legend's texts stand one below the other
 DASHED = (0, (5, 2))
 
 
@@ -37,7 +38,7 @@ def plot_fe_bend(
         Oil that the drive units of that side have taken in since rest [m^3]; without it there is one panel.
     title : str
     analytic : tuple of array_like, shape (m,), optional
-        The same three of the analytic model.
+        The same three of the analytic model, with friction and on the way up.
     published : tuple of float, optional
         Pressure and angle of a published point [Pa, rad].
     width : float
@@ -61,12 +62,13 @@ def plot_fe_bend(
         _curves(panels[1], np.asarray(oil) / MILLILITER, x, other)
         panels[1].set(xlabel="oil taken in [ml]", ylabel="gauge pressure [kPa]", xlim=(0, None), ylim=(0, None))
     figure.suptitle(title, x=0.01, ha="left", fontsize=9.5, fontweight="bold")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=3, **TIGHT)
+    columns = 3 if width >= NARROW else 1
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=columns, **TIGHT)
     return figure
 
 
 def _curves(axes: Axes, x: ArrayLike, y: ArrayLike, analytic: tuple[ArrayLike, ArrayLike] | None) -> None:
     """Draw finite elements as a line with points, the analytic model dashed."""
     if analytic is not None:
-        axes.plot(*analytic, color=FAINT, lw=1.2, ls=DASHED, label="analytic model")
+        axes.plot(*analytic, color=FAINT, lw=1.2, ls=DASHED, label="analytic model (friction, on the way up)")
     axes.plot(x, y, "o-", color=COLORS[1], label="finite elements", zorder=3, **POINTS)

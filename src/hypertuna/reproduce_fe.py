@@ -18,7 +18,6 @@ from hypertuna.fe_bend import fe_bend
 from hypertuna.fe_model import FeOptions
 from hypertuna.fe_record import bend_record
 from hypertuna.ledger import Finding, data_folder
-from hypertuna.plots_fe import plot_fe_bend
 from hypertuna.report import WIDTH, Picture, Section, Table
 from hypertuna.soft_joint import drive_unit, joint_group
 
@@ -88,7 +87,7 @@ class Solved:
     @property
     def r_squared(self) -> float:
         """How near to a line the bend is over 100 to 250 kPa, as tested: coefficient of determination [1]."""
-        return straightness(self.pressure, self.angle, 100e3, 250e3)
+        return straightness(self.pressure, self.angle)
 
     @property
     def difference(self) -> Array:
@@ -353,16 +352,17 @@ def _shape(joint: str, png: bytes, one: Solved) -> Picture:
 
 
 def _curve(joint: str, one: Solved) -> Picture:
-    """Draw a joint's bend over the pressure."""
+    """Draw a joint's bend over the pressure; what draws is imported only now, because that takes long."""
+    from hypertuna.plots_fe import plot_fe_bend
+
     fine = np.linspace(0, one.pressure[-1], 51)
     beside = bend(one.robot, joint, fine)
-    group = next(group for group in one.robot.joints if group.name == joint)
-    known = group.pressure_max is not None and group.bend_max is not None
+    most, farthest = next((g.pressure_max, g.bend_max) for g in one.robot.joints if g.name == joint)
     figure = plot_fe_bend(
         one.pressure,
         one.angle,
         analytic=(fine, beside.angle, beside.volume),
-        published=(group.pressure_max, group.bend_max) if known else None,  # type: ignore[arg-type]
+        published=None if most is None or farthest is None else (most, farthest),
         width=WIDTH,
     )
     shows = f"Bend of joint {joint} over the pressure of one side: {FE}, the analytic model, and as published."

@@ -36,28 +36,29 @@ def version() -> str:
     return importlib.metadata.version("hypertuna")
 
 
-def provenance(robot: Robot) -> dict[str, str]:
+def provenance(robot: Robot, *, water: bool = True) -> dict[str, str]:
     """Say what made a result: attributes for every dataset and file.
 
     Parameters
     ----------
     robot : Robot
+    water : bool
+        Whether the robot's model of body and water had a part in it.
 
     Returns
     -------
     dict of str
         Version, instruction set, robot and its hash, choice of model.
     """
-    return {
+    made = {
         "hypertuna_version": version(),
         "isa": _core.isa(),
         "robot": robot.name,
         "robot_file": robot.file,
         "robot_hash": robot.hash,
-        "water": robot.model.water,
-        "joints": robot.model.joints,
-        "areas": robot.model.areas,
     }
+    model = robot.model
+    return made | ({"water": model.water, "joints": model.joints, "areas": model.areas} if water else {})
 
 
 def dataset(variables: Mapping[str, Any], coordinates: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:

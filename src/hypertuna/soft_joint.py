@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
 from hypertuna.description import Robot
-from hypertuna.errors import InputError, did_you_mean, whole
+from hypertuna.errors import InputError, did_you_mean, shown, whole
 from hypertuna.schema import JointGroup
 from hypertuna.schema_actuator import Actuator, DriveUnit, Material, MaterialSet, Reduced
 from hypertuna.silicone import Mooney
@@ -123,7 +123,8 @@ def mooney(robot: Robot, material: str, material_set: str | None = None) -> Moon
     """
     name = material_set or drive_unit(robot).material_set
     if name not in MATERIAL_SETS:
-        raise InputError("must be a set that exists", key="material", value=name, fix=did_you_mean(name, MATERIAL_SETS))
+        fix = did_you_mean(name, MATERIAL_SETS)
+        raise InputError("must be a set that exists", key="material", value=shown(name), fix=fix)
     if material not in robot.materials:
         fix = did_you_mean(material, robot.materials)
         raise InputError("is not a material of [materials]", file=robot.file or None, key=material, fix=fix)

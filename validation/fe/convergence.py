@@ -5,8 +5,8 @@ python validation/fe/convergence.py JOINT MESH     one row, added to the file
 MESH is coarse, medium, fine, paper, or one of the first three without the mixed form: "fine displacement".
 
 The shipped description by third-order elements; "paper" takes second-order elements and a mesh of about as many
-tetrahedra as the paper's (section III.B: 37,648 for joint I, 10,965 for joint II), of the half body; for these the mixed
-form is not known to be stable (fe_mixed.py), so they go without.
+tetrahedra as the paper's (section III.B: 37,648 for joint I, 10,965 for joint II), of the half body; the mixed form asks
+for the third order, so that it goes without.
 """
 
 from __future__ import annotations

@@ -50,11 +50,9 @@ def lengths(robot: ht.Robot, joint: str, mesh: str) -> Iterator[str]:
             yield f"| {pair[0]} kPa | {pair[1]} kPa | {ended.text} |"
             return
         seen = measure(model)
-        turn = np.array([math.cos(seen.angle), math.sin(seen.angle)])
-        chord = float(np.linalg.norm(np.array(seen.tip) - model.body.plate * turn))
-        length = 1e3 * chord / np.sinc(seen.angle / (2 * np.pi))  # of the arc
+        shape = f"{math.degrees(seen.angle):.2f}° | {1e3 * seen.length:.2f} mm"
         oil = " | ".join(f"{1e6 * volume:.3f} ml" for volume in seen.volume)
-        yield f"| {pair[0]} kPa | {pair[1]} kPa | {math.degrees(seen.angle):.2f}° | {length:.2f} mm | {oil} |"
+        yield f"| {pair[0]} kPa | {pair[1]} kPa | {shape} | {oil} |"
 
 
 def fits(found: Sequence[ReducedJoint]) -> Iterator[str]:
