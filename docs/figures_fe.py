@@ -90,7 +90,7 @@ def family_table() -> str:
     body = []
     for row in _family()["family"]:
         unit = (f"{row['outer_mm']:g} × {row['inner_mm']:g}", f"{row['braid_deg']:g}")
-        levers = f"{row['lever_i_mm']:g}, {row['lever_ii_mm']:g}"
+        levers = f"{row['lever_i_mm']:.1f}, {row['lever_ii_mm']:.1f}"
         bends = [f"{row[f'bend_{joint}_deg']:.1f}, {row[f'r_squared_{joint}']:.3f}" for joint in ("i", "ii")]
         body.append([*unit, levers, *bends, f"{row['blocked_force_n']:.1f}"])
     head = ["hose [mm]", "braid [deg]", "levers [mm]", "I: [deg], R²", "II: [deg], R²", "blocked force [N]"]

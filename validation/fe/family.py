@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 import hypertuna as ht
 from hypertuna.description import Robot
@@ -23,34 +25,25 @@ from hypertuna.soft_joint import drive_unit, muscle
 
 FISH = ht.load("hypertuna-fe")
 PRESSURE = np.array([100e3, 150e3, 200e3, 250e3])
-# Outer and inner diameter [mm], braid [deg], levers of joint I and II [mm]: a section bends as far as the shipped one.
-DESIGNS = (
-    (5.0, 3.6, 34, 10.09, 6.3),
-    (5.0, 3.8, 36, 12.0, 7.67),
-    (4.5, 3.4, 34, 11.69, 6.99),
-    (5.5, 3.6, 36, 10.66, 7.16),
+UNITS = (  # other drive units: diameters [mm], braid [deg]
+    (5.0, 3.6, 34),
+    (5.0, 3.8, 36),
+    (4.5, 3.4, 34),
+    (5.5, 3.6, 36),
 )
+RANGE = (0.8, 1.3)  # of their levers over the shipped ones
+CLOSE = 5e-6  # m, of a lever
 LITTLE = 0.02
 POISSON = (0.475, 0.49, 0.499)
 
 
-def shipped() -> tuple[float, ...]:
-    """The design of the description, in the units of `DESIGNS`."""
-    unit = drive_unit(FISH)
-    lengths = (unit.outer_diameter, unit.inner_diameter, *(group.actuator.lever for group in FISH.joints))
-    outer, inner, *levers = (round(1e3 * length, 6) for length in lengths)
-    return (outer, inner, round(math.degrees(unit.braid_angle), 6), *levers)
-
-
-def changed(unit: dict[str, float], levers: tuple[float | None, float | None] = (None, None)) -> Robot:
-    """The shipped fish with another drive unit and other levers [SI]."""
+def with_levers(fish: Robot, levers: Sequence[float | None]) -> Robot:
+    """A fish with other levers [m], where they are not None."""
     groups = []
-    for group, lever in zip(FISH.joints, levers, strict=True):
+    for group, lever in zip(fish.joints, levers, strict=True):
         actuator = group.actuator if lever is None else group.actuator.model_copy(update={"lever": lever})
         groups.append(group.model_copy(update={"actuator": actuator}))
-    return FISH.model_copy(
-        update={"drive_unit": drive_unit(FISH).model_copy(update=unit), "joints": tuple(groups)},
-    )
+    return fish.model_copy(update={"joints": tuple(groups)})
 
 
 def bent(fish: Robot, joint: str, poisson: float = FeOptions().poisson) -> tuple[float, float]:
@@ -59,20 +52,40 @@ def bent(fish: Robot, joint: str, poisson: float = FeOptions().poisson) -> tuple
     return math.degrees(angle[-1]), float(np.corrcoef(PRESSURE, angle)[0, 1] ** 2)
 
 
+def lever(fish: Robot, joint: int, bend_deg: float) -> float:
+    """Lever [m] at which a section of another drive unit bends so far at 250 kPa."""
+
+    def over(lever: float) -> float:
+        levers = tuple(lever if k == joint else None for k in range(2))
+        return bent(with_levers(fish, levers), FISH.joints[joint].name)[0] - bend_deg
+
+    low, high = (share * FISH.joints[joint].actuator.lever for share in RANGE)
+    return float(brentq(over, low, high, xtol=CLOSE))
+
+
 def family() -> list[dict[str, Any]]:
-    """The designs, with what they differ in."""
-    rows = []
-    for outer, inner, braid, one, two in (shipped(), *DESIGNS):
-        unit = {"outer_diameter": outer / 1e3, "inner_diameter": inner / 1e3, "braid_angle": math.radians(braid)}
-        fish = changed(unit, (one / 1e3, two / 1e3))
-        row = {"outer_mm": outer, "inner_mm": inner, "braid_deg": braid, "lever_i_mm": one, "lever_ii_mm": two}
-        for joint, name in (("I", "i"), ("II", "ii")):
-            row[f"bend_{name}_deg"], row[f"r_squared_{name}"] = bent(fish, joint)
-        at_rest = muscle(fish, friction=False).at(np.ones(1), pressure=250e3)
-        row["blocked_force_n"] = float(at_rest["pull"][0])
-        rows.append(row)
-        print(row, flush=True)
+    """The shipped drive unit, and others with levers by which sections bend as far."""
+    unit = drive_unit(FISH)
+    rows = [told(FISH)]
+    for outer, inner, braid in UNITS:
+        sizes = {"outer_diameter": outer / 1e3, "inner_diameter": inner / 1e3, "braid_angle": math.radians(braid)}
+        fish = FISH.model_copy(update={"drive_unit": unit.model_copy(update=sizes)})
+        levers = tuple(lever(fish, joint, rows[0][f"bend_{name}_deg"]) for joint, name in enumerate(("i", "ii")))
+        rows.append(told(with_levers(fish, levers)))
     return rows
+
+
+def told(fish: Robot) -> dict[str, Any]:
+    """What a design is, and how its sections bend."""
+    unit = drive_unit(fish)
+    row: dict[str, Any] = {"outer_mm": 1e3 * unit.outer_diameter, "inner_mm": 1e3 * unit.inner_diameter}
+    row["braid_deg"] = math.degrees(unit.braid_angle)
+    for group, name in zip(fish.joints, ("i", "ii"), strict=True):
+        row[f"lever_{name}_mm"] = 1e3 * group.actuator.lever
+        row[f"bend_{name}_deg"], row[f"r_squared_{name}"] = bent(fish, group.name)
+    row["blocked_force_n"] = float(muscle(fish, friction=False).at(np.ones(1), pressure=250e3)["pull"][0])
+    print(row, flush=True)
+    return row
 
 
 def sensitivity() -> list[dict[str, Any]]:
@@ -80,10 +93,11 @@ def sensitivity() -> list[dict[str, Any]]:
     unit, rows = drive_unit(FISH), []
     names = {"outer_diameter": "outer diameter", "inner_diameter": "inner diameter", "braid_angle": "braid angle"}
     for key, name in names.items():
-        fishes = [changed({key: getattr(unit, key) * (1 + sign * LITTLE)}) for sign in (-1, 1)]
+        units = [unit.model_copy(update={key: getattr(unit, key) * (1 + sign * LITTLE)}) for sign in (-1, 1)]
+        fishes = [FISH.model_copy(update={"drive_unit": other}) for other in units]
         rows.append(_slope(name, fishes))
     levers = [group.actuator.lever for group in FISH.joints]
-    rows.append(_slope("lever", [changed({}, tuple((1 + s * LITTLE) * w for w in levers)) for s in (-1, 1)]))
+    rows.append(_slope("lever", [with_levers(FISH, [(1 + s * LITTLE) * w for w in levers]) for s in (-1, 1)]))
     for material, name in ((unit.hose, "modulus of the hose"), (unit.matrix, "modulus of the matrix")):
         fishes = []
         for sign in (-1, 1):
@@ -116,6 +130,6 @@ def _slope(name: str, fishes: list[Robot]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    told = {"sensitivity": sensitivity(), "poisson": compressed(), "family": family()}
+    found = {"sensitivity": sensitivity(), "poisson": compressed(), "family": family()}
     path = Path(__file__).with_suffix(".json")
-    path.write_text(json.dumps(told, indent=2) + "\n")
+    path.write_text(json.dumps(found, indent=2) + "\n")
