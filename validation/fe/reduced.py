@@ -1,12 +1,14 @@
 """Twin with joints of finite elements: reduces the joints of a robot, and swims it with analytic and reduced ones.
 
-Run: python validation/fe/reduced.py [ROBOT] [--mesh MESH] [--keep FOLDER], an hour for both joints on the mesh coarse;
-points in FOLDER are not solved again. Prints the tables of docs/fe.md and writes FOLDER/ROBOT-reduced.toml.
+Run: python validation/fe/reduced.py [ROBOT] [--mesh MESH] [--keep FOLDER], half an hour a joint on the mesh coarse;
+points in FOLDER are not solved again. Stores the tables of docs/fe.md in reduced-ROBOT.json beside this file, and
+writes FOLDER/ROBOT-reduced.toml.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -19,6 +21,7 @@ from hypertuna.console import progress_bar
 from hypertuna.fe_measure import measure
 from hypertuna.fe_model import FeOptions, equilibrium, fe_model
 from hypertuna.fe_reduced import ReducedJoint, reduce_joint, with_reduced
+from hypertuna.results import provenance
 from hypertuna.robot_file import write_robot
 from hypertuna.twin import twin
 from hypertuna.twin_run import TwinRun
@@ -39,27 +42,25 @@ def reduced_joints(robot: ht.Robot, mesh: str, keep: Path) -> list[ReducedJoint]
     return found
 
 
-def lengths(robot: ht.Robot, joint: str, mesh: str) -> Iterator[str]:
+def lengths(robot: ht.Robot, joint: str, mesh: str) -> Iterator[list[str]]:
     """Show that the sum of the pressures shortens a joint, and their difference bends it."""
-    yield "| left | right | bend | length | oil, left | oil, right |"
-    yield "|---:|---:|---:|---:|---:|---:|"
+    yield ["left", "right", "bend", "length", "oil, left", "oil, right"]
     model = fe_model(robot, joint, FeOptions(mesh=mesh))
     for pair in PAIRS:
         ended = equilibrium(model, pressure=(1e3 * pair[0], 1e3 * pair[1]))
         if not ended.converged:
-            yield f"| {pair[0]} kPa | {pair[1]} kPa | {ended.text} |"
+            yield [f"{pair[0]} kPa", f"{pair[1]} kPa", ended.text]
             return
         seen = measure(model)
-        shape = f"{math.degrees(seen.angle):.2f}° | {1e3 * seen.length:.2f} mm"
-        oil = " | ".join(f"{1e6 * volume:.3f} ml" for volume in seen.volume)
-        yield f"| {pair[0]} kPa | {pair[1]} kPa | {shape} | {oil} |"
+        shape = (f"{math.degrees(seen.angle):.2f}°", f"{1e3 * seen.length:.2f} mm")
+        oil = (f"{1e6 * volume:.3f} ml" for volume in seen.volume)
+        yield [f"{pair[0]} kPa", f"{pair[1]} kPa", *shape, *oil]
 
 
-def fits(found: Sequence[ReducedJoint]) -> Iterator[str]:
+def fits(found: Sequence[ReducedJoint]) -> Iterator[list[str]]:
     """What the tables leave of the points."""
     heads = ("moment, rms", "of couples not fitted", "volume, rms", "own compliance", "of the other side")
-    yield f"| joint | points | to | {' | '.join(heads)} |"
-    yield "|---|---:|---:|---:|---:|---:|---:|---:|"
+    yield ["joint", "points", "to", *heads]
     for joint in found:
         fit, left, new = joint.potential, joint.left, joint.left_new
         cells = (
@@ -71,13 +72,12 @@ def fits(found: Sequence[ReducedJoint]) -> Iterator[str]:
             f"{1e12 * fit.compliance:.1f}e-12 m³/Pa",
             f"{1e12 * fit.cross:.1f}e-12 m³/Pa",
         )
-        yield f"| {joint.joint} | {' | '.join(cells)} |"
+        yield [joint.joint, *cells]
 
 
-def tables(robot: ht.Robot, reduced: ht.Robot) -> Iterator[str]:
+def tables(robot: ht.Robot, reduced: ht.Robot) -> Iterator[list[str]]:
     """Compare stiffness, volume per angle and bend of one side of the two tables."""
-    yield "| joint | table | moment at 10° | dV/dα at rest | at 10° | bend at 250 kPa |"
-    yield "|---|---|---:|---:|---:|---:|"
+    yield ["joint", "table", "moment at 10°", "dV/dα at rest", "at 10°", "bend at 250 kPa"]
     for ours, other in zip(joint_tables(robot), joint_tables(reduced), strict=True):
         for name, table in (("analytic", ours), ("reduced", other)):
             at = table.at(np.radians([0, 10]))
@@ -85,25 +85,24 @@ def tables(robot: ht.Robot, reduced: ht.Robot) -> Iterator[str]:
             load = table.at(angle)
             excess = load["elastic"] + 250e3 * load["slope"][:, 0]
             free = float(np.interp(0, -excess, angle))
-            slopes = " | ".join(f"{1e6 * slope:.2f} ml/rad" for slope in at["slope"][:, 0])
-            yield f"| {ours.name} | {name} | {-at['elastic'][1]:.3f} N m | {slopes} | {math.degrees(free):.1f}° |"
+            slopes = (f"{1e6 * slope:.2f} ml/rad" for slope in at["slope"][:, 0])
+            yield [ours.name, name, f"{-at['elastic'][1]:.3f} N m", *slopes, f"{math.degrees(free):.1f}°"]
 
 
-def runs(robot: ht.Robot, reduced: ht.Robot) -> Iterator[str]:
+def runs(robot: ht.Robot, reduced: ht.Robot) -> Iterator[list[str]]:
     """Swim with either."""
-    yield "| gait | joints | I | II | speed | largest pressure I, II | electrical power |"
-    yield "|---|---|---:|---:|---:|---:|---:|"
+    yield ["gait", "joints", "I", "II", "speed", "largest pressure I, II", "electrical power"]
     for name in GAITS:
         for kind, fish in (("analytic", robot), ("reduced", reduced)):
             run: TwinRun = twin(fish, ht.named_gait(fish, name), duration=10, start="swimming")
-            swing = " | ".join(f"{angle:.1f}°" for angle in np.degrees(run.swing))
+            swing = (f"{angle:.1f}°" for angle in np.degrees(run.swing))
             most = run.pressure_max.reshape(-1, 2).max(axis=1) / 1e3
             pressure = f"{most[0]:.0f}, {most[1]:.0f} kPa"
-            yield f"| {name} | {kind} | {swing} | {run.speed:.3f} m/s | {pressure} | {run.power:.1f} W |"
+            yield [f"`{name}`", kind, *swing, f"{run.speed:.3f} m/s", pressure, f"{run.power:.1f} W"]
 
 
 def main() -> None:
-    """Read the command line and print the tables."""
+    """Read the command line, solve, and store the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("robot", nargs="?", default="hypertuna-fe")
     parser.add_argument("--mesh", default="coarse")
@@ -117,8 +116,16 @@ def main() -> None:
         reduced = with_reduced(reduced, joint)
     write_robot(reduced, asked.keep / f"{robot.name}-reduced.toml", note="reduced, see [sources]")
     last = robot.joints[-1].name
-    for lines in (lengths(robot, last, asked.mesh), fits(found), tables(robot, reduced), runs(robot, reduced)):
-        print("\n" + "\n".join(lines))
+    stored = {
+        "made by": provenance(robot) | vars(FeOptions(mesh=asked.mesh)),
+        "lengths": list(lengths(robot, last, asked.mesh)),
+        "fits": list(fits(found)),
+        "tables": list(tables(robot, reduced)),
+        "runs": list(runs(robot, reduced)),
+    }
+    path = Path(__file__).with_name(f"reduced-{robot.name}.json")
+    path.write_text(json.dumps(stored, indent=1, ensure_ascii=False) + "\n")
+    print(path.read_text())
 
 
 if __name__ == "__main__":
