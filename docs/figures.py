@@ -530,7 +530,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
 }
 
 # Other pages have a module of their own.
-for part in ("figures_actuator.py", "figures_bench.py", "figures_fe.py"):
+for part in ("figures_actuator.py", "figures_bench.py", "figures_fe.py", "figures_turn.py"):
     made = runpy.run_path(str(ROOT / "docs" / part))
     TABLES |= made["TABLES"]
     PICTURES |= made["PICTURES"]

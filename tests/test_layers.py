@@ -42,6 +42,7 @@ LAYERS = (
         "identify",
         "posterior",
     ),
+    "turn",
     *("space", "limits", "objective", "robust", "optimizers", "walk", "descents", "optimum", "optimize", "experiment"),
     *("evolution", "polish", "pareto"),
     *("silicone", "soft_joint", "actuator"),

@@ -97,7 +97,7 @@ def test_range_is_contradicted_by_the_papers_own_numbers(ledger: Ledger) -> None
 def test_turning(ledger: Ledger) -> None:
     fish = ht.load("hypertuna").using(joints="bandwidth")
     swim = ht.swim(fish, named_gait(fish, "turning"))
-    entry = found(ledger, "turning/radius", OURS)
+    entry = found(ledger, "turning/radius-bl", OURS)
     assert entry.computed == pytest.approx(swim.turn_radius / fish.body.length)
     assert "tail first" in entry.note
     assert swim.speed < 0
@@ -212,7 +212,7 @@ def test_computed_among_others(ledger: Ledger) -> None:
         ("range/battery", 21.0, "reproduced"),
         ("range/battery", 20.0, "contradicted"),
         ("range/battery", None, "not-computed"),
-        ("turning/radius", float("inf"), "not-computed"),
+        ("turning/radius-bl", float("inf"), "not-computed"),
     ],
 )
 def test_verdicts_follow_from_numbers(key: str, computed: float | None, verdict: str) -> None:

@@ -25,6 +25,7 @@ from hypertuna.cli_reproduce import reproduce_command
 from hypertuna.cli_robot import robot_app
 from hypertuna.cli_swim import sweep_command, swim_command
 from hypertuna.cli_trials import trials_app
+from hypertuna.cli_turn import turn_command
 from hypertuna.cli_twin import twin_command
 from hypertuna.console import print_json
 from hypertuna.errors import InputError
@@ -40,6 +41,7 @@ app = typer.Typer(
 app.command("swim")(swim_command)
 app.command("sweep")(sweep_command)
 app.command("replay")(replay_command)
+app.command("turn")(turn_command)
 app.command("twin")(twin_command)
 app.command("posture-test")(posture_command)
 app.command("identify")(identify_command)
