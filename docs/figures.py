@@ -38,6 +38,7 @@ from hypertuna.gait import named_gait
 from hypertuna.ledger import published
 from hypertuna.limits import gait_limits
 from hypertuna.manifest import reference as manifest_keys
+from hypertuna.mission_file import reference as mission_keys
 from hypertuna.objective import OBJECTIVES
 from hypertuna.optimize import METHODS, Optimum, optimize
 from hypertuna.pareto import Front, pareto
@@ -407,6 +408,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "steady example": lambda: quoted("tank/tank.csv", "text", 5),
     "manifest example": lambda: quoted("tank/tank.toml", "toml"),
     "manifest keys": manifest_keys,
+    "mission keys": mission_keys,
     "ledger": ledger_table,
     "speeds": speeds_table,
     "errors": error_table,
