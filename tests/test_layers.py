@@ -43,7 +43,7 @@ LAYERS = (
         "identify",
         "posterior",
     ),
-    *("turn", "mission", "mission_file", "gpx", "mission_record", "mcap_log"),
+    *("turn", "attitude", "mission", "mission_file", "mission_record", "gpx", "log_fields", "mcap_log", "mcap_read"),
     *("space", "limits", "objective", "robust", "optimizers", "walk", "descents", "optimum", "optimize", "experiment"),
     *("evolution", "polish", "pareto"),
     *("silicone", "soft_joint", "actuator"),
