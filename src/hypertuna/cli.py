@@ -15,6 +15,7 @@ from hypertuna.cli_bend import bend_command
 from hypertuna.cli_experiment import ask_command, tell_command
 from hypertuna.cli_fe import fe_app
 from hypertuna.cli_identify import identify_command
+from hypertuna.cli_log import log_app
 from hypertuna.cli_optimize import optimize_app
 from hypertuna.cli_pareto import pareto_command
 from hypertuna.cli_posture import posture_command
@@ -55,6 +56,7 @@ app.add_typer(actuator_app, name="actuator")
 app.add_typer(fe_app, name="fe")
 app.command("pump")(pump_command)
 app.command("range")(range_command)
+app.add_typer(log_app, name="log")
 app.add_typer(robot_app, name="robot")
 app.add_typer(trials_app, name="trials")
 
