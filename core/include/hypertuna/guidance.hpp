@@ -80,7 +80,7 @@ struct Guidance {
     Steering<T> steering;
     T surface_depth;                              // m above which the robot counts as at the surface
     T fence_margin;                               // m
-    T error_most, error_enough, error_lost;       // m: come up, good enough, home
+    T error_most, error_near, error_lost;         // m: come up, good enough, home
     T fixes;                                      // that are enough
     T patience, retry;                            // s at the surface without a fix; s until the next attempt
     T lost_after;                                 // s without a sensor
@@ -132,6 +132,7 @@ template <class T>
 GuidanceState<T> init(const Guidance<T>&, const Mission<T>& mission) {
     GuidanceState<T> state{};
     state.from = mission.start;
+    state.rising = true;  // it begins with fixes
     return state;
 }
 
@@ -214,7 +215,7 @@ void weigh_fixes(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     const T age = seconds(model, state.since_fix);
     if (state.since_fix < 1 << 30) ++state.since_fix;
     if (state.retry > 0) --state.retry;
-    const bool vague = model.error_most < at.position_error || (near_fence && model.error_enough < at.position_error);
+    const bool vague = model.error_most < at.position_error || (near_fence && model.error_near < at.position_error);
     const bool due = T(0) < mission.surface_every && mission.surface_every < age;
     if (!state.rising && state.retry == 0 && (vague || due)) {
         state.rising = true, state.fixes = 0, state.waiting = 0;
