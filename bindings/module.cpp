@@ -10,4 +10,5 @@ NB_MODULE(_core, m) {
     hypertuna::bind_hydraulics(m);
     hypertuna::bind_controller(m);
     hypertuna::bind_twin(m);
+    hypertuna::bind_body6(m);
 }
