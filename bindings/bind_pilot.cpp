@@ -40,8 +40,8 @@ static Row pilot_row(const PilotStep<double>& step, int joints) {
     row["amplitude"] = list(step.command.amplitude, joints);
     row["bias"] = list(step.command.bias, joints);
     row["fin"] = list(step.command.fin, 2);
-    row["quaternion"] = list(at.q, 4);
-    row["facing"] = list(at.facing, 3);
+    row["quaternion"] = list(&at.q.w, 4);
+    row["facing"] = list(&at.facing.x, 3);
     row["depth"] = at.depth, row["sink"] = at.sink, row["x"] = at.x, row["y"] = at.y;
     row["speed"] = at.speed, row["current"] = list(at.current, 2), row["position_error"] = at.position_error;
     row["mode"] = mode_names[int(step.mode)];

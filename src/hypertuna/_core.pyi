@@ -393,3 +393,30 @@ class Pilot:
         """
         One tick: pulses [s], command, estimate, mode and reasons. Readings have `fix` where one came.
         """
+
+def link_body_columns() -> list[str]:
+    """Columns of a link's description in space."""
+
+def fin_columns() -> list[str]:
+    """Numbers that describe the pectoral fins."""
+
+def sea_columns() -> list[str]:
+    """Numbers that describe the sea."""
+
+GRAVITY: float = 9.81
+
+def body6_acceleration(
+    model: Model,
+    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    links: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    fin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    sea: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    bend: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order="C", device="cpu", writable=False)],
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    pose: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    moment: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+) -> NDArray[numpy.float64]:
+    """
+    Accelerations (states, 6 + D) of the head (linear, then angular, in body axes) and of D coordinates, at bend (states, 2, D), twist (states, 6), pose (states, 9: position, attitude w x y z, fin angles), under moments (states, D) on the coordinates. `links`, `fin` and `sea` have the columns that the functions name.
+    """

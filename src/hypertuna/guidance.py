@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.control import controller_columns
+from hypertuna.control import controller_columns, sensor_range
 from hypertuna.description import Robot
 from hypertuna.energy import battery_columns, range_of
 from hypertuna.errors import InputError
@@ -182,7 +182,7 @@ def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, lis
         "curvature": curvature(robot, table, pilot.bias_max),
         "fin_angle_most": control.fin_max,
         **_plain(pilot),
-        **_sensed(robot, pilot),
+        **_sensed(robot),
         **_battery(robot, pilot, table),
     }
     return {**{name: [float(value)] for name, value in values.items()}, **joints, **_table_columns(table)}
@@ -204,7 +204,7 @@ def _plain(pilot: Guidance) -> dict[str, float]:
     names = (
         "gravity_rate field_rate depth_rate walk current_walk current_error factor_error factor_walk start_error "
         "heading_rate rate_gain heading_integral lookahead depth_lookahead depth_integral pitch_gain pitch_damping "
-        "surface_depth fence_margin error_near error_lost fixes patience retry compass_patience "
+        "surface_depth fence_margin error_near error_lost drift_enough patience retry compass_patience "
         "fin_least fin_after fin_alone answer_after answer_depth blind_fin overhead"
     )
     values = {name: float(getattr(pilot, name)) for name in names.split()}
@@ -224,16 +224,17 @@ def _plain(pilot: Guidance) -> dict[str, float]:
     }
 
 
-def _sensed(robot: Robot, pilot: Guidance) -> dict[str, float]:
+def _sensed(robot: Robot) -> dict[str, float]:
     """Return what the pilot knows of its sensors."""
-    depth, position = sensor_of(robot, "depth"), sensor_of(robot, "position")
+    position = sensor_of(robot, "position")
+    depth_low, depth_high = sensor_range(robot, "depth")
     return {
-        "rate_most": sensor_of(robot, "rate").high,
-        "acceleration_most": sensor_of(robot, "acceleration").high,
+        "rate_most": sensor_range(robot, "rate")[1],
+        "acceleration_most": sensor_range(robot, "acceleration")[1],
         "field_low": FIELD_BAND[0],
         "field_high": FIELD_BAND[1],
-        "depth_low": depth.low,
-        "depth_high": depth.high,
+        "depth_low": depth_low,
+        "depth_high": depth_high,
         "depth_step": DEPTH_STEP,
         "fix_noise": position.noise,
         "fix_offset": position.bias,

@@ -9,7 +9,6 @@ from pydantic import model_validator
 
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.schema_base import (
-    Count,
     NotNegative,
     Part,
     Positive,
@@ -66,7 +65,7 @@ class Guidance(Part):
     error_max: Positive = entry("error_max_m", "position error at which it comes up for a fix", "m")
     error_near: Positive = entry("error_near_m", "the same near the fence", "m")
     error_lost: Positive = entry("error_lost_m", "position error without any fix at which it goes home", "m")
-    fixes: Count = entry("fixes", "fixes to take in before it dives")
+    drift_enough: Positive = entry("drift_enough_m_s", "error of the way per second that it begins a dive with", "m/s")
     patience: Positive = entry("patience_s", "longest wait at the surface for a fix", "s")
     retry: Positive = entry("retry_s", "time until it comes up again after a wait in vain", "s")
     sensor_timeout: Positive = entry("sensor_timeout_s", "time without readings after which a sensor is lost", "s")
@@ -76,7 +75,7 @@ class Guidance(Part):
     fin_after: Positive = entry("fin_after_s", "time of such roll after which the fin is lost", "s")
     fin_alone: PositiveDegrees = entry("fin_alone_deg", "largest angle of a fin that is left alone", "deg")
     answer_after: Positive = entry(
-        "answer_after_s", "time with fins at their limit in which the depth must answer", "s"
+        "answer_after_s", "time in which the depth must answer to fins at their limit", "s"
     )
     answer_depth: Positive = entry("answer_depth_m", "change of depth that is an answer", "m")
     blind_pitch: PositiveDegrees = entry("blind_pitch_deg", "pitch on the way up without a depth", "deg")

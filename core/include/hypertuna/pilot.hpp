@@ -139,7 +139,7 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
     Guidance<T>& g = m.guidance;
     visit("surface_depth", 0, g.surface_depth), visit("fence_margin", 0, g.fence_margin);
     visit("error_most", 0, g.error_most), visit("error_near", 0, g.error_near), visit("error_lost", 0, g.error_lost);
-    visit("fixes", 0, g.fixes), visit("patience", 0, g.patience), visit("retry", 0, g.retry);
+    visit("drift_enough", 0, g.drift_enough), visit("patience", 0, g.patience), visit("retry", 0, g.retry);
     visit("lost_after", 0, g.lost_after), visit("compass_patience", 0, g.compass_patience);
     visit("fin_tilt", 0, g.fin_tilt), visit("fin_least", 0, g.fin_least), visit("fin_after", 0, g.fin_after);
     visit("fin_alone", 0, g.fin_alone), visit("answer_after", 0, g.answer_after);
