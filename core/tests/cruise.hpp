@@ -41,7 +41,7 @@ Pilot<T> test_pilot() {
     Guidance<T>& g = m.guidance;
     g.steering = test_steering<T>();
     g.surface_depth = T(0.12), g.fence_margin = T(3), g.error_most = T(12), g.error_near = T(4);
-    g.error_lost = T(40), g.drift_enough = T(0.03), g.patience = T(60), g.retry = T(180), g.lost_after = T(2);
+    g.error_lost = T(40), g.drift_enough = T(0.02), g.patience = T(60), g.retry = T(180), g.lost_after = T(2);
     g.compass_patience = T(120), g.fin_tilt = T(0.1), g.fin_least = T(0.1), g.fin_after = T(8), g.fin_alone = T(0.4);
     g.answer_after = T(25), g.answer_depth = T(0.3), g.blind_pitch = T(0.17), g.blind_fin = T(0.35), g.slow = T(0.25);
     g.battery_empty = T(12), g.battery_span = T(4.8), g.battery_drop = T(0.2), g.endurance = T(8000);

@@ -123,9 +123,9 @@ inline constexpr int fixes_refused = 5;  // in a row: then it is the estimate th
 /// A fix, if it can be believed: within five deviations, or agreed on by several that could not.
 template <class T>
 bool take_fix(const Estimator<T>& model, WayState<T>& way, const T (&fix)[2]) {
-    if (!is_finite(fix[0]) || !is_finite(fix[1])) return false;
     carry(model, way);
     const T off[2] = {fix[0] - way.at[0], fix[1] - way.at[1]};
+    if (!(abs(off[0]) < T(1e5) && abs(off[1]) < T(1e5))) return false;  // nor what is no number
     const T extra = model.fix_noise * model.fix_noise + model.fix_offset * model.fix_offset;
     const T square = off[0] * off[0] / (way.spread[0][0] + extra) + off[1] * off[1] / (way.spread[1][1] + extra);
     if (T(25) < square) {

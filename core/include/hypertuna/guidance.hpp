@@ -300,13 +300,14 @@ Corner<T> target_of(const GuidanceState<T>& state, const Mission<T>& mission) {
     return {to.x, to.y};
 }
 
-/// Distance to the fence at which to turn: more the less the position is known, but never so much that the target
-/// itself is out of bounds.
+/// Distance to the fence at which to turn: more the less the position is known. Where it is known, and on the way home,
+/// never so much that the target itself is out of bounds; else the robot keeps to the middle until a fix comes.
 template <class T>
 T margin_of(const Guidance<T>& model, const GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
+    const T margin = model.fence_margin + T(2) * at.position_error;
+    if (state.mode != Mode::home && model.error_near < at.position_error) return margin;
     const Corner<T> target = target_of(state, mission);
-    const T room = inside(mission, target.x, target.y).distance;
-    return min(model.fence_margin + T(2) * at.position_error, max(model.fence_margin, T(0.8) * room));
+    return min(margin, max(model.fence_margin, T(0.8) * inside(mission, target.x, target.y).distance));
 }
 
 /// Course over ground: to the point ahead on the leg, or home; near the fence toward its inside.
