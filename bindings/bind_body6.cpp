@@ -1,60 +1,14 @@
 /// Bindings of the body in space.
-#include "free_body.hpp"
-#include "hypertuna/body6.hpp"
+#include "hypertuna/twin6.hpp"
+#include "owned_twin.hpp"
+#include "space_body.hpp"
 
 namespace hypertuna {
-
-/// What a body has in space beyond its model, as Python hands it over.
-struct SpaceInput {
-    const Input<2>& links;  // links, columns of LinkBody
-    const Input<1>& fin;    // columns of fin.hpp
-    const Input<1>& sea;    // columns of sea.hpp
-};
-
-static void check_space(const SpaceInput& in, const Model& model) {
-    check_extent("links", in.links.shape(0), model.links);
-    check_extent("links", in.links.shape(1), link_body_column_count);
-    check_extent("fin", in.fin.shape(0), fin_column_count);
-    check_extent("sea", in.sea.shape(0), sea_column_count);
-}
-
-/// A body in space that owns its memory.
-template <class Law, int D>
-struct SpaceBody {
-    FreeBody<Law, D>& free;
-    std::vector<LinkSpace<double>> space;
-    Body6<double, Law, D> body;
-
-    SpaceBody(FreeBody<Law, D>& own, const SpaceInput& in) : free(own) {
-        const Sea<double> sea = read_sea<double>(in.sea.data());
-        const Swimmer<double, Law>& fish = free.tank.fish;
-        double length = 0, height = 0;
-        for (int i = 0; i < fish.links; ++i) {
-            const LinkBody<double> link = read_link_body<double>(in.links.data() + link_body_column_count * i);
-            space.push_back(make_link_space(link, fish.link[i], fish.water.inertia(i), sea.density));
-            length += fish.link[i].length;
-            height = std::max(height, std::abs(link.center_height) + link.height);
-        }
-        body = {free.tail, space.data(), length + height, read_fin<double>(in.fin.data()), sea};
-    }
-    SpaceBody(const SpaceBody&) = delete;
-    SpaceBody& operator=(const SpaceBody&) = delete;
-};
-
-/// A twist as a row: linear, then angular.
-static SpatialTwist<double> read_twist(const double* row) {
-    return {{row[0], row[1], row[2]}, {row[3], row[4], row[5]}};
-}
-/// A pose as a row: position, attitude w x y z, fins.
-static Pose6<double> read_pose(const double* row) {
-    return {{row[0], row[1], row[2]}, normalized(Quaternion<double>{row[3], row[4], row[5], row[6]}), {row[7], row[8]}};
-}
-inline constexpr std::size_t twist_numbers = 6, pose_numbers = 9;
 
 static Output accelerations(const Model& model, const Input<2>& share, const Input<2>& links, const Input<1>& fin,
                             const Input<1>& sea, const Input<3>& bend, const Input<2>& twist, const Input<2>& pose,
                             const Input<2>& moment) {
-    const SpaceInput in{links, fin, sea};
+    const SpaceInput in{links, fin, sea, 0};
     check_space(in, model);
     const std::size_t count = bend.shape(0), coordinates = share.shape(1);
     check_extent("bend", bend.shape(1), 2);
@@ -86,6 +40,70 @@ static Output accelerations(const Model& model, const Input<2>& share, const Inp
     return out;
 }
 
+/// One of w, x, y, z.
+static double number(const Quaternion<double>& q, int i) {
+    return i == 0 ? q.w : component(Vector<double>{q.x, q.y, q.z}, i - 1);
+}
+
+/// Columns of the head's motion in space.
+template <int D, class Space = InSpace>
+static const std::vector<TwinColumn<D, Space>> head_columns = {
+    HYPERTUNA_COLUMN("position", three, component(at.plant.pose.position, i)),
+    HYPERTUNA_COLUMN("attitude", four, number(at.plant.pose.attitude, i)),
+    HYPERTUNA_COLUMN("velocity", three, component(at.plant.xi.linear, i)),
+    HYPERTUNA_COLUMN("turn_rate", three, component(at.plant.xi.angular, i)),
+    HYPERTUNA_COLUMN("fin", two, at.plant.pose.fin[i]),
+    HYPERTUNA_COLUMN("fin_target", two, at.targets.fin[i]),
+    HYPERTUNA_COLUMN("rate_measured", three, tick.readings.robot.rate[i]),
+    HYPERTUNA_COLUMN("acceleration_measured", three, tick.readings.robot.acceleration[i]),
+    HYPERTUNA_COLUMN("charge", one, at.taken),
+};
+
+static NamedArrays run_twin6(const Model& model, const Input<2>& share, const std::vector<Input<2>>& points,
+                             const Input<2>& grid, const Input<2>& circuits, const Input<1>& hinge,
+                             const Input<1>& battery, double idle, const Input<2>& links, const Input<1>& fin,
+                             const Input<1>& sea, double antenna, const Input<1>& twist, const Input<1>& pose,
+                             const NamedColumns& controller, const NamedColumns& sensors, std::uint64_t seed,
+                             const std::vector<FaultRow>& faults, double frequency, const Input<2>& command,
+                             const Input<2>& fin_angle, double heard, int steps, std::size_t every) {
+    const PlantInput in{model, share, points, grid, circuits, hinge, battery, idle, false};
+    const SpaceInput space{links, fin, sea, antenna};
+    check_plant(in);
+    check_space(space, model);
+    check_extent("twist", twist.shape(0), twist_numbers);
+    check_extent("pose", pose.shape(0), pose_numbers);
+    check_extent("fin_angle", fin_angle.shape(1), 2);
+    if (every < 1) throw nb::value_error("every: must be one tick at least");
+    const Controller<double> pilot = read_controller<double>(controller);
+    const Sensors<double> senses = read_sensors<double>(sensors, seed);
+    check_extent("joints", pilot.joints, points.size());
+    const std::vector<Fault<double>> failing = read_faults(faults);
+    Command<double> wish = read_command(frequency, command, pilot.joints);
+    NamedArrays out;
+    with_free_body(model, share, false, [&]<class Law, int D>(FreeBody<Law, D>& own) {
+        const SpaceBody<Law, D> body(own, space);
+        OwnedTwin<Body6<double, Law, D>> owned(body.body, in, pilot.tick, steps);
+        owned.twin.controller = pilot;
+        TwinState<double, D, InSpace> start = at_rest(owned.twin);
+        start.plant.xi = read_twist(twist.data());
+        start.plant.pose = read_pose(pose.data());
+        SensorsState<double> sensing{};
+        const auto go = [&](TwinState<double, D, InSpace>& state, std::size_t k) {
+            const double time = pilot.tick * double(k);
+            wish.fresh = time < heard;
+            wish.fin[0] = fin_angle.data()[2 * k], wish.fin[1] = fin_angle.data()[2 * k + 1];
+            return twin_tick(owned.twin, state, wish, [&](PilotReadings<double> truth) {
+                const auto sensed = sense(senses, sensing, truth.robot, failing.data(), int(failing.size()), time);
+                sensing = sensed.state;
+                truth.robot = sensed.readings;
+                return truth;
+            });
+        };
+        out = record_run(owned.twin, fin_angle.shape(0), every, start, head_columns<D>, go);
+    });
+    return out;
+}
+
 template <std::size_t N>
 static std::vector<std::string> names(const char* const (&columns)[N]) {
     return {columns, columns + N};
@@ -102,6 +120,14 @@ void bind_body6(nb::module_& m) {
         "Accelerations (states, 6 + D) of the head (linear, then angular, in body axes) and of D coordinates, at bend "
         "(states, 2, D), twist (states, 6), pose (states, 9: position, attitude w x y z, fin angles), under moments "
         "(states, D) on the coordinates. `links`, `fin` and `sea` have the columns that the functions name.");
+    m.def("run_twin6", &run_twin6, nb::arg("model"), nb::arg("share"), nb::kw_only(), nb::arg("points"),
+          nb::arg("grid"), nb::arg("circuits"), nb::arg("hinge"), nb::arg("battery"), nb::arg("idle"), nb::arg("links"),
+          nb::arg("fin"), nb::arg("sea"), nb::arg("antenna"), nb::arg("twist"), nb::arg("pose"), nb::arg("controller"),
+          nb::arg("sensors"), nb::arg("seed"), nb::arg("faults"), nb::arg("frequency"), nb::arg("command"),
+          nb::arg("fin_angle"), nb::arg("heard"), nb::arg("steps"), nb::arg("every"),
+          "Run plant, sensors and controller in space from a twist and a pose under one command, rows amplitude, phase "
+          "and bias (3, joints), heard until a time, and fin angles (ticks, 2): the record of a run, one row every so "
+          "many ticks; `ticks` says how many were made.");
 }
 
 }  // namespace hypertuna

@@ -420,3 +420,36 @@ def body6_acceleration(
     """
     Accelerations (states, 6 + D) of the head (linear, then angular, in body axes) and of D coordinates, at bend (states, 2, D), twist (states, 6), pose (states, 9: position, attitude w x y z, fin angles), under moments (states, D) on the coordinates. `links`, `fin` and `sea` have the columns that the functions name.
     """
+
+def run_twin6(
+    model: Model,
+    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    points: Sequence[
+        Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)]
+    ],
+    grid: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    hinge: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    battery: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    idle: float,
+    links: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    fin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    sea: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    antenna: float,
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    controller: Mapping[str, Sequence[float]],
+    sensors: Mapping[str, Sequence[float]],
+    seed: int,
+    faults: Sequence[tuple[str, int, int, float, float]],
+    frequency: float,
+    command: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    fin_angle: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    heard: float,
+    steps: int,
+    every: int,
+) -> dict[str, NDArray[numpy.float64]]:
+    """
+    Run plant, sensors and controller in space from a twist and a pose under one command, rows amplitude, phase and bias (3, joints), heard until a time, and fin angles (ticks, 2): the record of a run, one row every so many ticks; `ticks` says how many were made.
+    """

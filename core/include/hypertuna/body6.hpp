@@ -95,9 +95,14 @@ LinkSpace<S> make_link_space(const LinkBody<S>& body, const Link<S>& link, const
 
 template <class S, class Law, int D>
 struct Body6 {
+    using Scalar = S;
+    using Space = InSpace;
+    static constexpr int coordinates = D;
+
     Tail<S, Law, D> tail;       // never clamped
     const LinkSpace<S>* space;  // one per link
     S reach;                    // m: no part of the robot is farther from the nose
+    S antenna;                  // m, height of the satellite receiver's antenna above the head's point in the plane
     Fin<S> fin;
     Sea<S> sea;
 };
@@ -118,7 +123,13 @@ struct Pose6 {
     }
 };
 
-/// Twist of the nose relative to the water at its depth, and the fins' angles, as they change.
+template <class S>
+struct HeadOf<S, InSpace> {
+    using Twist = SpatialTwist<S>;
+    using Pose = Pose6<S>;
+};
+
+/// How the pose follows a twist, which is relative to the water at the nose's depth, and the fins their targets.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE Pose6<S> pose_rate(const Body6<S, Law, D>& body, const Pose6<S>& pose, const SpatialTwist<S>& xi,
                                     const S* fin_target) {
@@ -401,6 +412,18 @@ BodyAcceleration<S, D> body6_acceleration(const Body6<S, Law, D>& body, const Be
     BodyAcceleration<S, D> out{{{load[0], load[1], load[3]}, {load[4], load[5], load[2]}}, {}};
     for (int d = 0; d < D; ++d) out.bend[d] = load[6 + d];
     return out;
+}
+
+/// What a plant asks of its body.
+template <class S, class Law, int D>
+HYPERTUNA_INLINE BodyAcceleration<S, D> body_acceleration(const Body6<S, Law, D>& body, const Bend<S, D>& bend,
+                                                          const SpatialTwist<S>& xi, const Pose6<S>& pose,
+                                                          const S (&moment)[D]) {
+    return body6_acceleration(body, bend, xi, pose, moment);
+}
+template <class S>
+HYPERTUNA_INLINE Pose6<S> tidied(const Pose6<S>& pose) {
+    return {pose.position, normalized(pose.attitude), {pose.fin[0], pose.fin[1]}};
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

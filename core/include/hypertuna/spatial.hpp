@@ -26,6 +26,10 @@ struct Vector {
 };
 
 template <class S>
+HYPERTUNA_INLINE S component(const Vector<S>& v, int i) {
+    return i == 0 ? v.x : i == 1 ? v.y : v.z;
+}
+template <class S>
 HYPERTUNA_INLINE S dot(const Vector<S>& a, const Vector<S>& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
