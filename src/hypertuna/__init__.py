@@ -12,6 +12,9 @@ from hypertuna.optimize import Optimum, optimize
 from hypertuna.pareto import Front, pareto
 from hypertuna.replay import Pose, replay, residuals, rmse
 from hypertuna.results_page import report
+from hypertuna.sea import Sea
+from hypertuna.sea_run import SeaRun
+from hypertuna.sea_twin import twin_at_sea
 from hypertuna.smoothing import SmoothSeries, smooth
 from hypertuna.sweep import Gaits, Gradient, gradient, sweep
 from hypertuna.swim import Swim, swim
@@ -33,6 +36,8 @@ __all__ = [
     "Pose",
     "Recording",
     "Robot",
+    "Sea",
+    "SeaRun",
     "SmoothSeries",
     "SteadyRun",
     "Swim",
@@ -61,5 +66,6 @@ __all__ = [
     "sweep",
     "swim",
     "twin",
+    "twin_at_sea",
     "twins",
 ]
