@@ -71,7 +71,7 @@ def test_the_track_comes_back(tmp_path: Path) -> None:
     np.testing.assert_allclose(true.time, np.arange(300), atol=1e-3)
     for track, flat, depth in (
         (true, record.data["position"][at, :2], record.depth[at]),
-        (believed, record.data["estimate_position"][at], record.data["estimate_depth"][at]),
+        (believed, record.data["position_estimated"][at], record.data["depth_estimated"][at]),
     ):
         there = to_local(record.origin, track.latitude, track.longitude)
         np.testing.assert_allclose(there, flat, atol=2e-3)  # 1e-8 deg is 1.1 mm

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.attitude import angles, rotated
+from hypertuna.frames import angles_of, rotation_of
 from hypertuna.mcap_read import Log, read_log
 from hypertuna.mission_record import COLUMNS, MissionRecord, joined, mission_from, mission_table
 from voyage import voyage
@@ -134,11 +134,11 @@ def test_messages_tell_units_in_their_keys(file: Path, record: MissionRecord) ->
     k = len(record.time) - 1
     data = record.data
     assert last["/motion"]["depth_m"] == pytest.approx(-data["position"][k, 2])
-    assert last["/motion"]["heading_deg"] == pytest.approx(np.degrees(angles(data["attitude"][k])[2]))
+    assert last["/motion"]["heading_deg"] == pytest.approx(np.degrees(angles_of(data["attitude"][k])[2]))
     assert last["/motion"]["speed_m_s"] == 0.3
     assert last["/hydraulics"]["pump_pressure_I_left_kpa"] == pytest.approx(data["pump_pressure"][k, 0] / 1e3)
     assert last["/servos"]["servo_angle_II_right_deg"] == pytest.approx(np.degrees(data["servo_angle"][k, 3]))
-    assert last["/fins"]["fin_angle_starboard_deg"] == pytest.approx(np.degrees(-0.29))
+    assert last["/fins"]["fin_starboard_deg"] == pytest.approx(np.degrees(-0.29))
     assert last["/battery"]["energy_wh"] == pytest.approx(record.energy[-1] / 3600)
     assert (last["/mode"]["mode_name"], last["/mode"]["reason_names"]) == ("surface", ["fix_due"])
 
@@ -154,8 +154,9 @@ def test_transforms_are_forward_left_up(file: Path, record: MissionRecord) -> No
     parts = dict(_wire(message.data))
     assert (parts[2], parts[3]) == (b"world", b"robot")
     x, y, z, w = (np.frombuffer(dict(_wire(parts[5])).get(k, bytes(8)))[0] for k in (1, 2, 3, 4))
-    ahead = rotated([w, x, y, z], [1.0, 0.0, 0.0])
-    np.testing.assert_allclose(ahead, rotated(record.data["attitude"][0], [-1.0, 0.0, 0.0]), atol=1e-15)
+    ahead = rotation_of(np.array([w, x, y, z])) @ [1.0, 0.0, 0.0]
+    ours = rotation_of(record.data["attitude"][0])
+    np.testing.assert_allclose(ahead, -ours[:, 0], atol=1e-15)
 
 
 # --- cut and damaged files
@@ -320,7 +321,7 @@ def test_a_record_knows_its_way(record: MissionRecord) -> None:
     [
         ({"speeed": 1}, "speeed is not a known quantity"),
         ({"depth": np.zeros(3)}, "depth is not a known quantity"),
-        ({"charge": np.zeros(3)}, r"charge must have the shape \(600,\), but is of shape \(3,\)"),
+        ({"charge_left": np.zeros(3)}, r"charge must have the shape \(600,\), but is of shape \(3,\)"),
         ({"position": None}, "position is missing"),
         ({"power": np.full(600, np.nan)}, "power must be finite, but is not at 0 s"),
     ],

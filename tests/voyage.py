@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.attitude import attitude
+from hypertuna.frames import attitude_of
 from hypertuna.mission_file import read_mission
 from hypertuna.mission_record import MissionRecord
 
@@ -31,7 +31,8 @@ def voyage(seconds: float = 300.0, rate: float = 20.0, *, bare: bool = False, se
     sway = 0.01 * np.sin(2 * np.pi * 3 * time)
     leg = np.minimum(np.searchsorted(miles, way, side="right") - 1, len(corners) - 2)
     heading = np.arctan2(*(np.diff(corners, axis=0)[leg].T))
-    pose = attitude(0.02 * np.sin(time), -0.2 * np.exp(-time / 10), heading + 0.05 * np.sin(6 * np.pi * time))
+    angles = (0.02 * np.sin(time), -0.2 * np.exp(-time / 10), heading + 0.05 * np.sin(6 * np.pi * time))
+    pose = np.array([attitude_of(roll=r, pitch=p, heading=h) for r, p, h in zip(*angles, strict=True)])
     position = np.column_stack([x + sway * np.cos(heading), y - sway * np.sin(heading), -depth])
     data: dict[str, Array] = {"position": position, "attitude": pose}
     if not bare:
@@ -60,15 +61,13 @@ def _rest(time: Array, data: dict[str, Array], leg: NDArray[Any], random: np.ran
     mode = np.where(time < 0.9 * time[-1], 1, 3)
     return {
         "velocity": np.column_stack([np.full(count, -SPEED), 0.01 * beat, np.zeros(count)]),
-        "rate": random.normal(0, 0.1, (count, 3)),
-        "water": np.full((count, 2), 0.02),
-        "estimate_position": data["position"][:, :2] + np.column_stack([error, -0.3 * error]),
-        "estimate_depth": -data["position"][:, 2] + random.normal(0, 0.01, count),
-        "estimate_attitude": data["attitude"],
-        "estimate_speed": np.full(count, SPEED),
-        "estimate_current": np.zeros((count, 2)),
+        "turn_rate": random.normal(0, 0.1, (count, 3)),
+        "position_estimated": data["position"][:, :2] + np.column_stack([error, -0.3 * error]),
+        "depth_estimated": -data["position"][:, 2] + random.normal(0, 0.01, count),
+        "attitude_estimated": data["attitude"],
+        "speed_estimated": np.full(count, SPEED),
+        "current_estimated": np.zeros((count, 2)),
         "position_error": error,
-        "fix": (np.arange(count) % 200 == 0).astype(float),
         "mode": mode.astype(float),
         "reasons": np.where(mode == 3, 4.0, 0.0),
         "leg": leg.astype(float),
@@ -79,10 +78,15 @@ def _rest(time: Array, data: dict[str, Array], leg: NDArray[Any], random: np.ran
         "pump_pressure": 1e5 * (1 + np.outer(beat, [1, -1, 0.8, -0.8])),
         "unit_pressure": 0.9e5 * (1 + np.outer(beat, [1, -1, 0.8, -0.8])),
         "fin_target": np.full((count, 2), -0.3),
-        "fin_angle": np.full((count, 2), -0.29),
+        "fin": np.full((count, 2), -0.29),
+        "fin_commanded": np.full((count, 2), -0.31),
+        "frequency_commanded": np.full(count, 3.0),
+        "bias_commanded": np.zeros((count, 2)),
+        "factor_estimated": np.ones(count),
+        "charge": energy / 16,
         "battery_voltage": 16.8 - 1e-4 * time,
         "power": power,
         "energy": energy,
-        "charge": 1 - energy / 1.7e5,
+        "charge_left": 1 - energy / 1.7e5,
         "status": (random.uniform(size=count) < 0.01).astype(float),
     }

@@ -101,10 +101,10 @@ def record_facts(record: MissionRecord) -> dict[str, Any]:
         "depth_max_m": float(record.depth.max()),
         "energy_wh": float(record.energy[-1]) / HOUR,
     }
-    if "charge" in record.data:
-        told["charge_left"] = float(record.data["charge"][-1])
-    if "estimate_position" in record.data:
-        off = record.data["estimate_position"] - record.data["position"][:, :2]
+    if "charge_left" in record.data:
+        told["charge_left"] = float(record.data["charge_left"][-1])
+    if "position_estimated" in record.data:
+        off = record.data["position_estimated"] - record.data["position"][:, :2]
         told["position_off_max_m"] = float(np.hypot(*off.T).max())
     if "mode" in record.data:
         mode = int(record.data["mode"][-1])

@@ -102,9 +102,9 @@ def gpx_text(record: MissionRecord) -> str:
     seconds = np.unique(np.searchsorted(record.time, np.arange(record.time[0], record.time[-1] + 1e-9)))
     heights = record.data["position"][:, 2]
     _track(root, record.name, record, record.data["position"][:, :2], heights, seconds)
-    if {"estimate_position", "estimate_depth"} <= set(record.data):
-        believed = record.data["estimate_position"]
-        _track(root, f"{record.name}, believed", record, believed, -record.data["estimate_depth"], seconds)
+    if {"position_estimated", "depth_estimated"} <= set(record.data):
+        believed = record.data["position_estimated"]
+        _track(root, f"{record.name}, believed", record, believed, -record.data["depth_estimated"], seconds)
     ElementTree.indent(root, " ")
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 

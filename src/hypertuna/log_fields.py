@@ -32,19 +32,25 @@ BORDER = {  # units of messages, and their factor from SI
     "m/s": ("m_s", 1.0),
     "V": ("v", 1.0),
     "W": ("w", 1.0),
+    "Hz": ("hz", 1.0),
+    "C": ("ah", 1 / 3600),
     "1": ("", 1.0),
 }
 
 # What each topic of numbers has; attitude and positions in space are transforms.
 SCALARS: dict[str, tuple[str, ...]] = {
-    "/motion": ("velocity", "rate", "water"),
-    "/estimate": ("estimate_position", "estimate_depth", "estimate_speed", "estimate_current", "position_error", "fix"),
+    "/motion": ("velocity", "turn_rate"),
+    "/estimate": (
+        *("position_estimated", "depth_estimated", "speed_estimated", "current_estimated"),
+        *("factor_estimated", "position_error"),
+    ),
     "/mode": ("mode", "reasons", "leg"),
     "/joints": ("angle_set", "angle"),
     "/servos": ("servo_target", "servo_angle"),
     "/hydraulics": ("pump_pressure", "unit_pressure"),
-    "/fins": ("fin_target", "fin_angle"),
-    "/battery": ("battery_voltage", "power", "energy", "charge"),
+    "/fins": ("fin_target", "fin"),
+    "/command": ("frequency_commanded", "bias_commanded", "fin_commanded"),
+    "/battery": ("battery_voltage", "power", "energy", "charge", "charge_left"),
     "/status": ("status",),
 }
 

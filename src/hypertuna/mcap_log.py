@@ -16,8 +16,8 @@ from typing import IO, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.attitude import multiplied
 from hypertuna.errors import InputError
+from hypertuna.frames import attitude_to
 from hypertuna.geodesy import from_local
 from hypertuna.log_fields import DEGREES, DERIVED, Field, fields, schema
 from hypertuna.mission_record import MissionRecord, mission_table
@@ -30,8 +30,7 @@ Array = NDArray[np.float64]
 HOW = "pip install 'hypertuna[log]'"
 CHUNK = 64 * 1024  # bytes before compression: a few seconds of a mission
 NANO = 1_000_000_000
-HALF_TURN = np.array([0.0, 0.0, 0.0, 1.0])  # about z: from forward-left-up to our body axes, and back
-METADATA = "hypertuna"
+METADATA, ENDING = "hypertuna", "hypertuna-end"
 
 
 def need_log() -> None:
@@ -108,8 +107,16 @@ class LogWriter:
                 self._channels[topic].log(messages[k], log_time=stamp)
         self._file.flush()
 
-    def close(self) -> None:
-        """End the file with its index."""
+    def close(self, facts: Mapping[str, str] | None = None) -> None:
+        """End the file with its index.
+
+        Parameters
+        ----------
+        facts : mapping of str to str, optional
+            What is known at the end alone, such as how the mission ended.
+        """
+        if facts:
+            self._file.write_metadata(ENDING, dict(facts))
         self._file.close()
 
     def _channel(self, topic: str, told: Mapping[str, Any]) -> Any:
@@ -195,11 +202,11 @@ def _frames(record: MissionRecord) -> dict[str, list[list[float]]]:
     """Return the poses of each frame, with forward-left-up axes: x, y, z, then w, x, y, z."""
     data = record.data
     parts = {"robot": (data["position"], data["attitude"])}
-    if {"estimate_position", "estimate_depth", "estimate_attitude"} <= set(data):
-        believed = np.column_stack([data["estimate_position"], -data["estimate_depth"]])
-        parts["estimate"] = (believed, data["estimate_attitude"])
+    if {"position_estimated", "depth_estimated", "attitude_estimated"} <= set(data):
+        believed = np.column_stack([data["position_estimated"], -data["depth_estimated"]])
+        parts["estimate"] = (believed, data["attitude_estimated"])
     return {
-        child: np.concatenate([place, multiplied(attitude, HALF_TURN)], axis=1).tolist()
+        child: np.concatenate([place, attitude_to("enu", attitude)], axis=1).tolist()
         for child, (place, attitude) in parts.items()
     }
 

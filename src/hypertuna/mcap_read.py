@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.attitude import multiplied
 from hypertuna.errors import InputError
+from hypertuna.frames import attitude_from
 from hypertuna.log_fields import fields
-from hypertuna.mcap_log import HALF_TURN, METADATA, NANO, need_log
+from hypertuna.mcap_log import ENDING, METADATA, NANO, need_log
 from hypertuna.mission_record import COLUMNS, MissionRecord, mission_from
 
 __all__ = ["Log", "read_log"]
@@ -143,6 +143,8 @@ def _chunks(path: Path, size: int, pile: _Pile) -> Iterator[list[Any]]:
             for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size).records:
                 if isinstance(record, Metadata) and record.name == METADATA:
                     pile.metadata = dict(record.metadata)
+                elif isinstance(record, Metadata) and record.name == ENDING and pile.metadata is not None:
+                    pile.metadata |= {key: value for key, value in record.metadata.items() if key != "record"}
                 elif isinstance(record, Chunk):
                     yield breakup_chunk(record, validate_crc=True)
                 ended = ended or isinstance(record, Footer)
@@ -165,7 +167,7 @@ def _record(pile: _Pile) -> MissionRecord:
     except (ValueError, KeyError, TypeError, IndexError):
         raise InputError("must have a head as hypertuna writes it", key="record", fix="write the log anew") from None
     topics = fields(known, joints, circuits)
-    needed = ["/tf robot", *(["/tf estimate"] if "estimate_attitude" in known else []), *topics]
+    needed = ["/tf robot", *(["/tf estimate"] if "attitude_estimated" in known else []), *topics]
     count = min(len(pile.times.get(topic, [])) for topic in needed)
     if not count:
         rule = "has no time that all topics have" + (f": it is {pile.fault}" if pile.fault else "")
@@ -175,7 +177,7 @@ def _record(pile: _Pile) -> MissionRecord:
         data = _data(pile, topics, count)
         data["position"], data["attitude"] = _poses(pile.contents["/tf robot"][:count])
         if "/tf estimate" in needed:
-            data["estimate_attitude"] = _poses(pile.contents["/tf estimate"][:count])[1]
+            data["attitude_estimated"] = _poses(pile.contents["/tf estimate"][:count])[1]
     except (ValueError, KeyError, TypeError, IndexError, struct.error):
         fix = "write the log anew"
         raise InputError("must have messages as hypertuna writes them", key="topics", fix=fix) from None
@@ -212,7 +214,7 @@ def _poses(contents: list[bytes]) -> tuple[Array, Array]:
             (place[k, number - 1],) = struct.unpack("<d", value)
         for number, value in _wire(parts[5]):  # x, y, z, w
             (turn[k, number % 4],) = struct.unpack("<d", value)
-    return place, multiplied(turn, HALF_TURN * np.array([1, -1, -1, -1]))
+    return place, attitude_from("enu", turn)
 
 
 def _child(content: bytes) -> str:

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.attitude import angles
 from hypertuna.errors import InputError, did_you_mean
+from hypertuna.frames import angles_of
 from hypertuna.mission import Mission, Waypoint
 
 __all__ = ["COLUMNS", "Column", "MissionRecord", "joined", "mission_from", "mission_table", "parts_of"]
@@ -42,15 +42,14 @@ COLUMNS: dict[str, Column] = {
     "position": Column("axis", "m", "of the nose: east, north, up from the surface"),
     "attitude": Column("quaternion", "1", "from the body (x nose to tail, y starboard, z up) to the world"),
     "velocity": Column("axis", "m/s", "of the nose through the water, in body axes"),
-    "rate": Column("axis", "rad/s", "angular velocity, in body axes"),
-    "water": Column("plane", "m/s", "velocity of the water at the nose: east, north"),
-    "estimate_position": Column("plane", "m", "that the robot believes: east, north"),
-    "estimate_depth": Column("", "m", "that the robot believes"),
-    "estimate_attitude": Column("quaternion", "1", "that the robot believes"),
-    "estimate_speed": Column("", "m/s", "through the water that the robot believes"),
-    "estimate_current": Column("plane", "m/s", "that the robot believes: east, north"),
+    "turn_rate": Column("axis", "rad/s", "angular velocity, in body axes"),
+    "position_estimated": Column("plane", "m", "that the robot believes: east, north"),
+    "depth_estimated": Column("", "m", "that the robot believes"),
+    "attitude_estimated": Column("quaternion", "1", "that the robot believes"),
+    "speed_estimated": Column("", "m/s", "through the water that the robot believes"),
+    "current_estimated": Column("plane", "m/s", "that the robot believes: east, north"),
+    "factor_estimated": Column("", "1", "speed over that of the gait table, that the robot believes"),
     "position_error": Column("", "m", "standard deviation of the position that the robot believes"),
-    "fix": Column("", "1", "whether a fix of the position came, 1, or not, 0"),
     "mode": Column("", "1", "what the robot does, by its place in the list of modes"),
     "reasons": Column("", "1", "why, one bit each in the order of the list of reasons"),
     "leg": Column("", "1", "waypoint that it goes to, counted from 0"),
@@ -61,11 +60,15 @@ COLUMNS: dict[str, Column] = {
     "pump_pressure": Column("circuit", "Pa", "gauge pressure in the cylinder"),
     "unit_pressure": Column("circuit", "Pa", "gauge pressure in the drive units"),
     "fin_target": Column("fin", "rad", "fin angle asked for, leading edge up positive"),
-    "fin_angle": Column("fin", "rad", "fin angle, leading edge up positive"),
+    "fin": Column("fin", "rad", "fin angle, leading edge up positive"),
+    "fin_commanded": Column("fin", "rad", "fin angle that the pilot commands"),
+    "frequency_commanded": Column("", "Hz", "beat that the pilot commands"),
+    "bias_commanded": Column("joint", "rad", "mean bend that the pilot commands"),
     "battery_voltage": Column("", "V", "at the battery's terminals"),
     "power": Column("", "W", "electrical power of all servos"),
     "energy": Column("", "J", "taken from the battery since the start"),
-    "charge": Column("", "1", "part of the usable charge that is left"),
+    "charge": Column("", "C", "taken from the battery"),
+    "charge_left": Column("", "1", "part of the charge that is left"),
     "status": Column("", "1", "flags of the controller's status"),
 }
 
@@ -138,8 +141,8 @@ class MissionRecord:
 
     @cached_property
     def angles(self) -> Array:
-        """Roll, pitch and heading (T, 3) [rad], as `hypertuna.attitude.angles` tells them."""
-        return angles(self.data["attitude"])
+        """Roll, pitch and heading (T, 3) [rad], starboard down, nose up, clockwise from north."""
+        return angles_of(self.data["attitude"])
 
     @property
     def depth(self) -> Array:

@@ -99,11 +99,8 @@ def _draw_plan(axes: Axes, record: MissionRecord, low: Array, high: Array) -> No
     )
     axes.plot(*course.T, color=EDGE, lw=0.8, ls=(0, (1, 2)))
     axes.plot(*record.path[:, :2].T, color=TRUE, lw=1.5, label="true")
-    if "estimate_position" in record.data:
-        axes.plot(*record.data["estimate_position"][_seconds(record)].T, color=BELIEVED, lw=1.0, label="believed")
-    if "fix" in record.data and (record.data["fix"] > 0).any():
-        here = record.data["position"][record.data["fix"] > 0]
-        axes.plot(*here[:, :2].T, ".", color=POWER, ms=4, label="fix")
+    if "position_estimated" in record.data:
+        axes.plot(*record.data["position_estimated"][_seconds(record)].T, color=BELIEVED, lw=1.0, label="believed")
     for k, point in enumerate(mission.waypoints):
         axes.add_patch(Circle((point.x, point.y), point.radius, fill=False, ec=INK, lw=0.9))
         axes.annotate(f"{k + 1}", (point.x, point.y), (5, 5), textcoords="offset points", fontsize=8)
@@ -117,9 +114,9 @@ def _draw_depth(axes: Axes, record: MissionRecord) -> None:
     scale, mission = _clock(record)[0], record.mission
     _draw_modes(axes, record, scale)
     axes.plot(record.time / scale, record.depth, color=TRUE, lw=1.2)
-    if "estimate_depth" in record.data:
+    if "depth_estimated" in record.data:
         at = _seconds(record)
-        axes.plot(record.time[at] / scale, record.data["estimate_depth"][at], color=BELIEVED, lw=0.8)
+        axes.plot(record.time[at] / scale, record.data["depth_estimated"][at], color=BELIEVED, lw=0.8)
     deepest = max(float(record.depth.max()), *(point.depth for point in mission.waypoints), 0.2)
     for level, color, text in ((mission.depth_max, COLORS[3], "depth limit"), (mission.bottom, INK, "ground")):
         if level < 2.5 * deepest:
@@ -147,7 +144,7 @@ def _draw_energy(axes: Axes, record: MissionRecord) -> None:
     scale = _clock(record)[0]
     axes.plot(record.time / scale, record.energy / HOUR, color=POWER, lw=1.5)
     axes.set(ylabel="energy [Wh]", ylim=(0, None))
-    if "charge" in record.data:
+    if "charge_left" in record.data:
         axes.annotate(
             f"charge left: {100 * record.data['charge'][-1]:.0f} %",
             (0, 1), (4, -4), "axes fraction", "offset points", va="top", fontsize=8.5, bbox={"fc": "white", "ec": GRID},

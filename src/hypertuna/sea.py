@@ -19,9 +19,7 @@ __all__ = ["Sea", "sea_parts"]
 Array = NDArray[np.float64]
 
 DIP = math.radians(60)  # of the Earth's magnetic field below the horizon, at the latitudes of most lakes
-BOTTOM_RATE = (
-    2 * math.pi * 10
-)  # rad/s of the robot on the bottom: stiff, and resolved by the twin's steps
+BOTTOM_RATE = 2 * math.pi * 10  # rad/s of the robot on the bottom: stiff, and resolved by the twin's steps
 FASTEST = 10.0  # m/s: no current is faster
 
 
