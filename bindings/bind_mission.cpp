@@ -1,5 +1,6 @@
 /// Bindings of a mission: the twin in space under its pilot, part by part.
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 
 #include <cstring>
 #include <optional>
