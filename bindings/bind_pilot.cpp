@@ -16,7 +16,7 @@ struct LivePilot {
 
 using Row = nb::typed<nb::dict, nb::str, nb::any>;
 
-static PilotReadings<double> pilot_readings(const Columns& columns, int joints) {
+static PilotReadings<double> pilot_readings(const NamedColumns& columns, int joints) {
     PilotReadings<double> r{};
     const auto take = [&](const char* name, double* to, std::size_t count) {
         for (std::size_t k = 0; k < count; ++k) to[k] = column_at(columns, name, k);
@@ -69,8 +69,8 @@ void bind_pilot(nb::module_& m) {
     nb::class_<LivePilot>(m, "Pilot", "The pilot on board with its mission and state, in double precision.")
         .def(
             "__init__",
-            [](LivePilot* self, const Columns& controller, const Columns& columns, const Columns& mission,
-               const Input<2>& waypoints, const Input<2>& fence) {
+            [](LivePilot* self, const NamedColumns& controller, const NamedColumns& columns,
+               const NamedColumns& mission, const Input<2>& waypoints, const Input<2>& fence) {
                 auto owned = std::make_unique<OwnedMission<double>>(mission, waypoints, fence);
                 const Pilot<double> model = read_pilot<double>(controller, columns);
                 const PilotState<double> state = init(model, owned->mission);
@@ -80,7 +80,7 @@ void bind_pilot(nb::module_& m) {
             "At the start of a mission, from the columns of hypertuna.guidance.")
         .def(
             "fly",
-            [](LivePilot& self, const Columns& readings) {
+            [](LivePilot& self, const NamedColumns& readings) {
                 const int joints = self.model.controller.joints;
                 const auto next = fly(self.model, self.state, pilot_readings(readings, joints), self.mission->mission);
                 self.state = next.state;

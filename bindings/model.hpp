@@ -32,5 +32,6 @@ void bind_controller(nb::module_& m);
 void bind_twin(nb::module_& m);
 void bind_pilot(nb::module_& m);
 void bind_body6(nb::module_& m);
+void bind_mission(nb::module_& m);
 
 }  // namespace hypertuna

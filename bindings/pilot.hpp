@@ -7,7 +7,7 @@
 namespace hypertuna {
 
 template <class T>
-Pilot<T> read_pilot(const Columns& controller, const Columns& columns) {
+Pilot<T> read_pilot(const NamedColumns& controller, const NamedColumns& columns) {
     Pilot<T> pilot{};
     pilot.controller = read_controller<T>(controller);
     Steering<T>& steering = pilot.guidance.steering;
@@ -23,7 +23,7 @@ Pilot<T> read_pilot(const Columns& controller, const Columns& columns) {
 
 /// The models of a robot's sensors with those that the pilot reads.
 template <class T>
-Sensors<T> read_pilot_sensors(const Columns& columns, std::uint64_t seed) {
+Sensors<T> read_pilot_sensors(const NamedColumns& columns, std::uint64_t seed) {
     Sensors<T> sensors = read_sensors<T>(columns, seed);
     visit_pilot_fields(sensors, [&](const char* sensor, const char* name, T& field) {
         field = T(column_at(columns, std::string(sensor) + "." + name, 0));
@@ -40,7 +40,7 @@ struct OwnedMission {
     Mission<T> mission{};
 
     /// Rows of waypoints are x, y, depth, speed, radius; of the fence x, y.
-    OwnedMission(const Columns& columns, const Input<2>& way, const Input<2>& corners) {
+    OwnedMission(const NamedColumns& columns, const Input<2>& way, const Input<2>& corners) {
         check_extent("waypoints", way.shape(1), 5);
         check_extent("fence", corners.shape(1), 2);
         for (std::size_t k = 0; k < way.shape(0); ++k) {
