@@ -38,7 +38,6 @@ from hypertuna.gait import named_gait
 from hypertuna.ledger import published
 from hypertuna.limits import gait_limits
 from hypertuna.manifest import reference as manifest_keys
-from hypertuna.mission_file import reference as mission_keys
 from hypertuna.objective import OBJECTIVES
 from hypertuna.optimize import METHODS, Optimum, optimize
 from hypertuna.pareto import Front, pareto
@@ -408,7 +407,6 @@ TABLES: dict[str, Callable[[], str]] = {
     "steady example": lambda: quoted("tank/tank.csv", "text", 5),
     "manifest example": lambda: quoted("tank/tank.toml", "toml"),
     "manifest keys": manifest_keys,
-    "mission keys": mission_keys,
     "ledger": ledger_table,
     "speeds": speeds_table,
     "errors": error_table,
@@ -532,7 +530,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
 }
 
 # Other pages have a module of their own.
-for part in ("figures_actuator.py", "figures_bench.py", "figures_fe.py", "figures_turn.py"):
+for part in ("figures_actuator.py", "figures_bench.py", "figures_fe.py", "figures_mission.py", "figures_turn.py"):
     made = runpy.run_path(str(ROOT / "docs" / part))
     TABLES |= made["TABLES"]
     PICTURES |= made["PICTURES"]

@@ -139,3 +139,8 @@ def test_a_bare_record_has_a_figure() -> None:
     plan, depth, _ = plot_mission(voyage(5, bare=True)).axes
     assert "believed" not in {line.get_label() for line in plan.lines}
     assert not depth.patches
+
+
+def test_the_figure_tells_the_charge_left(record: MissionRecord) -> None:
+    texts = [text.get_text() for text in plot_mission(record).axes[2].texts]
+    assert texts == [f"charge left: {100 * record.data['charge_left'][-1]:.0f} %"]

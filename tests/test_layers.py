@@ -53,6 +53,7 @@ LAYERS = (
     *("hydraulics", "sizing", "control", "sensing", "energy", "mission", "guidance"),
     *("twin_run", "twin_parts", "twin", "posture", "sobol", "sea", "sea_run", "sea_twin", "mission_run"),
     *("geodesy", "schema_mission", "mission_file", "mission_record", "gpx", "log_fields", "mcap_log", "mcap_read"),
+    "flight",
     *("drawing", "style", "fe_pictures", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "published_twins", "ledger", "reproduce_*", "reproduce", "ledger_page"),
     *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_fe_reduce", "cli_fe_validate"),

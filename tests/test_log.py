@@ -98,7 +98,7 @@ def test_the_mcap_package_finds_every_checksum_right(file: Path, record: Mission
         assert summary is not None
         assert summary.statistics is not None
         topics = {channel.topic: channel for channel in summary.channels.values()}
-        assert summary.statistics.message_count == kinds["Message"] == 12 * len(record.time)
+        assert summary.statistics.message_count == kinds["Message"] == 13 * len(record.time)
         schemas = {summary.schemas[channel.schema_id].name for channel in topics.values()}
         assert {"foxglove.FrameTransform", "foxglove.LocationFix", "hypertuna.battery"} <= schemas
         assert topics["/tf"].message_encoding == "protobuf"

@@ -16,6 +16,7 @@ from hypertuna.cli_experiment import ask_command, tell_command
 from hypertuna.cli_fe import fe_app
 from hypertuna.cli_identify import identify_command
 from hypertuna.cli_log import log_app
+from hypertuna.cli_mission import mission_command
 from hypertuna.cli_optimize import optimize_app
 from hypertuna.cli_pareto import pareto_command
 from hypertuna.cli_posture import posture_command
@@ -44,6 +45,7 @@ app.command("sweep")(sweep_command)
 app.command("replay")(replay_command)
 app.command("turn")(turn_command)
 app.command("twin")(twin_command)
+app.command("mission")(mission_command)
 app.command("posture-test")(posture_command)
 app.command("identify")(identify_command)
 app.command("reproduce")(reproduce_command)

@@ -1,4 +1,4 @@
-"""Flights: a mission file flown on the twin part by part, with a journal to resume from and a log; many seeds at once."""
+"""Flights: a mission file flown on the twin part by part, with a journal to resume from and a log; many seeds."""
 
 from __future__ import annotations
 
@@ -147,8 +147,9 @@ def fly(
     with Journal(checkpoint, journal_header("mission", robot, options)) as journal:
         writer = None if log is None else LogWriter(log)
         try:
-            for run, begin, energy in _parts(start, journal, checkpoint is not None, report):
-                records.append(_record(file, run, begin, energy, facts))
+            for run, begin in _parts(start, journal, checkpoint is not None, report):
+                before = records[-1] if records else None
+                records.append(_record(file, run, begin, before, facts))
                 status = run.status
                 if writer is not None:
                     writer.write(records[-1])
@@ -312,21 +313,16 @@ def _told(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str], dur
 
 def _parts(
     start: MissionStart, journal: Journal, keep: bool, report: Report | None
-) -> Iterable[tuple[MissionRun, float, float]]:
-    """Fly part after part: each with the time at its start [s] and the energy taken before it [J]."""
+) -> Iterable[tuple[MissionRun, float]]:
+    """Fly part after part: each with the time at its start [s]."""
     ticks, length = ticks_of(start.duration, start.tick), part_ticks(start)
     state: bytes | None = None
-    made, energy, total = 0, 0.0, max(1, round(expected(start.mission)))
-    taken = float(start.core["taken"])
+    made, total = 0, max(1, round(expected(start.mission)))
     while made < ticks:
         asked, begin = min(length, ticks - made), made * start.tick
         record, state = _part(start, journal, asked, made, state) if keep else fly_part(start, asked, state)
         made += int(record["ticks"][0])
-        run = joined_parts(start, [record])
-        yield run, begin, energy
-        charge = np.concatenate([[taken], run.data["charge"]])
-        energy += float((run.data["battery_voltage"] * np.diff(charge)).sum())
-        taken = float(charge[-1])
+        yield joined_parts(start, [record]), begin
         if report is not None:
             report(min(round(made * start.tick), total), total)
         if over(start, record, asked):
@@ -347,14 +343,15 @@ def _part(
 
 
 def _record(
-    file: MissionFile, run: MissionRun, begin: float, before: float, facts: Mapping[str, str]
+    file: MissionFile, run: MissionRun, begin: float, before: MissionRecord | None, facts: Mapping[str, str]
 ) -> MissionRecord:
-    """Make a record of a part of a run; energy is what the battery gave, the integral of its voltage over the charge."""
+    """Make a record of a part of a run; energy is what the battery gave, its voltage integrated over the charge."""
     robot, mission = run.start.robot, run.start.mission
     data = {name: values for name, values in run.data.items() if name in COLUMNS}
     full = dict(zip(battery_columns(robot).columns, battery_columns(robot).values.tolist(), strict=True))["charge"]
-    steps = np.diff(data["charge"], prepend=data["charge"][0])
-    data["energy"] = before + np.cumsum(data["battery_voltage"] * steps)
+    taken = float(run.start.core["taken"]) if before is None else float(before.data["charge"][-1])
+    given = 0.0 if before is None else float(before.energy[-1])
+    data["energy"] = given + np.cumsum(data["battery_voltage"] * np.diff(data["charge"], prepend=taken))
     data["charge_left"] = 1 - data["charge"] / full
     joints = tuple(group.name for group in robot.joints)
     return MissionRecord(
@@ -375,4 +372,5 @@ def _record(
 def _facts(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str]) -> dict[str, str]:
     """Say what makes a record."""
     given = {"mission_file": file.file, "mission_hash": file.hash, "seed": str(seed), "faults": " ".join(faults)}
-    return {key: str(value) for key, value in (provenance(robot) | given).items()}
+    made_by = {key: value for key, value in provenance(robot).items() if key != "joints"}  # the twin moves its own
+    return {key: str(value) for key, value in (made_by | given).items()}

@@ -18,7 +18,7 @@ from hypertuna.geodesy import from_local
 from hypertuna.mission_record import MissionRecord
 from hypertuna.results import version, write_atomically
 
-__all__ = ["GpxTrack", "gpx_text", "read_gpx", "write_gpx"]
+__all__ = ["GpxTrack", "check_origin", "gpx_text", "read_gpx", "write_gpx"]
 
 Array = NDArray[np.float64]
 
@@ -90,9 +90,8 @@ def gpx_text(record: MissionRecord) -> str:
     InputError
         If the record has no origin.
     """
-    if record.origin is None:
-        fix = "add the table [origin] with latitude_deg and longitude_deg to the mission"
-        raise InputError("is needed for a track on the Earth", key="origin", fix=fix)
+    check_origin(record.origin)
+    assert record.origin is not None
     root = Element("gpx", {"version": "1.1", "creator": f"hypertuna {version()}", "xmlns": SPACE})
     SubElement(SubElement(root, "metadata"), "name").text = _clean(record.name)
     for k, point in enumerate(record.mission.waypoints):
@@ -107,6 +106,26 @@ def gpx_text(record: MissionRecord) -> str:
         _track(root, f"{record.name}, believed", record, believed, -record.data["depth_estimated"], seconds)
     ElementTree.indent(root, " ")
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def check_origin(origin: tuple[float, float] | None, file: str | None = None) -> None:
+    """Check that there is an origin, which a track on the Earth needs.
+
+    Parameters
+    ----------
+    origin : tuple of float or None
+        Latitude and longitude [rad].
+    file : str, optional
+        That should have it, for the error.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if origin is None:
+        fix = "add the table [origin] with latitude_deg and longitude_deg to the mission"
+        raise InputError("is needed for a track on the Earth", file=file, key="origin", fix=fix)
 
 
 def read_gpx(path: str | Path) -> list[GpxTrack]:

@@ -88,19 +88,19 @@ def read_mission(path: str | Path) -> MissionFile:
     InputError
         If there is no such mission, or it cannot be used: file, key, rule, value and fix.
     """
-    name = str(path)
+    name = file = str(path)
     if not name.endswith(".toml"):
         if name not in missions():
             raise InputError("must be a .toml file or a mission that comes with hypertuna", key="mission",
                              value=shown(name), fix=did_you_mean(name, missions()))  # fmt: skip
-        path = _folder() / f"{name}.toml"
+        path, file = _folder() / f"{name}.toml", f"missions/{name}.toml"
     content = read_text(path, "a TOML file")
     try:
         document = tomllib.loads(content)
     except (ValueError, RecursionError) as error:
         fix = "correct that line"
-        raise InputError("must be valid TOML", file=str(path), value=f"not ({error})", fix=fix) from None
-    return parse_mission(document, file=str(path))
+        raise InputError("must be valid TOML", file=file, value=f"not ({error})", fix=fix) from None
+    return parse_mission(document, file=file)
 
 
 def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile:

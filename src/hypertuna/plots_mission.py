@@ -146,7 +146,7 @@ def _draw_energy(axes: Axes, record: MissionRecord) -> None:
     axes.set(ylabel="energy [Wh]", ylim=(0, None))
     if "charge_left" in record.data:
         axes.annotate(
-            f"charge left: {100 * record.data['charge'][-1]:.0f} %",
+            f"charge left: {100 * record.data['charge_left'][-1]:.0f} %",
             (0, 1), (4, -4), "axes fraction", "offset points", va="top", fontsize=8.5, bbox={"fc": "white", "ec": GRID},
         )  # fmt: skip
 
