@@ -246,7 +246,7 @@ from pathlib import Path
 from voyage import voyage
 from hypertuna.mcap_log import LogWriter
 from hypertuna.mission_record import MissionRecord
-whole = voyage(600)
+whole = voyage(150)
 names = MissionRecord.__dataclass_fields__
 writer = LogWriter(Path(sys.argv[1]))
 for k in range(0, len(whole.time), 200):
@@ -267,14 +267,14 @@ def test_what_was_written_before_a_kill_is_there(tmp_path: Path) -> None:
         done = 0
         for line in child.stdout:
             done = int(line)
-            if done >= 2000:
+            if done >= 1000:
                 child.send_signal(signal.SIGKILL)
                 break
         child.wait()
     log = read_log(path)
     assert not log.complete
     assert len(log.record.time) >= done
-    same(log.record, voyage(600))
+    same(log.record, voyage(150))
 
 
 # --- what is no log
@@ -321,7 +321,7 @@ def test_a_record_knows_its_way(record: MissionRecord) -> None:
     [
         ({"speeed": 1}, "speeed is not a known quantity"),
         ({"depth": np.zeros(3)}, "depth is not a known quantity"),
-        ({"charge_left": np.zeros(3)}, r"charge must have the shape \(600,\), but is of shape \(3,\)"),
+        ({"charge_left": np.zeros(3)}, r"charge_left must have the shape \(600,\), but is of shape \(3,\)"),
         ({"position": None}, "position is missing"),
         ({"power": np.full(600, np.nan)}, "power must be finite, but is not at 0 s"),
     ],

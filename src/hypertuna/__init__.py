@@ -4,10 +4,12 @@ from hypertuna.actuator import Bend, bend
 from hypertuna.comparison import compare_recording, replay_recording
 from hypertuna.description import Robot, load, robots
 from hypertuna.errors import InputError
+from hypertuna.flight import Flight, fly
 from hypertuna.gait import Gait, named_gait
 from hypertuna.identify import Fit, identify
 from hypertuna.limits import Limit, gait_limits
 from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
+from hypertuna.mission_file import MissionFile, read_mission
 from hypertuna.optimize import Optimum, optimize
 from hypertuna.pareto import Front, pareto
 from hypertuna.replay import Pose, replay, residuals, rmse
@@ -19,12 +21,14 @@ from hypertuna.smoothing import SmoothSeries, smooth
 from hypertuna.sweep import Gaits, Gradient, gradient, sweep
 from hypertuna.swim import Swim, swim
 from hypertuna.trials import Recording, SteadyRun, Trials, read_trials
+from hypertuna.turn import Turning, turn
 from hypertuna.twin import twin, twins
 from hypertuna.twin_run import TwinRun
 
 __all__ = [
     "Bend",
     "Fit",
+    "Flight",
     "Front",
     "Gait",
     "Gaits",
@@ -32,6 +36,7 @@ __all__ = [
     "InputError",
     "JointSeries",
     "Limit",
+    "MissionFile",
     "Optimum",
     "Pose",
     "Recording",
@@ -43,9 +48,11 @@ __all__ = [
     "Swim",
     "Track",
     "Trials",
+    "Turning",
     "TwinRun",
     "bend",
     "compare_recording",
+    "fly",
     "gait_limits",
     "gradient",
     "identify",
@@ -54,6 +61,7 @@ __all__ = [
     "optimize",
     "pareto",
     "read_joints",
+    "read_mission",
     "read_tracks",
     "read_trials",
     "replay",
@@ -65,6 +73,7 @@ __all__ = [
     "smooth",
     "sweep",
     "swim",
+    "turn",
     "twin",
     "twin_at_sea",
     "twins",

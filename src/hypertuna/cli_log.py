@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 from rich.console import Console
 from rich.table import Table
@@ -15,14 +14,12 @@ from hypertuna.errors import InputError
 from hypertuna.gpx import write_gpx
 from hypertuna.log_fields import DEGREES, DERIVED, fields
 from hypertuna.mcap_read import Log, read_log
-from hypertuna.mission_record import MissionRecord
+from hypertuna.mission_record import MissionRecord, record_facts
 from hypertuna.results import write_atomically
 
-__all__ = ["log_app", "record_facts"]
+__all__ = ["log_app"]
 
 log_app = typer.Typer(no_args_is_help=True, help="Logs of missions: tell, draw, tables, tracks; needs the extra log.")
-
-HOUR = 3600.0
 
 File = Annotated[str, typer.Argument(metavar="FILE.mcap", help="A log that hypertuna wrote.")]
 Output = Annotated[str, typer.Option("-o", "--output", help="File to write.")]
@@ -75,41 +72,6 @@ def gpx_command(file: File, output: Output, as_json: AsJson = False) -> None:
             raise
         raise InputError(error.rule, file=file, key=error.key, fix=error.fix) from None
     _finish(log, output, as_json)
-
-
-def record_facts(record: MissionRecord) -> dict[str, Any]:
-    """Tell a mission, for programs.
-
-    Parameters
-    ----------
-    record : MissionRecord
-
-    Returns
-    -------
-    dict
-        Names with units.
-    """
-    span = float(record.time[-1] - record.time[0])
-    told: dict[str, Any] = {
-        "mission": record.name,
-        "robot": record.robot,
-        "begin_s": float(record.time[0]),
-        "end_s": float(record.time[-1]),
-        "times": len(record.time),
-        "distance_m": record.distance,
-        "mean_speed_m_s": record.distance / span if span else 0.0,
-        "depth_max_m": float(record.depth.max()),
-        "energy_wh": float(record.energy[-1]) / HOUR,
-    }
-    if "charge_left" in record.data:
-        told["charge_left"] = float(record.data["charge_left"][-1])
-    if "position_estimated" in record.data:
-        off = record.data["position_estimated"] - record.data["position"][:, :2]
-        told["position_off_max_m"] = float(np.hypot(*off.T).max())
-    if "mode" in record.data:
-        mode = int(record.data["mode"][-1])
-        told["mode_at_end"] = record.modes[mode] if 0 <= mode < len(record.modes) else mode
-    return told | {"facts": dict(record.facts)}
 
 
 def _record(log: Log) -> dict[str, Any]:

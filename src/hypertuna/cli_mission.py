@@ -14,7 +14,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli_log import record_facts
 from hypertuna.console import (
     check_suffix,
     command_line,
@@ -30,6 +29,7 @@ from hypertuna.flight import Flight, Outcome, expected, fly, fly_seeds, outcome
 from hypertuna.gpx import check_origin, write_gpx
 from hypertuna.mcap_log import need_log
 from hypertuna.mission_file import MissionFile, missions, read_mission
+from hypertuna.mission_record import record_facts
 from hypertuna.results import provenance, write_atomically
 
 __all__ = ["mission_command"]

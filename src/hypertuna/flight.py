@@ -143,7 +143,7 @@ def fly(
     options = {"mission": file.hash, "seed": seed, "faults": list(faults), "every": every, "duration": start.duration}
     facts = _facts(file, robot, seed, faults)
     records: list[MissionRecord] = []
-    status = "given up"
+    status, ended = "given up", False
     with Journal(checkpoint, journal_header("mission", robot, options)) as journal:
         writer = None if log is None else LogWriter(log)
         try:
@@ -153,9 +153,10 @@ def fly(
                 status = run.status
                 if writer is not None:
                     writer.write(records[-1])
+            ended = True
         finally:
             if writer is not None:
-                writer.close({"status": status} if records else None)
+                writer.close({"status": status if ended else "interrupted"} if records else None)
     whole = joined(records)
     return Flight(file, robot, seed, whole, status)
 

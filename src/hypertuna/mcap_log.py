@@ -144,7 +144,7 @@ class LogWriter:
     def _location(self, place: Sequence[float], depth: float, stamp: int) -> None:
         """Log a place on the Earth, for maps."""
         from foxglove.channels import LocationFixChannel
-        from foxglove.messages import LocationFix, Timestamp
+        from foxglove.messages import Color, LocationFix, Timestamp
 
         if "/location" not in self._channels:
             self._channels["/location"] = LocationFixChannel("/location", context=self._context)
@@ -154,6 +154,7 @@ class LogWriter:
             latitude=place[0],
             longitude=place[1],
             altitude=-float(depth),
+            color=Color(r=0.0, g=0.447, b=0.698, a=1.0),  # the blue of the figures
         )
         self._channels["/location"].log(message, log_time=stamp)
 

@@ -14,10 +14,11 @@ from hypertuna.errors import InputError, did_you_mean
 from hypertuna.frames import angles_of
 from hypertuna.mission import Mission, Waypoint
 
-__all__ = ["COLUMNS", "Column", "MissionRecord", "joined", "mission_from", "mission_table", "parts_of"]
+__all__ = ["COLUMNS", "Column", "MissionRecord", "joined", "mission_from", "mission_table", "parts_of", "record_facts"]
 
 Array = NDArray[np.float64]
 
+HOUR = 3600.0
 WINDOW = 1.0  # s: the nose swings to and fro with the beat; distances are of its path averaged over so long
 
 
@@ -231,6 +232,41 @@ def mission_from(table: Mapping[str, Any]) -> Mission:
         return Mission(**given | {"waypoints": tuple(Waypoint(*point) for point in given["waypoints"])})
     except (TypeError, KeyError, ValueError):
         raise InputError("must be a mission as hypertuna writes it", key="mission", fix="write the log anew") from None
+
+
+def record_facts(record: MissionRecord) -> dict[str, Any]:
+    """Tell a mission, for programs.
+
+    Parameters
+    ----------
+    record : MissionRecord
+
+    Returns
+    -------
+    dict
+        Names with units.
+    """
+    span = float(record.time[-1] - record.time[0])
+    told: dict[str, Any] = {
+        "mission": record.name,
+        "robot": record.robot,
+        "begin_s": float(record.time[0]),
+        "end_s": float(record.time[-1]),
+        "times": len(record.time),
+        "distance_m": record.distance,
+        "mean_speed_m_s": record.distance / span if span else 0.0,
+        "depth_max_m": float(record.depth.max()),
+        "energy_wh": float(record.energy[-1]) / HOUR,
+    }
+    if "charge_left" in record.data:
+        told["charge_left"] = float(record.data["charge_left"][-1])
+    if "position_estimated" in record.data:
+        off = record.data["position_estimated"] - record.data["position"][:, :2]
+        told["position_off_max_m"] = float(np.hypot(*off.T).max())
+    if "mode" in record.data:
+        mode = int(record.data["mode"][-1])
+        told["mode_at_end"] = record.modes[mode] if 0 <= mode < len(record.modes) else mode
+    return told | {"facts": dict(record.facts)}
 
 
 def joined(records: Sequence[MissionRecord]) -> MissionRecord:

@@ -69,7 +69,7 @@ def _entries(panels: Array) -> tuple[list[Artist], list[str]]:
 def _caption(record: MissionRecord) -> str:
     """Say the mission in a line."""
     seconds = record.time[-1] - record.time[0]
-    told = f"{record.distance:.0f} m over ground in {seconds / 60:.3g} min"
+    told = f"{record.distance:.0f} m over ground in {seconds / 60:.2g} min"
     if record.energy[-1] > 0:
         told += f", {record.energy[-1] / HOUR:.2g} Wh"
     return f"{record.name}, {record.robot}\n{told}"
