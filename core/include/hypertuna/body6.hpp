@@ -101,6 +101,7 @@ struct Body6 {
 
     Tail<S, Law, D> tail;       // never clamped
     const LinkSpace<S>* space;  // one per link
+    S wake;                     // kg/m: what of the largest vertical added mass per length the tail end leaves behind
     S reach;                    // m: no part of the robot is farther from the nose
     S antenna;                  // m, height of the satellite receiver's antenna above the head's point in the plane
     Fin<S> fin;
@@ -197,6 +198,15 @@ HYPERTUNA_INLINE LinkPair<S> link_drag(const Body6<S, Law, D>& body, int i, cons
         const S force = S(base_t<S>(-Rule::weight[p / 2])) * k.drag * times_abs(v.across.z - arm * v.across.n);
         f.across.z += force;
         f.across.n -= arm * force;
+    }
+    if (i == body.tail.fish.links - 1) {
+        // Lighthill's reactive force as in water.hpp, up and down instead of sideways.
+        const S behind = k.middle + k.half_length;
+        const Along<S> end =
+            Rule{nullptr, body.wake, false}.shed(Along<S>{v.in.t, v.across.z - behind * v.across.n, S(0)});
+        f.in.t += end.t;
+        f.across.z += end.n;
+        f.across.n -= behind * end.n;
     }
     return f;
 }
