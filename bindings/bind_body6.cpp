@@ -1,6 +1,5 @@
 /// Bindings of the body in space.
-#include "hypertuna/twin6.hpp"
-#include "owned_twin.hpp"
+#include "head_columns.hpp"
 #include "space_body.hpp"
 
 namespace hypertuna {
@@ -39,25 +38,6 @@ static Output accelerations(const Model& model, const Input<2>& share, const Inp
     });
     return out;
 }
-
-/// One of w, x, y, z.
-static double number(const Quaternion<double>& q, int i) {
-    return i == 0 ? q.w : component(Vector<double>{q.x, q.y, q.z}, i - 1);
-}
-
-/// Columns of the head's motion in space.
-template <int D, class Space = InSpace>
-static const std::vector<TwinColumn<D, Space>> head_columns = {
-    HYPERTUNA_COLUMN("position", three, component(at.plant.pose.position, i)),
-    HYPERTUNA_COLUMN("attitude", four, number(at.plant.pose.attitude, i)),
-    HYPERTUNA_COLUMN("velocity", three, component(at.plant.xi.linear, i)),
-    HYPERTUNA_COLUMN("turn_rate", three, component(at.plant.xi.angular, i)),
-    HYPERTUNA_COLUMN("fin", two, at.plant.pose.fin[i]),
-    HYPERTUNA_COLUMN("fin_target", two, at.targets.fin[i]),
-    HYPERTUNA_COLUMN("rate_measured", three, tick.readings.robot.rate[i]),
-    HYPERTUNA_COLUMN("acceleration_measured", three, tick.readings.robot.acceleration[i]),
-    HYPERTUNA_COLUMN("charge", one, at.taken),
-};
 
 static NamedArrays run_twin6(const Model& model, const Input<2>& share, const std::vector<Input<2>>& points,
                              const Input<2>& grid, const Input<2>& circuits, const Input<1>& hinge,

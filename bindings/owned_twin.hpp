@@ -75,7 +75,6 @@ inline void check_plant(const PlantInput& in) {
     check_extent("battery", in.battery.shape(0), battery_column_count);
 }
 
-using NamedColumns = std::map<std::string, std::vector<double>>;
 using FaultRow = std::tuple<std::string, int, int, double, double>;
 
 inline std::vector<Fault<double>> read_faults(const std::vector<FaultRow>& rows) {

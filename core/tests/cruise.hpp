@@ -37,11 +37,11 @@ Pilot<T> test_pilot() {
     e.depth_rate = T(1.5), e.depth_low = T(-1), e.depth_high = T(30), e.depth_step = T(0.5), e.glide = T(0.8);
     e.walk = T(0.05), e.current_walk = T(0.002), e.factor_walk = T(0.002);
     e.start_error = T(1), e.current_error = T(0.1), e.factor_error = T(0.1), e.fix_noise = T(1.5);
-    e.fix_offset = T(1.5), e.fix_depth = T(0.3);
+    e.fix_offset = T(1.5), e.fix_depth = T(0.24);
     Guidance<T>& g = m.guidance;
     g.steering = test_steering<T>();
-    g.surface_depth = T(0.25), g.fence_margin = T(3), g.error_most = T(12), g.error_enough = T(4);
-    g.error_lost = T(40), g.fixes = T(5), g.patience = T(60), g.retry = T(180), g.lost_after = T(2);
+    g.surface_depth = T(0.12), g.fence_margin = T(3), g.error_most = T(12), g.error_near = T(4);
+    g.error_lost = T(40), g.drift_enough = T(0.02), g.patience = T(60), g.retry = T(180), g.lost_after = T(2);
     g.compass_patience = T(120), g.fin_tilt = T(0.1), g.fin_least = T(0.1), g.fin_after = T(8), g.fin_alone = T(0.4);
     g.answer_after = T(25), g.answer_depth = T(0.3), g.blind_pitch = T(0.17), g.blind_fin = T(0.35), g.slow = T(0.25);
     g.battery_empty = T(12), g.battery_span = T(4.8), g.battery_drop = T(0.2), g.endurance = T(8000);
@@ -113,7 +113,7 @@ PilotReadings<double> truth_of(const Cruiser& at, const Water& water, const Cont
     r.robot.acceleration[2] += w[1] * at.speed;
     r.robot.voltage = at.voltage;
     r.depth = -at.z, r.fix[0] = at.x, r.fix[1] = at.y;
-    r.fixed = at.z > -0.15 && (at.time < water.gap[0] || water.gap[1] <= at.time);
+    r.fixed = at.z > -0.1 && (at.time < water.gap[0] || water.gap[1] <= at.time);
     return r;
 }
 

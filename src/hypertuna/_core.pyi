@@ -368,6 +368,32 @@ def run_twin(
     Run plant, sensors and controller under one command, rows amplitude, phase and bias (3, joints), heard until a time: the record of a run, one row a tick; `ticks` says how many were made.
     """
 
+MOST_GAITS: int = 12
+
+def mode_names() -> list[str]:
+    """Modes of the pilot in the order of their numbers."""
+
+def reason_table() -> list[tuple[str, str]]:
+    """Reasons of the pilot in the order of their bits: name and sentence."""
+
+class Pilot:
+    """The pilot on board with its mission and state, in double precision."""
+
+    def __init__(
+        self,
+        controller: Mapping[str, Sequence[float]],
+        columns: Mapping[str, Sequence[float]],
+        mission: Mapping[str, Sequence[float]],
+        waypoints: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+        fence: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    ) -> None:
+        """At the start of a mission, from the columns of hypertuna.guidance."""
+
+    def fly(self, readings: Mapping[str, Sequence[float]]) -> dict[str, Any]:
+        """
+        One tick: pulses [s], command, estimate, mode and reasons. Readings have `fix` where one came.
+        """
+
 def link_body_columns() -> list[str]:
     """Columns of a link's description in space."""
 

@@ -20,6 +20,7 @@ from hypertuna.schema import Body, Choice, Fitted, GaitBounds, JointGroup, Links
 from hypertuna.schema_actuator import DriveUnit, Hinge, Material
 from hypertuna.schema_base import Part, Text, entry, same_length, unique
 from hypertuna.schema_control import Controller, Sensor
+from hypertuna.schema_guidance import Guidance, check_guidance
 from hypertuna.schema_hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.schema_spatial import Fins, Spatial
 
@@ -73,6 +74,7 @@ class Robot(Part):
     pump: Pump | None = entry("pump", "table of one cylinder of the pump", default=None)
     oil: Oil | None = entry("oil", "table of the hydraulic oil", default=None)
     controller: Controller | None = entry("controller", "table of the controller on board", default=None)
+    guidance: Guidance | None = entry("guidance", "table of the pilot on board", default=None)
     spatial: Spatial | None = entry("spatial", "table of the links beyond the plane", default=None)
     fins: Fins | None = entry("fins", "table of the pectoral fins", default=None)
     hinge: Hinge | None = entry("hinge", "table of a passive hinge in the tail", default=None)
@@ -190,6 +192,7 @@ class Robot(Part):
             same_length(gait, f"gaits.{name}", len(self.joints), "joint group")
         if self.gait_bounds is not None:
             same_length(self.gait_bounds, "gait_bounds", len(self.joints), "joint group", but=("frequency",))
+        check_guidance(self.guidance, self.gaits, len(self.joints))
         check_sizes(self.body.length, self.joints, self.drive_unit, self.pump)
         _check_sources(self)
         return self

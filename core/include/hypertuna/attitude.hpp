@@ -6,38 +6,13 @@
 #pragma once
 
 #include "readings.hpp"
+#include "spatial.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// A vector of the body in world axes. q is (w, x, y, z).
 template <class T>
-void to_world(const T (&q)[4], const T (&v)[3], T (&out)[3]) {
-    const T t[3] = {q[2] * v[2] - q[3] * v[1], q[3] * v[0] - q[1] * v[2], q[1] * v[1] - q[2] * v[0]};
-    out[0] = v[0] + T(2) * (q[0] * t[0] + q[2] * t[2] - q[3] * t[1]);
-    out[1] = v[1] + T(2) * (q[0] * t[1] + q[3] * t[0] - q[1] * t[2]);
-    out[2] = v[2] + T(2) * (q[0] * t[2] + q[1] * t[1] - q[2] * t[0]);
-}
-
-/// A vector of the world in body axes.
-template <class T>
-void to_body(const T (&q)[4], const T (&v)[3], T (&out)[3]) {
-    const T back[4] = {q[0], -q[1], -q[2], -q[3]};
-    to_world(back, v, out);
-}
-
-template <class T>
-T norm(const T (&v)[3]) {
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
-/// q <- q (1, r / 2), made a unit again: the turn by a small angle r about body axes.
-template <class T>
-void turn_by(T (&q)[4], const T (&r)[3]) {
-    const T x = T(0.5) * r[0], y = T(0.5) * r[1], z = T(0.5) * r[2];
-    const T w[4] = {q[0] - x * q[1] - y * q[2] - z * q[3], q[1] + x * q[0] + z * q[2] - y * q[3],
-                    q[2] + y * q[0] + x * q[3] - z * q[1], q[3] + z * q[0] + y * q[1] - x * q[2]};
-    const T scale = T(1) / sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2] + w[3] * w[3]);
-    for (int k = 0; k < 4; ++k) q[k] = w[k] * scale;
+T norm(const Vector<T>& v) {
+    return sqrt(dot(v, v));
 }
 
 template <class T>
@@ -51,50 +26,37 @@ struct AttitudeModel {
 
 template <class T>
 struct AttitudeState {
-    T q[4];      // unit quaternion, body to world
-    T rate[3];   // rad/s in body axes, without the offset
-    T drift[3];  // rad/s: offset of the gyroscope
-    int age;     // ticks that gravity was averaged for
-    bool known;  // gravity and field were seen together once
+    Quaternion<T> q;  // unit, body to world
+    Vector<T> rate;   // rad/s in body axes, without the offset
+    Vector<T> drift;  // rad/s: offset of the gyroscope
+    int age;          // ticks that gravity was averaged for
+    bool known;       // gravity and field were seen together once
 };
 
+/// Attitude whose vertical and north are where two readings see them; none where those are parallel.
 template <class T>
-AttitudeState<T> level() {
-    AttitudeState<T> state{};
-    state.q[0] = T(1);
-    return state;
-}
-
-/// Attitude whose vertical and north are where two readings see them, or none where those are parallel.
-template <class T>
-bool attitude_from(const T (&up)[3], const T (&field)[3], T (&q)[4]) {
+bool attitude_from(const Vector<T>& up, const Vector<T>& field, Quaternion<T>& q) {
     const T size = norm(up);
-    if (!(size > T(0))) return false;
-    const T z[3] = {up[0] / size, up[1] / size, up[2] / size};
-    // East is field x up.
-    const T e[3] = {field[1] * z[2] - field[2] * z[1], field[2] * z[0] - field[0] * z[2],
-                    field[0] * z[1] - field[1] * z[0]};
-    const T east = norm(e);
-    if (!(east > T(0.05) * norm(field))) return false;
-    const T x[3] = {e[0] / east, e[1] / east, e[2] / east};
-    const T y[3] = {z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]};
-    // Rows of the rotation body -> world are x, y, z. Shepperd's method: divide by the largest component.
-    const T trace[4] = {x[0] + y[1] + z[2], x[0] - y[1] - z[2], y[1] - x[0] - z[2], z[2] - x[0] - y[1]};
+    const Vector<T> across = cross(field, up);  // east
+    const T flat = norm(across);
+    if (!(flat > T(0.05) * size * norm(field))) return false;
+    const Vector<T> z = (T(1) / size) * up, x = (T(1) / flat) * across, y = cross(z, x);
+    // Rows of the rotation are x, y, z: Shepperd's method divides by the quaternion's largest component.
+    const T trace[4] = {x.x + y.y + z.z, x.x - y.y - z.z, y.y - x.x - z.z, z.z - x.x - y.y};
     int most = 0;
     for (int k = 1; k < 4; ++k)
         if (trace[most] < trace[k]) most = k;
-    const T r = sqrt(T(1) + trace[most]), s = T(0.5) / r;
-    const T wx = z[1] - y[2], wy = x[2] - z[0], wz = y[0] - x[1];
-    const T xy = y[0] + x[1], xz = z[0] + x[2], yz = z[1] + y[2];
-    const T rows[4][4] = {{T(0), wx, wy, wz}, {wx, T(0), xy, xz}, {wy, xy, T(0), yz}, {wz, xz, yz, T(0)}};
-    for (int k = 0; k < 4; ++k) q[k] = k == most ? T(0.5) * r : rows[most][k] * s;
+    const T large = T(1) + trace[most];
+    const T wx = z.y - y.z, wy = x.z - z.x, wz = y.x - x.y, xy = y.x + x.y, xz = z.x + x.z, yz = z.y + y.z;
+    const Quaternion<T> row[4] = {{large, wx, wy, wz}, {wx, large, xy, xz}, {wy, xy, large, yz}, {wz, xz, yz, large}};
+    q = normalized(row[most]);
     return true;
 }
 
 /// What of the readings can be used in this tick.
 template <class T>
 struct AttitudeInput {
-    T rate[3], acceleration[3], field[3];
+    Vector<T> rate, acceleration, field;
     bool gyro, gravity, magnet;
     T speed;  // m/s through the water, for the acceleration of turning
 };
@@ -102,33 +64,25 @@ struct AttitudeInput {
 /// How gravity and field want the attitude to turn, about body axes [rad].
 template <class T>
 struct Pull {
-    T tilt[3], heading[3];
+    Vector<T> tilt, heading;
 };
 template <class T>
 Pull<T> pull_of(const AttitudeState<T>& state, const AttitudeInput<T>& in) {
     Pull<T> pull{};
-    const T vertical[3] = {T(0), T(0), T(1)};
-    T up[3];
-    to_body(state.q, vertical, up);
+    const Rotation<T> frame = rotation(state.q);
     if (in.gravity) {
-        // What a steady turn adds, rate x velocity: the robot swims along -x.
-        const T a[3] = {in.acceleration[0], in.acceleration[1] + state.rate[2] * in.speed,
-                        in.acceleration[2] - state.rate[1] * in.speed};
-        const T size = norm(a);
-        if (size > T(1)) {
-            pull.tilt[0] = (a[1] * up[2] - a[2] * up[1]) / size;
-            pull.tilt[1] = (a[2] * up[0] - a[0] * up[2]) / size;
-            pull.tilt[2] = (a[0] * up[1] - a[1] * up[0]) / size;
-        }
+        // Less what a steady turn adds, rate x velocity: the robot swims along -x.
+        const Vector<T> up = in.acceleration - cross(state.rate, {-in.speed, T(0), T(0)});
+        const T size = norm(up);
+        if (size > T(1)) pull.tilt = (T(1) / size) * cross(up, frame.up);
     }
     if (in.magnet) {
-        T seen[3];
-        to_world(state.q, in.field, seen);
-        const T flat = sqrt(seen[0] * seen[0] + seen[1] * seen[1]);
+        const T east = dot(frame.east, in.field), north = dot(frame.north, in.field);
+        const T flat = sqrt(east * east + north * north);
         if (flat > T(0.05)) {
             // Sine of the angle to north; beyond a right angle all of it.
-            const T sine = seen[0] / flat, error = T(0) < seen[1] ? sine : sine < T(0) ? T(-1) : T(1);
-            for (int k = 0; k < 3; ++k) pull.heading[k] = error * up[k];
+            const T error = T(0) < north ? east / flat : east < T(0) ? T(-1) : T(1);
+            pull.heading = error * frame.up;
         }
     }
     return pull;
@@ -141,24 +95,23 @@ AttitudeState<T> attitude_step(const AttitudeModel<T>& model, const AttitudeStat
     AttitudeState<T> state = before;
     if (!state.known) {
         state.known = in.gravity && in.magnet && attitude_from(in.acceleration, in.field, state.q);
-        state.age = 1;
+        state.age = 0;
     }
-    if (in.gyro)
-        for (int k = 0; k < 3; ++k) state.rate[k] = in.rate[k] - state.drift[k];
+    if (in.gyro) state.rate = in.rate - state.drift;
     const Pull<T> pull = pull_of(state, in);
-    if (in.gravity && T(state.age) * model.tick * min(model.tilt_rate, model.heading_rate) < T(1)) ++state.age;
-    const T young = T(1) / (T(state.age) * model.tick);
-    const T tilt = max(model.tilt_rate, young), heading = max(model.heading_rate, young);
-    T turn[3];
-    for (int k = 0; k < 3; ++k) {
-        const T push = tilt * pull.tilt[k] + heading * pull.heading[k];
-        turn[k] = (state.rate[k] + push) * model.tick;
+    const T young = T(1) / (T(state.age + 1) * model.tick);
+    if (in.gravity && min(model.tilt_rate, model.heading_rate) < young) ++state.age;
+    const Vector<T> push = max(model.tilt_rate, young) * pull.tilt + max(model.heading_rate, young) * pull.heading;
+    if (in.gyro) {
         // A quarter of the rate's square: critically damped.
-        const T learned = T(0.25) * (model.tilt_rate * model.tilt_rate * pull.tilt[k] +
-                                     model.heading_rate * model.heading_rate * pull.heading[k]);
-        if (in.gyro) state.drift[k] = clamp(state.drift[k] - learned * model.tick, -model.drift_most, model.drift_most);
+        const Vector<T> learned =
+            T(0.25) * model.tick *
+            (model.tilt_rate * model.tilt_rate * pull.tilt + model.heading_rate * model.heading_rate * pull.heading);
+        const auto kept = [&](T x) { return clamp(x, -model.drift_most, model.drift_most); };
+        const Vector<T> drift = state.drift - learned;
+        state.drift = {kept(drift.x), kept(drift.y), kept(drift.z)};
     }
-    turn_by(state.q, turn);
+    state.q = normalized(state.q + model.tick * attitude_rate(state.q, state.rate + push));
     return state;
 }
 

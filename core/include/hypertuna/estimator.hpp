@@ -12,18 +12,19 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 /// What the pilot knows of where it is. Quaternion body -> world, rates in body axes, current toward.
 template <class T>
 struct Estimate {
-    T q[4];
-    T rate[3];             // rad/s
+    Quaternion<T> q;
+    Vector<T> rate;        // rad/s
     T depth, sink;         // m, m/s down
     T x, y;                // m east and north
     T speed;               // m/s through the water, ahead
     T factor;              // of the speed that the gait says, 1
     T current[2];          // m/s
     T position_error;      // m, standard deviation along its worst direction
+    T drift_error;         // m/s, standard deviation of the velocity over ground, of its worse component
     bool fix;              // a fix was taken in in this tick
     bool attitude;         // rates and gravity can be used
     bool compass, depths;  // the field, the depth can be used
-    T facing[3];           // direction that the head faces, in world axes
+    Vector<T> facing;      // direction that the head faces, in world axes
     T tilt;                // rad: roll, starboard down
 };
 
@@ -48,6 +49,7 @@ struct WayState {
     T moved[2];                        // m through the water since the covariance was carried on, factor 1
     int ticks;                         // since then
     int refused;                       // fixes in a row
+    T astray;                          // m swum since the attitude was lost
 };
 
 template <class T>
@@ -63,7 +65,7 @@ struct EstimatorState {
 template <class T>
 EstimatorState<T> init(const Estimator<T>& model, const T (&start)[2]) {
     EstimatorState<T> state{};
-    state.attitude = level<T>();
+    state.attitude.q.w = T(1);
     WayState<T>& way = state.way;
     way.at[0] = start[0], way.at[1] = start[1], way.at[4] = T(1);
     const T error[way_states] = {model.start_error, model.start_error, model.current_error, model.current_error,
@@ -91,6 +93,13 @@ void carry(const Estimator<T>& model, WayState<T>& way) {
     way.ticks = 0;
 }
 
+/// Swim on without knowing where to: after a way of that kind the position is as uncertain as the way is long.
+template <class T>
+void go_astray(WayState<T>& way, T swum, bool known) {
+    way.astray = known ? T(0) : way.astray + abs(swum);
+    for (int axis = 0; axis < 2; ++axis) way.spread[axis][axis] += T(2) * way.astray * abs(swum);
+}
+
 /// One coordinate of a fix.
 template <class T>
 void take_fix(const Estimator<T>& model, WayState<T>& way, int axis, T innovation) {
@@ -114,9 +123,9 @@ inline constexpr int fixes_refused = 5;  // in a row: then it is the estimate th
 /// A fix, if it can be believed: within five deviations, or agreed on by several that could not.
 template <class T>
 bool take_fix(const Estimator<T>& model, WayState<T>& way, const T (&fix)[2]) {
-    if (!is_finite(fix[0]) || !is_finite(fix[1])) return false;
     carry(model, way);
     const T off[2] = {fix[0] - way.at[0], fix[1] - way.at[1]};
+    if (!(abs(off[0]) < T(1e5) && abs(off[1]) < T(1e5))) return false;  // nor what is no number
     const T extra = model.fix_noise * model.fix_noise + model.fix_offset * model.fix_offset;
     const T square = off[0] * off[0] / (way.spread[0][0] + extra) + off[1] * off[1] / (way.spread[1][1] + extra);
     if (T(25) < square) {
@@ -142,7 +151,16 @@ T position_error(const Estimator<T>& model, const WayState<T>& way) {
     return sqrt(max(T(0), largest) + model.fix_offset * model.fix_offset);
 }
 
-/// Which sensors of the way can be used, and depth with its rate by a critically damped observer.
+/// Standard deviation of the velocity over ground c + s U f, of its worse component: how fast a dive loses its way.
+template <class T>
+T drift_error(const WayState<T>& way, T ahead_x, T ahead_y) {
+    const auto variance = [&](int axis, T ahead) {
+        return way.spread[axis][axis] + T(2) * ahead * way.spread[axis][4] + ahead * ahead * way.spread[4][4];
+    };
+    return sqrt(max(T(0), max(variance(2, ahead_x), variance(3, ahead_y))));
+}
+
+/// Depth with its rate by a critically damped observer.
 template <class T>
 bool watch_depth(const Estimator<T>& model, EstimatorState<T>& state, T reading, T climb) {
     const T dt = model.attitude.tick;
@@ -172,7 +190,7 @@ bool watch_field(const Estimator<T>& model, EstimatorState<T>& state, const T (&
                      .usable &&
                  usable;
     }
-    const T strength = usable ? norm(field) : T(0);
+    const T strength = usable ? norm(Vector<T>{field[0], field[1], field[2]}) : T(0);
     return usable && model.attitude.field_low < strength && strength < model.attitude.field_high;
 }
 
@@ -184,32 +202,35 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     const T dt = frame.tick;
     Estimate<T> out{};
     AttitudeInput<T> in{};
+    const Readings<T>& robot = readings.robot;
+    in.rate = {robot.rate[0], robot.rate[1], robot.rate[2]};
+    in.acceleration = {robot.acceleration[0], robot.acceleration[1], robot.acceleration[2]};
+    in.field = {readings.field[0], readings.field[1], readings.field[2]};
     in.gyro = in.gravity = imu;
-    for (int k = 0; k < 3; ++k) {
-        const T rate = readings.robot.rate[k], acceleration = readings.robot.acceleration[k];
-        in.rate[k] = rate, in.acceleration[k] = acceleration, in.field[k] = readings.field[k];
-        in.gyro = in.gyro && abs(rate) <= frame.rate_most;  // false for what is no number
-        in.gravity = in.gravity && abs(acceleration) <= frame.acceleration_most;
+    for (int k = 0; k < 3; ++k) {  // false for what is no number
+        in.gyro = in.gyro && abs(robot.rate[k]) <= frame.rate_most;
+        in.gravity = in.gravity && abs(robot.acceleration[k]) <= frame.acceleration_most;
     }
-    in.magnet = watch_field(model, state, in.field, T(0.05) < abs(state.attitude.rate[2]));
+    in.magnet = watch_field(model, state, readings.field, T(0.05) < abs(state.attitude.rate.z));
     in.speed = state.speed * state.way.at[4];
     state.attitude = attitude_step(frame, state.attitude, in);
-    const T ahead[3] = {T(-1), T(0), T(0)}, side[3] = {T(0), T(-1), T(0)};
-    T port[3];
-    to_world(state.attitude.q, ahead, out.facing), to_world(state.attitude.q, side, port);
+    const Rotation<T> pose = rotation(state.attitude.q);
+    out.facing = {-pose.east.x, -pose.north.x, -pose.up.x};
 
     // Thrust against quadratic drag: U' = (U_beat^2 - U^2) / glide.
     state.speed += dt * (thrust * abs(thrust) - state.speed * abs(state.speed)) / model.glide;
     WayState<T>& way = state.way;
-    for (int k = 0; k < 2; ++k) way.moved[k] += dt * state.speed * out.facing[k];
+    way.moved[0] += dt * state.speed * out.facing.x;
+    way.moved[1] += dt * state.speed * out.facing.y;
+    out.attitude = imu && state.attitude.known;
+    go_astray(way, out.attitude ? T(0) : dt * in.speed, out.attitude);
     ++way.ticks;
-    out.depths = watch_depth(model, state, readings.depth, in.speed * out.facing[2]);
+    out.depths = watch_depth(model, state, readings.depth, in.speed * out.facing.z);
     // Where the depth is not known the receiver is believed: under water it hears nothing.
     if (readings.fixed && (!out.depths || state.depth < model.fix_depth)) out.fix = take_fix(model, way, readings.fix);
 
     const T since = T(way.ticks) * dt;
-    for (int k = 0; k < 4; ++k) out.q[k] = state.attitude.q[k];
-    for (int k = 0; k < 3; ++k) out.rate[k] = state.attitude.rate[k];
+    out.q = state.attitude.q, out.rate = state.attitude.rate;
     out.depth = state.depth, out.sink = state.sink;
     out.x = way.at[0] + since * way.at[2] + way.moved[0] * way.at[4];
     out.y = way.at[1] + since * way.at[3] + way.moved[1] * way.at[4];
@@ -217,9 +238,9 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     out.speed = state.speed * way.at[4];
     out.current[0] = way.at[2], out.current[1] = way.at[3];
     out.position_error = position_error(model, way);
-    out.attitude = imu && state.attitude.known;
+    out.drift_error = drift_error(way, state.speed * out.facing.x, state.speed * out.facing.y);
     out.compass = in.magnet;
-    out.tilt = port[2];
+    out.tilt = -pose.up.y;
     return out;
 }
 

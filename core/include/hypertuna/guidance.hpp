@@ -80,8 +80,8 @@ struct Guidance {
     Steering<T> steering;
     T surface_depth;                              // m above which the robot counts as at the surface
     T fence_margin;                               // m
-    T error_most, error_enough, error_lost;       // m: come up, good enough, home
-    T fixes;                                      // that are enough
+    T error_most, error_near, error_lost;         // m: come up, good enough, home
+    T drift_enough;                               // m/s: error of the way per second that a dive is begun with
     T patience, retry;                            // s at the surface without a fix; s until the next attempt
     T lost_after;                                 // s without a sensor
     T compass_patience;                           // s home without a compass
@@ -101,17 +101,17 @@ struct GuidanceState {
     Reasons reasons;
     SteeringState<T> steering;
     int leg;
-    Corner<T> from;                 // m: where the leg began
-    int ticks;                      // decisions so far
-    int since_fix, waiting, fixes;  // ticks since the last fix, at the surface without one, fixes taken there
-    bool rising;                    // for a fix
-    int retry;                      // ticks until rising again makes sense
-    int blind[4];                   // ticks without depth, IMU, compass, battery
-    int poor;                       // ticks of low charge
-    T fin_evidence;                 // s: positive for the starboard fin
-    int unanswered;                 // ticks with fins at their limit
-    T depth_error;                  // m, when that began
-    T fin;                          // rad, last asked
+    Corner<T> from;               // m: where the leg began
+    int ticks;                    // decisions so far
+    int since_fix, waiting;       // ticks since the last fix, at the surface without one
+    bool rising;                  // for a fix
+    int retry;                    // ticks until rising again makes sense
+    int blind[4];                 // ticks without depth, IMU, compass, battery
+    int poor;                     // ticks of low charge
+    T fin_evidence;               // s: positive for the starboard fin
+    int unanswered;               // ticks with fins at their limit
+    T depth_error, depth_wanted;  // m, when that began
+    T fin;                        // rad, last asked
 };
 
 template <class T>
@@ -132,6 +132,7 @@ template <class T>
 GuidanceState<T> init(const Guidance<T>&, const Mission<T>& mission) {
     GuidanceState<T> state{};
     state.from = mission.start;
+    state.rising = true;  // it begins with fixes
     return state;
 }
 
@@ -174,9 +175,18 @@ void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     why.tell(Reason::tail_lost, onboard.joint_lost);
 }
 
+/// Largest fin angle: little where one fin is left alone, because it rolls the robot; all where little is no answer.
+template <class T>
+T alone_most(const Guidance<T>& model, const Reasons& why) {
+    const bool alone = why.has(Reason::port_fin_lost) || why.has(Reason::starboard_fin_lost);
+    const T most = model.steering.fin_most;
+    return alone && !why.has(Reason::no_answer) ? min(model.fin_alone, most) : most;
+}
+
 /// Fins. One that does not follow rolls the robot against what the other does; two leave the depth where it is.
 template <class T>
-void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, T wanted) {
+void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
+                T wanted) {
     const T period = model.steering.period, tilt = state.steering.beat.mean[3];
     Reasons& why = state.reasons;
     const bool rolled = model.fin_tilt < abs(tilt) && model.fin_least < abs(state.fin) && at.attitude;
@@ -190,17 +200,22 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
         why.tell(Reason::port_fin_lost, state.fin_evidence <= -limit);
         why.tell(Reason::starboard_fin_lost, limit <= state.fin_evidence);
     }
-    const T error = abs(at.depth - wanted), most = model.steering.fin_most;
-    const bool alone = why.has(Reason::port_fin_lost) || why.has(Reason::starboard_fin_lost);
-    const bool pressed = at.depths && T(0.95) * (alone ? min(model.fin_alone, most) : most) <= abs(state.fin);
-    if (!pressed || error < model.answer_depth || error < state.depth_error - model.answer_depth)
-        state.unanswered = 0, state.depth_error = error;
+    const T error = abs(at.depth - wanted);
+    const bool anew = abs(wanted - state.depth_wanted) > model.answer_depth;
+    state.depth_wanted = wanted;
+    if (!at.depths || error < model.answer_depth)
+        state.unanswered = 0;
+    else if (anew || state.unanswered == 0 || error < state.depth_error - model.answer_depth)
+        state.unanswered = 1, state.depth_error = error;
     else
         ++state.unanswered;
-    if (seconds(model, state.unanswered) < model.answer_after) return;
-    why.tell(Reason::stranded, why.has(Reason::no_answer) && model.surface_depth < at.depth);
+    // Below the limit there is no time to wait: what goes on down with its fins up is driven down.
+    const bool deep = mission.depth_most < at.depth && T(0.02) < at.sink;
+    const T patience = deep ? T(0.2) * model.answer_after : model.answer_after;
+    if (seconds(model, state.unanswered) < patience) return;
+    why.tell(Reason::stranded, (deep || why.has(Reason::no_answer)) && model.surface_depth < at.depth);
     why.tell(Reason::no_answer);
-    state.unanswered = 0, state.depth_error = error;
+    state.unanswered = 0;
 }
 
 /// Whether to come up for a fix, and whether to stay there for it.
@@ -210,19 +225,22 @@ void weigh_fixes(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     const T period = model.steering.period;
     Reasons& why = state.reasons;
     const bool up = at.depth < model.surface_depth || !at.depths;
-    if (at.fix) state.since_fix = 0, state.waiting = 0, ++state.fixes, state.retry = 0, why.clear(Reason::no_fix);
+    if (at.fix) state.since_fix = 0, state.waiting = 0, state.retry = 0, why.clear(Reason::no_fix);
     const T age = seconds(model, state.since_fix);
     if (state.since_fix < 1 << 30) ++state.since_fix;
     if (state.retry > 0) --state.retry;
-    const bool vague = model.error_most < at.position_error || (near_fence && model.error_enough < at.position_error);
+    // Near the fence and at home a place must be known better.
+    const bool near = near_fence || state.mode == Mode::home;
+    const bool vague = (near ? model.error_near : model.error_most) < at.position_error;
     const bool due = T(0) < mission.surface_every && mission.surface_every < age;
-    if (!state.rising && state.retry == 0 && (vague || due)) {
-        state.rising = true, state.fixes = 0, state.waiting = 0;
+    const bool drifts = state.mode == Mode::hold || state.mode == Mode::done;
+    if (!state.rising && state.retry == 0 && (vague || due) && !drifts) {
+        state.rising = true, state.waiting = 0;
         why.tell(vague ? Reason::uncertain : Reason::fix_due);
     }
     if (!state.rising) return;
     if (up && !at.fix) ++state.waiting;
-    const bool enough = model.fixes <= T(state.fixes) && at.position_error < model.error_most;
+    const bool enough = at.fix && !vague && at.drift_error <= model.drift_enough;
     const bool vain = model.patience <= T(state.waiting) * period;
     if (vain) why.tell(Reason::no_fix), state.retry = int(model.retry / period);
     if (!enough && !vain) return;
@@ -265,26 +283,44 @@ Mode mode_of(const Guidance<T>& model, const GuidanceState<T>& state, const Esti
     if (why.end() || adrift || (all && !mission.stay)) {
         const T dx = mission.home.x - at.x, dy = mission.home.y - at.y;
         const bool there = dx * dx + dy * dy < mission.home_radius * mission.home_radius;
-        return there && up && !adrift ? Mode::done : Mode::home;
+        // Where home is not known it keeps to where it should be, as long as it can.
+        const bool last = why.has(Reason::low_battery) || why.has(Reason::time_up);
+        return there && up && !state.rising && (!adrift || last) ? Mode::done : Mode::home;
     }
     if (all) return up ? Mode::done : Mode::surface;
     return state.rising ? Mode::surface : mission.waypoints > 0 ? Mode::transit : Mode::idle;
+}
+
+/// Where it goes: home, or the present waypoint.
+template <class T>
+Corner<T> target_of(const GuidanceState<T>& state, const Mission<T>& mission) {
+    const int last = mission.waypoints - 1;
+    if (state.mode == Mode::home || last < 0) return mission.home;
+    const Waypoint<T>& to = mission.waypoint[state.leg < last ? state.leg : last];
+    return {to.x, to.y};
+}
+
+/// Distance to the fence at which to turn: more the less the position is known. Where it is known, and on the way home,
+/// never so much that the target itself is out of bounds; else the robot keeps to the middle until a fix comes.
+template <class T>
+T margin_of(const Guidance<T>& model, const GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
+    const T margin = model.fence_margin + T(2) * at.position_error;
+    if (state.mode != Mode::home && model.error_near < at.position_error) return margin;
+    const Corner<T> target = target_of(state, mission);
+    return min(margin, max(model.fence_margin, T(0.8) * inside(mission, target.x, target.y).distance));
 }
 
 /// Course over ground: to the point ahead on the leg, or home; near the fence toward its inside.
 template <class T>
 Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
                     const Inside<T>& room) {
-    const Course<T> present = toward(at.facing[0], at.facing[1], {T(0), T(1)});
-    Course<T> course;
-    const int last = mission.waypoints - 1;
-    if (state.mode == Mode::home || last < 0) {
-        course = toward(mission.home.x - at.x, mission.home.y - at.y, present);
-    } else {
-        const Waypoint<T>& to = mission.waypoint[state.leg < last ? state.leg : last];
-        course = line_of_sight(state.from, {to.x, to.y}, at.x, at.y, model.steering.lookahead, present).course;
-    }
-    const T margin = model.fence_margin + T(2) * at.position_error;
+    const Course<T> present = toward(at.facing.x, at.facing.y, {T(0), T(1)});
+    const Corner<T> target = target_of(state, mission);
+    const bool direct = state.mode == Mode::home || mission.waypoints == 0;
+    const Course<T> course =
+        direct ? toward(target.x - at.x, target.y - at.y, present)
+               : line_of_sight(state.from, target, at.x, at.y, model.steering.lookahead, present).course;
+    const T margin = margin_of(model, state, at, mission);
     state.reasons.clear(Reason::fence), state.reasons.clear(Reason::outside);
     if (margin <= room.distance) return course;
     state.reasons.tell(room.distance < T(0) ? Reason::outside : Reason::fence);
@@ -302,7 +338,8 @@ void steer_depth(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     const T pitch = at.depths ? pitch_for(steering, state.steering, at, wanted) : model.blind_pitch;
     const T fin = at.attitude ? fins_for(steering, at, pitch) : model.blind_fin;
     const bool port = why.has(Reason::port_fin_lost), starboard = why.has(Reason::starboard_fin_lost);
-    state.fin = port || starboard ? clamp(fin, -model.fin_alone, model.fin_alone) : fin;
+    const T most = alone_most(model, why);
+    state.fin = clamp(fin, -most, most);
     command.fin[0] = port ? T(0) : state.fin;
     command.fin[1] = starboard ? T(0) : state.fin;
 }
@@ -328,7 +365,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     const Steering<T>& steering = model.steering;
     const Inside<T> room = inside(mission, at.x, at.y);
     weigh(model, state, at, onboard, mission);
-    weigh_fixes(model, state, at, mission, room.distance < model.fence_margin + T(2) * at.position_error);
+    weigh_fixes(model, state, at, mission, room.distance < margin_of(model, state, at, mission));
     if (state.mode == Mode::transit || state.mode == Mode::surface) follow_legs(model, state, at, mission);
     state.mode = mode_of(model, state, at, mission);
     ++state.ticks;
@@ -357,7 +394,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     // The gait's speed is as far off as the fixes said.
     beat_into(steering, command, max(speed, steering.speed_least) / at.factor, bias);
     steer_depth(model, state, at, depth, command);
-    weigh_fins(model, state, at, depth);
+    weigh_fins(model, state, at, mission, depth);
     return out;
 }
 

@@ -68,7 +68,7 @@ struct BeatMean {
 /// Take in one tick; at the end of a beat, or after a second without one, the mean is made anew.
 template <class T>
 void look(BeatMean<T>& beat, const Estimate<T>& at, bool ended, int most) {
-    const T now[4] = {at.facing[0], at.facing[1], at.rate[2], at.tilt};
+    const T now[4] = {at.facing.x, at.facing.y, at.rate.z, at.tilt};
     for (int k = 0; k < 4; ++k) beat.sum[k] += now[k];
     ++beat.ticks;
     if (!ended && beat.ticks < most) return;
@@ -167,7 +167,7 @@ T pitch_for(const Steering<T>& model, SteeringState<T>& state, const Estimate<T>
 /// Angle of both fins for the sine of a pitch, leading edge up.
 template <class T>
 T fins_for(const Steering<T>& model, const Estimate<T>& at, T pitch) {
-    const T asked = model.pitch_gain * (pitch - at.facing[2]) - model.pitch_damping * at.rate[1];
+    const T asked = model.pitch_gain * (pitch - at.facing.z) - model.pitch_damping * at.rate.y;
     return clamp(asked, -model.fin_most, model.fin_most);
 }
 
