@@ -203,7 +203,8 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
     const T error = abs(at.depth - wanted);
     const bool anew = abs(wanted - state.depth_wanted) > model.answer_depth;
     state.depth_wanted = wanted;
-    if (!at.depths || error < model.answer_depth)
+    const T near = T(0) < wanted ? model.answer_depth : model.surface_depth;
+    if (!at.depths || error < near)
         state.unanswered = 0;
     else if (anew || state.unanswered == 0 || error < state.depth_error - model.answer_depth)
         state.unanswered = 1, state.depth_error = error;
