@@ -5,9 +5,9 @@
 namespace hypertuna {
 
 static Output accelerations(const Model& model, const Input<2>& share, const Input<2>& links, const Input<1>& fin,
-                            const Input<1>& sea, const Input<3>& bend, const Input<2>& twist, const Input<2>& pose,
-                            const Input<2>& moment) {
-    const SpaceInput in{links, fin, sea, 0};
+                            const Input<1>& sea, double shedding, const Input<3>& bend, const Input<2>& twist,
+                            const Input<2>& pose, const Input<2>& moment) {
+    const SpaceInput in{links, fin, sea, shedding, 0};
     check_space(in, model);
     const std::size_t count = bend.shape(0), coordinates = share.shape(1);
     check_extent("bend", bend.shape(1), 2);
@@ -42,12 +42,13 @@ static Output accelerations(const Model& model, const Input<2>& share, const Inp
 static NamedArrays run_twin6(const Model& model, const Input<2>& share, const std::vector<Input<2>>& points,
                              const Input<2>& grid, const Input<2>& circuits, const Input<1>& hinge,
                              const Input<1>& battery, double idle, const Input<2>& links, const Input<1>& fin,
-                             const Input<1>& sea, double antenna, const Input<1>& twist, const Input<1>& pose,
-                             const NamedColumns& controller, const NamedColumns& sensors, std::uint64_t seed,
-                             const std::vector<FaultRow>& faults, double frequency, const Input<2>& command,
-                             const Input<2>& fin_angle, double heard, int steps, std::size_t every) {
+                             const Input<1>& sea, double shedding, double antenna, const Input<1>& twist,
+                             const Input<1>& pose, const NamedColumns& controller, const NamedColumns& sensors,
+                             std::uint64_t seed, const std::vector<FaultRow>& faults, double frequency,
+                             const Input<2>& command, const Input<2>& fin_angle, double heard, int steps,
+                             std::size_t every) {
     const PlantInput in{model, share, points, grid, circuits, hinge, battery, idle, false};
-    const SpaceInput space{links, fin, sea, antenna};
+    const SpaceInput space{links, fin, sea, shedding, antenna};
     check_plant(in);
     check_space(space, model);
     check_extent("twist", twist.shape(0), twist_numbers);
@@ -96,15 +97,16 @@ void bind_body6(nb::module_& m) {
     m.attr("GRAVITY") = gravity;
     m.def(
         "body6_acceleration", &accelerations, nb::arg("model"), nb::arg("share"), nb::kw_only(), nb::arg("links"),
-        nb::arg("fin"), nb::arg("sea"), nb::arg("bend"), nb::arg("twist"), nb::arg("pose"), nb::arg("moment"),
+        nb::arg("fin"), nb::arg("sea"), nb::arg("shedding"), nb::arg("bend"), nb::arg("twist"), nb::arg("pose"),
+        nb::arg("moment"),
         "Accelerations (states, 6 + D) of the head (linear, then angular, in body axes) and of D coordinates, at bend "
         "(states, 2, D), twist (states, 6), pose (states, 9: position, attitude w x y z, fin angles), under moments "
         "(states, D) on the coordinates. `links`, `fin` and `sea` have the columns that the functions name.");
     m.def("run_twin6", &run_twin6, nb::arg("model"), nb::arg("share"), nb::kw_only(), nb::arg("points"),
           nb::arg("grid"), nb::arg("circuits"), nb::arg("hinge"), nb::arg("battery"), nb::arg("idle"), nb::arg("links"),
-          nb::arg("fin"), nb::arg("sea"), nb::arg("antenna"), nb::arg("twist"), nb::arg("pose"), nb::arg("controller"),
-          nb::arg("sensors"), nb::arg("seed"), nb::arg("faults"), nb::arg("frequency"), nb::arg("command"),
-          nb::arg("fin_angle"), nb::arg("heard"), nb::arg("steps"), nb::arg("every"),
+          nb::arg("fin"), nb::arg("sea"), nb::arg("shedding"), nb::arg("antenna"), nb::arg("twist"), nb::arg("pose"),
+          nb::arg("controller"), nb::arg("sensors"), nb::arg("seed"), nb::arg("faults"), nb::arg("frequency"),
+          nb::arg("command"), nb::arg("fin_angle"), nb::arg("heard"), nb::arg("steps"), nb::arg("every"),
           "Run plant, sensors and controller in space from a twist and a pose under one command, rows amplitude, phase "
           "and bias (3, joints), heard until a time, and fin angles (ticks, 2): the record of a run, one row every so "
           "many ticks; `ticks` says how many were made.");

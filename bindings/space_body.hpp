@@ -11,6 +11,7 @@ struct SpaceInput {
     const Input<2>& links;  // links, columns of LinkBody
     const Input<1>& fin;    // columns of fin.hpp
     const Input<1>& sea;    // columns of sea.hpp
+    double shedding;        // part of the vertical added mass per length that the tail end leaves behind
     double antenna;         // m, height above the plane of the joints
 };
 
@@ -31,14 +32,17 @@ struct SpaceBody {
     SpaceBody(FreeBody<Law, D>& own, const SpaceInput& in) : free(own) {
         const Sea<double> sea = read_sea<double>(in.sea.data());
         const Swimmer<double, Law>& fish = free.tank.fish;
-        double length = 0, height = 0;
+        double length = 0, height = 0, added = 0;
         for (int i = 0; i < fish.links; ++i) {
             const LinkBody<double> link = read_link_body<double>(in.links.data() + link_body_column_count * i);
             space.push_back(make_link_space(link, fish.link[i], fish.water.inertia(i), sea.density));
+            added = std::max(added, (space.back().heave - fish.link[i].mass) / fish.link[i].length);
             length += fish.link[i].length;
             height = std::max(height, std::abs(link.center_height) + link.height);
         }
-        body = {free.tail, space.data(), length + height, in.antenna, read_fin<double>(in.fin.data()), sea};
+        body = {
+            free.tail, space.data(), in.shedding * added, length + height, in.antenna, read_fin<double>(in.fin.data()),
+            sea};
     }
     SpaceBody(const SpaceBody&) = delete;
     SpaceBody& operator=(const SpaceBody&) = delete;

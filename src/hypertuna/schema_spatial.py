@@ -7,7 +7,7 @@ from typing import Self
 from pydantic import model_validator
 
 from hypertuna.errors import InputError
-from hypertuna.schema_base import NotNegative, Part, Positive, PositiveDegrees, Real, entry
+from hypertuna.schema_base import Fraction, NotNegative, Part, Positive, PositiveDegrees, Real, entry
 
 
 class Spatial(Part):
@@ -29,6 +29,11 @@ class Spatial(Part):
     )
     drag_roll: tuple[NotNegative, ...] = entry(
         "drag_roll", "drag coefficient of a section's height that turns about the link's axis"
+    )
+    shedding_vertical: Fraction = entry(
+        "shedding_vertical",
+        "part of Lighthill's reactive force up and down, by the widest section, that acts at the tail end",
+        default=0.0,
     )
     inertia_roll: tuple[Positive, ...] | None = entry(
         "inertia_roll_kg_m2",

@@ -97,7 +97,7 @@ def sea_parts(robot: Robot, sea: Sea) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``links``, ``fin``, ``sea`` and ``antenna`` as `_core.run_twin6` takes them, SI units.
+        ``links``, ``fin``, ``sea``, ``shedding`` and ``antenna`` as `_core.run_twin6` takes them, SI units.
 
     Raises
     ------
@@ -124,6 +124,7 @@ def sea_parts(robot: Robot, sea: Sea) -> dict[str, Any]:
         "links": np.stack([links[name] for name in _core.link_body_columns()], axis=1),
         "fin": np.array([fin[name] for name in _core.fin_columns()]),
         "sea": np.array([numbers[name] for name in _core.sea_columns()]),
+        "shedding": 0.0 if robot.spatial is None else robot.spatial.shedding_vertical,
         "antenna": float(tall) / 2,  # at the upper end of what is highest
     }
 

@@ -32,8 +32,8 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "attitude": ("quaternion", "1", "unit quaternion w, x, y, z from body axes to east, north, up"),
     "velocity": ("axis", "m/s", "velocity of the nose through the water in body axes: aft, starboard, up"),
     "turn_rate": ("axis", "rad/s", "rate of turn of the head in body axes"),
-    "fin": ("fin", "rad", "angle of the pectoral fins, leading edge up"),
-    "fin_target": ("fin", "rad", "angle that the fins' servos are told"),
+    "fin": ("side", "rad", "angle of the pectoral fins, leading edge up"),
+    "fin_target": ("side", "rad", "angle that the fins' servos are told"),
     "rate_measured": ("axis", "rad/s", "reading of the gyroscope"),
     "acceleration_measured": ("axis", "m/s^2", "reading of the accelerometer"),
     "charge": ("", "C", "charge taken from the battery, at the end of the control tick"),
@@ -188,7 +188,7 @@ class SeaRun:
             "joint": ("joint", joints),
             "circuit": ("circuit", circuits),
             "servo": ("servo", [*circuits, "fin 1", "fin 2"]),
-            "fin": ("fin", ["port", "starboard"]),
+            "side": ("side", ["port", "starboard"]),
             "quaternion": ("quaternion", ["w", "x", "y", "z"]),
         }
         made = provenance(self.robot) | {"frequency_hz": self.gait.frequency, "seed": self.seed, "status": self.status}

@@ -25,6 +25,7 @@ class Space:
     links: dict[str, Real]
     fin: dict[str, float]
     sea: dict[str, float]
+    shedding: float = 0.0
 
     def rows(self) -> tuple[Real, Real, Real]:
         """As the core takes them, in the order of its columns."""
@@ -132,7 +133,7 @@ def potential_energy(chain: Chain, space: Space, share: Real, q: Real, position:
 
 
 def drag(chain: Chain, water: Water, space: Space, share: Real, q: Real, rate: Real, twist: Real) -> Real:
-    """Generalized force (6 + d,) of the lumped law's drag and of the drag across the plane; fins are `fins`."""
+    """Generalized force (6 + d,) of the lumped law's drag and of what acts across the plane; fins are `fins`."""
     assert isinstance(water, Lumped)
     total = np.zeros(6 + len(q))
     node, weight = np.polynomial.legendre.leggauss(4)
@@ -150,11 +151,19 @@ def drag(chain: Chain, water: Water, space: Space, share: Real, q: Real, rate: R
         friction = -water.density / 2 * water.friction[i] * water.friction_area[i] * v[0] * abs(v[0])
         sideways = -water.density / 2 * water.drag[i] * water.drag_area[i] * v[1] * abs(v[1])
         push(i, chain.com[i], b["center_height"], np.array([friction, sideways, 0.0]))
-        length = chain.length[i]
-        for x, share_x in zip(length * (1 + node) / 2, length * weight / 2, strict=True):
-            rise = link.velocity(twist, x)[2]
-            lift = -water.density / 2 * b["drag_vertical"] * b["width"] * share_x * rise * abs(rise)
-            push(i, x, 0.0, np.array([0, 0, lift]))
+        length, ends = chain.length[i], [link.velocity(twist, x)[2] for x in (0.0, chain.length[i])]
+        still = length * np.clip(ends[0] / (ends[0] - ends[1]), 0.0, 1.0)  # where the link does not rise, or an end
+        for first, last in ((0.0, still), (still, length)):  # on either side a square, for Gauss's points exact
+            for x, part in zip(first + (last - first) * (1 + node) / 2, (last - first) * weight / 2, strict=True):
+                rise = link.velocity(twist, x)[2]
+                lift = -water.density / 2 * b["drag_vertical"] * b["width"] * part * rise * abs(rise)
+                push(i, x, 0.0, np.array([0, 0, lift]))
+        if i == len(chain.length) - 1:
+            densest = max(space.links["added_vertical"] * np.pi / 4 * space.links["width"] ** 2)
+            wake = space.shedding * water.density * densest
+            v = link.axes.T @ link.velocity(twist, length)
+            fade = max(0.0, -v[0]) / np.hypot(v[0], v[2])
+            push(i, length, 0.0, wake * fade * np.array([-(v[2] ** 2) / 2, 0.0, v[0] * v[2]]))
         roll, half = link.rate(twist)[0], b["height"] / 2
         moment = -water.density / 2 * b["drag_roll"] * length * half**4 / 2 * roll * abs(roll)
         total[3:6] += moment * link.axes[:, 0]

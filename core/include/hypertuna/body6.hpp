@@ -59,8 +59,9 @@ struct LinkSpace {
     S lift;                              // N of buoyancy, all under water
     S center, center_height;             // m, of buoyancy, from the link's point
     S height;                            // m, of the section
-    S drag, middle, half_length;         // kg/m, m, m: vertical, as Strip's
+    S drag, middle, half_length;         // kg/m, m, m: vertical, over the whole link
     S drag_roll;                         // kg m^2
+    bool flat;                           // nothing of it lies above or below the plane of the joints
 };
 
 template <class S>
@@ -89,6 +90,7 @@ LinkSpace<S> make_link_space(const LinkBody<S>& body, const Link<S>& link, const
     out.height = body.height;
     out.drag = half * density * body.drag_vertical * link.length * body.width;
     out.middle = middle, out.half_length = half * link.length;
+    out.flat = h == S(0) && c == S(0);
     out.drag_roll = side * body.height * body.height * S(base_t<S>(1.0 / 32));
     return out;
 }
@@ -101,6 +103,7 @@ struct Body6 {
 
     Tail<S, Law, D> tail;       // never clamped
     const LinkSpace<S>* space;  // one per link
+    S wake;                     // kg/m: what of the largest vertical added mass per length the tail end leaves behind
     S reach;                    // m: no part of the robot is farther from the nose
     S antenna;                  // m, height of the satellite receiver's antenna above the head's point in the plane
     Fin<S> fin;
@@ -182,6 +185,22 @@ HYPERTUNA_INLINE LinkPair<S> link_momentum(const LinkInertia<S>& inertia, const 
          k.pitch * v.across.n + k.along * v.in.t + k.heave_pitch * v.across.z}};
 }
 
+/// Integrals of v |v| and s v |v| over s from 0 to 1, of a velocity that goes linearly from v0 to v1.
+template <class S>
+struct Rise {
+    S force, moment;
+};
+template <class S>
+HYPERTUNA_INLINE Rise<S> rise_drag(const S& v0, const S& v1) {
+    const S third(base_t<S>(1.0 / 3)), quarter(base_t<S>(0.25)), s0 = v0 * v0, s1 = v1 * v1, mixed = v0 * v1;
+    if (!(mixed < S(0))) {
+        const S sign = select(v0 + v1 < S(0), S(-1), S(1));
+        return {sign * third * (s0 + mixed + s1), sign * third * quarter * (s0 + S(2) * mixed + S(3) * s1)};
+    }
+    const S gain = S(1) / (v1 - v0), cubes = gain * third * (s1 * abs(v1) - s0 * abs(v0));
+    return {cubes, gain * (gain * quarter * (s1 * times_abs(v1) - s0 * times_abs(v0)) - v0 * cubes)};
+}
+
 /// Forces on link i by the water's drag, in and across the plane, all of it under water.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE LinkPair<S> link_drag(const Body6<S, Law, D>& body, int i, const LinkPair<S>& v) {
@@ -190,13 +209,18 @@ HYPERTUNA_INLINE LinkPair<S> link_drag(const Body6<S, Law, D>& body, int i, cons
     const Along<S> plane =
         water_force(body.tail.fish, i, Along<S>{v.in.t + c * v.across.n, v.in.n - c * v.across.t, v.in.w});
     LinkPair<S> f{plane, {S(0), S(0) - c * plane.n - k.drag_roll * times_abs(v.across.t), c * plane.t}};
-    using Rule = Strip<S>;
-    for (int p = 0; p < 2 * Rule::pairs; ++p) {
-        const base_t<S> side = p % 2 ? 1 : -1;
-        const S arm = k.middle + S(base_t<S>(side * Rule::node[p / 2])) * k.half_length;
-        const S force = S(base_t<S>(-Rule::weight[p / 2])) * k.drag * times_abs(v.across.z - arm * v.across.n);
-        f.across.z += force;
-        f.across.n -= arm * force;
+    // Exact along the link, of which each point rises at its own rate.
+    const S front = k.middle - k.half_length, rear = k.middle + k.half_length;
+    const Rise<S> rise = rise_drag(v.across.z - front * v.across.n, v.across.z - rear * v.across.n);
+    f.across.z -= k.drag * rise.force;
+    f.across.n += k.drag * (front * rise.force + (rear - front) * rise.moment);
+    if (i == body.tail.fish.links - 1) {
+        // Lighthill's reactive force as in water.hpp, up and down instead of sideways.
+        const Strip<S> wake{nullptr, body.wake, false};
+        const Along<S> end = wake.shed(Along<S>{v.in.t, v.across.z - rear * v.across.n, S(0)});
+        f.in.t += end.t;
+        f.across.z += end.n;
+        f.across.n -= rear * end.n;
     }
     return f;
 }
@@ -343,10 +367,8 @@ HYPERTUNA_INLINE BodyEquations<S, D> body_equations(const Body6<S, Law, D>& body
         const LinkPair<S> load = link_load(body, i, view, xi, out);
         const Wrench<S> bias = at.wrench(load.in);
         const Across<S> lift = view.wrench(load.across);
-        // Momenta at unit rates of roll and pitch: in the plane, and across it.
+        // Momenta across the plane at unit rates of roll and pitch; further down those in it.
         const S c = at.c, s = at.s;
-        const Momentum<S> roll = at.wrench(Along<S>{S(0) - s * k.along, c * k.along_height, c * k.turn_height});
-        const Momentum<S> pitch = at.wrench(Along<S>{c * k.along, s * k.along_height, s * k.turn_height});
         const Across<S> up = view.wrench({k.heave, S(0), k.heave_pitch});
         const Across<S> rolling =
             view.wrench({k.heave * view.y - k.heave_pitch * s, k.roll * c, k.heave_pitch * view.y - k.pitch * s});
@@ -354,8 +376,6 @@ HYPERTUNA_INLINE BodyEquations<S, D> body_equations(const Body6<S, Law, D>& body
         sum.across = {sum.across.xx + up.z,      sum.across.xy + up.t,
                       sum.across.xz + up.n,      sum.across.yy + rolling.t,
                       sum.across.yz + rolling.n, sum.across.zz + s * (k.roll * s) + c * pitch_n - view.x * pitch_z};
-        sum.roll = sum.roll + roll;
-        sum.pitch = sum.pitch + pitch;
         sum.load = {sum.load.z - lift.z, sum.load.t - lift.t, sum.load.n - lift.n};
         TailEquations<S, D>& plane = sum.tail;
         plane.body = {plane.body.xx + inertia.xx, plane.body.xy + inertia.xy, plane.body.xz + inertia.xz,
@@ -369,10 +389,18 @@ HYPERTUNA_INLINE BodyEquations<S, D> body_equations(const Body6<S, Law, D>& body
             const Momentum<S> carried = inertia * screw[d];
             plane.cross[d] = plane.cross[d] + carried;
             plane.bend_load[d] -= dot(screw[d], bias);
-            sum.bend[d][0] += dot(screw[d], roll);
-            sum.bend[d][1] += dot(screw[d], pitch);
             HYPERTUNA_UNROLL
             for (int e = 0; e <= d; ++e) plane.bend[d][e] += dot(screw[e], carried);
+        }
+        if (k.flat) continue;
+        const Momentum<S> roll = at.wrench(Along<S>{S(0) - s * k.along, c * k.along_height, c * k.turn_height});
+        const Momentum<S> pitch = at.wrench(Along<S>{c * k.along, s * k.along_height, s * k.turn_height});
+        sum.roll = sum.roll + roll;
+        sum.pitch = sum.pitch + pitch;
+        HYPERTUNA_UNROLL
+        for (int d = 0; d < D; ++d) {
+            sum.bend[d][0] += dot(screw[d], roll);
+            sum.bend[d][1] += dot(screw[d], pitch);
         }
     }
     push_head(body, pose, xi, out, sum);
@@ -394,18 +422,22 @@ BodyAcceleration<S, D> body6_acceleration(const Body6<S, Law, D>& body, const Be
     const BodyEquations<S, D> sum = body_equations(body, pose, xi);
     // In the order x, y, yaw, heave, roll, pitch, then the coordinates.
     const Symmetric<S>&a = sum.tail.body, &b = sum.across;
-    S matrix[6 + D][6 + D] = {{a.xx},
-                              {a.xy, a.yy},
-                              {a.xz, a.yz, a.zz},
-                              {S(0), S(0), S(0), b.xx},
-                              {sum.roll.x, sum.roll.y, sum.roll.z, b.xy, b.yy},
-                              {sum.pitch.x, sum.pitch.y, sum.pitch.z, b.xz, b.yz, b.zz}};
+    S matrix[6 + D][6 + D];  // the lower triangle
+    const auto put = [&](int row, std::initializer_list<S> values) {
+        int column = 0;
+        for (const S& value : values) matrix[row][column++] = value;
+    };
+    put(0, {a.xx});
+    put(1, {a.xy, a.yy});
+    put(2, {a.xz, a.yz, a.zz});
+    put(3, {S(0), S(0), S(0), b.xx});
+    put(4, {sum.roll.x, sum.roll.y, sum.roll.z, b.xy, b.yy});
+    put(5, {sum.pitch.x, sum.pitch.y, sum.pitch.z, b.xz, b.yz, b.zz});
     S load[6 + D] = {sum.tail.load.x, sum.tail.load.y, sum.tail.load.z, sum.load.z, sum.load.t, sum.load.n};
     for (int d = 0; d < D; ++d) {
-        S(&row)[6 + D] = matrix[6 + d];
-        row[0] = sum.tail.cross[d].x, row[1] = sum.tail.cross[d].y, row[2] = sum.tail.cross[d].z;
-        row[4] = sum.bend[d][0], row[5] = sum.bend[d][1];
-        for (int e = 0; e <= d; ++e) row[6 + e] = sum.tail.bend[d][e];
+        const Momentum<S>& cross = sum.tail.cross[d];
+        put(6 + d, {cross.x, cross.y, cross.z, S(0), sum.bend[d][0], sum.bend[d][1]});
+        for (int e = 0; e <= d; ++e) matrix[6 + d][6 + e] = sum.tail.bend[d][e];
         load[6 + d] = moment[d] + sum.tail.bend_load[d];
     }
     solve_cholesky(matrix, load);
