@@ -15,6 +15,17 @@ from hypertuna.mission_file import read_mission, reference
 from hypertuna.mission_record import COLUMNS
 from hypertuna.plots_mission import plot_mission
 
+SPELLED = {
+    "m_s": "m/s",
+    "deg_s": "deg/s",
+    "kpa": "kPa",
+    "wh": "Wh",
+    "ah": "Ah",
+    "hz": "Hz",
+    "v": "V",
+    "w": "W",
+    "": "1",
+}
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -36,10 +47,13 @@ def topic_table() -> str:
     lines.append("| `/location` | `foxglove.LocationFix`: the place on the Earth, where there is an origin | deg |")
     for topic, names in SCALARS.items():
         for name in names:
-            unit = BORDER[COLUMNS[name].unit][0].replace("_", "/")
-            lines.append(f"| `{topic}` | `{name}`: {COLUMNS[name].meaning} | {unit or '1'} |")
+            unit = BORDER[COLUMNS[name].unit][0]
+            lines.append(f"| `{topic}` | `{name}`: {COLUMNS[name].meaning} | {SPELLED.get(unit, unit)} |")
         if topic == "/motion":
-            lines += [f"| `{topic}` | `{name}`: {text} | |" for name, text in DERIVED.items()]
+            units = {name: name.split("_", 1)[1] for name in DERIVED}
+            lines += [
+                f"| `{topic}` | `{k}`: {text} | {SPELLED.get(units[k], units[k])} |" for k, text in DERIVED.items()
+            ]
     return "\n".join(lines)
 
 

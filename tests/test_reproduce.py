@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna import published_twins, reproduce_fe, reproduce_fit, reproduce_optima
+from hypertuna import published_twins, reproduce_fe, reproduce_fit, reproduce_lake, reproduce_optima
 from hypertuna.cli import main
 from hypertuna.gait import named_gait
 from hypertuna.ledger import RULES, VERDICTS, Entry, Finding, judge, published
@@ -239,6 +239,7 @@ def test_full_adds_the_areas_as_printed(ledger: Ledger, monkeypatch: pytest.Monk
     monkeypatch.setattr(reproduce_optima, "seek", lambda *_, **__: ledger.optima)
     monkeypatch.setattr(published_twins, "run_published", lambda *_, **__: ledger.twins)
     monkeypatch.setattr(reproduce_fe, "solve_elements", lambda stored, _: stored)  # takes minutes
+    monkeypatch.setattr(reproduce_lake, "fly_lake", lambda: ledger.lake)  # takes a minute
     full = reproduce(full=True)
     assert [entry for entry in full.entries if "areas as printed" not in entry.model] == list(ledger.entries)
     printed = full.summary["speeds"][f"{OURS}, areas as printed"]
