@@ -1,52 +1,7 @@
 /// Bindings of the whole robot, servo to wake.
-#include <nanobind/stl/tuple.h>
-
-#include <tuple>
-
-#include "controller.hpp"
-#include "hypertuna/twin.hpp"
-#include "model.hpp"
-#include "tank.hpp"
+#include "owned_twin.hpp"
 
 namespace hypertuna {
-
-/// Most coordinates of a tail: the controller's joints and a hinge.
-static constexpr int most_coordinates = 5;
-
-/// A body in its water with D free coordinates, and its memory.
-template <class Law, int D>
-struct FreeBody {
-    Tank<double, Law> tank;
-    std::vector<JointMotion<double>> joint;
-    std::vector<LinkShape<double>> shape;
-    std::vector<LinkAcceleration<double>> acceleration;
-    Tail<double, Law, D> tail;
-
-    FreeBody(const Model& model, const double* share, bool clamped)
-        : tank(model, 4), joint(model.links), shape(model.links), acceleration(model.links) {
-        tail = {tank.fish,          reinterpret_cast<const double (*)[D]>(share), clamped, joint.data(), shape.data(),
-                acceleration.data()};
-    }
-    FreeBody(const FreeBody&) = delete;
-    FreeBody& operator=(const FreeBody&) = delete;
-};
-
-/// Call work with a free body of the model's water law and so many coordinates.
-template <int D = 1, class Work>
-static void with_free_body(const Model& model, const Input<2>& share, bool clamped, const Work& work) {
-    check_extent("share", share.shape(0), model.links);
-    if constexpr (D > most_coordinates)
-        throw nb::value_error("share: a tail has 1 to 5 coordinates");
-    else if (share.shape(1) != D)
-        with_free_body<D + 1>(model, share, clamped, work);
-    else if (model.law == WaterLaw::lumped) {
-        FreeBody<Lumped<double>, D> body(model, share.data(), clamped);
-        work(body);
-    } else {
-        FreeBody<Strip<double>, D> body(model, share.data(), clamped);
-        work(body);
-    }
-}
 
 template <class Law, int D>
 static void accelerate(FreeBody<Law, D>& body, const Input<3>& bend, const Input<2>& twist, const Input<2>& moment,
@@ -79,184 +34,32 @@ static Output tail_accelerations(const Model& model, const Input<2>& share, cons
     return out;
 }
 
-/// How many numbers a column of the record has in each tick.
-enum class Extent { one, coordinates, joints, circuits, servos, conditions };
-
-/// One column of the record of a run: the state at a tick's start, and what passed in the tick.
-template <int D>
-struct TwinColumn {
-    const char* name;
-    Extent extent;
-    double (*of)(const TwinState<double, D>&, const Tick<double, D>&, int);
-};
-#define HYPERTUNA_COLUMN(name, extent, value)                                                                 \
-    {name, Extent::extent, [](const TwinState<double, D>& at, const Tick<double, D>& tick, int i) -> double { \
-         return (void)at, (void)tick, (void)i, value;                                                         \
-     }}
-template <int D>
-inline constexpr TwinColumn<D> twin_columns[] = {
+/// Columns of the head's motion in the plane.
+template <int D, class Space = InPlane>
+static const std::vector<TwinColumn<D, Space>> head_columns = {
     HYPERTUNA_COLUMN("x", one, at.plant.pose.x),
     HYPERTUNA_COLUMN("y", one, at.plant.pose.y),
     HYPERTUNA_COLUMN("heading", one, at.plant.pose.heading),
     HYPERTUNA_COLUMN("surge", one, at.plant.xi.x),
     HYPERTUNA_COLUMN("sway", one, at.plant.xi.y),
     HYPERTUNA_COLUMN("yaw", one, at.plant.xi.z),
-    HYPERTUNA_COLUMN("angle", coordinates, at.plant.bend.angle[i]),
-    HYPERTUNA_COLUMN("rate", coordinates, at.plant.bend.rate[i]),
-    HYPERTUNA_COLUMN("moment", coordinates, tick.seen.moment[i]),
-    HYPERTUNA_COLUMN("angle_measured", joints, tick.readings.bend[i]),
-    HYPERTUNA_COLUMN("angle_set", joints, tick.output.set[i]),
-    HYPERTUNA_COLUMN("pump_pressure", circuits, tick.seen.circuit[i].pump.pressure),
-    HYPERTUNA_COLUMN("unit_pressure", circuits, tick.seen.circuit[i].unit.pressure),
-    HYPERTUNA_COLUMN("pump_pressure_high", circuits, tick.pump[i].high),
-    HYPERTUNA_COLUMN("pump_pressure_low", circuits, tick.pump[i].low),
-    HYPERTUNA_COLUMN("unit_pressure_high", circuits, tick.unit[i].high),
-    HYPERTUNA_COLUMN("unit_pressure_low", circuits, tick.unit[i].low),
-    HYPERTUNA_COLUMN("pressure_measured", circuits, tick.readings.pressure[i]),
-    HYPERTUNA_COLUMN("servo_target", circuits, at.targets.angle[i]),
-    HYPERTUNA_COLUMN("servo_angle", circuits, at.plant.circuit[i].angle),
-    HYPERTUNA_COLUMN("servo_rate", circuits, at.plant.circuit[i].rate),
-    HYPERTUNA_COLUMN("servo_torque", circuits, tick.seen.circuit[i].torque),
-    HYPERTUNA_COLUMN("flow", circuits, at.plant.circuit[i].flow),
-    HYPERTUNA_COLUMN("electrical_power", circuits, tick.power[i]),
-    HYPERTUNA_COLUMN("current", circuits, tick.readings.current[i]),
-    HYPERTUNA_COLUMN("power", one, tick.servo_power),
-    HYPERTUNA_COLUMN("battery_voltage", one, at.battery.voltage),
-    HYPERTUNA_COLUMN("pulse", servos, tick.output.pulse[i]),
-    HYPERTUNA_COLUMN("status", one, tick.output.status.flags),
-    HYPERTUNA_COLUMN("status_at", conditions, tick.output.status.at[i]),
-};
-#undef HYPERTUNA_COLUMN
-
-/// The plant as Python hands it over.
-struct PlantInput {
-    const Model& model;
-    const Input<2>& share;                // links, coordinates
-    const std::vector<Input<2>>& points;  // joints: table points, columns of JointPoint
-    const Input<2>& grid;                 // joints, 4: first, step, viscosity, stop
-    const Input<2>& circuits;             // 2 joints, circuit columns
-    const Input<1>& hinge;                // stiffness, damping
-    const Input<1>& battery;              // columns of battery.hpp
-    double idle;                          // W of what draws power beside the pumps' servos
-    bool clamped;
 };
 
-/// A twin that owns its memory.
-template <class Law, int D>
-struct OwnedTwin {
-    FreeBody<Law, D> body;
-    std::vector<JointTable<double>> joint;
-    std::vector<Circuit<double>> circuit;
-    std::vector<double> unit_rest;
-    Twin<double, Law, D> twin;
-
-    OwnedTwin(const PlantInput& in, double tick, int steps) : body(in.model, in.share.data(), in.clamped) {
-        for (std::size_t j = 0; j < in.points.size(); ++j) {
-            const double* grid = in.grid.data() + 4 * j;
-            joint.push_back({reinterpret_cast<const JointPoint<double>*>(in.points[j].data()),
-                             static_cast<int>(in.points[j].shape(0)), grid[0], grid[1], grid[2], grid[3]});
-            const JointLoad<double> straight = joint_load(joint.back(), 0.0);
-            for (int side = 0; side < 2; ++side) {
-                circuit.push_back(read_circuit<double>(in.circuits.data() + (2 * j + side) * circuit_column_count));
-                unit_rest.push_back(straight.volume[side]);
-            }
-        }
-        twin.plant = {body.tail,        static_cast<int>(joint.size()),          joint.data(), circuit.data(),
-                      unit_rest.data(), {in.hinge.data()[0], in.hinge.data()[1]}};
-        twin.battery = read_battery<double>(in.battery.data());
-        twin.idle = in.idle;
-        twin.step = tick / steps;
-        twin.steps = steps;
-    }
-    OwnedTwin(const OwnedTwin&) = delete;
-    OwnedTwin& operator=(const OwnedTwin&) = delete;
-};
-
-static void check_plant(const PlantInput& in) {
-    const std::size_t joints = in.points.size();
-    check_extent("share", in.share.shape(0), in.model.links);
-    if (joints < 1 || joints > most_joints || in.share.shape(1) < joints || in.share.shape(1) > joints + 1)
-        throw nb::value_error("share: must have one column per joint, and perhaps one for a hinge");
-    for (const Input<2>& points : in.points) {
-        check_extent("points", points.shape(1), sizeof(JointPoint<double>) / sizeof(double));
-        if (points.shape(0) < 2) throw nb::value_error("points: a table has two points at least");
-    }
-    check_extent("grid", in.grid.shape(0), joints);
-    check_extent("grid", in.grid.shape(1), 4);
-    check_extent("circuits", in.circuits.shape(0), 2 * joints);
-    check_extent("circuits", in.circuits.shape(1), circuit_column_count);
-    check_extent("hinge", in.hinge.shape(0), 2);
-    check_extent("battery", in.battery.shape(0), battery_column_count);
+/// The twin's state at the start of a run.
+template <class Body>
+static TwinStateOf<Body> started(const Twin<Body>& twin, const Input<1>& twist) {
+    TwinStateOf<Body> state = at_rest(twin);
+    state.plant.xi = {twist.data()[0], twist.data()[1], twist.data()[2]};
+    return state;
 }
 
 /// Call work with an owned twin of the input's water law and number of coordinates.
-template <int D = 1, class Work>
+template <class Work>
 static void with_twin(const PlantInput& in, double tick, int steps, const Work& work) {
-    if constexpr (D > most_coordinates)
-        throw nb::value_error("share: a tail has 1 to 5 coordinates");
-    else if (in.share.shape(1) != D)
-        with_twin<D + 1>(in, tick, steps, work);
-    else if (in.model.law == WaterLaw::lumped) {
-        OwnedTwin<Lumped<double>, D> owned(in, tick, steps);
+    with_free_body(in.model, in.share, in.clamped, [&]<class Law, int D>(FreeBody<Law, D>& own) {
+        OwnedTwin<Tail<double, Law, D>> owned(own.tail, in, tick, steps);
         work(owned.twin, std::integral_constant<int, D>());
-    } else {
-        OwnedTwin<Strip<double>, D> owned(in, tick, steps);
-        work(owned.twin, std::integral_constant<int, D>());
-    }
-}
-
-static std::size_t extent_of(Extent extent, std::size_t coordinates, std::size_t joints) {
-    switch (extent) {
-        case Extent::coordinates:
-            return coordinates;
-        case Extent::joints:
-            return joints;
-        case Extent::circuits:
-            return 2 * joints;
-        case Extent::servos:
-            return 2 * joints + 2;
-        case Extent::conditions:
-            return conditions;
-        default:
-            return 1;
-    }
-}
-
-/// Run a twin for so many ticks and record each; ends early where the plant's state is none that a robot can have.
-/// go(state, k) makes tick k.
-template <class Law, int D, class Go>
-static NamedArrays record_run(const Twin<double, Law, D>& twin, std::size_t ticks, const Input<1>& twist,
-                              const Go& go) {
-    const std::size_t joints = twin.plant.joints;
-    std::vector<Output> columns;
-    for (const TwinColumn<D>& column : twin_columns<D>) {
-        const std::size_t extent = extent_of(column.extent, D, joints);
-        columns.push_back(column.extent == Extent::one ? zeros({ticks}) : zeros({ticks, extent}));
-    }
-    std::size_t done = 0;
-    {
-        const nb::gil_scoped_release unlocked;
-        TwinState<double, D> state = at_rest(twin);
-        state.plant.xi = {twist.data()[0], twist.data()[1], twist.data()[2]};
-        for (; done < ticks && plausible(state.plant); ++done) {
-            const PlantState<double, D> start = state.plant;
-            const Tick<double, D> tick = go(state, done);
-            TwinState<double, D> shown = state;
-            shown.plant = start;
-            for (std::size_t c = 0; c < columns.size(); ++c) {
-                const TwinColumn<D>& column = twin_columns<D>[c];
-                const std::size_t extent = extent_of(column.extent, D, joints);
-                double* row = columns[c].data() + extent * done;
-                for (std::size_t i = 0; i < extent; ++i) row[i] = column.of(shown, tick, static_cast<int>(i));
-            }
-        }
-    }
-    NamedArrays out;
-    for (std::size_t c = 0; c < columns.size(); ++c) out[twin_columns<D>[c].name] = columns[c];
-    Output ended = zeros({1});
-    ended.data()[0] = static_cast<double>(done);
-    out["ticks"] = ended;
-    return out;
+    });
 }
 
 static NamedArrays run_plant(const Model& model, const Input<2>& share, const std::vector<Input<2>>& points,
@@ -269,15 +72,13 @@ static NamedArrays run_plant(const Model& model, const Input<2>& share, const st
     check_extent("target", target.shape(1), 2 * points.size());
     NamedArrays out;
     with_twin(in, tick, steps, [&](auto& twin, auto D) {
-        out = record_run(twin, target.shape(0), twist, [&](TwinState<double, D>& state, std::size_t k) {
+        const auto go = [&](TwinState<double, D>& state, std::size_t k) {
             return driven_tick(twin, state, target.data() + k * target.shape(1));
-        });
+        };
+        out = record_run(twin, target.shape(0), 1, started(twin, twist), head_columns<D>, go);
     });
     return out;
 }
-
-using NamedColumns = std::map<std::string, std::vector<double>>;
-using FaultRow = std::tuple<std::string, int, int, double, double>;
 
 static NamedArrays run_twin(const Model& model, const Input<2>& share, const std::vector<Input<2>>& points,
                             const Input<2>& grid, const Input<2>& circuits, const Input<1>& hinge,
@@ -288,21 +89,11 @@ static NamedArrays run_twin(const Model& model, const Input<2>& share, const std
     const PlantInput in{model, share, points, grid, circuits, hinge, battery, idle, clamped};
     check_plant(in);
     check_extent("twist", twist.shape(0), 3);
-    check_extent("command", command.shape(0), 3);
-    check_extent("command", command.shape(1), points.size());
     const Controller<double> pilot = read_controller<double>(controller);
     const Sensors<double> senses = read_sensors<double>(sensors, seed);
     check_extent("joints", pilot.joints, points.size());
-    std::vector<Fault<double>> failing;
-    for (const auto& [kind, first, last, start, end] : faults)
-        failing.push_back({fault_kind(kind), first, last, start, end});
-    Command<double> wish{};
-    wish.frequency = frequency;
-    wish.armed = true;
-    const double* rows = command.data();
-    std::copy(rows, rows + pilot.joints, wish.amplitude);
-    std::copy(rows + pilot.joints, rows + 2 * pilot.joints, wish.phase);
-    std::copy(rows + 2 * pilot.joints, rows + 3 * pilot.joints, wish.bias);
+    const std::vector<Fault<double>> failing = read_faults(faults);
+    Command<double> wish = read_command(frequency, command, pilot.joints);
     NamedArrays out;
     with_twin(in, pilot.tick, steps, [&](auto& twin, auto D) {
         twin.controller = pilot;
@@ -316,7 +107,7 @@ static NamedArrays run_twin(const Model& model, const Input<2>& share, const std
                 return sensed.readings;
             });
         };
-        out = record_run(twin, ticks, twist, go);
+        out = record_run(twin, ticks, 1, started(twin, twist), head_columns<D>, go);
     });
     return out;
 }

@@ -9,7 +9,8 @@
 
 namespace hypertuna {
 
-using Columns = std::map<std::string, std::vector<double>>;
+using NamedColumns = std::map<std::string, std::vector<double>>;
+using Columns = NamedColumns;
 
 /// One number of the columns.
 inline double column_at(const Columns& columns, const std::string& name, std::size_t index) {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import math
 from collections.abc import Sequence
@@ -25,6 +24,7 @@ from hypertuna.fe_points import Joint, joint_by_elements
 from hypertuna.fe_reduced import ReducedJoint, reduce_joint, with_reduced, write_reduced
 from hypertuna.robot_file import write_robot
 from hypertuna.twin import twin
+from hypertuna.twin_parts import parts_of
 
 ROBOT = ht.load("hypertuna")
 TABLE = {table.name: table for table in joint_tables(ROBOT)}
@@ -249,7 +249,7 @@ def test_the_energy_of_a_run_closes() -> None:
     for material in document["materials"].values():
         material["relaxation_s"] = 0.0
     robot = parse(document)
-    parts = importlib.import_module("hypertuna.twin")._parts_of(robot, "air", None).plant
+    parts = parts_of(robot, "air", None).plant
     swing = 0.3 * np.sin(2 * np.pi * 0.5 * 0.002 * np.arange(1000))
     target = np.stack([swing, -swing, swing, -swing], axis=1)
     run = ht._core.run_plant(**parts, twist=np.zeros(3), target=target, tick=0.002, steps=8)

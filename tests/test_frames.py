@@ -6,7 +6,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hypertuna.errors import InputError
-from hypertuna.frames import Frame, pose_from, pose_to, twist_from, twist_to
+from hypertuna.frames import (
+    Frame,
+    angles_of,
+    attitude_from,
+    attitude_of,
+    attitude_to,
+    body_to,
+    pose_from,
+    pose_to,
+    rotation_of,
+    twist_from,
+    twist_to,
+    world_to,
+)
 
 FRAMES: tuple[Frame, ...] = ("ned", "enu")
 TRIPLES = st.tuples(*[st.floats(-10, 10)] * 3)
@@ -65,3 +78,55 @@ def test_bad_input_gives_one_sentence() -> None:
     for bad in (1.0, [1.0, 2.0], np.zeros((3, 2))):
         with pytest.raises(InputError, match=r"^twist must have shape \(\.\.\., 3\), but is of shape"):
             twist_from("ned", bad)
+
+
+# Roll, pitch, heading in degrees; where nose, starboard side and back point: east, north, up.
+ATTITUDES = [
+    ((0, 0, 0), (0, 1, 0), (1, 0, 0), (0, 0, 1)),  # to the north: starboard is east
+    ((0, 0, 90), (1, 0, 0), (0, -1, 0), (0, 0, 1)),
+    ((0, 90, 0), (0, 0, 1), (1, 0, 0), (0, -1, 0)),  # nose up
+    ((90, 0, 0), (0, 1, 0), (0, 0, -1), (1, 0, 0)),  # starboard side down
+    ((0, 30, 180), (0, -np.sqrt(0.75), 0.5), (-1, 0, 0), (0, 0.5, np.sqrt(0.75))),
+]
+
+
+@pytest.mark.parametrize(("angles", "nose", "starboard", "back"), ATTITUDES)
+def test_attitudes_by_hand(angles: tuple[float, ...], nose: tuple[float, ...], starboard: object, back: object) -> None:
+    roll, pitch, heading = np.radians(angles)
+    r = rotation_of(attitude_of(roll=roll, pitch=pitch, heading=heading))
+    assert -r[:, 0] == pytest.approx(nose, abs=1e-12)  # our x points to the tail
+    assert r[:, 1] == pytest.approx(starboard, abs=1e-12)
+    assert r[:, 2] == pytest.approx(back, abs=1e-12)
+
+
+@given(roll=st.floats(-3, 3), pitch=st.floats(-1.5, 1.5), heading=st.floats(0, 6.28))
+def test_angles_are_those_of_the_attitude(roll: float, pitch: float, heading: float) -> None:
+    q = attitude_of(roll=roll, pitch=pitch, heading=heading)
+    assert np.linalg.norm(q) == pytest.approx(1, abs=1e-14)
+    found = angles_of(q)
+    assert np.exp(1j * found) == pytest.approx(np.exp(1j * np.array([roll, pitch, heading])), abs=1e-12)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+@given(q=st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1), v=TRIPLES)
+def test_attitudes_turn_the_same_vector_in_every_frame(
+    frame: Frame, q: tuple[float, ...], v: tuple[float, ...]
+) -> None:
+    ours = np.array(q) / np.linalg.norm(q)
+    theirs = attitude_to(frame, ours)
+    assert rotation_of(theirs) @ body_to(frame, v) == pytest.approx(world_to(frame, rotation_of(ours) @ v), abs=1e-12)
+    back = attitude_from(frame, theirs)
+    assert min(abs(back - ours).max(), abs(back + ours).max()) < 1e-14
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+@given(heading=st.floats(-3, 3), twist=TRIPLES)
+def test_in_the_plane_space_is_planar(frame: Frame, heading: float, twist: tuple[float, ...]) -> None:
+    level = np.array([np.cos(heading / 2), 0, 0, np.sin(heading / 2)])
+    theirs = pose_to(frame, [0.0, 0.0, heading])[2]
+    expected = [np.cos(theirs / 2), 0, 0, np.sin(theirs / 2)]
+    got = attitude_to(frame, level)
+    assert min(abs(got - expected).max(), abs(got + np.array(expected)).max()) < 1e-12
+    u, v, r = twist_to(frame, twist)
+    assert body_to(frame, [twist[0], twist[1], 0.0])[:2] == pytest.approx([u, v], abs=1e-12)
+    assert body_to(frame, [0.0, 0.0, twist[2]])[2] == pytest.approx(r, abs=1e-12)

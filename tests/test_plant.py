@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 from dataclasses import fields
 from typing import Any
@@ -13,6 +12,7 @@ import pytest
 from hypertuna import Robot, _core, load
 from hypertuna.description import parse
 from hypertuna.hydraulics import circuits
+from hypertuna.twin_parts import parts_of
 from oracles import plant as oracle
 
 TICK = 0.01
@@ -85,7 +85,7 @@ def swinging_targets(robot: Robot) -> np.ndarray[Any, Any]:
 def test_plant_agrees_with_an_independent_one(medium: str) -> None:
     robot, twist = without_friction(), np.array([-0.3, 0.0, 0.0] if medium == "water" else [0.0] * 3)
     targets = swinging_targets(robot)
-    parts = importlib.import_module("hypertuna.twin")._parts_of(robot, medium, None).plant
+    parts = parts_of(robot, medium, None).plant
     ours = _core.run_plant(**parts, twist=twist, target=targets, tick=TICK, steps=40)
 
     plain = oracle_robot(robot, clamped=medium == "air")

@@ -15,7 +15,8 @@ import hypertuna as ht
 from hypertuna.animation import FRAMES, animate_swim, outlines, slowed, swimming_svg
 from hypertuna.drawing import save
 from hypertuna.gait import named_gait
-from hypertuna.plots import last_beat, plot_ledger, plot_sweep, plot_swim, plot_turning, unroll
+from hypertuna.plots import last_beat, plot_ledger, plot_sweep, plot_swim, unroll
+from hypertuna.plots_turn import plot_turning
 from hypertuna.style import sequence
 
 

@@ -133,9 +133,9 @@ def test_half_the_step_changes_nothing_above_a_thousandth(gait: Any) -> None:
 
 def driven(target: Any, steps: int) -> dict[str, Any]:
     """The plant alone, its servos told where to go."""
-    from hypertuna.twin import _parts_of
+    from hypertuna.twin_parts import parts_of
 
-    parts = _parts_of(ROBOT, "water", None)
+    parts = parts_of(ROBOT, "water", None)
     return _core.run_plant(
         **parts.plant, twist=np.zeros(3), target=np.ascontiguousarray(target), tick=0.01, steps=steps
     )

@@ -49,7 +49,7 @@ struct Robot {
     JointTable<double> tables[2] = {joint.table, joint.table};
     Circuit<double> circuit[4] = {plain_circuit(), plain_circuit(), plain_circuit(), plain_circuit()};
     double rest[4] = {PlainJoint::rest, PlainJoint::rest, PlainJoint::rest, PlainJoint::rest};
-    Twin<double, Law, D> twin{
+    Twin<Tail<double, Law, D>> twin{
         {{fish.swimmer, share, false, motion, shape, acceleration}, 2, tables, circuit, rest, {0.5, 0.002}},
         {},
         {1e4, 16, 14, 0.1, 7.4, 0.9},
@@ -112,13 +112,13 @@ static void stays_at_rest() {
 template <class Law>
 static void work_of_the_oil() {
     Robot<Law> robot;
-    const Plant<double, Law, 3>& plant = robot.twin.plant;
+    const Plant<Tail<double, Law, 3>>& plant = robot.twin.plant;
     TwinState<double, 3> state = robot.run(20);
     struct Flows {
         double energy, in, out;
     };
     const auto look = [&](const PlantState<double, 3>& at) {
-        bend_tail(plant.tail, at.bend);
+        bend_tail(plant.body, at.bend);
         Flows f{kinetic_energy(robot.fish.swimmer, robot.shape, at.xi), 0,
                 water_loss(robot.fish.swimmer, robot.shape, at.xi)};
         for (int j = 0; j < 2; ++j) {

@@ -4,24 +4,31 @@ from hypertuna.actuator import Bend, bend
 from hypertuna.comparison import compare_recording, replay_recording
 from hypertuna.description import Robot, load, robots
 from hypertuna.errors import InputError
+from hypertuna.flight import Flight, fly
 from hypertuna.gait import Gait, named_gait
 from hypertuna.identify import Fit, identify
 from hypertuna.limits import Limit, gait_limits
 from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
+from hypertuna.mission_file import MissionFile, read_mission
 from hypertuna.optimize import Optimum, optimize
 from hypertuna.pareto import Front, pareto
 from hypertuna.replay import Pose, replay, residuals, rmse
 from hypertuna.results_page import report
+from hypertuna.sea import Sea
+from hypertuna.sea_run import SeaRun
+from hypertuna.sea_twin import twin_at_sea
 from hypertuna.smoothing import SmoothSeries, smooth
 from hypertuna.sweep import Gaits, Gradient, gradient, sweep
 from hypertuna.swim import Swim, swim
 from hypertuna.trials import Recording, SteadyRun, Trials, read_trials
+from hypertuna.turn import Turning, turn
 from hypertuna.twin import twin, twins
 from hypertuna.twin_run import TwinRun
 
 __all__ = [
     "Bend",
     "Fit",
+    "Flight",
     "Front",
     "Gait",
     "Gaits",
@@ -29,18 +36,23 @@ __all__ = [
     "InputError",
     "JointSeries",
     "Limit",
+    "MissionFile",
     "Optimum",
     "Pose",
     "Recording",
     "Robot",
+    "Sea",
+    "SeaRun",
     "SmoothSeries",
     "SteadyRun",
     "Swim",
     "Track",
     "Trials",
+    "Turning",
     "TwinRun",
     "bend",
     "compare_recording",
+    "fly",
     "gait_limits",
     "gradient",
     "identify",
@@ -49,6 +61,7 @@ __all__ = [
     "optimize",
     "pareto",
     "read_joints",
+    "read_mission",
     "read_tracks",
     "read_trials",
     "replay",
@@ -60,6 +73,8 @@ __all__ = [
     "smooth",
     "sweep",
     "swim",
+    "turn",
     "twin",
+    "twin_at_sea",
     "twins",
 ]

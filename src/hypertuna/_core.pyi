@@ -367,3 +367,91 @@ def run_twin(
     """
     Run plant, sensors and controller under one command, rows amplitude, phase and bias (3, joints), heard until a time: the record of a run, one row a tick; `ticks` says how many were made.
     """
+
+MOST_GAITS: int = 12
+
+def mode_names() -> list[str]:
+    """Modes of the pilot in the order of their numbers."""
+
+def reason_table() -> list[tuple[str, str]]:
+    """Reasons of the pilot in the order of their bits: name and sentence."""
+
+class Pilot:
+    """The pilot on board with its mission and state, in double precision."""
+
+    def __init__(
+        self,
+        controller: Mapping[str, Sequence[float]],
+        columns: Mapping[str, Sequence[float]],
+        mission: Mapping[str, Sequence[float]],
+        waypoints: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+        fence: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    ) -> None:
+        """At the start of a mission, from the columns of hypertuna.guidance."""
+
+    def fly(self, readings: Mapping[str, Sequence[float]]) -> dict[str, Any]:
+        """
+        One tick: pulses [s], command, estimate, mode and reasons. Readings have `fix` where one came.
+        """
+
+def link_body_columns() -> list[str]:
+    """Columns of a link's description in space."""
+
+def fin_columns() -> list[str]:
+    """Numbers that describe the pectoral fins."""
+
+def sea_columns() -> list[str]:
+    """Numbers that describe the sea."""
+
+GRAVITY: float = 9.81
+
+def body6_acceleration(
+    model: Model,
+    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    links: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    fin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    sea: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    shedding: float,
+    bend: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order="C", device="cpu", writable=False)],
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    pose: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    moment: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+) -> NDArray[numpy.float64]:
+    """
+    Accelerations (states, 6 + D) of the head (linear, then angular, in body axes) and of D coordinates, at bend (states, 2, D), twist (states, 6), pose (states, 9: position, attitude w x y z, fin angles), under moments (states, D) on the coordinates. `links`, `fin` and `sea` have the columns that the functions name.
+    """
+
+def run_twin6(
+    model: Model,
+    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    points: Sequence[
+        Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)]
+    ],
+    grid: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    hinge: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    battery: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    idle: float,
+    links: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    fin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    sea: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    shedding: float,
+    antenna: float,
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    controller: Mapping[str, Sequence[float]],
+    sensors: Mapping[str, Sequence[float]],
+    seed: int,
+    faults: Sequence[tuple[str, int, int, float, float]],
+    frequency: float,
+    command: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    fin_angle: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    heard: float,
+    steps: int,
+    every: int,
+) -> dict[str, NDArray[numpy.float64]]:
+    """
+    Run plant, sensors and controller in space from a twist and a pose under one command, rows amplitude, phase and bias (3, joints), heard until a time, and fin angles (ticks, 2): the record of a run, one row every so many ticks; `ticks` says how many were made.
+    """

@@ -15,6 +15,8 @@ from hypertuna.cli_bend import bend_command
 from hypertuna.cli_experiment import ask_command, tell_command
 from hypertuna.cli_fe import fe_app
 from hypertuna.cli_identify import identify_command
+from hypertuna.cli_log import log_app
+from hypertuna.cli_mission import mission_command
 from hypertuna.cli_optimize import optimize_app
 from hypertuna.cli_pareto import pareto_command
 from hypertuna.cli_posture import posture_command
@@ -25,6 +27,7 @@ from hypertuna.cli_reproduce import reproduce_command
 from hypertuna.cli_robot import robot_app
 from hypertuna.cli_swim import sweep_command, swim_command
 from hypertuna.cli_trials import trials_app
+from hypertuna.cli_turn import turn_command
 from hypertuna.cli_twin import twin_command
 from hypertuna.console import print_json
 from hypertuna.errors import InputError
@@ -40,7 +43,9 @@ app = typer.Typer(
 app.command("swim")(swim_command)
 app.command("sweep")(sweep_command)
 app.command("replay")(replay_command)
+app.command("turn")(turn_command)
 app.command("twin")(twin_command)
+app.command("mission")(mission_command)
 app.command("posture-test")(posture_command)
 app.command("identify")(identify_command)
 app.command("reproduce")(reproduce_command)
@@ -53,6 +58,7 @@ app.add_typer(actuator_app, name="actuator")
 app.add_typer(fe_app, name="fe")
 app.command("pump")(pump_command)
 app.command("range")(range_command)
+app.add_typer(log_app, name="log")
 app.add_typer(robot_app, name="robot")
 app.add_typer(trials_app, name="trials")
 

@@ -20,7 +20,9 @@ from hypertuna.schema import Body, Choice, Fitted, GaitBounds, JointGroup, Links
 from hypertuna.schema_actuator import DriveUnit, Hinge, Material
 from hypertuna.schema_base import Part, Text, entry, same_length, unique
 from hypertuna.schema_control import Controller, Sensor
+from hypertuna.schema_guidance import Guidance, check_guidance
 from hypertuna.schema_hydraulics import Battery, Oil, Pump, Servo
+from hypertuna.schema_spatial import Fins, Spatial
 
 __all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "robot_path", "robots"]
 
@@ -72,6 +74,9 @@ class Robot(Part):
     pump: Pump | None = entry("pump", "table of one cylinder of the pump", default=None)
     oil: Oil | None = entry("oil", "table of the hydraulic oil", default=None)
     controller: Controller | None = entry("controller", "table of the controller on board", default=None)
+    guidance: Guidance | None = entry("guidance", "table of the pilot on board", default=None)
+    spatial: Spatial | None = entry("spatial", "table of the links beyond the plane", default=None)
+    fins: Fins | None = entry("fins", "table of the pectoral fins", default=None)
     hinge: Hinge | None = entry("hinge", "table of a passive hinge in the tail", default=None)
     fit: Fitted | None = entry(
         "fit", "table that `hypertuna identify` leaves in the files that it writes", default=None
@@ -178,10 +183,16 @@ class Robot(Part):
         for law in ("lumped", "strip"):
             if (part := getattr(self.water, law)) is not None:
                 same_length(part, f"water.{law}", len(self.links.name), "link")
+        if self.spatial is not None:
+            same_length(self.spatial, "spatial", len(self.links.name), "link")
+            self.spatial.check_centers(self.links.length)
+        if self.fins is not None:
+            self.fins.check_place(self.links.length[0])
         for name, gait in self.gaits.items():
             same_length(gait, f"gaits.{name}", len(self.joints), "joint group")
         if self.gait_bounds is not None:
             same_length(self.gait_bounds, "gait_bounds", len(self.joints), "joint group", but=("frequency",))
+        check_guidance(self.guidance, self.gaits, len(self.joints))
         check_sizes(self.body.length, self.joints, self.drive_unit, self.pump)
         _check_sources(self)
         return self

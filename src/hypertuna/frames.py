@@ -1,4 +1,4 @@
-"""Poses and twists between our planar frames and those of others: NED with FRD bodies (Fossen), ENU with FLU bodies.
+"""Poses, twists, attitudes between our frames and those of others: NED with FRD bodies (Fossen), ENU with FLU bodies.
 
 Ours: the world is (x, y) with angles counter-clockwise seen from above. The body frame sits at the nose; its axis x_0
 runs from nose to tail and y_0 is 90 degrees counter-clockwise of it, so the robot faces, and swims, toward -x_0.
@@ -10,6 +10,10 @@ runs from nose to tail and y_0 is 90 degrees counter-clockwise of it, so the rob
 | NED | x north, y east; heading of the facing direction, clockwise from north | surge, sway to starboard; clockwise |
 
 Our x is east and our y is north. The origin stays at the nose. Angles are not wrapped: a steady turn stays continuous.
+
+In space our z is up, in the world and in the body. An attitude is the unit quaternion w, x, y, z that turns body axes
+into world axes. Roll, pitch and heading are Fossen's angles of the NED attitude: starboard down, nose up, clockwise
+from north.
 """
 
 from __future__ import annotations
@@ -21,7 +25,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.errors import InputError, did_you_mean, shown
 
-__all__ = ["Frame", "pose_from", "pose_to", "twist_from", "twist_to"]
+__all__ = [
+    "Frame",
+    "angles_of",
+    "attitude_from",
+    "attitude_of",
+    "attitude_to",
+    "body_to",
+    "pose_from",
+    "pose_to",
+    "rotation_of",
+    "twist_from",
+    "twist_to",
+    "world_to",
+]
 
 Frame = Literal["ned", "enu"]
 Array = NDArray[np.float64]
@@ -34,6 +51,12 @@ _POSE: dict[str, tuple[Array, Array]] = {
 _TWIST: dict[str, tuple[Array, Array]] = {
     "enu": (np.diag([-1.0, -1.0, 1.0]), np.zeros(3)),
     "ned": (np.diag([-1.0, 1.0, -1.0]), np.zeros(3)),
+}
+# In space: quaternions of the half turns from our axes to theirs, of the world and of the body.
+_HALF = np.sqrt(0.5)
+_TURNS: dict[str, tuple[Array, Array]] = {
+    "enu": (np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0])),  # about z
+    "ned": (np.array([0.0, _HALF, _HALF, 0.0]), np.array([0.0, 0.0, 1.0, 0.0])),  # about northeast; about y
 }
 
 
@@ -142,6 +165,216 @@ def twist_from(frame: Frame, twist: ArrayLike) -> Array:
         If the frame is unknown or the last axis does not have length 3.
     """
     return _backward(_TWIST, frame, "twist", twist)
+
+
+def attitude_to(frame: Frame, attitude: ArrayLike) -> Array:
+    """Convert attitudes of the head from our axes.
+
+    Parameters
+    ----------
+    frame : {"ned", "enu"}
+        Frame to convert to: world and body axes alike.
+    attitude : array_like, shape (..., 4)
+        Unit quaternions w, x, y, z from our body axes to our world axes [1].
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+        The same from forward-right-down to NED, or from forward-left-up to ENU [1].
+
+    Raises
+    ------
+    InputError
+        If the frame is unknown or the last axis does not have length 4.
+
+    Examples
+    --------
+    A robot whose tail points south faces north, level:
+
+    >>> tail_south = attitude_of(roll=0.0, pitch=0.0, heading=0.0)
+    >>> attitude_to("ned", tail_south).round(12).tolist()
+    [1.0, 0.0, 0.0, 0.0]
+    """
+    world, body = _map(_TURNS, frame)
+    return _upright(_product(_product(world, _quaternions(attitude)), _conjugate(body)))
+
+
+def attitude_from(frame: Frame, attitude: ArrayLike) -> Array:
+    """Convert attitudes of the head to our axes: the inverse of `attitude_to`.
+
+    Parameters
+    ----------
+    frame : {"ned", "enu"}
+        Frame to convert from.
+    attitude : array_like, shape (..., 4)
+        As `attitude_to` returns it [1].
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+        Unit quaternions w, x, y, z from our body axes to our world axes, w not negative [1].
+
+    Raises
+    ------
+    InputError
+        If the frame is unknown or the last axis does not have length 4.
+    """
+    world, body = _map(_TURNS, frame)
+    return _upright(_product(_product(_conjugate(world), _quaternions(attitude)), body))
+
+
+def world_to(frame: Frame, vectors: ArrayLike) -> Array:
+    """Convert positions and velocities in the world from our axes.
+
+    Parameters
+    ----------
+    frame : {"ned", "enu"}
+        Frame to convert to.
+    vectors : array_like, shape (..., 3)
+        East, north, up [any unit].
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        NED: north, east, down; ENU: as it is [the same unit].
+
+    Raises
+    ------
+    InputError
+        If the frame is unknown or the last axis does not have length 3.
+    """
+    result: Array = _triples("vectors", vectors) @ rotation_of(_map(_TURNS, frame)[0]).T
+    return result
+
+
+def body_to(frame: Frame, vectors: ArrayLike) -> Array:
+    """Convert velocities and rates of turn in body axes from ours.
+
+    Parameters
+    ----------
+    frame : {"ned", "enu"}
+        Frame whose body axes to convert to.
+    vectors : array_like, shape (..., 3)
+        Toward the tail, to starboard, up [any unit].
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        NED: forward, right, down; ENU: forward, left, up [the same unit].
+
+    Raises
+    ------
+    InputError
+        If the frame is unknown or the last axis does not have length 3.
+    """
+    result: Array = _triples("vectors", vectors) @ rotation_of(_map(_TURNS, frame)[1]).T
+    return result
+
+
+def angles_of(attitude: ArrayLike) -> Array:
+    """Read roll, pitch and heading from attitudes.
+
+    Parameters
+    ----------
+    attitude : array_like, shape (..., 4)
+        Unit quaternions w, x, y, z from our body axes to our world axes [1].
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Roll, starboard down; pitch, nose up; heading clockwise from north, from 0 to 2 pi [rad].
+
+    Raises
+    ------
+    InputError
+        If the last axis does not have length 4.
+
+    Examples
+    --------
+    A robot whose tail points west faces east:
+
+    >>> np.degrees(angles_of([0.0, 0.0, 0.0, 1.0])).tolist()
+    [0.0, 0.0, 90.0]
+    """
+    r = rotation_of(attitude_to("ned", attitude))
+    roll = np.arctan2(r[..., 2, 1], r[..., 2, 2])
+    pitch = -np.arcsin(np.clip(r[..., 2, 0], -1.0, 1.0))
+    heading = np.arctan2(r[..., 1, 0], r[..., 0, 0]) % (2 * np.pi)
+    return np.stack([roll, pitch, heading], axis=-1) + 0.0  # no minus before a zero
+
+
+def attitude_of(*, roll: float, pitch: float, heading: float) -> Array:
+    """Make the attitude of a roll, a pitch and a heading: the inverse of `angles_of`.
+
+    Parameters
+    ----------
+    roll, pitch, heading : float
+        Starboard down, nose up, clockwise from north [rad].
+
+    Returns
+    -------
+    ndarray, shape (4,)
+        Unit quaternion w, x, y, z from our body axes to our world axes, w not negative [1].
+    """
+    half = np.array([roll, pitch, heading]) / 2
+    about = [np.zeros(4) for _ in range(3)]
+    for k in range(3):
+        about[k][0], about[k][k + 1] = np.cos(half[k]), np.sin(half[k])
+    return attitude_from("ned", _product(_product(about[2], about[1]), about[0]))
+
+
+def rotation_of(attitude: ArrayLike) -> Array:
+    """Make rotation matrices of attitudes.
+
+    Parameters
+    ----------
+    attitude : array_like, shape (..., 4)
+        Unit quaternions w, x, y, z [1].
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+        Columns are the body's axes in the world [1].
+
+    Raises
+    ------
+    InputError
+        If the last axis does not have length 4.
+    """
+    w, x, y, z = np.moveaxis(_quaternions(attitude), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _product(a: Array, b: Array) -> Array:
+    """Multiply quaternions."""
+    scalar = a[..., 0] * b[..., 0] - (a[..., 1:] * b[..., 1:]).sum(axis=-1)
+    vector = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + np.cross(a[..., 1:], b[..., 1:])
+    return np.concatenate([scalar[..., np.newaxis], vector], axis=-1)
+
+
+def _conjugate(q: Array) -> Array:
+    result: Array = q * np.array([1.0, -1.0, -1.0, -1.0])
+    return result
+
+
+def _upright(q: Array) -> Array:
+    """Choose of a quaternion and its negative the one whose w is not negative."""
+    result: Array = np.where(q[..., :1] < 0, -q, q) + 0.0
+    return result
+
+
+def _quaternions(values: ArrayLike) -> Array:
+    """Return an array whose last axis has length 4."""
+    array = np.asarray(values, dtype=float)
+    if array.ndim == 0 or array.shape[-1] != 4:
+        shape = f"of shape {array.shape}"
+        raise InputError("must have shape (..., 4)", key="attitude", value=shape, fix="give w, x, y and z")
+    return array
 
 
 def _forward(maps: dict[str, tuple[Array, Array]], frame: str, key: str, values: ArrayLike) -> Array:

@@ -1,4 +1,4 @@
-"""Figures: one swim, a sweep as the paper's Fig. 10, turning radius against phase, published beside computed."""
+"""Figures: one swim, a sweep as the paper's Fig. 10, published beside computed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hypertuna.swim import Swim
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["last_beat", "plot_ledger", "plot_sweep", "plot_swim", "plot_turning", "unroll"]
+__all__ = ["last_beat", "plot_ledger", "plot_sweep", "plot_swim", "unroll"]
 
 Array = NDArray[np.float64]
 
@@ -127,53 +127,6 @@ def plot_sweep(found: xr.Dataset, *, width: float = WIDTH) -> Figure:
     else:
         bar = ScalarMappable(Normalize(phases.min(), phases.max()), SEQUENCE)
         figure.colorbar(bar, ax=panels, location="top", aspect=60, fraction=0.03, label=f"{title} [deg]")
-    return figure
-
-
-@styled
-def plot_turning(
-    found: Mapping[str, xr.Dataset],
-    length: float,
-    *,
-    published: tuple[float, float] | None = None,
-    width: float = WIDTH,
-) -> Figure:
-    """Plot the turning radius against the phase difference.
-
-    Parameters
-    ----------
-    found : mapping of str to xarray.Dataset
-        Sweeps over phases, by what to call them.
-    length : float
-        Of the body [m].
-    published : tuple of float, optional
-        Phase [deg] and radius [body lengths] to show beside them.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One line for each sweep; filled marks swim forward, open ones backward.
-    """
-    figure = Figure(figsize=(width, 0.42 * width + 0.6), layout="constrained")
-    axes = figure.subplots()
-    for k, (name, sweep) in enumerate(found.items()):
-        turn = sweep.isel(frequency=0, amplitude=0, bias=0)
-        phase, radius = _levels(turn, "phase")[0], turn.turn_radius.where(turn.settled).values / length
-        color, marker = COLORS[k % len(COLORS)], SHAPES[k % len(SHAPES)]
-        ahead = turn.speed.values > 0
-        axes.plot(phase, radius, color=color, lw=1.2, alpha=0.7)
-        axes.plot(phase[ahead], radius[ahead], marker, color=color, ms=5.5, label=name)
-        axes.plot(phase[~ahead], radius[~ahead], marker, color=color, ms=5.5, mfc="white", mew=1.4)
-    if published is not None:
-        axes.plot(*published, "*", color=INK, ms=13, mec="white", label="published")
-    axes.plot([], [], "o", color=FAINT, mfc="white", mew=1.4, label="swims tail first")
-    axes.set(
-        xlabel="phase difference [deg]", ylabel="turning radius\n[body lengths]", ylim=(0, 1.12 * axes.get_ylim()[1])
-    )
-    axes.set_xticks(np.arange(0, 361, 40))
-    figure.legend(loc="outside upper left", ncols=2 if width < WIDTH else 4, **TIGHT)
     return figure
 
 

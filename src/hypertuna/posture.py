@@ -15,7 +15,8 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
 from hypertuna.results import dataset, provenance
-from hypertuna.twin import EXACT, twin
+from hypertuna.twin import twin
+from hypertuna.twin_parts import EXACT
 from hypertuna.twin_run import TwinRun
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ _NOUNS = {
     "string": ("text", "texts"),
     "boolean": ("`true` or `false`", "`true` or `false`"),
 }
-_LIMITS = {"exclusiveMinimum": ">", "minimum": ">=", "maximum": "<="}
+_LIMITS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
 
 
 def markdown(schema: Mapping[str, Any], *, title: str, introduction: str) -> str:

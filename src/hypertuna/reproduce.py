@@ -15,6 +15,7 @@ from hypertuna import (
     reproduce_fig12,
     reproduce_fit,
     reproduce_gaits,
+    reproduce_lake,
     reproduce_optima,
     reproduce_others,
     reproduce_tank,
@@ -42,6 +43,7 @@ class Ledger:
     optima: reproduce_optima.Optima
     bends: reproduce_actuator.Bends
     elements: reproduce_fe.Elements
+    lake: reproduce_lake.Lake
     twins: published_twins.Twins
     full: bool
 
@@ -64,7 +66,7 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     paper, robot = published(), load("hypertuna")
     steps = iter(range(1, 100))
     elements = reproduce_fe.read_elements()
-    total = 2 * len(MODELS) + 6 + (len(AS_PRINTED) + elements.count if full else 0)
+    total = 2 * len(MODELS) + 7 + (len(AS_PRINTED) + elements.count if full else 0)
 
     def step() -> None:
         if progress is not None:
@@ -78,6 +80,8 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     if full:
         elements = reproduce_fe.solve_elements(elements, step)
     twins = published_twins.run_published(robot, paper, full=full, progress=step)
+    lake = reproduce_lake.fly_lake() if full else reproduce_lake.read_lake()
+    step()
     chapters = (reproduce_gaits, reproduce_tank, reproduce_turning)
     findings = [found for chapter in chapters for found in chapter.findings(trials, paper)]
     findings += reproduce_fit.findings(fits)
@@ -85,12 +89,13 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     findings += reproduce_actuator.findings(bends)
     findings += reproduce_fe.findings(elements)
     findings += reproduce_twin.findings(twins, paper)
+    findings += reproduce_lake.findings(lake)
     order = list(paper["values"])
     entries = tuple(judge(paper, found) for found in sorted(findings, key=lambda found: order.index(found.id)))
     made_by = provenance(robot)
     for key in ("joints", "areas"):  # each entry names its own
         del made_by[key]
-    return Ledger(entries, _summary(entries), made_by, trials, fits, optima, bends, elements, twins, full)
+    return Ledger(entries, _summary(entries), made_by, trials, fits, optima, bends, elements, lake, twins, full)
 
 
 def ledger_record(ledger: Ledger) -> dict[str, Any]:
@@ -132,6 +137,7 @@ def ledger_sections(ledger: Ledger) -> list[Section]:
         *reproduce_fe.sections(ledger.elements),
         *reproduce_twin.sections(ledger.twins, paper),
         *reproduce_turning.sections(trials, paper),
+        *reproduce_lake.sections(ledger.lake),
         reproduce_gaits.range_section(trials, paper),
         *reproduce_others.sections(trials, paper),
     ]

@@ -10,6 +10,7 @@ import numpy as np
 from hypertuna.ledger import Finding
 from hypertuna.published_swims import OURS, PAPER, Trial
 from hypertuna.report import WIDTH, Picture, Section
+from hypertuna.turn import fit_circle, nose_path, point_radius
 
 __all__ = ["findings", "sections"]
 
@@ -42,10 +43,10 @@ def sections(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> list[Sect
     -------
     list of Section
     """
-    from hypertuna.plots import plot_turning
+    from hypertuna.plots_turn import plot_turning
 
     ours = trials[OURS]
-    point = paper["values"]["turning/best-phase"]["value"], paper["values"]["turning/radius"]["value"]
+    point = paper["values"]["turning/best-phase"]["value"], paper["values"]["turning/radius-bl"]["value"]
     shown = {model: trials[model].turning for model in (PAPER, OURS)}
     picture = Picture(
         "turning",
@@ -68,11 +69,14 @@ def _turning(model: str, trial: Trial, paper: Mapping[str, Any]) -> Iterator[Fin
     phases = paper["turning"]["phase_deg"]
     way = "forward" if done.speed > 0 else "tail first"
     first = np.where(ahead, radius, np.inf).argmin()
+    center = point_radius(done, trial.robot.links.com[0]) / length
+    circle = fit_circle(nose_path(done)).radius / length
     note = (
-        f"mean distance of the nose from the center of the turn; swims {way} at {abs(done.speed):.2g} m/s. "
+        f"mean distance of the nose from the center of the turn (circle fitted to its path: {circle:.3g} BL; center of "
+        f"the head: {center:.3g} BL); swims {way} at {abs(done.speed):.2g} m/s. "
         f"The tightest turn that swims forward: {radius[first]:.3g} BL at {phases[first]:g} deg"
     )
-    yield Finding("turning/radius", model, done.turn_radius / length, note)
+    yield Finding("turning/radius-bl", model, done.turn_radius / length, note)
     best = int(radius.argmin())
     note = f"swims {'forward' if ahead[best] else 'tail first'} there; radii of the grid are {np.min(radius):.2f} to "
     yield Finding("turning/best-phase", model, float(phases[best]), f"{note}{np.max(radius):.2f} BL")

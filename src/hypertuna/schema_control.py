@@ -60,7 +60,7 @@ class Controller(Part):
             raise InputError(rule, key=key, value=f"{pressure:g}", fix=fix)
 
 
-Quantity = Literal["bend", "pressure", "current", "rate", "acceleration", "voltage"]
+Quantity = Literal["bend", "pressure", "current", "rate", "acceleration", "voltage", "depth", "field", "position"]
 
 
 class Sensor(Part):
@@ -69,7 +69,10 @@ class Sensor(Part):
     measures: Text = entry("measures", "quantity that is measured, in words")
     part: Text = entry("part", "part number")
     quantity: Quantity | None = entry(
-        "quantity", "channel of the twin that it feeds; the IMU has rate and acceleration", default=None
+        "quantity",
+        "channel of the twin that it feeds; the IMU has rate and acceleration, a compass the field in units of its "
+        "strength, a satellite receiver the position",
+        default=None,
     )
     low: Real | None = entry("low", "lower end of its range, in SI units of the quantity", default=None)
     high: Real | None = entry("high", "upper end of its range, in SI units", default=None)
@@ -80,9 +83,13 @@ class Sensor(Part):
     nonlinearity: NotNegative = entry(
         "nonlinearity", "largest deviation from a line, as a fraction of its range", default=0.0
     )
+    period: Positive | None = entry("period_s", "time between two fixes, of a position alone", "s", default=None)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        if self.period is not None and self.quantity != "position":
+            rule, fix = "belongs to quantity = 'position'", "leave it out: what else is read is read in every tick"
+            raise InputError(rule, key="sensors.period_s", value=f"{self.period:g}", fix=fix)
         if self.quantity is None:
             return self
         for name, end in (("low", self.low), ("high", self.high)):

@@ -10,10 +10,13 @@ from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.hydraulics import SIDES, needed
+from hypertuna.schema_control import Sensor
 
-__all__ = ["Fault", "channels", "faults", "sensor_columns"]
+__all__ = ["Fault", "channels", "faults", "pilot_sensor_columns", "sensor_columns", "sensor_of"]
 
 QUANTITIES = ("bend", "pressure", "current", "rate", "acceleration", "voltage")
+PILOT_QUANTITIES = ("depth", "field", "position")
+NUMBERS = ("low", "high", "noise", "resolution", "drift", "bias", "nonlinearity")
 KINDS = tuple(kind for kind in _core.fault_kinds() if kind != "none")
 FOREVER = float("inf")
 SPELLING = re.compile(r"(?P<channel>[^:@]+):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
@@ -49,12 +52,56 @@ def sensor_columns(robot: Robot) -> dict[str, list[float]]:
     """
     control = needed(robot.controller, "controller", "add the table [controller]", robot)
     columns = {"joints": [float(len(robot.joints))], "tick": [1 / control.rate]}
-    for quantity in QUANTITIES:
-        sensor = next((sensor for sensor in robot.sensors if sensor.quantity == quantity), None)
-        sensor = needed(sensor, "sensors", f"add [[sensors]] with quantity = {quantity!r}", robot)
-        for name in ("low", "high", "noise", "resolution", "drift", "bias", "nonlinearity"):
-            columns[f"{quantity}.{name}"] = [float(getattr(sensor, name))]
-    return columns
+    return columns | _models(robot, QUANTITIES)
+
+
+def pilot_sensor_columns(robot: Robot) -> dict[str, list[float]]:
+    """Return the same with the sensors that only the pilot reads.
+
+    Parameters
+    ----------
+    robot : Robot
+        With the table ``[controller]`` and ``[[sensors]]`` of every quantity, depth, field and position among them.
+
+    Returns
+    -------
+    dict of str to list of float
+        SI units.
+
+    Raises
+    ------
+    InputError
+        If a table is missing.
+    """
+    columns = sensor_columns(robot) | _models(robot, PILOT_QUANTITIES)
+    period = needed(sensor_of(robot, "position").period, "sensors.period_s", "give the time between two fixes", robot)
+    return columns | {"fix_every": [float(max(1, round(period / columns["tick"][0])))]}
+
+
+def sensor_of(robot: Robot, quantity: str) -> Sensor:
+    """Return the sensors of a quantity.
+
+    Parameters
+    ----------
+    robot : Robot
+    quantity : str
+
+    Returns
+    -------
+    Sensor
+
+    Raises
+    ------
+    InputError
+        If the robot has none.
+    """
+    sensor = next((sensor for sensor in robot.sensors if sensor.quantity == quantity), None)
+    return needed(sensor, "sensors", f"add [[sensors]] with quantity = {quantity!r}", robot)
+
+
+def _models(robot: Robot, quantities: Iterable[str]) -> dict[str, list[float]]:
+    """Return the models of the sensors of some quantities."""
+    return {f"{q}.{name}": [float(getattr(sensor_of(robot, q), name))] for q in quantities for name in NUMBERS}
 
 
 def channels(robot: Robot) -> dict[str, tuple[int, int]]:
@@ -82,7 +129,10 @@ def channels(robot: Robot) -> dict[str, tuple[int, int]]:
             names[f"{quantity}-{group.name}"] = (start + 2 * j, start + 2 * j + 1)
             for s, side in enumerate(SIDES):
                 names[f"{quantity}-{group.name}-{side}"] = (start + 2 * j + s,) * 2
-    return {**names, "imu": (first["imu"], first["imu"] + 5), "battery": (first["battery"],) * 2}
+    names |= {"imu": (first["imu"], first["imu"] + 5), "battery": (first["battery"],) * 2}
+    known = {sensor.quantity for sensor in robot.sensors}
+    counts = {"depth": 1, "field": 3, "position": 2}
+    return names | {q: (first[q], first[q] + n - 1) for q, n in counts.items() if q in known}
 
 
 def faults(spelled: str | Iterable[str], robot: Robot) -> tuple[Fault, ...]:

@@ -112,6 +112,21 @@ class Swim:
         beats = 1.0 if self.duration is None else self.duration * self.gait.frequency
         return _trajectory(self.robot, self.gait, self._start, beats, self.steps, self.current)
 
+    def continued(self, beats: int) -> xr.Dataset:
+        """Integrate the motion on, from where `trajectory` begins.
+
+        Parameters
+        ----------
+        beats : int
+            How many, one at least.
+
+        Returns
+        -------
+        xarray.Dataset
+            As `trajectory`; one beat of the settled gait is that of `trajectory` itself.
+        """
+        return _trajectory(self.robot, self.gait, self._start, float(beats), self.steps, self.current)
+
 
 def swim(
     robot: Robot,

@@ -6,27 +6,33 @@ The equations stand in core tail.hpp, plant.hpp and twin.hpp; docs/twin.md tells
 from __future__ import annotations
 
 import math
-import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.actuator import JointTable, joint_tables
-from hypertuna.control import controller_columns
 from hypertuna.description import Robot
-from hypertuna.energy import battery_columns
-from hypertuna.errors import InputError, did_you_mean, finite, shown, whole
+from hypertuna.errors import InputError, did_you_mean, finite, shown
 from hypertuna.gait import Gait, check_gait
-from hypertuna.hydraulics import Circuits, circuits, needed
-from hypertuna.model import core_model
-from hypertuna.sensing import faults as read_faults
-from hypertuna.sensing import sensor_columns
-from hypertuna.swim import swim
+from hypertuna.hydraulics import needed
+from hypertuna.twin_parts import (
+    STEP,
+    check_command,
+    checked_seed,
+    command_rows,
+    controller_of,
+    found_faults,
+    listed,
+    open_loop,
+    parts_of,
+    settled_speed,
+    steps_needed,
+    steps_of,
+    ticks_of,
+)
 from hypertuna.twin_run import VARIABLES, TwinRun
 
 __all__ = ["STEP", "twin", "twins"]
@@ -34,29 +40,9 @@ __all__ = ["STEP", "twin", "twins"]
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
-STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
-STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable
-SHORTEST = 1e-6  # s, of a step: below it a second takes minutes
-EXACT = 1e-9  # relative: a command may be off its bound so far by the way from degrees
-MOST_TICKS = 1_000_000  # of a run: a gigabyte of record
 MEDIA = ("water", "air")
 STARTS = ("rest", "swimming")
 CONDITIONS = "status_at"
-
-
-@dataclass(frozen=True)
-class _Parts:
-    """What the core takes of a robot, whatever it is told to do."""
-
-    plant: dict[str, Any]
-    fastest: float  # of the plant's own rates [1/s]: Runge-Kutta's steps must resolve it
-    stiffest: tuple[str, str]  # key of what makes that rate, and what to do about it
-    sensors: dict[str, list[float]]
-    temperature: float
-
-
-_parts: dict[tuple[int, str, float | None], _Parts] = {}
-_controllers: dict[int, dict[str, list[float]]] = {}
 
 
 def twin(
@@ -132,23 +118,23 @@ def twin(
         finite(heard, "heard", "leave it out for a command without end")
     control = needed(robot.controller, "controller", "add the table [controller]", robot)
     tick = 1 / control.rate
-    ticks = _ticks(duration, tick)
-    parts = _parts_of(robot, fish_in, temperature)
-    steps = _steps_needed(tick, parts, robot) if step is None else _steps(tick, step)
-    columns = _controller_of(robot if believed is None else believed)
-    _check_command(robot, gait, columns)
+    ticks = ticks_of(duration, tick)
+    parts = parts_of(robot, fish_in, temperature)
+    steps = steps_needed(tick, parts, robot) if step is None else steps_of(tick, step)
+    columns = controller_of(robot if believed is None else believed)
+    check_command(robot, gait, columns)
     if not closed_loop:
-        columns = columns | {gain: [0.0] for gain in ("proportional", "integral", "derivative")}
-    given = _listed(faults)
+        columns = open_loop(columns)
+    given = listed(faults)
     record = _core.run_twin(
         **parts.plant,
         twist=_first_twist(robot, gait, start, fish_in),
         controller=columns,
         sensors=parts.sensors,
-        seed=_seed(seed),
-        faults=[tuple(fault) for fault in _faults(given, robot, duration)],
+        seed=checked_seed(seed),
+        faults=found_faults(given, robot, duration),
         frequency=gait.frequency,
-        command=np.array([gait.amplitude, [_lag(gait, g) for g in range(len(gait.phase))], gait.bias]),
+        command=command_rows(gait),
         heard=heard,
         ticks=ticks,
         steps=steps,
@@ -203,123 +189,11 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
         return list(pool.map(one, runs))
 
 
-def _parts_of(robot: Robot, fish_in: str, temperature: float | None) -> _Parts:
-    """Describe the plant and the sensors to the core, once for each robot object and condition."""
-    key = (id(robot), fish_in, temperature)
-    found = _parts.get(key)
-    if found is None:
-        found = _parts[key] = _make_parts(robot, fish_in, temperature)
-        weakref.finalize(robot, _parts.pop, key, None)
-    return found
-
-
-def _controller_of(robot: Robot) -> dict[str, list[float]]:
-    """Describe the controller to the core, once for each robot object."""
-    found = _controllers.get(id(robot))
-    if found is None:
-        found = _controllers[id(robot)] = controller_columns(robot)
-        weakref.finalize(robot, _controllers.pop, id(robot), None)
-    return found
-
-
-def _make_parts(robot: Robot, fish_in: str, temperature: float | None) -> _Parts:
-    oil = circuits(robot, temperature)
-    tables = joint_tables(robot)
-    links, groups = len(robot.links.name), len(robot.joints)
-    share = np.zeros((links, groups + (robot.hinge is not None)))
-    for g, group in enumerate(robot.joints):
-        share[list(group.links), g] = group.share
-    if robot.hinge is not None:
-        if robot.hinge.link >= links:
-            rule, fix = f"must be a link from 1 to {links - 1}", "link 0 is the head"
-            raise InputError(rule, file=robot.file or None, key="hinge.link", value=str(robot.hinge.link), fix=fix)
-        share[robot.hinge.link, groups] = 1.0
-    plant = {
-        "model": core_model(robot) if fish_in == "water" else core_model(robot, _without_water(robot)),
-        "share": share,
-        "points": [table.points for table in tables],
-        "grid": np.array([[table.first, table.step, table.viscosity, table.stop] for table in tables]),
-        "circuits": oil.values,
-        "hinge": np.array([robot.hinge.stiffness, robot.hinge.damping] if robot.hinge else [0.0, 0.0]),
-        "battery": battery_columns(robot).values,
-        "idle": _idle(robot),
-        "clamped": fish_in == "air",
-    }
-    return _Parts(plant, *_fastest(robot, plant, oil, tables), sensor_columns(robot), oil.temperature)
-
-
-def _fastest(
-    robot: Robot, plant: dict[str, Any], oil: Circuits, tables: Sequence[JointTable]
-) -> tuple[float, tuple[str, str]]:
-    """Bound the plant's rates at the hard limit [1/s]: a circuit's own, its joint's swing on the oil, a hinge's.
-
-    Beside the fastest stands the key of what makes it, and what to do about it.
-    """
-    control = robot.controller
-    pressure = 0.0 if control is None else control.pressure_hard
-    coordinates = plant["share"].shape[1]
-    mobility = _core.tail_acceleration(  # rad/s^2 per N m of every coordinate of the straight tail
-        plant["model"],
-        plant["share"],
-        bend=np.zeros((coordinates, 2, coordinates)),
-        twist=np.zeros((coordinates, 3)),
-        moment=np.eye(coordinates),
-        clamped=plant["clamped"],
-    )[:, 3:].diagonal()
-    column = {name: oil.column(name) for name in oil.columns}
-    absolute = _core.ATMOSPHERE + pressure
-    swelling = 1 / column["bulk_modulus"] + column["air"] * _core.ATMOSPHERE / absolute**2
-    gives = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa of the units' side
-    rates = {}
-    for j, table in enumerate(tables):
-        sides = slice(2 * j, 2 * j + 2)
-        swing = math.sqrt(float((table.at([0.0])["slope"][0] ** 2 / gives[sides]).sum() * mobility[j]))
-        own = max(_core.circuit_stiffness(row, pressure, 0.0) for row in oil.values[sides])
-        line = (f"joints.{table.name}.line", "more air or compliance, a narrower or longer line, or heavier rotors")
-        rates[line] = math.hypot(own, swing)
-    spring, damper = plant["hinge"] * mobility[-1]  # none: both are zero
-    rates["hinge.stiffness_n_m_per_rad", "a softer hinge, or none"] = math.sqrt(spring)
-    rates["hinge.damping_n_m_s_per_rad", "less damping"] = float(damper)
-    stiffest = max(rates, key=lambda name: rates[name])
-    return float(rates[stiffest]), stiffest
-
-
-def _without_water(robot: Robot) -> dict[str, list[float]]:
-    """Columns of the model in air: no density, no added mass, no drag that needs no density."""
-    none = [0.0] * len(robot.links.name)
-    if robot.model.water == "lumped":
-        return {"water.density": [0.0], "water.lumped.added_mass": none}
-    linear = ("linear_normal", "linear_tangential")
-    return {"water.density": [0.0], **{f"water.strip.{name}": none for name in linear}}
-
-
-def _idle(robot: Robot) -> float:
-    """Electrical power of the servos that drive no pump: they stand still [W]."""
-    others = [servo for servo in robot.servos if servo.drives != "piston pump"]
-    return float(sum(s.count * s.idle_current * s.voltage for s in others if s.idle_current and s.voltage))
-
-
 def _first_twist(robot: Robot, gait: Gait, start: str, fish_in: str) -> Array:
     """Twist of the head at the start."""
     if start == "rest" or fish_in == "air":
         return np.zeros(3)
-    speed = swim(robot.using(joints="bandwidth"), gait).speed
-    return np.array([-speed if math.isfinite(speed) else 0.0, 0.0, 0.0])
-
-
-def _lag(gait: Gait, group: int) -> float:
-    """Lag of a joint group behind the first, within half a turn [rad]."""
-    return math.remainder(gait.phase[group] - gait.phase[0], 2 * math.pi)
-
-
-def _faults(given: tuple[str, ...], robot: Robot, duration: float) -> tuple[Any, ...]:
-    """Read the faults; each must begin within the run."""
-    found = read_faults(given, robot)
-    for fault, text in zip(found, given, strict=True):
-        if fault.start >= duration:
-            fix = "let it start earlier, or run longer"
-            raise InputError(f"must start before the run ends at {duration:g} s", key="fault", value=text, fix=fix)
-    return found
+    return np.array([-settled_speed(robot, gait), 0.0, 0.0])
 
 
 def _data(record: dict[str, Array], done: int, joints: int) -> dict[str, Array]:
@@ -332,70 +206,6 @@ def _data(record: dict[str, Array], done: int, joints: int) -> dict[str, Array]:
             data[f"hinge_{name}"] = columns[name][:, joints]
             data[name] = columns[name][:, :joints]
     return data | {CONDITIONS: columns[CONDITIONS]}
-
-
-def _listed(faults: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the faults as they are spelled."""
-    fix = "spell them as on the command line, bend-II:stuck@5"
-    try:
-        given = (faults,) if isinstance(faults, str) else tuple(faults)
-    except TypeError:
-        raise InputError("must be text or a list of it", key="faults", value=shown(faults), fix=fix) from None
-    for k, fault in enumerate(given):
-        if not isinstance(fault, str):
-            raise InputError("must be text", key=f"faults[{k}]", value=shown(fault), fix=fix)
-    return given
-
-
-def _check_command(robot: Robot, gait: Gait, columns: Mapping[str, list[float]]) -> None:
-    """Refuse what the controller would not take: on board it keeps to its bounds, here that would hide a mistake."""
-    (most,) = columns["frequency_most"]
-    if gait.frequency > most * (1 + EXACT):
-        rule = f"must be at most {most:g} Hz, the controller.frequency_max_hz of {robot.name}"
-        raise InputError(rule, key="frequency", value=f"{gait.frequency:g}", fix="give less")
-    for j, (group, most) in enumerate(zip(robot.joints, columns["amplitude"], strict=True)):
-        for key, value in (("amplitude", gait.amplitude[j]), ("bias", gait.bias[j])):
-            if abs(value) > most * (1 + EXACT):
-                rule = f"must be at most {math.degrees(most):g} deg, the bend_max_deg of joint {group.name}"
-                told = f"{math.degrees(value):g} deg"
-                raise InputError(rule, key=f"{key}[{j}]", value=told, fix="give a bend that the joint reaches")
-
-
-def _ticks(duration: float, tick: float) -> int:
-    """Count the ticks of a run."""
-    duration = finite(duration, "duration", "give the seconds to run")
-    ticks = duration / tick * (1 + 1e-12)
-    if not 1 <= ticks < MOST_TICKS + 1:
-        rule = f"must be from {tick:g} to {MOST_TICKS * tick:g} s"
-        raise InputError(rule, key="duration", value=f"{duration:g}", fix="give the seconds to run")
-    return int(ticks)
-
-
-def _steps_needed(tick: float, parts: _Parts, robot: Robot) -> int:
-    """Inner steps of a tick that the plant needs."""
-    step = min(STEP, tick, STABLE / parts.fastest)
-    if step < SHORTEST:
-        key, fix = parts.stiffest
-        rule = f"must not be so stiff that the twin needs steps of less than {SHORTEST:g} s"
-        value = f"so stiff that it needs {step:.1g} s"
-        raise InputError(rule, file=robot.file or None, key=key, value=value, fix=f"describe {fix}")
-    return _steps(tick, step)
-
-
-def _steps(tick: float, step: float) -> int:
-    """Inner steps of a tick."""
-    step = finite(step, "step", f"leave it out for {STEP:g}")
-    if not SHORTEST <= step <= tick * (1 + 1e-12):
-        rule = f"must be from {SHORTEST:g} to the control tick of {tick:g} s"
-        raise InputError(rule, key="step", value=f"{step:g}", fix=f"leave it out for {STEP:g}")
-    return math.ceil(tick / step * (1 - 1e-12))
-
-
-def _seed(seed: int) -> int:
-    seed = whole(seed, "seed", "give a whole number")
-    if not 0 <= seed < 2**64:
-        raise InputError("must be from 0 to 2^64 - 1", key="seed", value=shown(seed), fix="give a whole number")
-    return seed
 
 
 def _check_choice(key: str, value: str, known: Sequence[str]) -> None:

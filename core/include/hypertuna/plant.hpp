@@ -2,14 +2,14 @@
 ///
 /// Oil pressures push on the joints by how the bend changes the units' volume (virtual work), the joints bend the tail
 /// against the water, and the bend takes oil out of the circuits in turn. Coordinates of the tail: the bends of the
-/// joints, circuits 2 j (left) and 2 j + 1 (right) on joint j; a passive hinge may follow.
+/// joints, circuits 2 j (left) and 2 j + 1 (right) on joint j; a passive hinge may follow. The body is one in the plane
+/// (tail.hpp) or in space (body6.hpp).
 #pragma once
 
 #include <type_traits>
 
 #include "circuit.hpp"
 #include "joint_table.hpp"
-#include "stepping.hpp"
 #include "tail.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
@@ -21,9 +21,11 @@ struct Hinge {
     S damping;    // N m s/rad
 };
 
-template <class S, class Law, int D>
+template <class Body>
 struct Plant {
-    Tail<S, Law, D> tail;
+    using S = typename Body::Scalar;
+
+    Body body;
     int joints;                  // coordinates that circuits bend; a hinge is one more
     const JointTable<S>* joint;  // joints
     const Circuit<S>* circuit;   // 2 joints
@@ -31,10 +33,10 @@ struct Plant {
     Hinge<S> hinge;
 };
 
-template <class S, int D>
+template <class S, int D, class Space = InPlane>
 struct PlantState {
-    Twist<S> xi;
-    Pose<S> pose;
+    typename HeadOf<S, Space>::Twist xi;
+    typename HeadOf<S, Space>::Pose pose;
     Bend<S, D> bend;
     CircuitState<S> circuit[2 * D];  // those of a hinge rest at zero
     S energy[2 * D];                 // J, electrical, that each servo has drawn
@@ -70,20 +72,26 @@ struct PlantState {
     }
 };
 
+template <class Body>
+using PlantStateOf = PlantState<typename Body::Scalar, Body::coordinates, typename Body::Space>;
+
 /// What the controller asks of the servos: held from one control step to the next.
 template <class S, int D>
 struct ServoTargets {
     S angle[2 * D];  // rad
     S supply;        // V
+    S fin[2];        // rad, of the pectoral fins: for a body in space
 };
 
 /// What one instant shows beside the state.
-template <class S, int D>
+template <class S, int D, class Space = InPlane>
 struct PlantOutput {
     CircuitOutput<S> circuit[2 * D];
     S moment[D];  // N m on each coordinate
-    Twist<S> twist_rate;
+    typename HeadOf<S, Space>::Twist twist_rate;
 };
+template <class Body>
+using PlantOutputOf = PlantOutput<typename Body::Scalar, Body::coordinates, typename Body::Space>;
 
 /// A joint this slow counts as at rest for the friction of its units, rad/s: sliding sets in smoothly around it, so
 /// that friction neither chatters nor forces small steps.
@@ -106,11 +114,14 @@ HYPERTUNA_INLINE S bend_moment(const JointTable<S>& table, const JointLoad<S>& l
 struct Unseen {};
 
 /// How the plant changes. `seen`, if it is the address of an output, gets what one instant shows.
-template <class S, class Law, int D, class Seen>
-HYPERTUNA_NOINLINE PlantState<S, D> plant_rate(const Plant<S, Law, D>& plant, const PlantState<S, D>& at,
-                                               const ServoTargets<S, D>& targets, Seen seen) {
+template <class Body, class Seen>
+HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const PlantStateOf<Body>& at,
+                                                 const ServoTargets<typename Body::Scalar, Body::coordinates>& targets,
+                                                 Seen seen) {
+    using S = typename Body::Scalar;
+    constexpr int D = Body::coordinates;
     constexpr bool looks = !std::is_same_v<Seen, Unseen>;
-    PlantState<S, D> rate;
+    PlantStateOf<Body> rate;
     S moment[D];
     for (int j = 0; j < plant.joints; ++j) {
         const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j]);
@@ -133,9 +144,9 @@ HYPERTUNA_NOINLINE PlantState<S, D> plant_rate(const Plant<S, Law, D>& plant, co
         }
         moment[d] = -(plant.hinge.stiffness * at.bend.angle[d] + plant.hinge.damping * at.bend.rate[d]);
     }
-    const TailAcceleration<S, D> body = tail_acceleration(plant.tail, at.bend, at.xi, moment);
+    const auto body = body_acceleration(plant.body, at.bend, at.xi, at.pose, moment);
     rate.xi = body.twist;
-    rate.pose = pose_rate(at.pose, at.xi);
+    rate.pose = pose_rate(plant.body, at.pose, at.xi, targets.fin);
     for (int d = 0; d < D; ++d) {
         rate.bend.angle[d] = at.bend.rate[d];
         rate.bend.rate[d] = body.bend[d];
@@ -146,19 +157,22 @@ HYPERTUNA_NOINLINE PlantState<S, D> plant_rate(const Plant<S, Law, D>& plant, co
 }
 
 /// One step of fourth-order Runge-Kutta; `seen` gets what its start and its middle show.
-template <class S, class Law, int D>
-PlantState<S, D> plant_step(const Plant<S, Law, D>& plant, const PlantState<S, D>& at,
-                            const ServoTargets<S, D>& targets, const S& step, PlantOutput<S, D> (&seen)[2]) {
-    const auto shown = [&](const PlantState<S, D>& now, PlantOutput<S, D>* out) {
-        return plant_rate(plant, now, targets, out);
-    };
-    const auto hidden = [&](const PlantState<S, D>& now) { return plant_rate(plant, now, targets, Unseen()); };
+template <class Body>
+PlantStateOf<Body> plant_step(const Plant<Body>& plant, const PlantStateOf<Body>& at,
+                              const ServoTargets<typename Body::Scalar, Body::coordinates>& targets,
+                              const typename Body::Scalar& step, PlantOutputOf<Body> (&seen)[2]) {
+    using S = typename Body::Scalar;
+    using State = PlantStateOf<Body>;
+    const auto shown = [&](const State& now, PlantOutputOf<Body>* out) { return plant_rate(plant, now, targets, out); };
+    const auto hidden = [&](const State& now) { return plant_rate(plant, now, targets, Unseen()); };
     const S half = S(base_t<S>(0.5)) * step, sixth = S(base_t<S>(1.0 / 6)) * step, third = sixth + sixth;
-    const PlantState<S, D> k1 = shown(at, &seen[0]);
-    const PlantState<S, D> k2 = hidden(at + half * k1);
-    const PlantState<S, D> k3 = shown(at + half * k2, &seen[1]);
-    const PlantState<S, D> k4 = hidden(at + step * k3);
-    return at + sixth * k1 + third * k2 + third * k3 + sixth * k4;
+    const State k1 = shown(at, &seen[0]);
+    const State k2 = hidden(at + half * k1);
+    const State k3 = shown(at + half * k2, &seen[1]);
+    const State k4 = hidden(at + step * k3);
+    State next = at + sixth * k1 + third * k2 + third * k3 + sixth * k4;
+    next.pose = tidied(next.pose);
+    return next;
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -5,7 +5,7 @@
 /// leaves the others' noise alone.
 #pragma once
 
-#include "controller.hpp"
+#include "readings.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
@@ -55,10 +55,20 @@ struct SensorModel {
     T nonlinearity;  // largest deviation from a line, as a fraction of the range
 };
 
-/// All channels of a robot: bends, pressures, currents, three rates, three accelerations, battery.
+/// All channels of a robot: bends, pressures, currents, three rates, three accelerations, battery; then those that only
+/// the pilot reads: depth, three of the magnetic field, two of a satellite fix.
 inline constexpr int bend_channel = 0, pressure_channel = bend_channel + most_joints,
                      current_channel = pressure_channel + most_circuits, imu_channel = current_channel + most_circuits,
-                     battery_channel = imu_channel + 6, sensor_channels = battery_channel + 1;
+                     battery_channel = imu_channel + 6, robot_channels = battery_channel + 1,
+                     depth_channel = robot_channels, field_channel = depth_channel + 1,
+                     position_channel = field_channel + 3, sensor_channels = position_channel + 2;
+
+/// The stream of random numbers of a channel. The pilot's come behind all four of each of the robot's: how many of
+/// them there are changes no run of a robot without.
+inline std::uint64_t stream_of(std::uint64_t what, int channel) {
+    return channel < robot_channels ? what * robot_channels + std::uint64_t(channel)
+                                    : (3 + what) * robot_channels + std::uint64_t(channel);
+}
 
 template <class T>
 struct Sensors {
@@ -66,6 +76,8 @@ struct Sensors {
     T root_tick;  // root of the control tick, s^0.5
     std::uint64_t seed;
     SensorModel<T> bend, pressure, current, rate, acceleration, voltage;
+    SensorModel<T> depth, field, position;  // the pilot's
+    int fix_every;                          // ticks between two satellite fixes
 };
 
 template <class T>
@@ -113,7 +125,7 @@ template <class T>
 T read_channel(const Sensors<T>& sensors, SensorsState<T>& state, const SensorModel<T>& model, int channel, T truth,
                FaultKind fault) {
     const auto draw = [&](std::uint64_t what, std::uint64_t count) {
-        return random_bits(sensors.seed, what * sensor_channels + std::uint64_t(channel), count);
+        return random_bits(sensors.seed, stream_of(what, channel), count);
     };
     const T offset = model.bias * normal<T>(draw(0, 0));
     if (model.drift > T(0)) state.walk[channel] += model.drift * sensors.root_tick * normal<T>(draw(1, state.count));
@@ -163,17 +175,60 @@ Sensed<T> sense(const Sensors<T>& sensors, const SensorsState<T>& before, const 
     return out;
 }
 
-/// Call visit(sensor, name, field) for every number of the models.
+template <class T>
+struct PilotSensed {
+    SensorsState<T> state;
+    PilotReadings<T> readings;
+};
+
+/// The same with what the pilot reads. `truth.fixed` says whether the receiver hears the satellites: a fix comes where
+/// it does and one is due. A receiver that failed open, or shows no numbers, has no fix.
+template <class T>
+PilotSensed<T> sense(const Sensors<T>& sensors, const SensorsState<T>& before, const PilotReadings<T>& truth,
+                     const Fault<T>* faults, int fault_count, T time) {
+    const Sensed<T> robot = sense(sensors, before, truth.robot, faults, fault_count, time);
+    PilotSensed<T> out{robot.state, {}};
+    out.readings.robot = robot.readings;
+    SensorsState<T>& state = out.state;
+    --state.count;  // still the same tick
+    const auto fault = [&](int channel) { return fault_of(faults, fault_count, channel, time); };
+    const auto read = [&](const SensorModel<T>& model, int channel, T value) {
+        return read_channel(sensors, state, model, channel, value, fault(channel));
+    };
+    out.readings.depth = read(sensors.depth, depth_channel, truth.depth);
+    for (int k = 0; k < 3; ++k) out.readings.field[k] = read(sensors.field, field_channel + k, truth.field[k]);
+    const FaultKind lost = fault(position_channel);
+    out.readings.fixed = truth.fixed && state.count % std::uint64_t(sensors.fix_every) == 0 &&
+                         lost != FaultKind::open && lost != FaultKind::nan;
+    for (int k = 0; k < 2; ++k) out.readings.fix[k] = read(sensors.position, position_channel + k, truth.fix[k]);
+    ++state.count;
+    return out;
+}
+
+/// Call visit(name, field) for every number of one sensor's model.
+template <class T, class Visit>
+void visit_fields(SensorModel<T>& s, const Visit& visit) {
+    visit("low", s.low), visit("high", s.high), visit("noise", s.noise), visit("resolution", s.resolution);
+    visit("drift", s.drift), visit("bias", s.bias), visit("nonlinearity", s.nonlinearity);
+}
+
+/// Call visit(sensor, name, field) for every number of the models of a robot's sensors.
 template <class T, class Visit>
 void visit_fields(Sensors<T>& m, const Visit& visit) {
     const auto all = [&](const char* sensor, SensorModel<T>& s) {
-        visit(sensor, "low", s.low), visit(sensor, "high", s.high);
-        visit(sensor, "noise", s.noise), visit(sensor, "resolution", s.resolution);
-        visit(sensor, "drift", s.drift), visit(sensor, "bias", s.bias);
-        visit(sensor, "nonlinearity", s.nonlinearity);
+        visit_fields(s, [&](const char* name, T& field) { visit(sensor, name, field); });
     };
     all("bend", m.bend), all("pressure", m.pressure), all("current", m.current), all("rate", m.rate);
     all("acceleration", m.acceleration), all("voltage", m.voltage);
+}
+
+/// The same for the pilot's sensors.
+template <class T, class Visit>
+void visit_pilot_fields(Sensors<T>& m, const Visit& visit) {
+    const auto all = [&](const char* sensor, SensorModel<T>& s) {
+        visit_fields(s, [&](const char* name, T& field) { visit(sensor, name, field); });
+    };
+    all("depth", m.depth), all("field", m.field), all("position", m.position);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -96,6 +96,15 @@ HYPERTUNA_INLINE Momentum<V> momentum_rate(const Swimmer<S, Law, G>& fish, const
     return {f.x + xi.z * P.y, f.y - xi.z * P.x, f.z - (xi.x * P.y - xi.y * P.x)};
 }
 
+/// d/dt of a link's velocity J xi + a, in the link's turning axes, while the twist stays as it is: what turning of head
+/// and link adds.
+template <class G, class V>
+HYPERTUNA_INLINE Along<V> velocity_rate(const LinkShape<G>& at, const LinkAcceleration<G>& g, const Twist<V>& xi) {
+    const V head_t = at.c * xi.x + at.s * xi.y, head_n = at.c * xi.y - at.s * xi.x;
+    return {at.w * head_n + (at.w * at.h_n - at.a_n) * xi.z + g.t + at.w * at.a_n,
+            (at.a_t - at.w * at.h_t) * xi.z - at.w * head_t + g.n - at.w * at.a_t, V(G(g.w))};
+}
+
 /// What must act on link i, beyond the water's drag, for it to move so while the twist stays as it is: its inertial
 /// force with added mass (Lambda dv/dt and the momentum turning with the link) less the force of the water, as a wrench
 /// at the nose.
@@ -103,14 +112,9 @@ template <class S, class Law, class G, class V>
 HYPERTUNA_INLINE Wrench<V> link_load(const Swimmer<S, Law, G>& fish, const Instant<S, G>& now, int i,
                                      const Twist<V>& xi) {
     const LinkShape<G>& at = now.shape[i];
-    const LinkAcceleration<G>& g = now.acceleration[i];
     const LinkInertia<S>& inertia = fish.water.inertia(i);
-    const Along<V> v = at.velocity(xi);
-    // d/dt of v = J xi + a, in the link's turning axes: what turning of head and link adds.
+    const Along<V> v = at.velocity(xi), rate = velocity_rate(at, now.acceleration[i], xi);
     const V w = v.w;
-    const V head_t = at.c * xi.x + at.s * xi.y, head_n = at.c * xi.y - at.s * xi.x;
-    const Along<V> rate = {at.w * head_n + (at.w * at.h_n - at.a_n) * xi.z + g.t + at.w * at.a_n,
-                           (at.a_t - at.w * at.h_t) * xi.z - at.w * head_t + g.n - at.w * at.a_t, V(S(g.w))};
     const Along<V> momentum = inertia * v, inertial = inertia * rate, drag = water_force(fish, i, v);
     return at.wrench(Along<V>{inertial.t - w * momentum.n - drag.t, inertial.n + w * momentum.t - drag.n,
                               inertial.w + v.t * momentum.n - v.n * momentum.t - drag.w});

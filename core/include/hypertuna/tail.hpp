@@ -7,13 +7,30 @@
 /// and M is the kinetic energy's matrix, summed up over the links.
 #pragma once
 
-#include "swimmer.hpp"
+#include "stepping.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// Where a body moves: in the plane, or in space.
+struct InPlane;
+struct InSpace;
+
+/// Twist and pose of the head there.
+template <class S, class Space>
+struct HeadOf;
+template <class S>
+struct HeadOf<S, InPlane> {
+    using Twist = hypertuna::Twist<S>;
+    using Pose = hypertuna::Pose<S>;
+};
 
 /// A swimmer with D free coordinates and the memory for its shape, each array one entry per link.
 template <class S, class Law, int D>
 struct Tail {
+    using Scalar = S;
+    using Space = InPlane;
+    static constexpr int coordinates = D;
+
     Swimmer<S, Law> fish;
     const S (*share)[D];  // part of each coordinate that the joint in front of a link takes
     bool clamped;         // head held still, as on the bench
@@ -164,6 +181,21 @@ TailAcceleration<S, D> tail_acceleration(const Tail<S, Law, D>& tail, const Bend
     TailAcceleration<S, D> out{{load[0], load[1], load[2]}, {}};
     for (int d = 0; d < D; ++d) out.bend[d] = load[3 + d];
     return out;
+}
+
+/// What a plant asks of its body: accelerations, how the pose follows, and a pose without an integrator's rounding.
+template <class S, class Law, int D>
+HYPERTUNA_INLINE TailAcceleration<S, D> body_acceleration(const Tail<S, Law, D>& tail, const Bend<S, D>& bend,
+                                                          const Twist<S>& xi, const Pose<S>&, const S (&moment)[D]) {
+    return tail_acceleration(tail, bend, xi, moment);
+}
+template <class S, class Law, int D>
+HYPERTUNA_INLINE Pose<S> pose_rate(const Tail<S, Law, D>&, const Pose<S>& pose, const Twist<S>& xi, const S*) {
+    return pose_rate(pose, xi);
+}
+template <class S>
+HYPERTUNA_INLINE const Pose<S>& tidied(const Pose<S>& pose) {
+    return pose;
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

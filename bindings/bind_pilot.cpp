@@ -1,0 +1,93 @@
+/// Bindings of the pilot on board.
+#include <nanobind/stl/pair.h>
+
+#include <memory>
+
+#include "pilot.hpp"
+
+namespace hypertuna {
+
+/// A pilot with its mission and state: tests and people drive it tick by tick.
+struct LivePilot {
+    Pilot<double> model;
+    std::unique_ptr<OwnedMission<double>> mission;
+    PilotState<double> state;
+};
+
+using Row = nb::typed<nb::dict, nb::str, nb::any>;
+
+static PilotReadings<double> pilot_readings(const NamedColumns& columns, int joints) {
+    PilotReadings<double> r{};
+    const auto take = [&](const char* name, double* to, std::size_t count) {
+        for (std::size_t k = 0; k < count; ++k) to[k] = column_at(columns, name, k);
+    };
+    take("bend", r.robot.bend, joints), take("pressure", r.robot.pressure, 2 * joints);
+    take("current", r.robot.current, 2 * joints), take("rate", r.robot.rate, 3);
+    take("acceleration", r.robot.acceleration, 3), take("voltage", &r.robot.voltage, 1);
+    take("depth", &r.depth, 1), take("field", r.field, 3);
+    r.fixed = columns.count("fix") != 0;
+    if (r.fixed) take("fix", r.fix, 2);
+    return r;
+}
+
+static Row pilot_row(const PilotStep<double>& step, int joints) {
+    const auto list = [](const double* from, int count) { return std::vector<double>(from, from + count); };
+    const Estimate<double>& at = step.estimate;
+    Row row;
+    row["pulse"] = list(step.output.pulse, 2 * joints + 2);
+    row["target"] = list(step.output.target, 2 * joints + 2);
+    row["frequency"] = step.command.frequency;
+    row["amplitude"] = list(step.command.amplitude, joints);
+    row["bias"] = list(step.command.bias, joints);
+    row["fin"] = list(step.command.fin, 2);
+    row["quaternion"] = list(&at.q.w, 4);
+    row["facing"] = list(&at.facing.x, 3);
+    row["depth"] = at.depth, row["sink"] = at.sink, row["x"] = at.x, row["y"] = at.y;
+    row["speed"] = at.speed, row["current"] = list(at.current, 2), row["position_error"] = at.position_error;
+    row["mode"] = mode_names[int(step.mode)];
+    std::vector<std::string> why;
+    for (int r = 0; r < reasons; ++r)
+        if (step.reasons.has(Reason(r))) why.push_back(reason_texts[r].name);
+    row["reasons"] = why;
+    row["flags"] = step.output.status.flags;
+    return row;
+}
+
+void bind_pilot(nb::module_& m) {
+    m.attr("MOST_GAITS") = most_gaits;
+    m.def(
+        "mode_names", [] { return std::vector<std::string>(mode_names, mode_names + modes); },
+        "Modes of the pilot in the order of their numbers.");
+    m.def(
+        "reason_table",
+        [] {
+            std::vector<std::pair<std::string, std::string>> rows;
+            for (const ReasonText& text : reason_texts) rows.emplace_back(text.name, text.sentence);
+            return rows;
+        },
+        "Reasons of the pilot in the order of their bits: name and sentence.");
+    nb::class_<LivePilot>(m, "Pilot", "The pilot on board with its mission and state, in double precision.")
+        .def(
+            "__init__",
+            [](LivePilot* self, const NamedColumns& controller, const NamedColumns& columns,
+               const NamedColumns& mission, const Input<2>& waypoints, const Input<2>& fence) {
+                auto owned = std::make_unique<OwnedMission<double>>(mission, waypoints, fence);
+                const Pilot<double> model = read_pilot<double>(controller, columns);
+                const PilotState<double> state = init(model, owned->mission);
+                new (self) LivePilot{model, std::move(owned), state};
+            },
+            nb::arg("controller"), nb::arg("columns"), nb::arg("mission"), nb::arg("waypoints"), nb::arg("fence"),
+            "At the start of a mission, from the columns of hypertuna.guidance.")
+        .def(
+            "fly",
+            [](LivePilot& self, const NamedColumns& readings) {
+                const int joints = self.model.controller.joints;
+                const auto next = fly(self.model, self.state, pilot_readings(readings, joints), self.mission->mission);
+                self.state = next.state;
+                return pilot_row(next, joints);
+            },
+            nb::arg("readings"),
+            "One tick: pulses [s], command, estimate, mode and reasons. Readings have `fix` where one came.");
+}
+
+}  // namespace hypertuna

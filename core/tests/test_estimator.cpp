@@ -1,0 +1,200 @@
+/// Attitude, depth and way: by hand where a hand can, else against a truth with noise, offsets and the beat's shaking.
+#include "cruise.hpp"
+
+using namespace hypertuna;
+
+static Quaternion<double> euler(double yaw, double pitch, double roll) {
+    const double cy = std::cos(yaw / 2), sy = std::sin(yaw / 2), cp = std::cos(pitch / 2), sp = std::sin(pitch / 2),
+                 cr = std::cos(roll / 2), sr = std::sin(roll / 2);
+    return {cy * cp * cr + sy * sp * sr, cy * cp * sr - sy * sp * cr, cy * sp * cr + sy * cp * sr,
+            sy * cp * cr - cy * sp * sr};
+}
+
+/// Gravity and field alone give back any attitude.
+static void two_vectors_make_an_attitude() {
+    for (double yaw = -3; yaw < 3.2; yaw += 0.5)
+        for (double pitch : {-1.4, -0.3, 0.0, 0.8})
+            for (double roll : {-3.0, -1.0, 0.0, 0.4, 2.0}) {
+                const Quaternion<double> q = euler(yaw, pitch, roll);
+                const Rotation<double> at = rotation(q);
+                const Vector<double> field = to_body(at, {0.0, 0.4, -0.9});
+                Quaternion<double> got{};
+                CHECK(attitude_from(9.81 * at.up, field, got));
+                const double same = got.w * q.w + got.x * q.x + got.y * q.y + got.z * q.z;
+                CHECK_NEAR(std::fabs(same), 1, 1e-12);
+            }
+    Quaternion<double> none{};
+    CHECK(!attitude_from(Vector<double>{0, 0, 9.81}, Vector<double>{0, 0, -1}, none));
+    CHECK(!attitude_from(Vector<double>{0, 0, 0}, Vector<double>{0, 1, 0}, none));
+}
+
+/// A robot that faces north with a gyroscope that is off: both rates settle to what pulls them, the offset is learned.
+static void the_offset_of_the_gyroscope_is_learned() {
+    const AttitudeModel<double> model = test_pilot<double>().estimator.attitude;
+    AttitudeState<double> state{};
+    state.q.w = 1;
+    AttitudeInput<double> in{};
+    in.gyro = in.gravity = in.magnet = true;
+    in.acceleration = {0, 0, 9.81};
+    in.field = {0, -0.45, -0.9};  // the robot faces -x, the field +y is then to port: it faces east
+    in.rate = {0.004, -0.003, 0.005};
+    for (int k = 0; k < 12000; ++k) state = attitude_step(model, state, in);
+    CHECK_NEAR(state.drift.x, 0.004, 1e-5);
+    CHECK_NEAR(state.drift.y, -0.003, 1e-5);
+    CHECK_NEAR(state.drift.z, 0.005, 1e-5);
+    const Rotation<double> at = rotation(state.q);
+    CHECK_NEAR(-at.east.x, 1, 1e-6);
+    CHECK_NEAR(at.up.z, 1, 1e-6);
+    // More than it believes it does not learn.
+    in.rate = {0.4, 0, 0};
+    for (int k = 0; k < 1000; ++k) state = attitude_step(model, state, in);
+    CHECK(std::fabs(state.drift.x) <= model.drift_most);
+}
+
+/// The field turns the robot about the vertical alone, whatever it says.
+static void a_false_field_does_not_tilt() {
+    const AttitudeModel<double> model = test_pilot<double>().estimator.attitude;
+    AttitudeState<double> state{};
+    state.q = euler(0.3, 0.2, -0.1);
+    state.known = true;
+    const Vector<double> up = rotation(state.q).up;
+    AttitudeInput<double> in{};
+    in.gyro = in.magnet = true;
+    in.field = {0.3, 0.9, 0.2};
+    for (int k = 0; k < 3000; ++k) state = attitude_step(model, state, in);
+    const Vector<double> now = rotation(state.q).up;
+    CHECK_NEAR(norm(now - up), 0, 0.003);  // what learning the gyroscope's offset moves
+}
+
+/// A steady turn at 0.4 m/s and 0.3 rad/s adds 0.12 m/s^2 sideways: 0.7 degrees, if it were taken for gravity.
+static void a_turn_is_no_roll() {
+    const AttitudeModel<double> model = test_pilot<double>().estimator.attitude;
+    for (const bool told : {true, false}) {
+        AttitudeState<double> state{};
+        state.q.w = 1, state.known = true;
+        AttitudeInput<double> in{};
+        in.gyro = in.gravity = true;
+        in.rate = {0, 0, 0.3};
+        in.acceleration = {0, -0.12, 9.81};
+        in.speed = told ? 0.4 : 0;
+        for (int k = 0; k < 4000; ++k) state = attitude_step(model, state, in);
+        const double roll = std::asin(rotation(state.q).up.y) * 180 / pi;
+        CHECK(told ? std::fabs(roll) < 0.01 : std::fabs(roll) > 0.1);
+    }
+}
+
+/// Position and covariance of a straight way by hand: after t seconds the current's error counts t times, the factor's
+/// U t times.
+static void a_way_by_hand() {
+    Estimator<double> model = test_pilot<double>().estimator;
+    model.walk = model.current_walk = model.factor_walk = 0;
+    const double start[2] = {3, -4};
+    EstimatorState<double> state = init(model, start);
+    WayState<double>& way = state.way;
+    way.at[2] = 0.1, way.at[4] = 0.9;
+    for (int k = 0; k < 50; ++k) {
+        way.moved[0] += 0.4, way.ticks += 100;
+        if (k % 7 == 0) carry(model, way);
+    }
+    carry(model, way);
+    CHECK_NEAR(way.at[0], 3 + 0.1 * 50 + 0.9 * 20, 1e-12);
+    CHECK_NEAR(way.at[1], -4, 1e-12);
+    CHECK_NEAR(way.spread[0][0], 1 + 0.01 * 2500 + 0.01 * 400, 1e-10);
+    CHECK_NEAR(way.spread[1][1], 1 + 0.01 * 2500, 1e-10);
+    CHECK_NEAR(way.spread[0][2], 0.01 * 50, 1e-12);
+    CHECK_NEAR(way.spread[0][4], 0.01 * 20, 1e-12);
+    CHECK_NEAR(position_error(model, way), std::sqrt(30 + 1.5 * 1.5), 1e-10);
+    CHECK_NEAR(drift_error(way, 0.4, 0.0), std::sqrt(0.01 + 0.16 * 0.01), 1e-12);
+    // One fix: the gain is P / (P + R) for the position and what goes with it for the rest.
+    const double before = way.at[0], p = way.spread[0][0], r = 2.25;
+    const double fix[2] = {before + 6, -4};
+    CHECK(take_fix(model, way, fix));
+    CHECK_NEAR(way.at[0], before + 6 * p / (p + r), 1e-10);
+    CHECK_NEAR(way.at[2], 0.1 + 6 * 0.5 / (p + r), 1e-10);
+    CHECK_NEAR(way.at[4], 0.9 + 6 * 0.2 / (p + r), 1e-10);
+    CHECK_NEAR(way.spread[0][0], p * r / (p + r), 1e-10);
+}
+
+/// A fix 100 m off is refused, until five in a row agree.
+static void a_stray_fix_is_refused() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    const double start[2] = {0, 0}, near[2] = {1, 1}, far[2] = {100, 0}, none[2] = {std::nan(""), 0};
+    EstimatorState<double> state = init(model, start);
+    CHECK(take_fix(model, state.way, near));
+    CHECK(!take_fix(model, state.way, none));
+    for (int k = 0; k < 4; ++k) CHECK(!take_fix(model, state.way, far));
+    CHECK(std::fabs(state.way.at[0]) < 2);
+    CHECK(take_fix(model, state.way, far));
+    CHECK_NEAR(state.way.at[0], 100, 3);
+    CHECK(position_error(model, state.way) < 3);
+}
+
+/// On two headings current and factor part: the filter finds both, and its errors are what it says they are.
+static void current_and_factor_part() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    double square = 0;
+    const int runs = 60;
+    for (int run = 0; run < runs; ++run) {
+        const double start[2] = {0, 0};
+        EstimatorState<double> state = init(model, start);
+        const auto draw = [&](int what, int k) {
+            return normal<double>(random_bits(std::uint64_t(run), std::uint64_t(what), std::uint64_t(k)));
+        };
+        const double current[2] = {0.1 * draw(0, 0), 0.1 * draw(1, 0)}, factor = 1 + 0.1 * draw(2, 0);
+        double at[2] = {draw(3, 0), draw(4, 0)};
+        for (int second = 0; second < 600; ++second) {
+            const double way[2] = {second % 200 < 100 ? 0.3 : 0.0, second % 200 < 100 ? 0.0 : 0.3};
+            for (int k = 0; k < 2; ++k) {
+                at[k] += factor * way[k] + current[k] + 0.05 * draw(5 + k, second);
+                state.way.moved[k] += way[k];
+            }
+            state.way.ticks += 100;
+            if (second % 50 > 45) {
+                const double fix[2] = {at[0] + 1.5 * draw(7, second), at[1] + 1.5 * draw(8, second)};
+                CHECK(take_fix(model, state.way, fix));
+            }
+        }
+        carry(model, state.way);
+        CHECK_NEAR(state.way.at[2], current[0], 0.05);
+        CHECK_NEAR(state.way.at[3], current[1], 0.05);
+        CHECK_NEAR(state.way.at[4], factor, 0.15);
+        for (int k = 0; k < 2; ++k) {
+            const double error = state.way.at[k] - at[k];
+            square += error * error / state.way.spread[k][k] / (2 * runs);
+        }
+    }
+    // Mean of 120 squares of a normal number, were they independent: 1 within 4 deviations of 0.13. The filter also
+    // allows for changes of current and factor that this water does not have.
+    CHECK(0.2 < square && square < 1.5);
+}
+
+/// A step of depth is followed in 4 / rate; a sink rate of 0.1 m/s leaves no error; noise of 1 cm leaves 2 mm.
+static void depth_follows() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    const double start[2] = {0, 0};
+    EstimatorState<double> state = init(model, start);
+    double noise = 0;
+    for (int k = 0; k < 4000; ++k) {
+        const double depth = 1 + 0.001 * k, error = 0.01 * normal<double>(random_bits(1, 2, std::uint64_t(k)));
+        watch_depth(model, state, depth + error, 0.1);
+        if (k > 1000) noise += (state.depth - depth) * (state.depth - depth) / 3000;
+    }
+    CHECK_NEAR(state.sink, 0.1, 0.01);
+    CHECK(std::sqrt(noise) < 0.002);
+    // What is no number is left out; the depth goes on as it sank, for a while.
+    for (int k = 0; k < 100; ++k) CHECK(!watch_depth(model, state, std::nan(""), 0.1));
+    CHECK_NEAR(state.depth, 5.05, 0.01);
+    CHECK(std::fabs(state.sink) < 0.03);
+}
+
+int main() {
+    two_vectors_make_an_attitude();
+    the_offset_of_the_gyroscope_is_learned();
+    a_false_field_does_not_tilt();
+    a_turn_is_no_roll();
+    a_way_by_hand();
+    a_stray_fix_is_refused();
+    current_and_factor_part();
+    depth_follows();
+    return failures();
+}

@@ -1,0 +1,149 @@
+"""Tables and picture of docs/turning.md; docs/figures.py takes them in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.optimize import brentq
+
+from hypertuna.description import Robot, load
+from hypertuna.gait import Gait, named_gait
+from hypertuna.ledger import published
+from hypertuna.plots_turn import plot_turn
+from hypertuna.sweep import Gaits, sweep
+from hypertuna.swim import swim
+from hypertuna.turn import Turning, point_radius, scaled, turn
+
+FISH = load("hypertuna")
+PAPER = published()
+GAIT = named_gait(FISH, "turning")
+TOLD = PAPER["values"]["turning/radius-bl"]["value"]
+PHASES = np.radians(PAPER["turning"]["phase_deg"])
+HEAD, FIN = 0, len(FISH.links.name) - 1
+FACTORS = (1 / 8, 8.0)  # within which a factor is sought that meets the published radius
+KNOBS: dict[str, tuple[str, ...]] = {
+    "drag across the head": (f"water.lumped.drag[{HEAD}]",),
+    "friction of the head": (f"water.lumped.friction[{HEAD}]",),
+    "added mass of the head": (f"water.lumped.added_mass[{HEAD}]",),
+    "area of the caudal fin": (f"links.lateral_area_m2[{FIN}]", f"links.wetted_area_m2[{FIN}]"),
+    "drag across the soft joints": tuple(f"water.lumped.drag[{i}]" for i in range(2, FIN)),
+}
+
+
+def rows(head: Sequence[str], body: Sequence[Sequence[str]], left: int = 1) -> str:
+    """Write a Markdown table; all columns but the first `left` ones are aligned to the right."""
+    rule = ["---"] * left + ["---:"] * (len(head) - left)
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *body))
+
+
+def beat(stroke: Sequence[float]) -> Gait:
+    """Return the one-sided beat from straight to a stroke [rad]."""
+    half = tuple(angle / 2 for angle in stroke)
+    return replace(GAIT, amplitude=half, bias=half)
+
+
+@cache
+def around() -> Turning:
+    """Turn as the paper, at full and at half stroke."""
+    half = tuple(angle / 2 for angle in GAIT.bias)
+    phases = [(0.0, phase) for phase in PHASES]
+    return turn(FISH, Gaits.grid(frequency=[2.0], amplitude=[GAIT.amplitude], phase=phases, bias=[GAIT.bias, half]))
+
+
+def told(robot: Robot, gait: Gait) -> list[str]:
+    """Say how a robot turns: radius of the nose and of the center of the head at 200 deg, and the tightest phase."""
+    done, length = swim(robot, gait), robot.body.length
+    grid = Gaits.grid(
+        frequency=[gait.frequency], amplitude=[gait.amplitude], phase=[(0.0, p) for p in PHASES], bias=[gait.bias]
+    )
+    found = sweep(robot, grid).squeeze()
+    radius = np.where(found.settled, found.turn_radius, np.inf) / length
+    k = int(radius.argmin())
+    center = point_radius(done, robot.links.com[HEAD]) / length
+    if not done.settled:
+        return [done.status, "", f"{math.degrees(PHASES[k]):.0f} ({radius[k]:.2f})"]
+    return [f"{done.turn_radius / length:.2f}", f"{center:.2f}", f"{math.degrees(PHASES[k]):.0f} ({radius[k]:.2f})"]
+
+
+def strokes() -> dict[str, Gait]:
+    """Return one-sided beats by what limits their stroke."""
+    bend = [group.bend_max or 0.0 for group in FISH.joints]
+    limit = [group.amplitude_max or 0.0 for group in FISH.joints]
+    return {
+        "to the amplitude limit": beat(limit),
+        "to the largest bend in air": beat(bend),
+        "to twice the amplitude limit: the published gait as read here": beat([2 * a for a in limit]),
+        "to twice the largest bend in air: full stroke of the soft joints": beat([2 * a for a in bend]),
+    }
+
+
+def stroke_table() -> str:
+    """Tabulate the radius against the stroke."""
+    body = []
+    for name, gait in strokes().items():
+        ends = ", ".join(f"{2 * math.degrees(a):.1f}" for a in gait.amplitude)
+        body.append([name, ends, *told(FISH, gait)])
+    head = ["one-sided beat", "stroke [deg]", "nose [BL]", "center of the head [BL]", "tightest phase [deg] (BL)"]
+    return rows(head, body)
+
+
+def knob_table() -> str:
+    """Tabulate the radius with one thing at a time halved, doubled, and sought to meet the published radius."""
+    body = []
+    full = strokes()["to twice the largest bend in air: full stroke of the soft joints"]
+    for name, keys in KNOBS.items():
+        at = [radius(keys, factor, GAIT) for factor in (0.5, 1.0, 2.0)]
+        cells = [f"{value:.3f}" for value in at]
+        body.append([name, *cells, needed(keys, GAIT), needed(keys, full)])
+    head = ["times", "½ [BL]", "1 [BL]", "2 [BL]", f"alone meets {TOLD:g} BL", "with the full stroke"]
+    return rows(head, body)
+
+
+def radius(keys: Sequence[str], factor: float, gait: Gait) -> float:
+    """Return the nose's turning radius with numbers multiplied [BL]."""
+    factors: Mapping[str, float] = dict.fromkeys(keys, factor)
+    done = swim(scaled(FISH, factors), gait)
+    return done.turn_radius / FISH.body.length if done.settled else math.nan
+
+
+def needed(keys: Sequence[str], gait: Gait) -> str:
+    """Seek the factor that meets the published radius, the nearest to 1; say the least radius if none does."""
+    logs = np.linspace(*np.log(FACTORS), 25)
+    values = np.array([radius(keys, math.exp(log), gait) for log in logs]) - TOLD
+    crossings = [k for k in range(len(logs) - 1) if values[k] * values[k + 1] < 0]
+    if not crossings:
+        k = int(np.nanargmin(values))
+        return f"no: at least {values[k] + TOLD:.2f}, at {math.exp(logs[k]):.2g}"
+    k = min(crossings, key=lambda k: abs(logs[k]))
+    log = brentq(lambda x: radius(keys, math.exp(x), gait) - TOLD, logs[k], logs[k + 1], xtol=1e-3)
+    return f"{math.exp(log):.2f}"
+
+
+def model_table() -> str:
+    """Tabulate the radius under the other choices of model, and at other frequencies."""
+    cases: dict[str, tuple[Robot, Gait]] = {
+        "lumped law, joint bandwidth": (FISH, GAIT),
+        "lumped law, ideal joints": (FISH.using(joints="ideal"), GAIT),
+        "lumped law, areas as printed": (FISH.using(areas="as-printed"), GAIT),
+        "strip law": (FISH.using(water="strip"), GAIT),
+    }
+    cases |= {f"at {f:g} Hz": (FISH, replace(GAIT, frequency=f)) for f in (0.5, 1.0, 4.0)}
+    body = [[name, *told(robot, gait)] for name, (robot, gait) in cases.items()]
+    return rows(["model", "nose [BL]", "center of the head [BL]", "tightest phase [deg] (BL)"], body)
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "turning strokes": stroke_table,
+    "turning knobs": knob_table,
+    "turning models": model_table,
+}
+PICTURES: dict[str, Callable[[], Figure]] = {
+    "docs/turning.svg": lambda: plot_turn(
+        around(), published=(PAPER["values"]["turning/best-phase"]["value"], float(TOLD))
+    )
+}

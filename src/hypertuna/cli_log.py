@@ -1,0 +1,135 @@
+"""The commands `hypertuna log ...`: logs of missions told, drawn and turned into tables and tracks."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from hypertuna.console import check_suffix, print_json, tell_written
+from hypertuna.errors import InputError
+from hypertuna.gpx import write_gpx
+from hypertuna.log_fields import DEGREES, DERIVED, fields
+from hypertuna.mcap_read import Log, read_log
+from hypertuna.mission_record import MissionRecord, record_facts
+from hypertuna.results import write_atomically
+
+__all__ = ["log_app"]
+
+log_app = typer.Typer(no_args_is_help=True, help="Logs of missions: tell, draw, tables, tracks; needs the extra log.")
+
+File = Annotated[str, typer.Argument(metavar="FILE.mcap", help="A log that hypertuna wrote.")]
+Output = Annotated[str, typer.Option("-o", "--output", help="File to write.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+@log_app.command("info")
+def info_command(file: File, as_json: AsJson = False) -> None:
+    """Tell what a log has: mission, times, topics, way, energy, and whether it is whole.
+
+    The exit code is 0 for a whole log, 1 for one that is cut short or damaged (what it has is still told), 2 for bad
+    input.
+    """
+    log = read_log(file)
+    print_json(_record(log)) if as_json else _print(log)
+    if not log.complete:
+        raise typer.Exit(1)
+
+
+@log_app.command("plot")
+def plot_command(file: File, output: Output, as_json: AsJson = False) -> None:
+    """Draw the track on a plan, depth and energy to a .svg, .png or .pdf file."""
+    check_suffix(output, (".svg", ".png", ".pdf"), "--output")
+    log = read_log(file)
+    from hypertuna.drawing import save
+    from hypertuna.plots_mission import plot_mission
+
+    save(plot_mission(log.record), output)
+    _finish(log, output, as_json)
+
+
+@log_app.command("to-csv")
+def csv_command(file: File, output: Output, as_json: AsJson = False) -> None:
+    """Write every number of a log to a .csv file, one row per time."""
+    check_suffix(output, (".csv",), "--output")
+    log = read_log(file)
+    write_atomically(output, _csv(log.record).encode())
+    _finish(log, output, as_json)
+
+
+@log_app.command("to-gpx")
+def gpx_command(file: File, output: Output, as_json: AsJson = False) -> None:
+    """Write the track of a log to a .gpx file, for maps."""
+    check_suffix(output, (".gpx",), "--output")
+    log = read_log(file)
+    try:
+        write_gpx(log.record, output)
+    except InputError as error:
+        if error.key != "origin":
+            raise
+        raise InputError(error.rule, file=file, key=error.key, fix=error.fix) from None
+    _finish(log, output, as_json)
+
+
+def _record(log: Log) -> dict[str, Any]:
+    """Tell a log, for programs."""
+    whole = {"complete": log.complete, "status_text": log.sentence}
+    file = {"chunks": log.chunks, "size_bytes": log.size, "messages": log.messages}
+    return record_facts(log.record) | whole | file
+
+
+def _print(log: Log) -> None:
+    """Print a log as a small table."""
+    told, console = record_facts(log.record), Console()
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(style="dim")
+    table.add_column(justify="right", style="bold")
+    table.add_column()
+    table.add_row("time", f"{told['end_s'] - told['begin_s']:.4g}", "s")
+    table.add_row("times", f"{told['times']}", "")
+    table.add_row("way over ground", f"{told['distance_m']:.4g}", "m")
+    table.add_row("mean speed over ground", f"{told['mean_speed_m_s']:.3g}", "m/s")
+    table.add_row("greatest depth", f"{told['depth_max_m']:.3g}", "m")
+    table.add_row("energy", f"{told['energy_wh']:.3g}", "Wh")
+    if "charge_left" in told:
+        table.add_row("charge left", f"{100 * told['charge_left']:.0f}", "%")
+    if "position_off_max_m" in told:
+        table.add_row("farthest from where it believed to be", f"{told['position_off_max_m']:.3g}", "m")
+    if "mode_at_end" in told:
+        table.add_row("at the end", f"{told['mode_at_end']}", "")
+    console.print(Text(f"{log.record.name}, {log.record.robot}", style="bold"))
+    console.print(table)
+    topics = ", ".join(f"{topic} {count}" for topic, count in log.messages.items())
+    console.print(Text(f"messages: {topics}", style="dim"))
+    for key, value in log.record.facts.items():
+        console.print(Text(f"{key}: {value}", style="dim"))
+    console.print(Text(log.sentence, style="green" if log.complete else "yellow"))
+
+
+def _finish(log: Log, output: str, as_json: bool) -> None:
+    """Name the file that was written; say what was missing of the log."""
+    if as_json:
+        print_json({"written": output, "complete": log.complete, "status_text": log.sentence})
+        return
+    if not log.complete:
+        Console(stderr=True).print(Text(log.sentence))
+    tell_written(output)
+
+
+def _csv(record: MissionRecord) -> str:
+    """Write a record as comma-separated values, below comments that say what made it."""
+    columns = {"time_s": record.time}
+    columns |= {f"{axis}_m": record.data["position"][:, k] for k, axis in enumerate(("x", "y", "z"))}
+    columns["depth_m"] = record.depth
+    columns |= dict(zip(list(DERIVED)[2:], (record.angles * DEGREES).T, strict=True))
+    for rows in fields(record.data, record.joints, record.circuits).values():
+        for row in rows:
+            values = record.data[row.name] if row.part is None else record.data[row.name][:, row.part]
+            columns[row.key] = values * row.factor
+    lines = [f"# mission: {record.name}", f"# robot: {record.robot}", *(f"# {k}: {v}" for k, v in record.facts.items())]
+    lines.append(",".join(columns))
+    lines += [",".join(f"{value:.9g}" for value in row) for row in zip(*columns.values(), strict=True)]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,377 @@
+"""Flights: a mission file flown on the twin part by part, with a journal to resume from and a log; many seeds."""
+
+from __future__ import annotations
+
+import base64
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.energy import battery_columns
+from hypertuna.errors import InputError
+from hypertuna.journal import Journal, journal_header
+from hypertuna.mcap_log import LogWriter
+from hypertuna.mission import Mission
+from hypertuna.mission_file import MissionFile, drawn
+from hypertuna.mission_record import COLUMNS, MissionRecord, joined
+from hypertuna.mission_run import MissionRun, MissionStart, fly_part, mission_start, over, part_ticks
+from hypertuna.mission_run import joined as joined_parts
+from hypertuna.results import provenance
+from hypertuna.twin_parts import ticks_of
+
+__all__ = ["Flight", "Outcome", "expected", "fence_margin", "fly", "fly_seeds", "outcome"]
+
+Array = NDArray[np.float64]
+Report = Callable[[int, int], None]
+
+MOST_SEEDS = 10_000
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A mission as it was flown.
+
+    Attributes
+    ----------
+    file : MissionFile
+    robot : Robot
+    seed : int
+    record : MissionRecord
+    status : str
+        "done", "hold", "given up" or "diverged".
+    """
+
+    file: MissionFile
+    robot: Robot
+    seed: int
+    record: MissionRecord
+    status: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a flight amounts to.
+
+    Attributes
+    ----------
+    seed : int
+    status : str
+    duration, distance : float
+        Of the flight [s]; over ground [m].
+    energy, charge_left : float
+        Taken from the battery [J]; part of the charge that is left [1].
+    depth_max : float
+        [m].
+    margin_min : float
+        Least distance to the fence, negative outside; infinite without a fence [m].
+    off_max : float
+        Farthest from where the robot believed to be [m].
+    home_distance : float
+        From home, or from the last waypoint of a mission that stays there, at the end [m].
+    reasons : dict of str to float
+        Why the pilot did what it did, and when each reason first held [s].
+    """
+
+    seed: int
+    status: str
+    duration: float
+    distance: float
+    energy: float
+    charge_left: float
+    depth_max: float
+    margin_min: float
+    off_max: float
+    home_distance: float
+    reasons: dict[str, float]
+
+
+def fly(
+    file: MissionFile,
+    robot: Robot,
+    *,
+    seed: int = 0,
+    faults: Iterable[str] = (),
+    every: int = 10,
+    duration: float | None = None,
+    checkpoint: str | Path | None = None,
+    log: Path | None = None,
+    report: Report | None = None,
+) -> Flight:
+    """Fly a mission to its end.
+
+    Parameters
+    ----------
+    file : MissionFile
+    robot : Robot
+    seed : int
+        Of the sensors' noise, and of the water and the satellites where the file scatters them; 0 for the mission as
+        it stands.
+    faults : iterable of str
+        Of sensors and fins, as `hypertuna.mission_run.mission_start` takes them.
+    every : int
+        Ticks from one row of the record to the next.
+    duration : float, optional
+        After which the mission is given up [s].
+    checkpoint : str or Path, optional
+        Journal to resume from: what it knows is not flown again.
+    log : Path, optional
+        MCAP file that is written while the mission is flown.
+    report : callable, optional
+        Called with the seconds flown and those expected.
+
+    Returns
+    -------
+    Flight
+
+    Raises
+    ------
+    InputError
+        If the robot lacks a table, or something does not fit.
+    """
+    faults = tuple(faults)
+    mission = drawn(file, seed)
+    start = mission_start(robot, mission, seed=seed, faults=faults, every=every, duration=duration)
+    options = {"mission": file.hash, "seed": seed, "faults": list(faults), "every": every, "duration": start.duration}
+    facts = _facts(file, robot, seed, faults)
+    records: list[MissionRecord] = []
+    status, ended = "given up", False
+    with Journal(checkpoint, journal_header("mission", robot, options)) as journal:
+        writer = None if log is None else LogWriter(log)
+        try:
+            for run, begin in _parts(start, journal, checkpoint is not None, report):
+                before = records[-1] if records else None
+                records.append(_record(file, run, begin, before, facts))
+                status = run.status
+                if writer is not None:
+                    writer.write(records[-1])
+            ended = True
+        finally:
+            if writer is not None:
+                writer.close({"status": status if ended else "interrupted"} if records else None)
+    whole = joined(records)
+    return Flight(file, robot, seed, whole, status)
+
+
+def fly_seeds(
+    file: MissionFile,
+    robot: Robot,
+    seeds: Sequence[int],
+    *,
+    threads: int | None = None,
+    faults: Iterable[str] = (),
+    duration: float | None = None,
+    checkpoint: str | Path | None = None,
+    report: Report | None = None,
+) -> list[Outcome]:
+    """Fly a mission with many seeds.
+
+    Parameters
+    ----------
+    file : MissionFile
+    robot : Robot
+    seeds : sequence of int
+    threads : int, optional
+        All processors if left out; the result does not depend on it.
+    faults : iterable of str
+    duration : float, optional
+        After which a mission is given up [s].
+    checkpoint : str or Path, optional
+        Journal to resume from, one record for each seed.
+    report : callable, optional
+        Called with the number of seeds flown and their total.
+
+    Returns
+    -------
+    list of Outcome
+        In the order of the seeds.
+
+    Raises
+    ------
+    InputError
+        If something does not fit.
+    """
+    if not 1 <= len(seeds) <= MOST_SEEDS:
+        rule = f"must be from 1 to {MOST_SEEDS} seeds"
+        raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write from:to, as 0:100")
+    if threads is not None and threads < 1:
+        raise InputError("must be 1 at least", key="threads", value=str(threads), fix="leave it out for all processors")
+    faults = tuple(faults)
+    options = {"mission": file.hash, "seeds": list(seeds), "faults": list(faults), "duration": duration}
+    mission_start(robot, file.mission, faults=faults, duration=duration)  # what does not fit is told before any work
+    done: list[Outcome] = []
+    with (
+        Journal(checkpoint, journal_header("mission seeds", robot, options)) as journal,
+        ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool,
+    ):
+        work: dict[int, Future[dict[str, Any]]] = {
+            seed: pool.submit(_told, file, robot, seed, faults, duration) for seed in seeds[journal.known :]
+        }
+        try:
+            for k, seed in enumerate(seeds):
+                done.append(Outcome(**journal.answer(seed, lambda seed=seed: work[seed].result())))  # type: ignore[misc]
+                if report is not None:
+                    report(k + 1, len(seeds))
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return done
+
+
+def outcome(flight: Flight) -> Outcome:
+    """Say what a flight amounts to.
+
+    Parameters
+    ----------
+    flight : Flight
+
+    Returns
+    -------
+    Outcome
+    """
+    record, mission = flight.record, flight.record.mission
+    place = record.data["position"][:, :2]
+    off = np.hypot(*(record.data["position_estimated"] - place).T)
+    goal = mission.waypoints[-1][:2] if mission.stay else mission.home
+    flags = record.data["reasons"].astype(np.int64)
+    held = {name: flags >> bit & 1 == 1 for bit, name in enumerate(record.reasons)}
+    first = {name: float(record.time[there.argmax()]) for name, there in held.items() if there.any()}
+    return Outcome(
+        seed=flight.seed,
+        status=flight.status,
+        duration=float(record.time[-1]),
+        distance=record.distance,
+        energy=float(record.energy[-1]),
+        charge_left=float(record.data["charge_left"][-1]),
+        depth_max=float(record.depth.max()),
+        margin_min=float(fence_margin(mission, place).min()),
+        off_max=float(off.max()),
+        home_distance=float(np.hypot(*(place[-1] - goal))),
+        reasons=dict(sorted(first.items(), key=lambda item: item[1])),
+    )
+
+
+def fence_margin(mission: Mission, places: Array) -> Array:
+    """Return how far inside the fence places are.
+
+    Parameters
+    ----------
+    mission : Mission
+    places : ndarray, shape (K, 2)
+        East and north [m].
+
+    Returns
+    -------
+    ndarray, shape (K,)
+        Distance to the nearest side, negative outside; infinite without a fence [m].
+    """
+    x, y = np.asarray(places, float).T
+    if not mission.fence:
+        return np.full(len(x), math.inf)
+    nearest, inside = np.full(len(x), math.inf), np.zeros(len(x), bool)
+    for (ax, ay), (bx, by) in zip(mission.fence, (*mission.fence[1:], mission.fence[0]), strict=True):
+        ex, ey = bx - ax, by - ay
+        part = np.clip(((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey), 0, 1)
+        nearest = np.minimum(nearest, np.hypot(x - ax - part * ex, y - ay - part * ey))
+        if ey != 0:
+            inside ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) / ey * ex)
+    return np.where(inside, nearest, -nearest)
+
+
+def expected(mission: Mission) -> float:
+    """Return how long a mission takes at its speeds through still water.
+
+    Parameters
+    ----------
+    mission : Mission
+
+    Returns
+    -------
+    float
+        [s].
+    """
+    points, places = mission.waypoints, [mission.start, *(point[:2] for point in mission.waypoints)]
+    speeds = [point.speed for point in points]
+    if not mission.stay:
+        places.append(mission.home)
+        speeds.append(mission.home_speed)
+    legs = np.hypot(*np.diff(np.array(places), axis=0).T)
+    return float((legs / np.array(speeds)).sum())
+
+
+def _told(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str], duration: float | None) -> dict[str, Any]:
+    """Fly one seed, and say what it amounts to as a journal holds it."""
+    return vars(outcome(fly(file, robot, seed=seed, faults=faults, duration=duration)))
+
+
+def _parts(
+    start: MissionStart, journal: Journal, keep: bool, report: Report | None
+) -> Iterable[tuple[MissionRun, float]]:
+    """Fly part after part: each with the time at its start [s]."""
+    ticks, length = ticks_of(start.duration, start.tick), part_ticks(start)
+    state: bytes | None = None
+    made, total = 0, max(1, round(expected(start.mission)))
+    while made < ticks:
+        asked, begin = min(length, ticks - made), made * start.tick
+        record, state = _part(start, journal, asked, made, state) if keep else fly_part(start, asked, state)
+        made += int(record["ticks"][0])
+        yield joined_parts(start, [record]), begin
+        if report is not None:
+            report(min(round(made * start.tick), total), total)
+        if over(start, record, asked):
+            return
+
+
+def _part(
+    start: MissionStart, journal: Journal, asked: int, made: int, state: bytes | None
+) -> tuple[dict[str, Array], bytes]:
+    """Fly a part, or take it from the journal."""
+
+    def work() -> dict[str, Any]:
+        record, after = fly_part(start, asked, state)
+        return {"record": record, "state": base64.b64encode(after).decode()}
+
+    told = journal.answer(made, work)
+    return {name: np.asarray(values, float) for name, values in told["record"].items()}, base64.b64decode(told["state"])
+
+
+def _record(
+    file: MissionFile, run: MissionRun, begin: float, before: MissionRecord | None, facts: Mapping[str, str]
+) -> MissionRecord:
+    """Make a record of a part of a run; energy is what the battery gave, its voltage integrated over the charge."""
+    robot, mission = run.start.robot, run.start.mission
+    data = {name: values for name, values in run.data.items() if name in COLUMNS}
+    full = dict(zip(battery_columns(robot).columns, battery_columns(robot).values.tolist(), strict=True))["charge"]
+    taken = float(run.start.core["taken"]) if before is None else float(before.data["charge"][-1])
+    given = 0.0 if before is None else float(before.energy[-1])
+    data["energy"] = given + np.cumsum(data["battery_voltage"] * np.diff(data["charge"], prepend=taken))
+    data["charge_left"] = 1 - data["charge"] / full
+    joints = tuple(group.name for group in robot.joints)
+    return MissionRecord(
+        name=file.name,
+        robot=robot.name,
+        mission=mission,
+        time=run.time + begin,
+        data=data,
+        joints=joints,
+        circuits=tuple(f"{joint}-{side}" for joint in joints for side in ("left", "right")),
+        modes=tuple(_core.mode_names()),
+        reasons=tuple(name for name, _ in _core.reason_table()),
+        origin=file.origin,
+        facts=facts,
+    )
+
+
+def _facts(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str]) -> dict[str, str]:
+    """Say what makes a record."""
+    given = {"mission_file": file.file, "mission_hash": file.hash, "seed": str(seed), "faults": " ".join(faults)}
+    made_by = {key: value for key, value in provenance(robot).items() if key != "joints"}  # the twin moves its own
+    return {key: str(value) for key, value in (made_by | given).items()}

@@ -1,0 +1,245 @@
+"""GPX 1.1 (topografix.com/GPX/1/1): the track of a mission for maps, and tracks of such files back."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import NoReturn
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.errors import InputError, shown
+from hypertuna.geodesy import from_local
+from hypertuna.mission_record import MissionRecord
+from hypertuna.results import version, write_atomically
+
+__all__ = ["GpxTrack", "check_origin", "gpx_text", "read_gpx", "write_gpx"]
+
+Array = NDArray[np.float64]
+
+SPACE = "http://www.topografix.com/GPX/1/1"
+BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)  # a simulated mission has no date: its times count from here
+MOST_BYTES = 200_000_000
+
+
+@dataclass(frozen=True)
+class GpxTrack:
+    """A track of a GPX file.
+
+    Attributes
+    ----------
+    name : str
+        Empty if it has none.
+    latitude, longitude : ndarray, shape (points,)
+        [rad].
+    elevation : ndarray, shape (points,)
+        Above the surface [m]; not a number where there is none.
+    time : ndarray, shape (points,)
+        Since 1970 [s]; not a number where there is none.
+    """
+
+    name: str
+    latitude: Array
+    longitude: Array
+    elevation: Array
+    time: Array
+
+
+def write_gpx(record: MissionRecord, path: str | Path) -> Path:
+    """Write the track of a mission, whole or not at all.
+
+    Parameters
+    ----------
+    record : MissionRecord
+        With an origin.
+    path : str or Path
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the record has no origin, or the file cannot be written.
+    """
+    return write_atomically(path, gpx_text(record).encode())
+
+
+def gpx_text(record: MissionRecord) -> str:
+    """Write the track of a mission: waypoints, where it was, and where it believed to be, once a second.
+
+    Parameters
+    ----------
+    record : MissionRecord
+        With an origin.
+
+    Returns
+    -------
+    str
+        XML.
+
+    Raises
+    ------
+    InputError
+        If the record has no origin.
+    """
+    check_origin(record.origin)
+    assert record.origin is not None
+    root = Element("gpx", {"version": "1.1", "creator": f"hypertuna {version()}", "xmlns": SPACE})
+    SubElement(SubElement(root, "metadata"), "name").text = _clean(record.name)
+    for k, point in enumerate(record.mission.waypoints):
+        place = from_local(record.origin, [point.x, point.y])
+        node = _point(root, "wpt", place, -point.depth)
+        SubElement(node, "name").text = f"{k + 1}"
+    seconds = np.unique(np.searchsorted(record.time, np.arange(record.time[0], record.time[-1] + 1e-9)))
+    heights = record.data["position"][:, 2]
+    _track(root, record.name, record, record.data["position"][:, :2], heights, seconds)
+    if {"position_estimated", "depth_estimated"} <= set(record.data):
+        believed = record.data["position_estimated"]
+        _track(root, f"{record.name}, believed", record, believed, -record.data["depth_estimated"], seconds)
+    ElementTree.indent(root, " ")
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def check_origin(origin: tuple[float, float] | None, file: str | None = None) -> None:
+    """Check that there is an origin, which a track on the Earth needs.
+
+    Parameters
+    ----------
+    origin : tuple of float or None
+        Latitude and longitude [rad].
+    file : str, optional
+        That should have it, for the error.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if origin is None:
+        fix = "add the table [origin] with latitude_deg and longitude_deg to the mission"
+        raise InputError("is needed for a track on the Earth", file=file, key="origin", fix=fix)
+
+
+def read_gpx(path: str | Path) -> list[GpxTrack]:
+    """Read the tracks of a GPX file; segments of a track are joined.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    list of GpxTrack
+
+    Raises
+    ------
+    InputError
+        If there is no such file, it is no GPX 1.1, or a point cannot be used.
+    """
+    file = str(path)
+    try:
+        size, content = Path(path).stat().st_size, Path(path).read_bytes()
+    except OSError as error:
+        value, fix = f"not ({error.strerror})", "give the path of a .gpx file"
+        raise InputError("must be a readable file", file=file, value=value, fix=fix) from None
+    if size > MOST_BYTES:
+        raise InputError("must be at most 200 MB", file=file, value=f"{size / 1e6:.0f} MB", fix="cut the track")
+    try:
+        root = ElementTree.fromstring(content, parser=ElementTree.XMLParser(target=_Plain()))
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        if isinstance(error, InputError):
+            raise InputError(error.rule, file=file, fix=error.fix) from None
+        raise InputError(
+            "must be valid XML", file=file, value=f"not ({shown(str(error))})", fix="write it anew"
+        ) from None
+    if root.tag != f"{{{SPACE}}}gpx":
+        value, fix = shown(root.tag), "give a GPX 1.1 file"
+        raise InputError("must begin with the element gpx of GPX 1.1", file=file, value=value, fix=fix)
+    return [_read_track(node, f"trk[{k}]", file) for k, node in enumerate(root.iterfind(_tag("trk")))]
+
+
+class _Plain(ElementTree.TreeBuilder):
+    """A tree of a file without a document type: those can make entities that fill the memory."""
+
+    def doctype(self, *_: object) -> NoReturn:
+        raise InputError("must not have a document type", fix="remove the line <!DOCTYPE ...>")
+
+
+def _tag(name: str) -> str:
+    return f"{{{SPACE}}}{name}"
+
+
+def _point(parent: Element, tag: str, place: Array, height: float) -> Element:
+    """Add a point: latitude and longitude to a centimeter, elevation to a millimeter."""
+    latitude, longitude = np.degrees(place)
+    node = SubElement(parent, tag, {"lat": f"{latitude:.8f}", "lon": f"{longitude:.8f}"})
+    SubElement(node, "ele").text = f"{height:.3f}"
+    return node
+
+
+def _track(
+    root: Element, name: str, record: MissionRecord, flat: Array, heights: Array, chosen: NDArray[np.int64]
+) -> None:
+    """Add a track."""
+    assert record.origin is not None  # checked
+    track = SubElement(root, "trk")
+    SubElement(track, "name").text = _clean(name)
+    segment = SubElement(track, "trkseg")
+    places = from_local(record.origin, flat[chosen])
+    for place, height, second in zip(places, heights[chosen], record.time[chosen], strict=True):
+        stamp = (BEGINNING + timedelta(milliseconds=round(1e3 * float(second)))).isoformat(timespec="milliseconds")
+        node = _point(segment, "trkpt", place, float(height))
+        SubElement(node, "time").text = stamp.replace("+00:00", "Z")
+
+
+def _clean(text: str) -> str:
+    """Leave out what XML 1.0 cannot hold."""
+    return "".join(c for c in text if c in "\t\n\r" or "\x20" <= c <= "\ud7ff" or "\ue000" <= c <= "\ufffd")
+
+
+def _read_track(track: Element, key: str, file: str) -> GpxTrack:
+    """Read the points of all segments of a track."""
+    rows = []
+    for k, node in enumerate(track.iterfind(f"{_tag('trkseg')}/{_tag('trkpt')}")):
+        place = f"{key}.trkpt[{k}]"
+        latitude = _number(node.get("lat"), f"{place}.lat", 90.0, file)
+        longitude = _number(node.get("lon"), f"{place}.lon", 180.0, file)
+        height = node.findtext(_tag("ele"))
+        elevation = math.nan if height is None else _number(height, f"{place}.ele", math.inf, file)
+        rows.append((math.radians(latitude), math.radians(longitude), elevation, _time(node, place, file)))
+    columns = np.array(rows, dtype=np.float64).reshape(-1, 4).T
+    return GpxTrack(track.findtext(_tag("name")) or "", *columns)
+
+
+def _number(text: str | None, key: str, most: float, file: str) -> float:
+    """Read a number of limited size."""
+    try:
+        value = float(text if text is not None else "")
+    except ValueError:
+        value = math.nan
+    if not abs(value) <= most or math.isinf(value):
+        rule = "must be a number" if math.isinf(most) else f"must be a number from -{most:g} to {most:g}"
+        given = "missing" if text is None else shown(text)
+        raise InputError(rule, file=file, key=key, value=given, fix="correct that point")
+    return value
+
+
+def _time(node: Element, key: str, file: str) -> float:
+    """Read the time of a point; one without a zone is UTC."""
+    text = node.findtext(_tag("time"))
+    if text is None:
+        return math.nan
+    try:
+        stamp = datetime.fromisoformat(text.strip())
+        return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
+    except (ValueError, OverflowError):
+        fix = "write it as 2026-01-31T12:00:00Z"
+        raise InputError("must be a time", file=file, key=f"{key}.time", value=shown(text), fix=fix) from None

@@ -1,0 +1,92 @@
+"""Mission: where a robot is to go, in which water, and within which bounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+__all__ = ["Mission", "Waypoint"]
+
+
+class Waypoint(NamedTuple):
+    """A place to go to.
+
+    Attributes
+    ----------
+    x, y : float
+        East and north of the origin [m].
+    depth : float
+        Below the surface, on the way there [m].
+    speed : float
+        Through the water, on the way there [m/s].
+    radius : float
+        Within which it counts as reached [m].
+    """
+
+    x: float
+    y: float
+    depth: float
+    speed: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class Mission:
+    """A mission and the water that it goes through.
+
+    Positions are (east, north) of the origin [m]; currents are velocities of the water (east, north) [m/s].
+
+    Parameters
+    ----------
+    waypoints : tuple of Waypoint
+        In their order; the legs between them are straight, the first from the start.
+    start, home : tuple of float
+        Where it begins and where it comes home to [m].
+    heading : float
+        At the start: angle of the head's axis, nose to tail, from x, counter-clockwise [rad].
+    depth : float
+        At the start [m].
+    battery : float
+        Part of the charge at the start [1].
+    home_radius : float
+        Within which the robot is at home [m].
+    home_speed : float
+        Through the water, on the way home [m/s].
+    fence : tuple of (float, float)
+        Corners around the water that it may be in, either way round [m]; none for no fence.
+    depth_max : float
+        That it may not go below [m].
+    reserve : float
+        Part of the usable charge to come home with [1].
+    duration : float
+        Time after which it should be home [s]; 0 for no end.
+    surface_every : float
+        Time after the last fix to come up for the next [s]; 0 for only when the position is uncertain.
+    stay : bool
+        Whether it comes up at the last waypoint instead of going home.
+    bottom : float
+        Depth of the ground [m].
+    current, current_bottom : tuple of float
+        Of the water at the surface and at the ground, straight in between [m/s].
+    gaps : tuple of (float, float)
+        From and to: times without satellites [s].
+    """
+
+    waypoints: tuple[Waypoint, ...]
+    start: tuple[float, float] = (0.0, 0.0)
+    home: tuple[float, float] = (0.0, 0.0)
+    heading: float = 0.0
+    depth: float = 0.0
+    battery: float = 1.0
+    home_radius: float = 3.0
+    home_speed: float = 0.3
+    fence: tuple[tuple[float, float], ...] = field(default=())
+    depth_max: float = 5.0
+    reserve: float = 0.1
+    duration: float = 0.0
+    surface_every: float = 0.0
+    stay: bool = False
+    bottom: float = 20.0
+    current: tuple[float, float] = (0.0, 0.0)
+    current_bottom: tuple[float, float] = (0.0, 0.0)
+    gaps: tuple[tuple[float, float], ...] = field(default=())

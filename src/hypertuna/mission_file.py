@@ -1,0 +1,282 @@
+"""Mission files: TOML that says where a robot is to go, in which water, and within which bounds."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from hypertuna.errors import InputError, did_you_mean, shown, translate
+from hypertuna.frames import pose_from
+from hypertuna.geodesy import FARTHEST, to_local
+from hypertuna.measured import read_text
+from hypertuna.mission import Mission, Waypoint
+from hypertuna.reference import markdown
+from hypertuna.schema_mission import Document, Place, Scatter, too_far
+
+__all__ = ["MissionFile", "Scatter", "drawn", "missions", "parse_mission", "read_mission", "reference"]
+
+TURN = 2 * math.pi
+
+# --- what it says
+
+
+@dataclass(frozen=True)
+class MissionFile:
+    """A mission as its file says it.
+
+    Attributes
+    ----------
+    name, description : str
+    robot : str or None
+        Name or path of the robot to send; None if the file leaves it open.
+    mission : Mission
+        In SI units and the frames of docs/conventions.md.
+    origin : tuple of float or None
+        Latitude and longitude that x and y are counted from [rad].
+    scatter : Scatter
+        What differs from seed to seed.
+    file : str
+        Where it was read from, empty if nowhere.
+    hash : str
+        Sha256 of all that can change a result.
+    """
+
+    name: str
+    description: str
+    robot: str | None
+    mission: Mission
+    origin: tuple[float, float] | None
+    scatter: Scatter
+    file: str
+    hash: str
+
+
+def missions() -> tuple[str, ...]:
+    """List the missions that come with hypertuna.
+
+    Returns
+    -------
+    tuple of str
+        Names that `read_mission` knows.
+    """
+    return tuple(sorted(path.stem for path in _folder().glob("*.toml")))
+
+
+def read_mission(path: str | Path) -> MissionFile:
+    """Read a mission.
+
+    Parameters
+    ----------
+    path : str or Path
+        Of a TOML file, or the name of a mission that comes with hypertuna.
+
+    Returns
+    -------
+    MissionFile
+
+    Raises
+    ------
+    InputError
+        If there is no such mission, or it cannot be used: file, key, rule, value and fix.
+    """
+    name = file = str(path)
+    if not name.endswith(".toml"):
+        if name not in missions():
+            raise InputError("must be a .toml file or a mission that comes with hypertuna", key="mission",
+                             value=shown(name), fix=did_you_mean(name, missions()))  # fmt: skip
+        path, file = _folder() / f"{name}.toml", f"missions/{name}.toml"
+    content = read_text(path, "a TOML file")
+    try:
+        document = tomllib.loads(content)
+    except (ValueError, RecursionError) as error:
+        fix = "correct that line"
+        raise InputError("must be valid TOML", file=file, value=f"not ({error})", fix=fix) from None
+    return parse_mission(document, file=file)
+
+
+def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile:
+    """Check the document of a mission.
+
+    Parameters
+    ----------
+    document : mapping
+        Keys as in the file, with units.
+    file : str
+        Named in errors.
+
+    Returns
+    -------
+    MissionFile
+
+    Raises
+    ------
+    InputError
+        If the document breaks a rule.
+    """
+    try:
+        checked = Document.model_validate(document)
+        mission = _mission(checked)
+        _check_mission(mission)
+    except ValidationError as error:
+        raise translate(error, document, Document, file or None) from None
+    except InputError as error:
+        raise InputError(error.rule, file=file or None, key=error.key, value=error.value, fix=error.fix) from None
+    origin = None if checked.origin is None else _radians(checked.origin.latitude, checked.origin.longitude)
+    facts = json.dumps([asdict(mission), origin, checked.scatter.model_dump()], sort_keys=True)
+    digest = hashlib.sha256(facts.encode()).hexdigest()
+    return MissionFile(checked.name, checked.description, checked.robot, mission, origin, checked.scatter, file, digest)
+
+
+def drawn(given: MissionFile, seed: int) -> Mission:
+    """Draw the water and the satellites of a seed.
+
+    Parameters
+    ----------
+    given : MissionFile
+    seed : int
+        0 for the mission as its file says it.
+
+    Returns
+    -------
+    Mission
+        With a current of any direction added, its speed even from 0 to the file's, and times without satellites, even
+        in start and length.
+
+    Raises
+    ------
+    InputError
+        If the seed is negative.
+    """
+    if seed < 0:
+        raise InputError("must not be negative", key="seed", value=str(seed), fix="give 0 or more")
+    mission, scatter = given.mission, given.scatter
+    if seed == 0:
+        return mission
+    random = np.random.default_rng([seed, int(given.hash[:8], 16)])
+    speed, toward = scatter.current * random.uniform(), TURN * random.uniform()
+    more = (speed * math.sin(toward), speed * math.cos(toward))
+    span = mission.duration or 3600.0
+    starts, lengths = span * random.uniform(size=scatter.gaps), scatter.gap * random.uniform(size=scatter.gaps)
+    pairs = sorted([*mission.gaps, *zip(starts.tolist(), (starts + lengths).tolist(), strict=True)])
+    return replace(
+        mission,
+        current=_sum(mission.current, more),
+        current_bottom=_sum(mission.current_bottom, more),
+        gaps=_joined(pairs),
+    )
+
+
+def reference() -> str:
+    """Write down every key of a mission file with its unit, its rule and its meaning.
+
+    Returns
+    -------
+    str
+        Sections of a Markdown page, docs/missions.md.
+    """
+    page = markdown(Document.model_json_schema(by_alias=True), title="", introduction="")
+    return page[page.index("## ") :].replace("## ", "### ").rstrip()
+
+
+# --- how it is checked
+
+
+def _check_mission(mission: Mission) -> None:
+    """Check that start, home and waypoints are near, and inside the fence."""
+    places = {"start": mission.start, "home": mission.home}
+    places |= {f"waypoints[{i}]": (point.x, point.y) for i, point in enumerate(mission.waypoints)}
+    for key, (x, y) in places.items():
+        if max(abs(x), abs(y)) > FARTHEST:
+            raise too_far(key, x, y)
+        if mission.fence and not _within(mission.fence, x, y):
+            fix = "move it, or widen the fence"
+            raise InputError("must be inside limits.fence_m", key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)
+
+
+def _within(fence: Sequence[tuple[float, float]], x: float, y: float) -> bool:
+    """Tell whether a place is inside: a ray toward east crosses the fence an odd number of times."""
+    inside = False
+    for (ax, ay), (bx, by) in zip(fence, (*fence[1:], fence[0]), strict=True):
+        if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
+            inside = not inside
+    return inside
+
+
+# --- how it becomes SI units and our frames
+
+
+def _mission(document: Document) -> Mission:
+    """Resolve places and directions."""
+    start, water, limits = document.start, document.water, document.limits
+    begin = _place(document, start)
+    home = document.home
+    at_home = begin if home.x is None and home.latitude is None else _place(document, home)
+    ground = water.current if water.current_bottom is None else water.current_bottom
+    toward = water.toward if water.toward_bottom is None else water.toward_bottom
+    points = [(*_place(document, point), point.depth, point.speed, point.radius) for point in document.waypoints]
+    return Mission(
+        waypoints=tuple(Waypoint(*point) for point in points),
+        start=begin,
+        home=at_home,
+        heading=float(pose_from("ned", [0.0, 0.0, start.heading])[2]),
+        depth=start.depth,
+        battery=start.battery,
+        home_radius=home.radius,
+        home_speed=home.speed,
+        fence=limits.fence,
+        depth_max=limits.depth,
+        reserve=limits.battery,
+        duration=limits.duration or 0.0,
+        surface_every=document.gps.surface_every or 0.0,
+        stay=document.stay,
+        bottom=water.bottom,
+        current=(water.current * math.sin(water.toward), water.current * math.cos(water.toward)),
+        current_bottom=(ground * math.sin(toward), ground * math.cos(toward)),
+        gaps=document.gps.gaps,
+    )
+
+
+def _place(document: Document, place: Place) -> tuple[float, float]:
+    """East and north of the origin."""
+    if place.x is not None and place.y is not None:
+        return place.x, place.y
+    assert document.origin is not None  # checked
+    assert place.latitude is not None
+    assert place.longitude is not None
+    origin = _radians(document.origin.latitude, document.origin.longitude)
+    x, y = to_local(origin, *_radians(place.latitude, place.longitude))
+    return float(x), float(y)
+
+
+def _radians(latitude: float, longitude: float) -> tuple[float, float]:
+    return math.radians(latitude), math.radians(longitude)
+
+
+def _sum(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
+    return a[0] + b[0], a[1] + b[1]
+
+
+def _joined(pairs: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+    """Join gaps that meet."""
+    joined: list[tuple[float, float]] = []
+    for begin, end in pairs:
+        if joined and begin <= joined[-1][1]:
+            joined[-1] = joined[-1][0], max(end, joined[-1][1])
+        elif end > begin:
+            joined.append((begin, end))
+    return tuple(joined)
+
+
+def _folder() -> Path:
+    """Find the missions: inside the package, or at the top of the source tree."""
+    here = Path(__file__).resolve().parent
+    return next(path for base in (here, here.parents[1]) if (path := base / "missions").is_dir())

@@ -1,0 +1,294 @@
+"""Record of a mission: what the robot did, what it believed and what it decided, as plain arrays with units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.errors import InputError, did_you_mean
+from hypertuna.frames import angles_of
+from hypertuna.mission import Mission, Waypoint
+
+__all__ = ["COLUMNS", "Column", "MissionRecord", "joined", "mission_from", "mission_table", "parts_of", "record_facts"]
+
+Array = NDArray[np.float64]
+
+HOUR = 3600.0
+WINDOW = 1.0  # s: the nose swings to and fro with the beat; distances are of its path averaged over so long
+
+
+class Column(NamedTuple):
+    """A quantity that is recorded: what its second dimension is, its unit, its meaning."""
+
+    dim: str
+    unit: str
+    meaning: str
+
+
+# Second dimensions of fixed length, and names of their parts.
+PARTS = {
+    "axis": ("x", "y", "z"),
+    "quaternion": ("w", "x", "y", "z"),
+    "plane": ("x", "y"),
+    "fin": ("port", "starboard"),
+}
+NEEDED = ("position", "attitude")
+
+COLUMNS: dict[str, Column] = {
+    "position": Column("axis", "m", "of the nose: east, north, up from the surface"),
+    "attitude": Column("quaternion", "1", "from the body (x nose to tail, y starboard, z up) to the world"),
+    "velocity": Column("axis", "m/s", "of the nose through the water, in body axes"),
+    "turn_rate": Column("axis", "rad/s", "angular velocity, in body axes"),
+    "position_estimated": Column("plane", "m", "that the robot believes: east, north"),
+    "depth_estimated": Column("", "m", "that the robot believes"),
+    "attitude_estimated": Column("quaternion", "1", "that the robot believes"),
+    "speed_estimated": Column("", "m/s", "through the water that the robot believes"),
+    "current_estimated": Column("plane", "m/s", "that the robot believes: east, north"),
+    "factor_estimated": Column("", "1", "speed over that of the gait table, that the robot believes"),
+    "position_error": Column("", "m", "standard deviation of the position that the robot believes"),
+    "mode": Column("", "1", "what the robot does, by its place in the list of modes"),
+    "reasons": Column("", "1", "why, one bit each in the order of the list of reasons"),
+    "leg": Column("", "1", "waypoint that it goes to, counted from 0"),
+    "angle_set": Column("joint", "rad", "bend that the controller asks for"),
+    "angle": Column("joint", "rad", "bend of the joint group, counter-clockwise from above"),
+    "servo_target": Column("circuit", "rad", "servo angle that the pulse asks for"),
+    "servo_angle": Column("circuit", "rad", "servo angle from neutral"),
+    "pump_pressure": Column("circuit", "Pa", "gauge pressure in the cylinder"),
+    "unit_pressure": Column("circuit", "Pa", "gauge pressure in the drive units"),
+    "fin_target": Column("fin", "rad", "fin angle asked for, leading edge up positive"),
+    "fin": Column("fin", "rad", "fin angle, leading edge up positive"),
+    "fin_commanded": Column("fin", "rad", "fin angle that the pilot commands"),
+    "frequency_commanded": Column("", "Hz", "beat that the pilot commands"),
+    "bias_commanded": Column("joint", "rad", "mean bend that the pilot commands"),
+    "battery_voltage": Column("", "V", "at the battery's terminals"),
+    "power": Column("", "W", "electrical power of all servos"),
+    "energy": Column("", "J", "taken from the battery since the start"),
+    "charge": Column("", "C", "taken from the battery"),
+    "charge_left": Column("", "1", "part of the charge that is left"),
+    "status": Column("", "1", "flags of the controller's status"),
+}
+
+
+@dataclass(frozen=True)
+class MissionRecord:
+    """What was recorded of a mission.
+
+    Parameters
+    ----------
+    name : str
+        Of the mission.
+    robot : str
+    mission : Mission
+        That was flown, with the water and the satellites of its seed.
+    time : ndarray, shape (T,)
+        Increasing [s].
+    data : mapping of str to ndarray
+        Quantities of `COLUMNS`, each of shape (T,) or (T, parts); position and attitude at least.
+    joints, circuits : tuple of str
+        Names of the joint groups and of the oil circuits.
+    modes, reasons : tuple of str
+        Names of what ``mode`` and ``reasons`` count.
+    origin : tuple of float, optional
+        Latitude and longitude that positions are counted from [rad].
+    facts : mapping of str to str
+        What made it: version, hashes, seed, how it ended.
+
+    Raises
+    ------
+    InputError
+        If a quantity is not known, is missing, is not finite or has the wrong shape, or time does not increase.
+    """
+
+    name: str
+    robot: str
+    mission: Mission
+    time: Array = field(repr=False)
+    data: Mapping[str, Array] = field(repr=False)
+    joints: tuple[str, ...] = ()
+    circuits: tuple[str, ...] = ()
+    modes: tuple[str, ...] = ()
+    reasons: tuple[str, ...] = ()
+    origin: tuple[float, float] | None = None
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        time = np.asarray(self.time, float)
+        if time.ndim != 1 or not len(time) or not np.isfinite(time).all() or (np.diff(time) <= 0).any():
+            raise InputError("must be finite times that increase, one at least", key="time", fix="give them in s")
+        for name in NEEDED:
+            if name not in self.data:
+                raise InputError("is missing", key=name, fix="a record has position and attitude at least")
+        for name, values in self.data.items():
+            if name not in COLUMNS:
+                raise InputError("is not a known quantity", key=name, fix=did_you_mean(name, COLUMNS))
+            parts = self.parts(name)
+            shape = (len(time), len(parts)) if parts else (len(time),)
+            if np.shape(values) != shape:
+                value, fix = f"of shape {np.shape(values)}", "give one row per time"
+                raise InputError(f"must have the shape {shape}", key=name, value=value, fix=fix)
+            if not np.isfinite(values).all():
+                k = int(np.argwhere(~np.isfinite(values))[0][0])
+                fix = "end the record before it"
+                raise InputError("must be finite", key=name, value=f"not at {time[k]:g} s", fix=fix)
+
+    def parts(self, name: str) -> tuple[str, ...]:
+        """Return the names of the parts of a quantity, none for a plain one."""
+        return parts_of(name, self.joints, self.circuits)
+
+    @cached_property
+    def angles(self) -> Array:
+        """Roll, pitch and heading (T, 3) [rad], starboard down, nose up, clockwise from north."""
+        return angles_of(self.data["attitude"])
+
+    @property
+    def depth(self) -> Array:
+        """Depth of the nose (T,) [m]."""
+        return np.asarray(-self.data["position"][:, 2])
+
+    @cached_property
+    def energy(self) -> Array:
+        """Electrical energy since the start (T,) [J]: as recorded, or the power's by the trapezoidal rule."""
+        if "energy" in self.data:
+            return np.asarray(self.data["energy"])
+        if "power" not in self.data:
+            return np.zeros(len(self.time))
+        power = self.data["power"]
+        steps = np.diff(self.time) * (power[1:] + power[:-1]) / 2
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    @cached_property
+    def path(self) -> Array:
+        """Position of the nose over ground once a second, averaged over that second (seconds, 3) [m]."""
+        span = self.time[-1] - self.time[0]
+        if span < 2 * WINDOW:
+            return np.asarray(self.data["position"][[0, -1]])
+        edges = np.searchsorted(self.time, np.arange(self.time[0], self.time[-1] + 1e-9, WINDOW))
+        edges = np.unique(edges)
+        sums = np.add.reduceat(self.data["position"], edges, axis=0)
+        return np.asarray(sums / np.diff([*edges, len(self.time)])[:, np.newaxis])
+
+    @property
+    def distance(self) -> float:
+        """Length of that path seen from above [m]."""
+        return float(np.hypot(*np.diff(self.path[:, :2], axis=0).T).sum())
+
+
+def parts_of(name: str, joints: tuple[str, ...], circuits: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the parts of a quantity.
+
+    Parameters
+    ----------
+    name : str
+        Of `COLUMNS`.
+    joints, circuits : tuple of str
+
+    Returns
+    -------
+    tuple of str
+        None for a plain quantity.
+    """
+    dim = COLUMNS[name].dim
+    return {"joint": joints, "circuit": circuits}.get(dim, PARTS.get(dim, ()))
+
+
+def mission_table(mission: Mission) -> dict[str, Any]:
+    """Write a mission as plain lists and numbers, for a file.
+
+    Parameters
+    ----------
+    mission : Mission
+
+    Returns
+    -------
+    dict
+        SI units, as the attributes of `Mission`.
+    """
+    return asdict(mission) | {"waypoints": [list(point) for point in mission.waypoints]}
+
+
+def mission_from(table: Mapping[str, Any]) -> Mission:
+    """Read what `mission_table` wrote.
+
+    Parameters
+    ----------
+    table : mapping
+
+    Returns
+    -------
+    Mission
+
+    Raises
+    ------
+    InputError
+        If it is not such a table.
+    """
+    try:
+        given = {key: _tuples(value) for key, value in table.items()}
+        return Mission(**given | {"waypoints": tuple(Waypoint(*point) for point in given["waypoints"])})
+    except (TypeError, KeyError, ValueError):
+        raise InputError("must be a mission as hypertuna writes it", key="mission", fix="write the log anew") from None
+
+
+def record_facts(record: MissionRecord) -> dict[str, Any]:
+    """Tell a mission, for programs.
+
+    Parameters
+    ----------
+    record : MissionRecord
+
+    Returns
+    -------
+    dict
+        Names with units.
+    """
+    span = float(record.time[-1] - record.time[0])
+    told: dict[str, Any] = {
+        "mission": record.name,
+        "robot": record.robot,
+        "begin_s": float(record.time[0]),
+        "end_s": float(record.time[-1]),
+        "times": len(record.time),
+        "distance_m": record.distance,
+        "mean_speed_m_s": record.distance / span if span else 0.0,
+        "depth_max_m": float(record.depth.max()),
+        "energy_wh": float(record.energy[-1]) / HOUR,
+    }
+    if "charge_left" in record.data:
+        told["charge_left"] = float(record.data["charge_left"][-1])
+    if "position_estimated" in record.data:
+        off = record.data["position_estimated"] - record.data["position"][:, :2]
+        told["position_off_max_m"] = float(np.hypot(*off.T).max())
+    if "mode" in record.data:
+        mode = int(record.data["mode"][-1])
+        told["mode_at_end"] = record.modes[mode] if 0 <= mode < len(record.modes) else mode
+    return told | {"facts": dict(record.facts)}
+
+
+def joined(records: Sequence[MissionRecord]) -> MissionRecord:
+    """Join records that follow each other in time.
+
+    Parameters
+    ----------
+    records : sequence of MissionRecord
+        Of one mission, with the same quantities.
+
+    Returns
+    -------
+    MissionRecord
+        With the facts of the last one.
+    """
+    first, last = records[0], records[-1]
+    data = {name: np.concatenate([part.data[name] for part in records]) for name in first.data}
+    time = np.concatenate([part.time for part in records])
+    names = (first.joints, first.circuits, first.modes, first.reasons, first.origin)
+    return MissionRecord(first.name, first.robot, first.mission, time, data, *names, facts=last.facts)
+
+
+def _tuples(value: Any) -> Any:
+    """Turn the lists of a file into the tuples of a mission."""
+    return tuple(_tuples(part) for part in value) if isinstance(value, list) else value

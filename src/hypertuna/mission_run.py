@@ -1,0 +1,366 @@
+"""Fly a mission: the twin at sea under its pilot, part by part."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.energy import battery_columns
+from hypertuna.errors import InputError, did_you_mean, finite, shown, whole
+from hypertuna.frames import angles_of
+from hypertuna.guidance import GaitTable, gait_table, mission_columns, pilot_columns
+from hypertuna.hydraulics import needed
+from hypertuna.mission import Mission
+from hypertuna.sea import Sea, sea_parts
+from hypertuna.sensing import FOREVER, pilot_sensor_columns
+from hypertuna.twin_parts import checked_seed, controller_of, found_faults, listed, parts_of, steps_needed, ticks_of
+
+__all__ = ["MissionRun", "MissionStart", "fly_mission", "fly_part", "mission_start"]
+
+Array = NDArray[np.float64]
+
+PART = 30.0  # s of a mission that is flown at a time
+SLACK = 2.0  # times the way at its speed, and ten minutes: then a mission that has no duration is given up
+FIN = re.compile(r"(?P<which>fin-port|fin-starboard|fins):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
+FIN_KINDS = {"stuck": math.nan, "level": 0.0, "up": 1.0, "down": -1.0}  # parts of the largest angle
+DISTANCE_STEP = 2.0  # s between the places that a distance is summed over: whole beats of most gaits
+
+
+@dataclass(frozen=True)
+class MissionStart:
+    """A mission that is ready to be flown: all that the core takes of it.
+
+    Attributes
+    ----------
+    robot : Robot
+    mission : Mission
+    table : GaitTable
+    seed : int
+    faults : tuple of str
+        As they are spelled.
+    duration : float
+        After which it is given up [s].
+    every : int
+        Ticks from one row of the record to the next.
+    tick : float
+        Control tick [s].
+    core : dict
+        Arguments of `_core.run_mission`.
+    """
+
+    robot: Robot = field(repr=False)
+    mission: Mission
+    table: GaitTable
+    seed: int
+    faults: tuple[str, ...]
+    duration: float
+    every: int
+    tick: float
+    core: dict[str, Any] = field(repr=False)
+
+
+@dataclass(frozen=True)
+class MissionRun:
+    """A mission as it was flown.
+
+    Attributes
+    ----------
+    start : MissionStart
+    time : ndarray, shape (T,)
+        Start of every control tick that was recorded [s].
+    data : dict of ndarray
+        What was recorded, as `_core.run_mission` names it, each (T,) or (T, n) [SI].
+    status : str
+        "done", "hold", "given up" (out of time) or "diverged".
+    """
+
+    start: MissionStart
+    time: Array = field(repr=False)
+    data: dict[str, Array] = field(repr=False)
+    status: str
+
+    @property
+    def position(self) -> Array:
+        """Position of the nose (T, 3): east, north, up [m]."""
+        return self.data["position"]
+
+    @property
+    def depth(self) -> Array:
+        """Depth of the nose (T,) [m]."""
+        result: Array = -self.position[:, 2]
+        return result
+
+    @cached_property
+    def angles(self) -> Array:
+        """Roll, pitch and heading (T, 3): starboard down, nose up, clockwise from north, unwrapped [rad]."""
+        return np.unwrap(angles_of(self.data["attitude"]), axis=0)
+
+    @property
+    def speed(self) -> Array:
+        """Velocity of the nose through the water, ahead (T,) [m/s]."""
+        result: Array = -self.data["velocity"][:, 0]
+        return result
+
+    @property
+    def modes(self) -> tuple[str, ...]:
+        """Mode of the pilot in every row."""
+        names = _core.mode_names()
+        return tuple(names[int(mode)] for mode in self.data["mode"])
+
+    @property
+    def reasons(self) -> dict[str, float]:
+        """Why the pilot did what it did: reasons that held, and when each first did [s]."""
+        flags = self.data["reasons"].astype(np.int64)
+        found = {}
+        for bit, (name, _) in enumerate(_core.reason_table()):
+            held = flags >> bit & 1 == 1
+            if held.any():
+                found[name] = float(self.time[held.argmax()])
+        return dict(sorted(found.items(), key=lambda item: item[1]))
+
+    @cached_property
+    def distance(self) -> float:
+        """Length of the way over ground [m], without the beat's swing."""
+        stride = max(1, round(DISTANCE_STEP / (self.start.tick * self.start.every)))
+        track = self.position[::stride, :2]
+        return float(np.hypot(*np.diff(track, axis=0).T).sum())
+
+    @cached_property
+    def energy(self) -> float:
+        """Electrical energy of all servos [J]."""
+        return float(self.data["power"].sum() * self.start.tick * self.start.every)
+
+
+def mission_start(
+    robot: Robot,
+    mission: Mission,
+    *,
+    seed: int = 0,
+    faults: str | Iterable[str] = (),
+    table: GaitTable | None = None,
+    every: int = 10,
+    duration: float | None = None,
+) -> MissionStart:
+    """Make a mission ready.
+
+    Parameters
+    ----------
+    robot : Robot
+        With all that `twin_at_sea` takes, the table ``[guidance]``, and sensors of depth, field and position.
+    mission : Mission
+    seed : int
+        Of the sensors' noise.
+    faults : str or iterable of str
+        As on the command line: of sensors, ``"depth:nan@100"``, and of the fins' servos, ``"fin-port:stuck@100"``; a fin
+        may be stuck, level, up or down.
+    table : GaitTable, optional
+        Gaits to swim with; those of ``[guidance]`` if left out.
+    every : int
+        Ticks from one row of the record to the next.
+    duration : float, optional
+        After which the mission is given up [s]; twice what its way takes and ten minutes, if it says nothing.
+
+    Returns
+    -------
+    MissionStart
+
+    Raises
+    ------
+    InputError
+        If the robot lacks a table, or something does not fit.
+    """
+    control = needed(robot.controller, "controller", "add the table [controller]", robot)
+    tick = 1 / control.rate
+    table = gait_table(robot) if table is None else table
+    parts = parts_of(robot, "water", None)
+    if every < 1:
+        raise InputError("must be at least 1", key="every", value=shown(every), fix="give a whole number of ticks")
+    most = _longest(mission) if duration is None else finite(duration, "duration", "give seconds")
+    ticks_of(most, tick)
+    given = listed(faults)
+    fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
+    sensors = tuple(fault for fault in given if fault not in fins)
+    at = dict(zip(battery_columns(robot).columns, battery_columns(robot).values.tolist(), strict=True))
+    core = {
+        **{key: value for key, value in parts.plant.items() if key != "clamped"},
+        **sea_parts(robot, _sea(mission)),
+        **mission_columns(mission),
+        "twist": np.zeros(6),
+        "pose": _pose(mission),
+        "taken": (1 - mission.battery) * at["charge"],
+        "controller": controller_of(robot),
+        "pilot": pilot_columns(robot, table),
+        "sensors": pilot_sensor_columns(robot),
+        "seed": checked_seed(seed),
+        "faults": [tuple(fault) for fault in found_faults(sensors, robot, most)],
+        "fins": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
+        "gaps": np.array(mission.gaps, dtype=np.float64).reshape(-1, 2),
+        "steps": steps_needed(tick, parts, robot),
+        "every": whole(every, "every", "give a whole number of ticks"),
+    }
+    return MissionStart(robot, mission, table, seed, given, most, every, tick, core)
+
+
+def fly_part(start: MissionStart, ticks: int, state: bytes | None = None) -> tuple[dict[str, Array], bytes]:
+    """Fly a part of a mission.
+
+    Parameters
+    ----------
+    start : MissionStart
+    ticks : int
+        How long; a multiple of its `every`, but for the last part.
+    state : bytes, optional
+        That the part before left; from the start if left out.
+
+    Returns
+    -------
+    dict of ndarray
+        The record of this part; ``ticks`` says how many were made.
+    bytes
+        State at its end: of this build of the core on this kind of machine.
+
+    Raises
+    ------
+    ValueError
+        If the state is none of this mission's.
+    """
+    record, after = _core.run_mission(**start.core, ticks=ticks, state=state)
+    return record, after
+
+
+def fly_mission(
+    robot: Robot,
+    mission: Mission,
+    *,
+    seed: int = 0,
+    faults: str | Iterable[str] = (),
+    table: GaitTable | None = None,
+    every: int = 10,
+    duration: float | None = None,
+    report: Callable[[float, dict[str, Array]], None] | None = None,
+) -> MissionRun:
+    """Fly a mission to its end.
+
+    Parameters
+    ----------
+    robot, mission
+        As `mission_start` takes them.
+    seed : int
+        Of the sensors' noise.
+    faults : str or iterable of str
+        Of sensors and fins, as `mission_start` takes them.
+    table : GaitTable, optional
+        Gaits to swim with.
+    every : int
+        Ticks from one row of the record to the next.
+    duration : float, optional
+        After which the mission is given up [s].
+    report : callable, optional
+        Is told the time [s] and the record after each part.
+
+    Returns
+    -------
+    MissionRun
+
+    Raises
+    ------
+    InputError
+        As `mission_start` does.
+    """
+    start = mission_start(robot, mission, seed=seed, faults=faults, table=table, every=every, duration=duration)
+    ticks, length = ticks_of(start.duration, start.tick), part_ticks(start)
+    records: list[dict[str, Array]] = []
+    state, made = None, 0
+    while made < ticks:
+        asked = min(length, ticks - made)
+        record, state = fly_part(start, asked, state)
+        made += int(record["ticks"][0])
+        records.append(record)
+        if report is not None:
+            report(made * start.tick, record)
+        if over(start, record, asked):
+            break
+    return joined(start, records)
+
+
+def part_ticks(start: MissionStart) -> int:
+    """Count the ticks of a part: whole rows of the record."""
+    return max(1, round(PART / (start.tick * start.every))) * start.every
+
+
+def over(start: MissionStart, record: dict[str, Array], asked: int) -> bool:
+    """Tell whether a part was a mission's last: done, or diverged."""
+    made = int(record["ticks"][0])
+    rows = -(-made // start.every)
+    return made < asked or (rows > 0 and _mode(record["mode"][rows - 1]) == "done")
+
+
+def joined(start: MissionStart, records: list[dict[str, Array]]) -> MissionRun:
+    """Join the records of a mission's parts, up to where it was done."""
+    kept = []
+    diverged = False
+    for record in records:
+        made = int(record["ticks"][0])
+        rows = -(-made // start.every)
+        diverged = rows < len(record["mode"])
+        kept.append({name: values[:rows] for name, values in record.items() if name != "ticks"})
+    data = {name: np.concatenate([record[name] for record in kept]) for name in kept[0]}
+    done = np.flatnonzero(data["mode"] == _core.mode_names().index("done"))
+    last = int(done[0]) + 1 if len(done) else len(data["mode"])
+    data = {name: values[:last] for name, values in data.items()}
+    end = _mode(data["mode"][-1])
+    status = "diverged" if diverged else end if end in ("done", "hold") else "given up"
+    time = np.arange(last, dtype=np.float64) * start.tick * start.every
+    return MissionRun(start, time, data, status)
+
+
+def _mode(number: float) -> str:
+    return _core.mode_names()[int(number)]
+
+
+def _sea(mission: Mission) -> Sea:
+    bottom = mission.bottom if math.isfinite(mission.bottom) else math.inf
+    sheared = mission.current_bottom if math.isfinite(bottom) else None
+    return Sea(current=mission.current, current_bottom=sheared, bottom=bottom)
+
+
+def _pose(mission: Mission) -> Array:
+    """Position, attitude and fins at the start: upright, the axis from nose to tail along the heading."""
+    attitude = np.array([math.cos(mission.heading / 2), 0.0, 0.0, math.sin(mission.heading / 2)])
+    return np.concatenate([[*mission.start, -mission.depth], attitude, [0.0, 0.0]])
+
+
+def _longest(mission: Mission) -> float:
+    """Time after which a mission is given up."""
+    places = np.array([mission.start, *[(w.x, w.y) for w in mission.waypoints], mission.home])
+    legs = np.hypot(*np.diff(places, axis=0).T)
+    speeds = np.array([*[w.speed for w in mission.waypoints], mission.home_speed])
+    return max(mission.duration, SLACK * float((legs / speeds).sum())) + 600.0
+
+
+def _fin_fault(spelled: str, most: float) -> list[tuple[int, float, float, float]]:
+    """Read the fault of a fin's servo: which, angle, from, to."""
+    match = FIN.fullmatch(spelled.strip())
+    assert match is not None  # or it is taken for a sensor's
+    if match["kind"] not in FIN_KINDS:
+        fix = did_you_mean(match["kind"], FIN_KINDS)
+        raise InputError("must be of a known kind", key="fault", value=shown(spelled), fix=fix)
+    first, dash, last = match["start"].partition("-")
+    try:
+        start, end = float(first), float(last) if dash else FOREVER
+    except ValueError:
+        start, end = math.nan, math.nan
+    if not 0 <= start < end:
+        fix = "give seconds from the start of the mission, the end after the start"
+        raise InputError("must have a time", key="fault", value=shown(spelled), fix=fix)
+    which = {"fin-port": (0,), "fin-starboard": (1,), "fins": (0, 1)}[match["which"]]
+    return [(fin, FIN_KINDS[match["kind"]] * most, start, end) for fin in which]

@@ -1,0 +1,162 @@
+"""Figures of a mission: its track on a plan, depth and energy through time."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
+from numpy.typing import NDArray
+
+from hypertuna.drawing import COLORS, EDGE, INK
+from hypertuna.mission_record import MissionRecord
+from hypertuna.style import FAINT, GRID, TIGHT, WIDTH, styled
+
+__all__ = ["plot_mission"]
+
+Array = NDArray[np.float64]
+
+NARROW = 6.0  # inches: below it there are fewer columns in the legends
+TRUE, BELIEVED, POWER = COLORS[1], COLORS[0], COLORS[2]
+DASHES = (0, (4, 2))
+BANDS = {"surface": "#DDEBF3", "hold": "#EFE7D6", "home": "#E4EEDD", "done": "#ECECEC"}  # light: lines stay readable
+HOUR = 3600.0
+
+
+@styled
+def plot_mission(record: MissionRecord, *, width: float = WIDTH) -> Figure:
+    """Plot a mission.
+
+    Parameters
+    ----------
+    record : MissionRecord
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The track from above with fence, waypoints and where the robot believed to be; depth with its limits; energy
+        and power.
+    """
+    wide = width > NARROW
+    low, high = _bounds(record)
+    plan = min(0.86 * width * (high[1] - low[1]) / (high[0] - low[0]), (0.8 if wide else 1.2) * width)
+    depth, energy = (1.5, 1.3) if wide else (1.4, 1.2)
+    figure = Figure(figsize=(width, plan + depth + energy + (1.9 if wide else 2.5)), layout="constrained")
+    axes = figure.subplots(3, 1, height_ratios=[plan, depth, energy])
+    _draw_plan(axes[0], record, low, high)
+    _draw_depth(axes[1], record)
+    _draw_energy(axes[2], record)
+    axes[2].set_xlabel(_clock(record)[1])
+    for part in axes[1:]:
+        part.set_xlim(*(record.time[[0, -1]] / _clock(record)[0]))
+    figure.suptitle(_caption(record), fontsize=8.5, color=FAINT, x=0.01, ha="left", wrap=True)
+    figure.legend(*_entries(axes), loc="outside lower left", ncols=5 if wide else 2, **TIGHT)
+    return figure
+
+
+def _entries(panels: Array) -> tuple[list[Artist], list[str]]:
+    """Entries of all panels, each text once."""
+    found: dict[str, Artist] = {}
+    for axes in panels:
+        for handle, text in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(text, handle)
+    return list(found.values()), list(found)
+
+
+def _caption(record: MissionRecord) -> str:
+    """Say the mission in a line."""
+    seconds = record.time[-1] - record.time[0]
+    told = f"{record.distance:.0f} m over ground in {seconds / 60:.2g} min"
+    if record.energy[-1] > 0:
+        told += f", {record.energy[-1] / HOUR:.2g} Wh"
+    return f"{record.name}, {record.robot}\n{told}"
+
+
+def _bounds(record: MissionRecord) -> tuple[Array, Array]:
+    """Corners of the plan: all that is drawn, and a margin."""
+    mission = record.mission
+    points = [record.path[:, :2], np.array([mission.start, mission.home]), np.array(mission.fence).reshape(-1, 2)]
+    points += [
+        np.array([[p.x - p.radius, p.y - p.radius], [p.x + p.radius, p.y + p.radius]]) for p in mission.waypoints
+    ]
+    everything = np.concatenate(points)
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    size = max(float((high - low).max()), 1.0)
+    middle, half = (low + high) / 2, np.maximum((high - low) / 2 + 0.04 * size, 0.15 * size)
+    return middle - half, middle + half
+
+
+def _draw_plan(axes: Axes, record: MissionRecord, low: Array, high: Array) -> None:
+    """Draw the track from above."""
+    mission = record.mission
+    if mission.fence:
+        axes.add_patch(Polygon(mission.fence, fill=False, ec=COLORS[3], lw=1.2, ls=DASHES, label="fence"))
+    course = np.array(
+        [mission.start, *((p.x, p.y) for p in mission.waypoints), *([] if mission.stay else [mission.home])]
+    )
+    axes.plot(*course.T, color=EDGE, lw=0.8, ls=(0, (1, 2)))
+    axes.plot(*record.path[:, :2].T, color=TRUE, lw=1.5, label="true")
+    if "position_estimated" in record.data:
+        axes.plot(*record.data["position_estimated"][_seconds(record)].T, color=BELIEVED, lw=1.0, label="believed")
+    for k, point in enumerate(mission.waypoints):
+        axes.add_patch(Circle((point.x, point.y), point.radius, fill=False, ec=INK, lw=0.9))
+        axes.annotate(f"{k + 1}", (point.x, point.y), (5, 5), textcoords="offset points", fontsize=8)
+    axes.plot(*record.path[0, :2], "o", color=INK, ms=5, mfc="white", label="start")
+    axes.plot(*record.path[-1, :2], "s", color=INK, ms=5, label="end")
+    axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="east [m]", ylabel="north [m]")
+
+
+def _draw_depth(axes: Axes, record: MissionRecord) -> None:
+    """Draw depth against time, on bands that tell the mode."""
+    scale, mission = _clock(record)[0], record.mission
+    _draw_modes(axes, record, scale)
+    axes.plot(record.time / scale, record.depth, color=TRUE, lw=1.2)
+    if "depth_estimated" in record.data:
+        at = _seconds(record)
+        axes.plot(record.time[at] / scale, record.data["depth_estimated"][at], color=BELIEVED, lw=0.8)
+    deepest = max(float(record.depth.max()), *(point.depth for point in mission.waypoints), 0.2)
+    for level, color, text in ((mission.depth_max, COLORS[3], "depth limit"), (mission.bottom, INK, "ground")):
+        if level < 2.5 * deepest:
+            axes.axhline(level, color=color, lw=1.0, ls=DASHES, label=text)
+            deepest = max(deepest, level)
+    axes.set(ylabel="depth [m]", ylim=(1.08 * deepest, min(-0.05 * deepest, float(record.depth.min()))))
+
+
+def _draw_modes(axes: Axes, record: MissionRecord, scale: float) -> None:
+    """Shade the times of each mode other than being on the way."""
+    if "mode" not in record.data:
+        return
+    mode = record.data["mode"].astype(int)
+    edges = np.flatnonzero(np.diff(mode)) + 1
+    for begin, end in zip([0, *edges], [*edges, len(mode) - 1], strict=True):
+        name = record.modes[mode[begin]] if 0 <= mode[begin] < len(record.modes) else ""
+        if name in BANDS:
+            axes.axvspan(
+                record.time[begin] / scale, record.time[end] / scale, color=BANDS[name], lw=0, label=f"mode: {name}"
+            )
+
+
+def _draw_energy(axes: Axes, record: MissionRecord) -> None:
+    """Draw energy against time, and the mean power since the start."""
+    scale = _clock(record)[0]
+    axes.plot(record.time / scale, record.energy / HOUR, color=POWER, lw=1.5)
+    axes.set(ylabel="energy [Wh]", ylim=(0, None))
+    if "charge_left" in record.data:
+        axes.annotate(
+            f"charge left: {100 * record.data['charge_left'][-1]:.0f} %",
+            (0, 1), (4, -4), "axes fraction", "offset points", va="top", fontsize=8.5, bbox={"fc": "white", "ec": GRID},
+        )  # fmt: skip
+
+
+def _seconds(record: MissionRecord) -> NDArray[np.int64]:
+    """Return a place in the record for every second."""
+    wished = np.arange(record.time[0], record.time[-1] + 1e-9)
+    return np.unique(np.searchsorted(record.time, wished).clip(max=len(record.time) - 1))
+
+
+def _clock(record: MissionRecord) -> tuple[float, str]:
+    """Return a unit of time in seconds, and what to call the axis."""
+    return (60.0, "time [min]") if record.time[-1] - record.time[0] > 600 else (1.0, "time [s]")

@@ -1,0 +1,226 @@
+"""Figures of turns: radius against phase, bias or frequency; paths seen from above."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from hypertuna.drawing import COLORS, EDGE, INK, SHAPES
+from hypertuna.errors import InputError
+from hypertuna.results import body_points
+from hypertuna.style import FAINT, TIGHT, WIDTH, sequence, styled
+from hypertuna.swim import Swim, swim
+from hypertuna.turn import Points, Tightest, Turning, nose_path
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["plot_turn", "plot_turning"]
+
+Array = NDArray[np.float64]
+
+AXES = {"phase": "phase difference [deg]", "frequency": "frequency [Hz]", "bias": "bias [deg]"}
+MOST_LINES = 8
+WIDEST = 4.0  # body lengths: circles beyond it would make the others small
+NARROW = 6.0  # inches: below it, one line of the legend each
+
+
+@styled
+def plot_turn(turning: Turning, *, published: tuple[float, float] | None = None, width: float = WIDTH) -> Figure:
+    """Plot the turns of a grid.
+
+    Parameters
+    ----------
+    turning : Turning
+    published : tuple of float, optional
+        Phase [deg] and radius [body lengths] to show beside them.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Turning radius against phase, or against frequency or bias where there is one phase; and the paths of the
+        nose in the tightest turns, from above, with the body and the circles fitted to them.
+
+    Raises
+    ------
+    InputError
+        If there is one gait alone with nothing to draw it against that turns.
+    """
+    length = turning.robot.body.length
+    along = next((name for name in AXES if turning.found.sizes[name] > 1), "phase")
+    lines = _lines(turning, along)
+    if not any(np.isfinite(line.turn_radius.where(line.settled)).any() for line in lines.values()):
+        raise InputError("must show a gait that turns", key="plot", fix="give the joints a bias")
+    wide = width > NARROW
+    top, bottom = (0.36 if wide else 0.62) * width, (0.42 if wide else 0.5) * width
+    figure = Figure(figsize=(width, top + bottom + 1.1), layout="constrained")
+    upper, lower = figure.subplots(2, 1, height_ratios=[top, bottom])
+    draw_radius(upper, lines, length, along=along, published=published if along == "phase" else None)
+    figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=4 if wide else 2, **TIGHT)
+    _draw_paths(lower, turning)
+    figure.legend(*lower.get_legend_handles_labels(), loc="outside lower left", ncols=3 if wide else 1, **TIGHT)
+    return figure
+
+
+@styled
+def plot_turning(
+    found: Mapping[str, xr.Dataset],
+    length: float,
+    *,
+    published: tuple[float, float] | None = None,
+    width: float = WIDTH,
+) -> Figure:
+    """Plot the turning radius against the phase difference.
+
+    Parameters
+    ----------
+    found : mapping of str to xarray.Dataset
+        Sweeps over phases, by what to call them.
+    length : float
+        Of the body [m].
+    published : tuple of float, optional
+        Phase [deg] and radius [body lengths] to show beside them.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One line for each sweep; filled marks swim forward, open ones backward.
+    """
+    figure = Figure(figsize=(width, 0.42 * width + 0.6), layout="constrained")
+    axes = figure.subplots()
+    lines = {name: sweep.isel(frequency=0, amplitude=0, bias=0) for name, sweep in found.items()}
+    draw_radius(axes, lines, length, published=published)
+    figure.legend(loc="outside upper left", ncols=2 if width < WIDTH else 4, **TIGHT)
+    return figure
+
+
+def draw_radius(
+    axes: Axes,
+    lines: Mapping[str, xr.Dataset],
+    length: float,
+    *,
+    along: str = "phase",
+    published: tuple[float, float] | None = None,
+) -> None:
+    """Draw turning radii: one line for each row of gaits; filled marks swim forward, open ones tail first.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    lines : mapping of str to xarray.Dataset
+        Rows of a sweep with one dimension, by what to call them.
+    length : float
+        Of the body [m].
+    along : str
+        That dimension.
+    published : tuple of float, optional
+        Phase [deg] and radius [body lengths] to show beside them.
+    """
+    colors = COLORS if len(lines) <= len(COLORS) else sequence(len(lines))
+    back = False
+    for k, (name, row) in enumerate(lines.items()):
+        x, radius = _values(row, along), row.turn_radius.where(row.settled).values / length
+        ahead = row.speed.values > 0
+        back |= bool((~ahead & np.isfinite(radius)).any())
+        look: dict[str, Any] = {"color": colors[k], "marker": SHAPES[k % len(SHAPES)], "ls": "none", "ms": 5.5}
+        axes.plot(x, np.where(np.isfinite(radius), radius, math.nan), color=colors[k], lw=1.2, alpha=0.7)
+        axes.plot(x[ahead], radius[ahead], **look, label=name)
+        axes.plot(x[~ahead], radius[~ahead], **look, mfc="white", mew=1.4)
+    if published is not None:
+        axes.plot(*published, "*", color=INK, ms=13, mec="white", label="published")
+    if back:
+        axes.plot([], [], "o", color=FAINT, mfc="white", mew=1.4, label="swims tail first")
+    axes.set(xlabel=AXES[along], ylabel="turning radius\n[body lengths]", ylim=(0, 1.12 * axes.get_ylim()[1]))
+    if along == "phase" and np.ptp(x) > 180:
+        axes.set_xticks(np.arange(0, 361, 80))
+
+
+def _lines(turning: Turning, along: str) -> dict[str, xr.Dataset]:
+    """Rows of the grid along one dimension, the first of them, by what differs between them."""
+    found, others = turning.found, [name for name in turning.found.turn_radius.dims if name != along]
+    rows = {}
+    for index in np.ndindex(*(found.sizes[name] for name in others)):
+        row = found.isel(dict(zip(others, index, strict=True)))
+        parts = [_spelled(row, str(name)) for name in others if found.sizes[name] > 1]
+        rows[", ".join(parts) or "settled turns"] = row
+        if len(rows) == MOST_LINES:
+            break
+    return rows
+
+
+def _spelled(row: xr.Dataset, name: str) -> str:
+    """One value of a grid in the words of the options."""
+    if name == "frequency":
+        return f"{row.frequency.item():g} Hz"
+    angles = (f"{math.degrees(row[c].item()):.3g}" for c in row.coords if str(c).startswith(f"{name}_"))
+    return f"{name} {', '.join(angles)}°"
+
+
+def _values(row: xr.Dataset, along: str) -> Array:
+    """Values along an axis: of the last joint group for phases, of the first that varies for biases."""
+    if along == "frequency":
+        return np.asarray(row.frequency.values)
+    columns = [np.degrees(row[name].values) for name in row.coords if str(name).startswith(f"{along}_")]
+    if along == "phase":
+        return np.asarray(columns[-1])
+    return np.asarray(next((column for column in columns if np.ptp(column) > 0), columns[0]))
+
+
+def _draw_paths(axes: Axes, turning: Turning) -> None:
+    """Draw the paths of the tightest turns, each from the origin toward the top, and the circles of the others."""
+    length = turning.robot.body.length
+    for circle, side in _circles(turning):
+        if circle < WIDEST * length:
+            around = circle / length * (np.exp(1j * np.linspace(0, 2 * np.pi, 181)) - 1) * side
+            axes.plot(around.real, around.imag, color=EDGE, lw=0.7, zorder=1)
+    axes.plot([], [], color=EDGE, lw=0.7, label="circles of all gaits")
+    ends = {"tail first": turning.tightest, "head first": turning.forward}
+    if turning.forward is not None and turning.tightest is not None and turning.tightest.speed > 0:
+        del ends["tail first"]
+    for (way, one), color in zip(ends.items(), (COLORS[0], COLORS[1]), strict=False):
+        if one is None:
+            continue
+        done = swim(turning.robot, one.gait)
+        path, body, center = (part / length for part in _upright(done, one))
+        axes.plot(path.real, path.imag, color=color, lw=0.9, label=f"tightest {way}, {_name(one)}")
+        around = center[0] + one.circle.radius / length * np.exp(1j * np.linspace(0, 2 * np.pi, 181))
+        axes.plot(around.real, around.imag, color=color, lw=0.9, ls=(0, (4, 2)))
+        axes.plot(body.real, body.imag, color=color, lw=3.2, zorder=3)
+        axes.plot(body.real[:1], body.imag[:1], "o", color=color, ms=6, mec="white", zorder=4)
+    axes.set(aspect="equal", xlabel="across [body lengths]", ylabel="onward [body lengths]")
+    axes.set_title("from above: nose, body")
+
+
+def _circles(turning: Turning) -> list[tuple[float, int]]:
+    """Radius of every gait's circle [m], and its side: 1 where the center lies to the left of the way, else -1."""
+    found = turning.found
+    radius, turns, good = (found[name].values.ravel() for name in ("circle_radius", "turn_rate", "settled"))
+    return [(float(r), 1 if w > 0 else -1) for r, w, is_good in zip(radius, turns, good, strict=True) if is_good]
+
+
+def _upright(done: Swim, one: Tightest) -> tuple[Points, Points, Points]:
+    """Path of the nose, body and center [m], turned so that the nose starts at the origin toward the top."""
+    path = nose_path(done)
+    motion = done.trajectory.isel(time=[0])
+    pose = np.array([[motion.x.item(), motion.y.item(), motion.heading.item()]])
+    points = body_points(done.robot, pose, motion.joint_angle.values)[0]
+    spoke = path[0] - one.circle.center
+    onward = (1j if done.turn_rate > 0 else -1j) * spoke / abs(spoke)
+    parts = (path, points[:, 0] + 1j * points[:, 1], np.array([one.circle.center]))
+    a, b, c = ((part - path[0]) * 1j / onward for part in parts)
+    return a, b, c
+
+
+def _name(one: Tightest) -> str:
+    """Say the phase and the frequency of a turn."""
+    return f"{math.degrees(one.gait.phase[-1]):.4g}°, {one.gait.frequency:g} Hz"

@@ -1,0 +1,258 @@
+"""The tables of a mission file, and the rules between them; keys of the file carry the unit, attributes are SI."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from hypertuna.errors import InputError
+from hypertuna.geodesy import FARTHEST
+from hypertuna.schema_base import Degrees, NotNegative, Part, Positive, PositiveFraction, Real, Text, entry
+
+__all__ = ["Document", "Place", "Scatter", "too_far"]
+
+FASTEST = 5.0  # m/s of robot or water
+DEEPEST = 1000.0  # m
+MOST_WAYPOINTS, MOST_CORNERS, MOST_GAPS = 1000, 64, 1000
+LONGEST = 7 * 86400.0  # s
+
+Latitude = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-89, le=89)]
+Longitude = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-180, le=180)]
+Speed = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=FASTEST)]
+Current = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=FASTEST)]
+Depth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=DEEPEST)]
+Below = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=DEEPEST)]
+Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LONGEST)]
+Moment = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=LONGEST)]
+Reserve = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)]
+Pair = tuple[Real, Real]
+
+
+class Origin(Part):
+    """The place on the Earth that x and y are counted from: GPX needs it, and places given by degrees."""
+
+    latitude: Latitude = entry("latitude_deg", "latitude of the origin, north positive", "deg")
+    longitude: Longitude = entry("longitude_deg", "longitude of the origin, east positive", "deg")
+
+
+class Place(Part):
+    """A place: x and y, or latitude and longitude."""
+
+    x: Real | None = entry("x_m", "east of the origin", "m", default=None)
+    y: Real | None = entry("y_m", "north of the origin", "m", default=None)
+    latitude: Latitude | None = entry("latitude_deg", "latitude, instead of x_m and y_m", "deg", default=None)
+    longitude: Longitude | None = entry("longitude_deg", "longitude, instead of x_m and y_m", "deg", default=None)
+
+
+class Start(Place):
+    """Where the mission begins."""
+
+    heading: Degrees = entry("heading_deg", "direction that the head faces, clockwise from north", "deg")
+    depth: Depth = entry("depth_m", "depth of the nose at the start (default: 0)", "m", default=0.0)
+    battery: PositiveFraction = entry("battery", "part of the charge at the start (default: 1)", default=1.0)
+
+
+class WaypointTable(Place):
+    """A place to go to."""
+
+    depth: Depth = entry("depth_m", "depth on the way there (default: 0)", "m", default=0.0)
+    speed: Speed = entry("speed_m_s", "speed through the water on the way there", "m/s")
+    radius: Positive = entry("radius_m", "distance within which it counts as reached", "m")
+
+
+class Home(Place):
+    """Where the robot comes home to; left out, the start."""
+
+    radius: Positive = entry("radius_m", "distance within which the robot is at home (default: 3)", "m", default=3.0)
+    speed: Speed = entry("speed_m_s", "speed through the water on the way home (default: 0.3)", "m/s", default=0.3)
+
+
+class Water(Part):
+    """The water: its ground, and a current that is uniform or changes evenly from surface to ground."""
+
+    bottom: Below = entry("bottom_m", "depth of the ground (default: 20)", "m", default=20.0)
+    current: Current = entry("current_m_s", "speed of the current at the surface (default: 0)", "m/s", default=0.0)
+    toward: Degrees = entry(
+        "current_deg", "direction that the current flows toward, clockwise from north (default: 0)", "deg", default=0.0
+    )
+    current_bottom: Current | None = entry(
+        "current_bottom_m_s", "speed of the current at the ground (default: as at the surface)", "m/s", default=None
+    )
+    toward_bottom: Degrees | None = entry(
+        "current_bottom_deg", "its direction there (default: as at the surface)", "deg", default=None
+    )
+
+
+class Limits(Part):
+    """The bounds of the mission."""
+
+    fence: tuple[Pair, ...] = entry(
+        "fence_m", "corners [x, y] around the water that it may be in (default: no fence)", "m", default=()
+    )
+    depth: Below = entry("depth_m", "depth that it may not go below (default: 5)", "m", default=5.0)
+    battery: Reserve = entry("battery", "part of the usable charge to come home with (default: 0.1)", default=0.1)
+    duration: Seconds | None = entry(
+        "duration_s", "time after which it should be home (default: no end)", "s", default=None
+    )
+
+
+class Gps(Part):
+    """Fixes of the position, which only come at the surface."""
+
+    surface_every: Seconds | None = entry(
+        "surface_every_s", "time after the last fix to come up for the next (default: only when needed)", "s",
+        default=None,
+    )  # fmt: skip
+    gaps: tuple[tuple[Moment, Moment], ...] = entry(
+        "gaps_s", "times [from, to] without satellites, in order (default: none)", "s", default=()
+    )
+
+
+class Scatter(Part):
+    """What differs from seed to seed, beside the sensors' noise: drawn anew for every seed other than 0."""
+
+    current: Current = entry(
+        "current_m_s", "largest speed of a current in any direction that is added (default: 0)", "m/s", default=0.0
+    )
+    gaps: Annotated[int, Field(strict=True, ge=0, le=MOST_GAPS)] = entry(
+        "gaps", "number of times without satellites that are added (default: 0)", default=0
+    )
+    gap: NotNegative = entry("gap_s", "largest length of each of them (default: 0)", "s", default=0.0)
+
+
+class Document(Part):
+    """A mission. x is east and y is north of the origin in m, depth is down, directions are compass degrees."""
+
+    format: Literal[1] = entry("format", "version of this format, 1")
+    name: Text = entry("name", "name of the mission")
+    description: str = entry("description", "sentence that says what it is for (default: none)", default="")
+    robot: Text | None = entry("robot", "robot to send (default: that of --robot)", default=None)
+    stay: Annotated[bool, Field(strict=True)] = entry(
+        "stay", "whether it comes up at the last waypoint instead of going home (default: false)", default=False
+    )
+    origin: Origin | None = entry("origin", "table of the place that x and y are counted from", default=None)
+    start: Start = entry("start", "table of the start")
+    waypoints: tuple[WaypointTable, ...] = entry(
+        "waypoints", "list of waypoints in their order", min_length=1, max_length=MOST_WAYPOINTS
+    )
+    home: Home = entry("home", "table of the home", default_factory=Home)
+    water: Water = entry("water", "table of the water", default_factory=Water)
+    limits: Limits = entry("limits", "table of the bounds", default_factory=Limits)
+    gps: Gps = entry("gps", "table of the fixes", default_factory=Gps)
+    scatter: Scatter = entry("scatter", "table of what differs from seed to seed", default_factory=Scatter)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        _check_places(self)
+        _check_water(self)
+        _check_fence(self)
+        _check_gaps(self.gps.gaps)
+        return self
+
+
+# --- how it is checked
+
+
+def _check_places(document: Document) -> None:
+    """Check that every place is given one way, and the start and the waypoints at all."""
+    places: dict[str, Place] = {"start": document.start, "home": document.home}
+    places |= {f"waypoints[{i}]": point for i, point in enumerate(document.waypoints)}
+    for key, place in places.items():
+        flat = (place.x is not None) + (place.y is not None)
+        round_ = (place.latitude is not None) + (place.longitude is not None)
+        if flat and round_:
+            fix = "leave one of the two out"
+            raise InputError("must be x_m and y_m, or latitude_deg and longitude_deg, not both", key=key, fix=fix)
+        if flat + round_ == 0 and key == "home":
+            continue
+        if 2 not in (flat, round_):
+            fix = "give the two in m, or latitude_deg and longitude_deg with the table [origin]"
+            raise InputError("must have x_m and y_m", key=key, fix=fix)
+        if round_ and document.origin is None:
+            fix = "add the table [origin] with latitude_deg and longitude_deg, or give x_m and y_m"
+            raise InputError("needs the table [origin]", key=f"{key}.latitude_deg", fix=fix)
+
+
+def _check_water(document: Document) -> None:
+    """Check that start and waypoints are above the ground and the limit."""
+    bottom, limit = document.water.bottom, document.limits.depth
+    places: dict[str, float] = {"start": document.start.depth}
+    places |= {f"waypoints[{i}]": point.depth for i, point in enumerate(document.waypoints)}
+    for key, depth in places.items():
+        for what, most in (("water.bottom_m", bottom), ("limits.depth_m", limit)):
+            if depth > most or (depth == most and what == "water.bottom_m"):
+                above = "above the ground, less than" if what == "water.bottom_m" else "at most"
+                rule = f"must be {above} {what} = {most:g}"
+                raise InputError(rule, key=f"{key}.depth_m", value=f"{depth:g}", fix="go less deep, or correct that")
+
+
+def _check_fence(document: Document) -> None:
+    """Check that a fence is a polygon whose sides do not cross."""
+    fence = document.limits.fence
+    if not fence:
+        return
+    if not 3 <= len(fence) <= MOST_CORNERS:
+        fix = "give [[x, y], [x, y], [x, y], ...] in m, or leave it out"
+        rule = f"must have 3 to {MOST_CORNERS} corners"
+        raise InputError(rule, key="limits.fence_m", value=f"{len(fence)}", fix=fix)
+    sides = list(zip(fence, (*fence[1:], fence[0]), strict=True))
+    for i, (x, y) in enumerate(fence):
+        if max(abs(x), abs(y)) > FARTHEST:
+            raise too_far(f"limits.fence_m[{i}]", x, y)
+        if sides[i][0] == sides[i][1]:
+            fix = "leave out one of the two; the last corner is joined to the first by itself"
+            raise InputError("must not repeat the corner beside it", key=f"limits.fence_m[{i}]", fix=fix)
+    for i, first in enumerate(sides):
+        for k in range(i + 2, len(sides) - (i == 0)):
+            if _cross(first, sides[k]):
+                rule, fix = f"must not have sides that cross, as those after corners {i} and {k} do", "reorder them"
+                raise InputError(rule, key="limits.fence_m", fix=fix)
+    if len({math.atan2(b[1] - a[1], b[0] - a[0]) % math.pi for a, b in sides}) == 1:
+        raise InputError("must enclose an area", key="limits.fence_m", fix="move a corner off the line")
+
+
+def _check_gaps(gaps: Sequence[tuple[float, float]]) -> None:
+    """Check that gaps follow each other."""
+    if len(gaps) > MOST_GAPS:
+        value, fix = f"{len(gaps)}", "join those that meet"
+        raise InputError(f"must be {MOST_GAPS} at most", key="gps.gaps_s", value=value, fix=fix)
+    last = 0.0
+    for i, (begin, end) in enumerate(gaps):
+        if begin >= end:
+            rule = "must be two times, the first earlier"
+            raise InputError(rule, key=f"gps.gaps_s[{i}]", value=f"[{begin:g}, {end:g}]", fix="write [from, to]")
+        if begin < last:
+            rule = f"must begin after the gap before has ended, at {last:g} s"
+            fix = "sort them, and join those that meet"
+            raise InputError(rule, key=f"gps.gaps_s[{i}]", value=f"[{begin:g}, {end:g}]", fix=fix)
+        last = end
+
+
+def _cross(first: tuple[Pair, Pair], second: tuple[Pair, Pair]) -> bool:
+    """Tell whether two sides cross or touch."""
+
+    def side(a: Pair, b: Pair, p: Pair) -> float:
+        return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
+
+    (a, b), (c, d) = first, second
+    return side(a, b, c) * side(a, b, d) <= 0 and side(c, d, a) * side(c, d, b) <= 0
+
+
+def too_far(key: str, x: float, y: float) -> InputError:
+    """Say that a place is too far away.
+
+    Parameters
+    ----------
+    key : str
+    x, y : float
+        [m].
+
+    Returns
+    -------
+    InputError
+    """
+    rule, fix = f"must be within {FARTHEST / 1e3:g} km of the origin", "give it in m, or move the origin"
+    return InputError(rule, key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)

@@ -1,0 +1,85 @@
+"""The tables of a robot description that only motion in space needs: sections and heights of the links, fins."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import model_validator
+
+from hypertuna.errors import InputError
+from hypertuna.schema_base import Fraction, NotNegative, Part, Positive, PositiveDegrees, Real, entry
+
+
+class Spatial(Part):
+    """What links have beyond the plane, one value per link; heights are above the axis that runs through the joints."""
+
+    com_height: tuple[Real, ...] = entry("com_height_m", "height of each center of mass", "m")
+    volume: tuple[Positive, ...] = entry("volume_m3", "volume of each link, which the water carries", "m^3")
+    buoyancy_center: tuple[NotNegative, ...] = entry(
+        "buoyancy_center_m", "distance of each center of buoyancy from the link's front end", "m"
+    )
+    buoyancy_height: tuple[Real, ...] = entry(
+        "buoyancy_height_m", "height of each center of buoyancy, where the water's forces in the plane act too", "m"
+    )
+    height: tuple[Positive, ...] = entry("height_m", "height of each section, mean over the link", "m")
+    width: tuple[Positive, ...] = entry("width_m", "width of each section, mean over the link", "m")
+    drag_vertical: tuple[NotNegative, ...] = entry("drag_vertical", "drag coefficient up and down, on length x width")
+    added_mass_vertical: tuple[NotNegative, ...] = entry(
+        "added_mass_vertical", "added mass per length up and down, in units of rho pi/4 width^2"
+    )
+    drag_roll: tuple[NotNegative, ...] = entry(
+        "drag_roll", "drag coefficient of a section's height that turns about the link's axis"
+    )
+    shedding_vertical: Fraction = entry(
+        "shedding_vertical",
+        "part of Lighthill's reactive force up and down, by the widest section, that acts at the tail end",
+        default=0.0,
+    )
+    inertia_roll: tuple[Positive, ...] | None = entry(
+        "inertia_roll_kg_m2",
+        "moment of inertia about the axis of each link through its center of mass (default: an ellipsoid's)",
+        "kg m^2",
+        default=None,
+    )
+    inertia_pitch: tuple[Positive, ...] | None = entry(
+        "inertia_pitch_kg_m2",
+        "moment of inertia about the axis across each link through its center of mass (default: an ellipsoid's)",
+        "kg m^2",
+        default=None,
+    )
+
+    def check_centers(self, length: tuple[float, ...]) -> None:
+        """Check that every center of buoyancy lies inside its link."""
+        for i, (center, most) in enumerate(zip(self.buoyancy_center, length, strict=True)):
+            if center > most:
+                fix = "measure it from the link's front end in m"
+                key = f"spatial.buoyancy_center_m[{i}]"
+                raise InputError(f"must lie inside the link, at most {most:g}", key=key, value=f"{center:g}", fix=fix)
+
+
+class Fins(Part):
+    """The pair of pectoral fins: flat plates on the head that servos pitch, one to either side."""
+
+    x: NotNegative = entry("x_m", "distance of the centers of area from the nose, along the head", "m")
+    y: Positive = entry("y_m", "distance of the centers of area from the middle plane", "m")
+    z: Real = entry("z_m", "height of the centers of area above the axis that runs through the joints", "m")
+    span: Positive = entry("span_m", "span of one fin", "m")
+    chord: Positive = entry("chord_m", "chord of one fin", "m")
+    stall: PositiveDegrees = entry("stall_deg", "angle of attack at which half of the flow is stalled", "deg")
+    drag_zero: NotNegative = entry("drag_zero", "drag coefficient along the plate")
+    bandwidth: Positive = entry("bandwidth_hz", "bandwidth of the servos' first-order lag", "Hz")
+    speed: Positive = entry("speed_rad_s", "fastest that the servos turn", "rad/s")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.y < self.span / 2:
+            rule = f"must be at least half of span_m = {self.span:g}"
+            fix = "measure it from the middle plane to the middle of a fin, in m"
+            raise InputError(rule, key="fins.y_m", value=f"{self.y:g}", fix=fix)
+        return self
+
+    def check_place(self, head: float) -> None:
+        """Check that the fins are on the head."""
+        if self.x > head:
+            rule = f"must be on the head, at most {head:g}"
+            raise InputError(rule, key="fins.x_m", value=f"{self.x:g}", fix="measure it from the nose in m")

@@ -1,0 +1,150 @@
+"""Sea: what is around a robot that swims in space, and what the core takes of both."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, finite, shown
+from hypertuna.hydraulics import needed
+
+__all__ = ["Sea", "sea_parts"]
+
+Array = NDArray[np.float64]
+
+DIP = math.radians(60)  # of the Earth's magnetic field below the horizon, at the latitudes of most lakes
+BOTTOM_RATE = 2 * math.pi * 10  # rad/s of the robot on the bottom: stiff, and resolved by the twin's steps
+FASTEST = 10.0  # m/s: no current is faster
+
+
+@dataclass(frozen=True)
+class Sea:
+    """What is around a robot: current, bottom, magnetic field. The surface is still, at a depth of zero.
+
+    Parameters
+    ----------
+    current : tuple of float
+        Velocity of the water at the surface toward east and north [m/s].
+    current_bottom : tuple of float, optional
+        The same at the bottom; it changes linearly between. The same everywhere if left out [m/s].
+    bottom : float
+        Depth of the bottom [m].
+    dip : float
+        Angle of the magnetic field below the horizon; it points north [rad].
+
+    Raises
+    ------
+    InputError
+        If a value is not finite, the bottom is not below the surface, or a current at the bottom has no bottom.
+    """
+
+    current: tuple[float, float] = (0.0, 0.0)
+    current_bottom: tuple[float, float] | None = None
+    bottom: float = math.inf
+    dip: float = DIP
+
+    def __post_init__(self) -> None:
+        for key in ("current", "current_bottom"):
+            values = getattr(self, key)
+            if values is not None:
+                object.__setattr__(self, key, _current(key, values))
+        if not self.bottom > 0:
+            fix = "give the depth in m, or leave it out for deep water"
+            raise InputError("must be positive", key="bottom", value=shown(self.bottom), fix=fix)
+        finite(self.dip, "dip", "give the angle in radians")
+        if self.current_bottom is not None and not math.isfinite(self.bottom):
+            rule, fix = "needs the depth of the bottom", "give it in m"
+            raise InputError(rule, key="current_bottom", fix=fix)
+
+    @property
+    def shear(self) -> tuple[float, float]:
+        """Change of the current per depth toward east and north [1/s]."""
+        if self.current_bottom is None:
+            return (0.0, 0.0)
+        east, north = (
+            (deep - high) / self.bottom for deep, high in zip(self.current_bottom, self.current, strict=True)
+        )
+        return (east, north)
+
+
+def _current(key: str, values: Any) -> tuple[float, float]:
+    """Check a current."""
+    fix = "give the velocities toward east and north in m/s"
+    try:
+        east, north = (finite(value, key, fix) for value in values)
+    except (TypeError, ValueError):
+        raise InputError("must be two numbers", key=key, value=shown(values), fix=fix) from None
+    if math.hypot(east, north) > FASTEST:
+        raise InputError(f"must be at most {FASTEST:g} m/s", key=key, value=shown(values), fix=fix)
+    return (east, north)
+
+
+def sea_parts(robot: Robot, sea: Sea) -> dict[str, Any]:
+    """Describe to the core what a robot has beyond the plane, and the sea.
+
+    Parameters
+    ----------
+    robot : Robot
+        With the tables ``[spatial]`` and ``[fins]``.
+    sea : Sea
+
+    Returns
+    -------
+    dict
+        ``links``, ``fin``, ``sea``, ``shedding`` and ``antenna`` as `_core.run_twin6` takes them, SI units.
+
+    Raises
+    ------
+    InputError
+        If a table is missing.
+    """
+    links, fins = _links(robot), needed(robot.fins, "fins", "add the table [fins]", robot)
+    fin = {name: getattr(fins, name) for name in _core.fin_columns()}
+    east, north = sea.shear
+    numbers = {
+        "density": robot.water.density,
+        "current_east": sea.current[0],
+        "current_north": sea.current[1],
+        "shear_east": east,
+        "shear_north": north,
+        "bottom": sea.bottom,
+        "stiffness": sum(robot.links.mass) * BOTTOM_RATE**2,
+        "field_east": 0.0,
+        "field_north": math.cos(sea.dip),
+        "field_up": -math.sin(sea.dip),
+    }
+    tall = robot.body.height if robot.body.height is not None else links["height"][0]
+    return {
+        "links": np.stack([links[name] for name in _core.link_body_columns()], axis=1),
+        "fin": np.array([fin[name] for name in _core.fin_columns()]),
+        "sea": np.array([numbers[name] for name in _core.sea_columns()]),
+        "shedding": 0.0 if robot.spatial is None else robot.spatial.shedding_vertical,
+        "antenna": float(tall) / 2,  # at the upper end of what is highest
+    }
+
+
+def _links(robot: Robot) -> dict[str, Array]:
+    """Columns of the links in space; an ellipsoid's moments of inertia where none are given."""
+    spatial = needed(robot.spatial, "spatial", "add the table [spatial]", robot)
+    mass, length = np.array(robot.links.mass), np.array(robot.links.length)
+    height, width = np.array(spatial.height), np.array(spatial.width)
+    roll, pitch = mass * (width**2 + height**2) / 20, mass * (length**2 + height**2) / 20
+    return {
+        "com_height": np.array(spatial.com_height),
+        "roll": roll if spatial.inertia_roll is None else np.array(spatial.inertia_roll),
+        "pitch": pitch if spatial.inertia_pitch is None else np.array(spatial.inertia_pitch),
+        "volume": np.array(spatial.volume),
+        "center": np.array(spatial.buoyancy_center),
+        "center_height": np.array(spatial.buoyancy_height),
+        "height": height,
+        "width": width,
+        "drag_vertical": np.array(spatial.drag_vertical),
+        "added_vertical": np.array(spatial.added_mass_vertical),
+        "drag_roll": np.array(spatial.drag_roll),
+    }

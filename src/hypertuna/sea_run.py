@@ -1,0 +1,195 @@
+"""A run of the twin at sea: what was recorded, and what it amounts to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.frames import angles_of, rotation_of
+from hypertuna.gait import Gait
+from hypertuna.results import dataset, provenance
+from hypertuna.sea import Sea
+from hypertuna.twin_run import VARIABLES as INNER
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["SeaRun"]
+
+Array = NDArray[np.float64]
+
+PLANAR = ("x", "y", "heading", "speed", "sway", "yaw")  # of the twin in the plane, told otherwise in space
+
+# Dimension beside time, unit and meaning of what is recorded of the head; the rest is as in the plane.
+VARIABLES: dict[str, tuple[str, str, str]] = {
+    "position": ("axis", "m", "position of the nose: east, north, up, the surface at zero"),
+    "attitude": ("quaternion", "1", "unit quaternion w, x, y, z from body axes to east, north, up"),
+    "velocity": ("axis", "m/s", "velocity of the nose through the water in body axes: aft, starboard, up"),
+    "turn_rate": ("axis", "rad/s", "rate of turn of the head in body axes"),
+    "fin": ("side", "rad", "angle of the pectoral fins, leading edge up"),
+    "fin_target": ("side", "rad", "angle that the fins' servos are told"),
+    "rate_measured": ("axis", "rad/s", "reading of the gyroscope"),
+    "acceleration_measured": ("axis", "m/s^2", "reading of the accelerometer"),
+    "charge": ("", "C", "charge taken from the battery, at the end of the control tick"),
+    **{name: told for name, told in INNER.items() if name not in PLANAR},
+}
+
+
+@dataclass(frozen=True)
+class SeaRun:
+    """A run of the twin at sea.
+
+    Attributes
+    ----------
+    robot : Robot
+    gait : Gait
+        What was commanded.
+    sea : Sea
+    duration : float
+        Of the run as asked for [s].
+    seed : int
+    closed_loop : bool
+    temperature : float
+        Of the oil [K].
+    faults_given : tuple of str
+    step : float
+        Of the inner integration [s].
+    time : ndarray, shape (T,)
+        Start of every control tick that was recorded [s].
+    data : dict of ndarray
+        What was recorded, by the names of `VARIABLES`, each (T,) or (T, n) [SI]; ``status_at`` (T, conditions) has the
+        places of every condition as bits.
+    status : str
+        "completed" or "diverged".
+    """
+
+    robot: Robot = field(repr=False)
+    gait: Gait
+    sea: Sea
+    duration: float
+    seed: int
+    closed_loop: bool
+    temperature: float
+    faults_given: tuple[str, ...]
+    step: float
+    time: Array = field(repr=False)
+    data: dict[str, Array] = field(repr=False)
+    status: str
+
+    @property
+    def position(self) -> Array:
+        """Position of the nose (T, 3): east, north, up [m]."""
+        return self.data["position"]
+
+    @property
+    def depth(self) -> Array:
+        """Depth of the nose (T,) [m]."""
+        result: Array = -self.position[:, 2]
+        return result
+
+    @property
+    def attitude(self) -> Array:
+        """Unit quaternions (T, 4), w, x, y, z, from body axes to east, north, up [1]."""
+        return self.data["attitude"]
+
+    @cached_property
+    def angles(self) -> Array:
+        """Roll, pitch and heading (T, 3): starboard down, nose up, clockwise from north, unwrapped [rad]."""
+        return np.unwrap(angles_of(self.attitude), axis=0)
+
+    @property
+    def roll(self) -> Array:
+        """Roll (T,), starboard down [rad]."""
+        return np.asarray(self.angles[:, 0])
+
+    @property
+    def pitch(self) -> Array:
+        """Pitch (T,), nose up [rad]."""
+        return np.asarray(self.angles[:, 1])
+
+    @property
+    def heading(self) -> Array:
+        """Heading (T,), clockwise from north, unwrapped [rad]."""
+        return np.asarray(self.angles[:, 2])
+
+    @property
+    def speed(self) -> Array:
+        """Velocity of the nose through the water along the head's axis, ahead (T,) [m/s]."""
+        result: Array = -self.data["velocity"][:, 0]
+        return result
+
+    @cached_property
+    def sink(self) -> Array:
+        """Rate at which the nose goes down (T,) [m/s]."""
+        result: Array = -np.einsum("tj,tj->t", rotation_of(self.attitude)[:, 2], self.data["velocity"])
+        return result
+
+    @cached_property
+    def energy(self) -> float:
+        """Electrical energy of all servos [J]."""
+        return float(self.data["power"].mean() * len(self.time) * self.tick * self.every)
+
+    @cached_property
+    def tick(self) -> float:
+        """Control tick [s]."""
+        assert self.robot.controller is not None  # else there was no run
+        return 1 / self.robot.controller.rate
+
+    @property
+    def every(self) -> int:
+        """Ticks from one row of the record to the next."""
+        return round((self.time[1] - self.time[0]) / self.tick) if len(self.time) > 1 else 1
+
+    def averaged(self, values: Array) -> Array:
+        """Average over the beat: each value becomes the mean of a beat around it, shorter at the ends.
+
+        Parameters
+        ----------
+        values : ndarray, shape (T,)
+            One of the run's [any unit].
+
+        Returns
+        -------
+        ndarray, shape (T,)
+            [the same unit].
+        """
+        half = round(0.5 / (self.gait.frequency * self.tick * self.every))
+        total = np.concatenate([[0.0], np.cumsum(values)])
+        place = np.arange(len(values))
+        reach = np.minimum(half, np.minimum(place, len(values) - 1 - place))
+        result: Array = (total[place + reach + 1] - total[place - reach]) / (2 * reach + 1)
+        return result
+
+    def dataset(self) -> xr.Dataset:
+        """Label what was recorded; units and meaning in the attributes.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
+        bits = {name: 1 << bit for bit, (name, _, _) in enumerate(_core.condition_table())}
+        variables = {}
+        for name, (dim, unit, text) in VARIABLES.items():
+            values = self.data[name].astype(np.int64) if name == "status" else self.data[name]
+            attributes: dict[str, Any] = {"units": unit, "long_name": text}
+            if name == "status":
+                attributes |= {"flag_masks": list(bits.values()), "flag_meanings": " ".join(bits)}
+            variables[name] = (("time", dim) if dim else ("time",), values, attributes)
+        joints = [group.name for group in self.robot.joints]
+        circuits = [f"{joint}-{side}" for joint in joints for side in ("left", "right")]
+        coordinates = {
+            "time": ("time", self.time, {"units": "s", "long_name": "start of the control tick"}),
+            "joint": ("joint", joints),
+            "circuit": ("circuit", circuits),
+            "servo": ("servo", [*circuits, "fin 1", "fin 2"]),
+            "side": ("side", ["port", "starboard"]),
+            "quaternion": ("quaternion", ["w", "x", "y", "z"]),
+        }
+        made = provenance(self.robot) | {"frequency_hz": self.gait.frequency, "seed": self.seed, "status": self.status}
+        return dataset(variables, coordinates, made)

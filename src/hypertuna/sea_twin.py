@@ -1,0 +1,211 @@
+"""The twin at sea: the whole robot in space, with fins, weight, buoyancy, current, surface and bottom.
+
+The equations stand in core body6.hpp; docs/spatial.md tells what they say and what is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, finite, shown, whole
+from hypertuna.frames import attitude_of
+from hypertuna.gait import Gait, check_gait
+from hypertuna.hydraulics import needed
+from hypertuna.schema_control import Controller
+from hypertuna.sea import Sea, sea_parts
+from hypertuna.sea_run import VARIABLES, SeaRun
+from hypertuna.twin_parts import (
+    EXACT,
+    check_command,
+    checked_seed,
+    command_rows,
+    controller_of,
+    found_faults,
+    listed,
+    open_loop,
+    parts_of,
+    settled_speed,
+    steps_needed,
+    steps_of,
+    ticks_of,
+)
+
+__all__ = ["twin_at_sea"]
+
+Array = NDArray[np.float64]
+Fins = float | ArrayLike | Callable[[float], ArrayLike]
+
+STILL = Sea()
+
+
+def twin_at_sea(
+    robot: Robot,
+    gait: Gait,
+    *,
+    duration: float,
+    fins: Fins = 0.0,
+    sea: Sea = STILL,
+    depth: float = 2.0,
+    roll: float = 0.0,
+    pitch: float = 0.0,
+    heading: float = 0.0,
+    speed: float | None = None,
+    faults: str | Iterable[str] = (),
+    seed: int = 0,
+    closed_loop: bool = True,
+    temperature: float | None = None,
+    step: float | None = None,
+    heard: float = math.inf,
+    every: int = 1,
+) -> SeaRun:
+    """Run the robot's twin in space under one command.
+
+    Parameters
+    ----------
+    robot : Robot
+        With all that `twin` takes, and the tables spatial and fins.
+    gait : Gait
+        The command, from the first tick on.
+    duration : float
+        Of the run [s].
+    fins : float, array_like or callable
+        Angle that both pectoral fins are told, leading edge up: one, or one each, port first; or what returns that at a
+        time [rad].
+    sea : Sea
+        Still and deep if left out.
+    depth : float
+        Of the nose at the start [m].
+    roll, pitch, heading : float
+        At the start: starboard down, nose up, clockwise from north [rad].
+    speed : float, optional
+        Through the water at the start, ahead; that of the settled beat in the plane if left out [m/s].
+    faults : str or iterable of str
+        Sensor faults as on the command line: ``"bend-II:stuck@5"``.
+    seed : int
+        Of the sensors' noise.
+    closed_loop : bool
+        Whether posture control corrects amplitude and bias.
+    temperature : float, optional
+        Of the oil [K].
+    step : float, optional
+        Of the inner integration, as in `twin` [s].
+    heard : float
+        Time from which no command comes any more [s].
+    every : int
+        Ticks from one row of the record to the next.
+
+    Returns
+    -------
+    SeaRun
+
+    Raises
+    ------
+    InputError
+        If the robot lacks a table, the command does not fit it, or an option is out of range.
+
+    Examples
+    --------
+    >>> import hypertuna as ht
+    >>> fish = ht.load("hypertuna")
+    >>> gait = ht.Gait.from_degrees(frequency=2, amplitude=(8, 12), phase=(0, 20))
+    >>> run = ht.twin_at_sea(fish, gait, duration=3, fins=-0.5, depth=1)
+    >>> bool(run.depth[-1] > 1)
+    True
+    """
+    check_gait(gait, robot)
+    control = needed(robot.controller, "controller", "add the table [controller]", robot)
+    space = sea_parts(robot, sea)
+    tick = 1 / control.rate
+    ticks, every = ticks_of(duration, tick), _every(every)
+    parts = parts_of(
+        robot, "water", None if temperature is None else finite(temperature, "temperature", "give it in K")
+    )
+    steps = steps_needed(tick, parts, robot) if step is None else steps_of(tick, step)
+    columns = controller_of(robot)
+    check_command(robot, gait, columns)
+    given = listed(faults)
+    start = settled_speed(robot, gait) if speed is None else finite(speed, "speed", "give it in m/s")
+    plant = {key: value for key, value in parts.plant.items() if key != "clamped"}
+    record = _core.run_twin6(
+        **plant,
+        **space,
+        twist=np.array([-start, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        pose=_pose(depth, roll, pitch, heading, sea),
+        controller=columns if closed_loop else open_loop(columns),
+        sensors=parts.sensors,
+        seed=checked_seed(seed),
+        faults=found_faults(given, robot, duration),
+        frequency=gait.frequency,
+        command=command_rows(gait),
+        fin_angle=_fin_angles(fins, ticks, tick, control),
+        heard=heard,
+        steps=steps,
+        every=every,
+    )
+    done = int(record.pop("ticks")[0])
+    rows = -(-done // every)
+    return SeaRun(
+        robot=robot,
+        gait=gait,
+        sea=sea,
+        duration=duration,
+        seed=seed,
+        closed_loop=closed_loop,
+        temperature=parts.temperature,
+        faults_given=given,
+        step=tick / steps,
+        time=np.arange(rows, dtype=np.float64) * tick * every,
+        data=_data(record, rows, len(robot.joints)),
+        status="completed" if done == ticks else "diverged",
+    )
+
+
+def _data(record: dict[str, Array], rows: int, joints: int) -> dict[str, Array]:
+    """Name and cut what was recorded."""
+    data = {name: record[name][:rows] for name in (*VARIABLES, "status_at")}
+    for name in ("angle", "rate", "moment"):
+        if data[name].shape[1] > joints:
+            data[f"hinge_{name}"] = data[name][:, joints]
+            data[name] = data[name][:, :joints]
+    return data
+
+
+def _every(every: int) -> int:
+    every = whole(every, "every", "give a whole number of ticks")
+    if every < 1:
+        raise InputError("must be at least 1", key="every", value=shown(every), fix="give a whole number of ticks")
+    return every
+
+
+def _pose(depth: float, roll: float, pitch: float, heading: float, sea: Sea) -> Array:
+    """Position, attitude and fins at the start."""
+    depth = finite(depth, "depth", "give the depth of the nose in m")
+    if not 0 <= depth < sea.bottom:
+        rule = f"must be from 0 to the bottom at {sea.bottom:g} m"
+        raise InputError(rule, key="depth", value=f"{depth:g}", fix="give the depth of the nose in m")
+    angles = {"roll": roll, "pitch": pitch, "heading": heading}
+    for key, angle in angles.items():
+        finite(angle, key, "give it in radians")
+    return np.concatenate([[0.0, 0.0, -depth], attitude_of(**angles), [0.0, 0.0]])
+
+
+def _fin_angles(fins: Fins, ticks: int, tick: float, control: Controller) -> Array:
+    """Angles that both fins are told in every tick (ticks, 2) [rad]."""
+    told: list[Any] = [fins(tick * k) for k in range(ticks)] if callable(fins) else [fins]
+    try:
+        angles = np.array([np.broadcast_to(np.asarray(pair, dtype=float), 2) for pair in told])
+    except (TypeError, ValueError):
+        fix = "give one angle in radians, or two, port first"
+        raise InputError("must be one angle, or one for each fin", key="fins", value=shown(told[0]), fix=fix) from None
+    most = abs(angles).max()
+    if not most <= control.fin_max * (1 + EXACT):
+        rule = f"must be at most {math.degrees(control.fin_max):g} deg, the controller.fin_max_deg"
+        raise InputError(rule, key="fins", value=f"{math.degrees(most):g} deg", fix="give less")
+    return np.ascontiguousarray(np.broadcast_to(angles, (ticks, 2)))

@@ -1,0 +1,378 @@
+"""Turn: the circle that a settled one-sided beat swims, against phase, bias and frequency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares, minimize_scalar
+
+from hypertuna.beats import DEFAULT_STEPS, STATUSES
+from hypertuna.description import Robot, parse
+from hypertuna.errors import InputError
+from hypertuna.gait import Gait
+from hypertuna.sweep import Gaits, sweep
+from hypertuna.swim import Swim, swim
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "Circle",
+    "Tightest",
+    "Turning",
+    "fit_circle",
+    "gait_at",
+    "nose_path",
+    "point_radius",
+    "scaled",
+    "tightest",
+    "turn",
+]
+
+Array = NDArray[np.float64]
+Points = NDArray[np.complex128]
+
+MOST_BEATS = 120  # of a path: a gait that turns by 3 degrees a beat comes round in them
+KINDS = ("amplitude", "phase", "bias")
+PER_BEAT = 32  # points of a path
+PHASE = math.radians(0.05)  # how near the phase of the tightest turn is sought
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A circle fitted to points.
+
+    Attributes
+    ----------
+    center : complex
+        x + i y [m].
+    radius : float
+        [m].
+    residual : float
+        Root mean square of the points' distances from it [m].
+    """
+
+    center: complex
+    radius: float
+    residual: float
+
+
+@dataclass(frozen=True)
+class Tightest:
+    """The tightest turn, and where between the phases of a grid it lies.
+
+    Attributes
+    ----------
+    gait : Gait
+        Of the grid.
+    radius : float
+        Mean distance of the nose from the center of the turn [m].
+    speed : float
+        Forward positive [m/s].
+    circle : Circle
+        Fitted to the nose's path.
+    phase : float
+        Of the last joint group, where the radius is least between the neighbors in the grid [rad].
+    least : float
+        The radius there [m].
+    """
+
+    gait: Gait
+    radius: float
+    speed: float
+    circle: Circle
+    phase: float
+    least: float
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Turns of many gaits.
+
+    Attributes
+    ----------
+    robot : Robot
+    found : xarray.Dataset
+        As `hypertuna.sweep` returns it for a grid, with ``circle_radius`` and ``circle_residual`` [m] of the circle
+        fitted to each gait's path: not numbers where a gait is not settled, infinite and not a number where it swims
+        straight.
+    tightest, forward : Tightest or None
+        Of all settled gaits, and of those that swim head first; None where none turns.
+    """
+
+    robot: Robot
+    found: xr.Dataset
+    tightest: Tightest | None
+    forward: Tightest | None
+
+
+def fit_circle(points: Points) -> Circle:
+    """Fit a circle to points: algebraically, then by the least squares of the distances from it.
+
+    The algebraic fit is Taubin's (1991), unbiased on short arcs where Kasa's is not; it starts a Levenberg-Marquardt
+    search for the center (x, y) and the radius R that minimize the sum of (|p - center| - R)^2.
+
+    Parameters
+    ----------
+    points : ndarray of complex, shape (K,)
+        x + i y [m], three at least.
+
+    Returns
+    -------
+    Circle
+        Of infinite radius, its center not a number, if the points lie on a line [m].
+
+    Raises
+    ------
+    InputError
+        If there are fewer than three points, or they are not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> circle = fit_circle(2 + 1j + 0.5 * np.exp(1j * np.linspace(0, 2, 9)))
+    >>> round(circle.radius, 9), round(circle.center.real, 9), round(circle.center.imag, 9)
+    (0.5, 2.0, 1.0)
+    """
+    z = np.asarray(points, dtype=np.complex128)
+    if z.ndim != 1 or len(z) < 3 or not np.isfinite(z).all():
+        raise InputError("must be three finite points at least", key="points", fix="give x + i y of a path")
+    middle = complex(z.mean())
+    size = float(np.sqrt(np.mean(np.abs(z - middle) ** 2)))
+    if size == 0:
+        return Circle(middle, 0.0, 0.0)
+    w = (z - middle) / size
+    first = _taubin(w)
+    if first is None:
+        line = np.linalg.svd(np.column_stack([w.real, w.imag]), compute_uv=False)[1] / math.sqrt(len(w))
+        return Circle(complex(math.nan, math.nan), math.inf, float(line) * size)
+    found = least_squares(lambda c: np.abs(w - complex(c[0], c[1])) - c[2], first, method="lm", xtol=1e-14, ftol=1e-14)
+    x, y, radius = found.x
+    return Circle(middle + size * complex(x, y), size * abs(radius), size * float(np.sqrt(np.mean(found.fun**2))))
+
+
+def nose_path(done: Swim) -> Points:
+    """Integrate a settled beat on until the nose has come round, and return its path.
+
+    Parameters
+    ----------
+    done : Swim
+        Settled; it turns.
+
+    Returns
+    -------
+    ndarray of complex, shape (points,)
+        x + i y [m] over whole beats: once round the circle and a part of a beat, or 120 beats of a wider one.
+    """
+    beats = math.ceil(2 * math.pi * done.gait.frequency / abs(done.turn_rate)) if done.turn_rate else MOST_BEATS
+    motion = done.continued(min(beats, MOST_BEATS))
+    every = max(1, done.steps // PER_BEAT)
+    z: Points = (motion.x.values + 1j * motion.y.values)[:-1:every]
+    return z
+
+
+def gait_at(robot: Robot, row: xr.Dataset) -> Gait:
+    """Return the gait at one place of a sweep.
+
+    Parameters
+    ----------
+    robot : Robot
+    row : xarray.Dataset
+        With no dimensions left.
+
+    Returns
+    -------
+    Gait
+    """
+    angles = (tuple(float(row[f"{kind}_{group.name}"]) for group in robot.joints) for kind in KINDS)
+    return Gait(float(row.frequency), *angles)
+
+
+def point_radius(done: Swim, behind: float) -> float:
+    """Return the mean distance of a point of the head from the center of the turn.
+
+    A settled beat moves the head by a rotation about the center; the nose's positions a beat apart give it.
+
+    Parameters
+    ----------
+    done : Swim
+        Settled; it turns.
+    behind : float
+        Distance of the point behind the nose along the head [m].
+
+    Returns
+    -------
+    float
+        Mean over a beat [m].
+    """
+    motion = done.trajectory
+    nose, axis = motion.x.values + 1j * motion.y.values, np.exp(1j * motion.heading.values)
+    spin = axis[-1] / axis[0]
+    center = (nose[-1] - spin * nose[0]) / (1 - spin)
+    return float(np.abs(nose + behind * axis - center)[:-1].mean())
+
+
+def turn(
+    robot: Robot,
+    gaits: Gaits,
+    *,
+    threads: int | None = None,
+    steps: int = DEFAULT_STEPS,
+    progress: Callable[[int, int], None] | None = None,
+) -> Turning:
+    """Swim the turns of a grid of gaits, and fit circles to their paths.
+
+    Parameters
+    ----------
+    robot : Robot
+    gaits : Gaits
+        A grid of frequency, amplitude, phase and bias.
+    threads : int, optional
+        Threads of the sweep, all processors if left out.
+    steps : int
+        Runge-Kutta steps per beat, a multiple of 4.
+    progress : callable, optional
+        Called with the number of paths done and their total.
+
+    Returns
+    -------
+    Turning
+
+    Raises
+    ------
+    InputError
+        If the gaits are no grid, or do not fit the robot.
+    """
+    if len(gaits.shape) != 4:
+        raise InputError("must be a grid", key="gaits", fix="make them by Gaits.grid")
+    found = sweep(robot, gaits, threads=threads, steps=steps)
+    radius, residual = np.full(len(gaits), math.nan), np.full(len(gaits), math.nan)
+    settled, bends = (found[name].values.ravel() for name in ("settled", "turn_radius"))
+    for k in range(len(gaits)):
+        if settled[k] and math.isinf(bends[k]):
+            radius[k] = math.inf
+        elif settled[k]:
+            circle = fit_circle(nose_path(swim(robot, _gait(gaits, k), steps=steps)))
+            radius[k], residual[k] = circle.radius, circle.residual
+        if progress is not None:
+            progress(k + 1, len(gaits))
+    dims = found.turn_radius.dims
+    found["circle_radius"] = (dims, radius.reshape(gaits.shape), _told("radius of the circle fitted to the path"))
+    found["circle_residual"] = (dims, residual.reshape(gaits.shape), _told("rms distance of the nose from that circle"))
+    turns = settled & np.isfinite(bends)
+    ahead = turns & (found.speed.values.ravel() > 0)
+    best, first = (_tightest(robot, gaits, bends, among, steps) for among in (turns, ahead))
+    return Turning(robot, found, best, first)
+
+
+def tightest(robot: Robot, gait: Gait, *, low: float, high: float, steps: int = DEFAULT_STEPS) -> tuple[float, float]:
+    """Seek the phase of the last joint group at which a gait turns tightest, without changing its direction.
+
+    Parameters
+    ----------
+    robot : Robot
+    gait : Gait
+    low, high : float
+        Phases to seek between [rad]; a gait that does not settle, or swims the other way round, counts as straight.
+    steps : int
+        Runge-Kutta steps per beat, a multiple of 4.
+
+    Returns
+    -------
+    phase : float
+        [rad].
+    radius : float
+        Mean distance of the nose from the center of the turn [m].
+    """
+    ahead = swim(robot, gait, steps=steps).speed > 0
+
+    def radius(phase: float) -> float:
+        done = swim(robot, replace(gait, phase=(*gait.phase[:-1], float(phase))), steps=steps)
+        good = done.settled and (done.speed > 0) == ahead
+        return min(done.turn_radius, 1e3 * robot.body.length) if good else 1e3 * robot.body.length
+
+    found = minimize_scalar(radius, bounds=(low, high), method="bounded", options={"xatol": PHASE})
+    here = radius(gait.phase[-1])
+    return (float(found.x), float(found.fun)) if found.fun < here else (gait.phase[-1], here)
+
+
+def scaled(robot: Robot, factors: Mapping[str, float]) -> Robot:
+    """Return the robot with some numbers of its file multiplied.
+
+    Parameters
+    ----------
+    robot : Robot
+    factors : mapping of str to float
+        By key and index as in the file, such as ``water.lumped.drag[0]`` [1].
+
+    Returns
+    -------
+    Robot
+
+    Raises
+    ------
+    InputError
+        If there is no such number, or the description does not take the product.
+    """
+    document = robot.document()
+    for key, factor in factors.items():
+        table, _, place = key.partition("[")
+        *tables, name = table.split(".")
+        part: Any = document
+        try:
+            for step in tables:
+                part = part[step]
+            index = int(place.removesuffix("]"))
+            column = list(part[name])
+            column[index] *= factor
+        except (KeyError, IndexError, ValueError, TypeError):
+            raise InputError("must be a number of a list of the robot's file", key=key, fix="see its tables") from None
+        part[name] = column
+    return parse(document, file=robot.file)
+
+
+def _taubin(w: Points) -> Array | None:
+    """Fit a circle to centered points of unit size: x, y, R; None for points on a line."""
+    square = np.abs(w) ** 2
+    mean = float(square.mean())
+    columns = np.column_stack([(square - mean) / (2 * math.sqrt(mean)), w.real, w.imag])
+    _, _, axes = np.linalg.svd(columns, full_matrices=False)
+    a, b, c = axes[2]
+    a /= 2 * math.sqrt(mean)
+    d = -mean * a
+    if abs(a) < 1e-12:
+        return None
+    return np.array([-b / (2 * a), -c / (2 * a), math.sqrt(b * b + c * c - 4 * a * d) / abs(2 * a)])
+
+
+def _gait(gaits: Gaits, k: int) -> Gait:
+    """One gait of many."""
+    angles = (tuple(column[k].tolist()) for column in (gaits.amplitude, gaits.phase, gaits.bias))
+    return Gait(float(gaits.frequency[k]), *angles)
+
+
+def _told(text: str) -> dict[str, str]:
+    """Attributes of a length."""
+    return {"units": "m", "long_name": text}
+
+
+def _tightest(robot: Robot, gaits: Gaits, radius: Array, among: NDArray[np.bool_], steps: int) -> Tightest | None:
+    """Find the tightest of some gaits of a grid, and where between its neighbors in phase it is tighter still."""
+    if not among.any():
+        return None
+    k = int(np.where(among, radius, math.inf).argmin())
+    gait = _gait(gaits, k)
+    done = swim(robot, gait, steps=steps)
+    assert done.status == STATUSES[0]
+    phases = np.unique(gaits.phase[:, -1])
+    at = int(np.searchsorted(phases, gait.phase[-1]))
+    low, high = phases[max(at - 1, 0)], phases[min(at + 1, len(phases) - 1)]
+    phase, least = gait.phase[-1], done.turn_radius
+    if high > low:
+        phase, least = tightest(robot, gait, low=float(low), high=float(high), steps=steps)
+    return Tightest(gait, done.turn_radius, done.speed, fit_circle(nose_path(done)), phase, least)

@@ -1,0 +1,58 @@
+"""The ledger's lake: what is made of a flight, and that a stored one counts for its own robot and mission alone."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import hypertuna as ht
+from hypertuna import reproduce_lake
+from hypertuna.flight import Flight
+from hypertuna.ledger import judge, published
+from hypertuna.mission_file import read_mission
+from hypertuna.reproduce_lake import STORED, Lake, findings, lake_record, read_lake, sections
+from voyage import voyage
+
+
+@pytest.fixture(scope="module")
+def record(tuna: ht.Robot) -> dict[str, object]:
+    """80 m of way in 267 s at 0.3 m/s, then at rest to 1860 s; mean power 8 + 4/pi W."""
+    told = voyage(1860, 5)
+    data = dict(told.data) | {"power": 0 * told.time + 18.0, "energy": 20.0 * told.time}
+    return lake_record(Flight(read_mission("lake"), tuna, 0, replace(told, data=data), "done"))
+
+
+def test_the_first_thirty_minutes_count(record: dict[str, object]) -> None:
+    assert record["seconds"] == 1800
+    assert record["distance_m"] == pytest.approx(80, abs=1)
+    assert record["servo_energy_wh"] == pytest.approx(9.0)
+    assert record["battery_energy_wh"] == pytest.approx(10.0)
+    assert record["whole"]["duration_s"] == pytest.approx(1859.8)  # type: ignore[index]
+
+
+def test_the_verdict_is_within_fifteen_percent(record: dict[str, object]) -> None:
+    way, energy = (judge(published(), found) for found in findings(Lake(record | {"distance_m": 690.0})))
+    assert (way.id, way.verdict) == ("lake/distance", "reproduced")
+    assert (energy.id, energy.verdict) == ("lake/energy", "reproduced")
+    assert "the battery gives 10 Wh" in energy.note
+    (way, _) = (judge(published(), found) for found in findings(Lake(record | {"distance_m": 670.0})))
+    assert way.verdict == "deviates"
+    assert "swims 670 m over ground in the first 30 min" in sections(Lake(record | {"distance_m": 670.0}))[0].parts[0]
+
+
+def test_what_was_stored_of_another_robot_does_not_count(
+    record: dict[str, object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "missions").mkdir()
+    monkeypatch.setattr(reproduce_lake, "data_folder", lambda _: tmp_path / "published")
+    assert "no flight is stored" in read_lake().why
+    (tmp_path / STORED).write_text(json.dumps(record))
+    assert read_lake().record is not None
+    (tmp_path / STORED).write_text(json.dumps(record | {"robot_hash": "0"}))
+    stale = read_lake()
+    assert "has changed since the stored flight; validation/missions/lake.py flies it anew" in stale.why
+    assert {judge(published(), found).verdict for found in findings(stale)} == {"not-computed"}
+    assert "Not told" in sections(stale)[0].parts[0]

@@ -1,0 +1,45 @@
+"""Store what the ledger tells of the lake: the mission `lake` with seed 0, about a minute on one core.
+
+    python validation/missions/lake.py             # fly, and write data/missions/lake.json
+    python validation/missions/lake.py --check     # fly, and compare with it
+
+A hundred seeds with sensor noise, currents to 0.2 m/s and gaps of the satellites are
+
+    hypertuna mission lake --seeds 0:100 --checkpoint lake.journal --json
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from hypertuna.reproduce_lake import STORED, fly_lake, read_lake
+from hypertuna.results import write_atomically
+
+PATH = Path(__file__).resolve().parents[2] / "data" / STORED
+CLOSE = 0.01  # relative: what another machine or version may differ by
+
+
+def main() -> None:
+    """Fly, and write or compare."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--check", action="store_true")
+    check = parser.parse_args().check
+    record = fly_lake().record
+    if not check:
+        write_atomically(PATH, (json.dumps(record, indent=1) + "\n").encode())
+        return
+    stored = read_lake()
+    if stored.record is None or record is None:
+        sys.exit(stored.why)
+    for name in ("distance_m", "servo_energy_wh", "battery_energy_wh"):
+        apart = record[name] / stored.record[name] - 1
+        print(f"{name}: {record[name]:.5g}, stored {stored.record[name]:.5g}")
+        if abs(apart) > CLOSE:
+            sys.exit(f"{name} is {100 * apart:.2g} % from the stored one")
+
+
+if __name__ == "__main__":
+    main()
