@@ -160,8 +160,8 @@ def mission_start(
     seed : int
         Of the sensors' noise.
     faults : str or iterable of str
-        As on the command line: of sensors, ``"depth:nan@100"``, and of the fins' servos, ``"fin-port:stuck@100"``; a fin
-        may be stuck, level, up or down.
+        As on the command line: of sensors, ``"depth:nan@100"``, and of the fins' servos, ``"fin-port:stuck@100"``; a
+        fin may be stuck, level, up or down.
     table : GaitTable, optional
         Gaits to swim with; those of ``[guidance]`` if left out.
     every : int
@@ -276,9 +276,7 @@ def fly_mission(
     InputError
         As `mission_start` does.
     """
-    start = mission_start(
-        robot, mission, seed=seed, faults=faults, table=table, every=every, duration=duration
-    )
+    start = mission_start(robot, mission, seed=seed, faults=faults, table=table, every=every, duration=duration)
     ticks, length = ticks_of(start.duration, start.tick), part_ticks(start)
     records: list[dict[str, Array]] = []
     state, made = None, 0
