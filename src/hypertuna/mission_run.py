@@ -276,9 +276,7 @@ def fly_mission(
     InputError
         As `mission_start` does.
     """
-    start = mission_start(
-        robot, mission, seed=seed, faults=faults, table=table, every=every, duration=duration
-    )
+    start = mission_start(robot, mission, seed=seed, faults=faults, table=table, every=every, duration=duration)
     ticks, length = ticks_of(start.duration, start.tick), part_ticks(start)
     records: list[dict[str, Array]] = []
     state, made = None, 0

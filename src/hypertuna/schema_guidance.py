@@ -74,9 +74,7 @@ class Guidance(Part):
     fin_least: PositiveDegrees = entry("fin_least_deg", "fin angle at which roll is watched", "deg")
     fin_after: Positive = entry("fin_after_s", "time of such roll after which the fin is lost", "s")
     fin_alone: PositiveDegrees = entry("fin_alone_deg", "largest angle of a fin that is left alone", "deg")
-    answer_after: Positive = entry(
-        "answer_after_s", "time in which the depth must answer to fins at their limit", "s"
-    )
+    answer_after: Positive = entry("answer_after_s", "time in which the depth must answer to fins at their limit", "s")
     answer_depth: Positive = entry("answer_depth_m", "change of depth that is an answer", "m")
     blind_pitch: PositiveDegrees = entry("blind_pitch_deg", "pitch on the way up without a depth", "deg")
     blind_fin: PositiveDegrees = entry("blind_fin_deg", "fin angle on the way up without an IMU", "deg")
