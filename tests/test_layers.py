@@ -50,7 +50,7 @@ LAYERS = (
     *("fe_tube", "fe_blocks", "fe_cases"),
     *("bench", "bench_unknowns", "bench_combinations", "bench_search", "bench_draws", "bench_fit", "bench_worth"),
     *("hydraulics", "sizing", "control", "sensing", "energy", "mission", "guidance"),
-    *("twin_run", "twin_parts", "twin", "posture", "sobol", "sea", "sea_run", "sea_twin", "mission_run"),
+    *("twin_run", "twin_parts", "twin", "posture", "sobol", "sea", "sea_run", "sea_twin", "dive", "mission_run"),
     *("drawing", "style", "fe_pictures", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "published_twins", "ledger", "reproduce_*", "reproduce", "ledger_page"),
     *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_fe_reduce", "cli_fe_validate"),

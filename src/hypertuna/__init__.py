@@ -3,6 +3,7 @@
 from hypertuna.actuator import Bend, bend
 from hypertuna.comparison import compare_recording, replay_recording
 from hypertuna.description import Robot, load, robots
+from hypertuna.dive import Dive, Leg, dive
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, named_gait
 from hypertuna.identify import Fit, identify
@@ -24,6 +25,7 @@ from hypertuna.twin_run import TwinRun
 
 __all__ = [
     "Bend",
+    "Dive",
     "Fit",
     "Front",
     "Gait",
@@ -31,6 +33,7 @@ __all__ = [
     "Gradient",
     "InputError",
     "JointSeries",
+    "Leg",
     "Limit",
     "Optimum",
     "Pose",
@@ -46,6 +49,7 @@ __all__ = [
     "TwinRun",
     "bend",
     "compare_recording",
+    "dive",
     "gait_limits",
     "gradient",
     "identify",
