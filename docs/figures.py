@@ -33,6 +33,7 @@ from scipy.special import ellipe
 from hypertuna.beats import QUANTITIES
 from hypertuna.cli import main
 from hypertuna.description import load, parse
+from hypertuna.dive import dive
 from hypertuna.drawing import BODY, COLORS, EDGE, INK, draw, save
 from hypertuna.gait import named_gait
 from hypertuna.ledger import published
@@ -42,6 +43,7 @@ from hypertuna.objective import OBJECTIVES
 from hypertuna.optimize import METHODS, Optimum, optimize
 from hypertuna.pareto import Front, pareto
 from hypertuna.plots import plot_swim
+from hypertuna.plots_dive import plot_dive
 from hypertuna.plots_optimize import plot_convergence
 from hypertuna.plots_pareto import plot_pareto
 from hypertuna.plots_pump import plot_pump
@@ -523,6 +525,7 @@ def draw_frames() -> Figure:
 PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/swim.svg": lambda: plot_swim(swum("unoptimised-max", "joint bandwidth")),
     "docs/frames.svg": draw_frames,
+    "docs/dive.svg": lambda: plot_dive(dive(load("hypertuna"), named_gait(load("hypertuna"), "unoptimised-0.4"))),
     "docs/pump.svg": lambda: plot_pump(sizes()),
     "docs/pareto.svg": lambda: plot_pareto(front()),
     "docs/convergence.svg": lambda: plot_convergence([optimum(MODELS[1], m, speed=0.4) for m in METHODS]),
