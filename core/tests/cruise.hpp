@@ -22,7 +22,8 @@ Steering<T> test_steering() {
     m.bias_most[0] = T(0.14), m.bias_most[1] = T(0.21), m.reach[0] = T(0.38), m.reach[1] = T(0.6);
     m.curvature = T(1.2), m.heading_rate = T(0.4), m.turn_most = T(0.3), m.rate_gain = T(0.5);
     m.heading_integral = T(0.1), m.speed_least = T(0.1), m.lookahead = T(4), m.depth_lookahead = T(1.5);
-    m.pitch_most = T(0.34), m.depth_integral = T(0.05), m.pitch_gain = T(2), m.pitch_damping = T(1);
+    m.climb_most = T(0.2), m.pitch_most = T(0.5), m.depth_integral = T(0.05);
+    m.climb_lead = T(3), m.climb_gain = T(1), m.pitch_gain = T(0), m.pitch_damping = T(0.7);
     m.fin_most = T(0.7);
     return m;
 }
@@ -42,8 +43,8 @@ Pilot<T> test_pilot() {
     g.steering = test_steering<T>();
     g.surface_depth = T(0.12), g.fence_margin = T(3), g.error_most = T(12), g.error_near = T(4);
     g.error_lost = T(40), g.drift_enough = T(0.02), g.patience = T(60), g.retry = T(180), g.lost_after = T(2);
-    g.compass_patience = T(120), g.fin_tilt = T(0.1), g.fin_least = T(0.1), g.fin_after = T(8), g.fin_alone = T(0.4);
-    g.answer_after = T(25), g.answer_depth = T(0.3), g.blind_pitch = T(0.17), g.blind_fin = T(0.35), g.slow = T(0.25);
+    g.compass_patience = T(120), g.fin_tilt = T(0.02), g.fin_least = T(0.2), g.fin_after = T(8), g.fin_alone = T(0.7);
+    g.answer_after = T(25), g.answer_depth = T(0.3), g.blind_fin = T(0.35), g.slow = T(0.25);
     g.battery_empty = T(12), g.battery_span = T(4.8), g.battery_drop = T(0.2), g.endurance = T(8000);
     g.overhead = T(30);
     return m;
@@ -76,7 +77,7 @@ struct Water {
 struct Cruiser {
     double time = 0, x = 0, y = 0, z = 0, yaw = 0;  // yaw of the facing direction, counter-clockwise from east
     double pitch = 0, roll = 0, speed = 0, turn = 0, pitch_rate = 0, roll_rate = 0, phase = 0, bias = 0, swing = 0;
-    double fin[2] = {0, 0}, surge = 0;
+    double fin[2] = {0, 0}, surge = 0, heave = 0;
     double voltage = 15.5;
 
     double swung() const { return yaw + 0.12 * swing * std::sin(phase); }
@@ -135,11 +136,15 @@ void swim_on(Cruiser& at, const Water& water, const Steering<T>& steering, const
         const double asked = water.stuck[k] < 3 ? water.stuck[k] : double(out.target[4 + k]);
         at.fin[k] += dt * 15 * (asked - at.fin[k]);
     }
+    // Fins lift the body; what it then meets from above turns its nose down again.
     const double q = air * at.speed * at.speed, w0 = 1.1, damp = 2 * 0.4 * w0 + 3 * at.speed;
-    at.pitch_rate += dt * (-w0 * w0 * at.pitch - damp * at.pitch_rate + 9 * q * 0.5 * (at.fin[0] + at.fin[1]));
-    at.roll_rate += dt * (-w0 * w0 * at.roll - damp * at.roll_rate + 4 * q * (at.fin[0] - at.fin[1]));
+    const double both = 0.5 * (at.fin[0] + at.fin[1]);
+    at.heave += dt / 2.0 * (0.8 * air * at.speed * both - at.heave);
+    const double met = at.speed > 0.05 ? at.heave / at.speed : 0;
+    at.pitch_rate += dt * (-w0 * w0 * (at.pitch + 0.5 * met) - damp * at.pitch_rate + 1.5 * q * both);
+    at.roll_rate += dt * (-w0 * w0 * at.roll - damp * at.roll_rate + 0.8 * q * (at.fin[0] - at.fin[1]));
     at.pitch += dt * at.pitch_rate, at.roll += dt * at.roll_rate;
-    at.z = std::fmin(0.0, at.z + dt * (at.speed * std::sin(at.pitch) - water.sinking));
+    at.z = std::fmin(0.0, at.z + dt * (at.speed * std::sin(at.pitch) + at.heave - water.sinking));
     at.x += dt * (at.speed * std::cos(at.pitch) * std::cos(at.swung()) + water.current[0]);
     at.y += dt * (at.speed * std::cos(at.pitch) * std::sin(at.swung()) + water.current[1]);
     at.time += dt;

@@ -91,9 +91,9 @@ static void a_box_at_depth() {
         CHECK(run.off_depth < 0.15 && run.off_track < 1.5);
         CHECK(run.astray < 3.5);  // no error beyond what it says it is
         CHECK(run.heading < 5 * pi / 180 && run.pitch < 1.5 * pi / 180);
-        CHECK_NEAR(run.end.last.estimate.factor, water.factor, 0.06);
-        CHECK_NEAR(run.end.last.estimate.current[0], water.current[0], 0.03);
-        CHECK_NEAR(run.end.last.estimate.current[1], water.current[1], 0.03);
+        CHECK_NEAR(run.end.last.estimate.factor, water.factor, 0.1);
+        CHECK_NEAR(run.end.last.estimate.current[0], water.current[0], 0.05);
+        CHECK_NEAR(run.end.last.estimate.current[1], water.current[1], 0.05);
     }
 }
 
@@ -283,7 +283,7 @@ static void arbitrary_bits(int ticks) {
                    now.output.pulse[s] <= pilot.controller.pulse_most;
         const Estimate<T>& at = now.estimate;
         T sum = at.x + at.y + at.depth + at.sink + at.speed + at.position_error + at.drift_error + at.q.w + at.rate.x +
-                at.facing.z + now.state.guidance.steering.turn_sum + now.state.guidance.steering.pitch_sum;
+                at.facing.z + now.state.guidance.steering.turn_sum + now.state.guidance.steering.climb_sum;
         for (const auto& row : now.state.estimator.way.spread)
             for (T x : row) sum += x;
         good = good && is_finite(sum);

@@ -112,15 +112,21 @@ static void depth_by_hand() {
     SteeringState<double> state{};
     Estimate<double> at{};
     at.speed = 0.3, at.depth = 1;
-    CHECK_NEAR(pitch_for(model, state, at, 4.0), -0.34, 1e-12);  // far above: at its limit, and nothing winds up
-    CHECK(state.pitch_sum == 0);
-    CHECK_NEAR(pitch_for(model, state, at, 0.9), 0.1 / std::sqrt(0.01 + 2.25), 1e-12);
-    CHECK(state.pitch_sum > 0);
-    CHECK_NEAR(fins_for(model, at, 0.1), 0.2, 1e-12);  // leading edge up
-    at.rate.y = 0.05;                                  // the nose comes up already
-    CHECK_NEAR(fins_for(model, at, 0.1), 0.15, 1e-12);
-    at.facing.z = -1;
-    CHECK_NEAR(fins_for(model, at, 0.1), 0.7, 1e-12);
+    CHECK_NEAR(climb_for(model, state, at, 4.0), -0.2, 1e-12);  // far above: at its limit, and nothing winds up
+    CHECK(state.climb_sum == 0);
+    CHECK_NEAR(climb_for(model, state, at, 0.9), 0.1 / std::sqrt(0.01 + 2.25), 1e-12);
+    CHECK(state.climb_sum > 0);
+    CHECK_NEAR(fins_for(model, at, 0.1), 0.1 * (3 + 1), 1e-12);  // leading edge up
+    at.sink = -0.03;                                             // it climbs so already: the lead alone
+    CHECK_NEAR(fins_for(model, at, 0.1), 0.1 * 3, 1e-12);
+    at.rate.y = 0.05;  // and the nose comes up
+    CHECK_NEAR(fins_for(model, at, 0.1), 0.1 * 3 - 0.7 * 0.05, 1e-12);
+    at.sink = 1;
+    CHECK_NEAR(fins_for(model, at, 0.2), 0.7, 1e-12);
+    at.facing.z = -0.5;  // at the limit of its pitch it is asked for nothing
+    CHECK(climb_for(model, state, at, 0.0) == 0 && climb_for(model, state, at, 4.0) == 0);
+    at.facing.z = 0.375;
+    CHECK_NEAR(climb_for(model, state, at, 4.0), -0.1, 1e-12);
 }
 
 /// Over whole beats the head's swing cancels, whatever its frequency is.

@@ -14,6 +14,7 @@ from hypertuna.schema_base import (
     Positive,
     PositiveDegrees,
     PositiveFraction,
+    Real,
     Text,
     entry,
     same_length,
@@ -52,10 +53,13 @@ class Guidance(Part):
     heading_integral: NotNegative = entry("heading_integral_1_s", "rate of the integral in the heading loop", "1/s")
     lookahead: Positive = entry("lookahead_m", "distance of the point on the leg that it steers to", "m")
     depth_lookahead: Positive = entry("depth_lookahead_m", "the same along the way up or down", "m")
-    pitch_max: PositiveDegrees = entry("pitch_max_deg", "largest pitch that it asks for", "deg")
+    climb_max: PositiveDegrees = entry("climb_max_deg", "steepest path that it asks for", "deg")
+    pitch_max: PositiveDegrees = entry("pitch_max_deg", "pitch at which it asks for none", "deg")
     depth_integral: NotNegative = entry("depth_integral_1_s", "rate of the integral against a trim that is off", "1/s")
-    pitch_gain: Positive = entry("pitch_gain", "fin angle per pitch that is missing")
-    pitch_damping: NotNegative = entry("pitch_damping_s", "fin angle per rate of pitch", "s")
+    climb_lead: Positive = entry("climb_lead", "fin angle per climb that is asked for")
+    climb_gain: NotNegative = entry("climb_gain", "fin angle per climb that is missing")
+    pitch_gain: Real = entry("pitch_gain", "fin angle against pitch")
+    pitch_damping: NotNegative = entry("pitch_damping_s", "fin angle against the rate of pitch", "s")
     speed_min: Positive = entry("speed_min_m_s", "slowest speed that fins and tail steer at", "m/s")
 
     surface_depth: Positive = entry("surface_depth_m", "depth above which the robot counts as at the surface", "m")
@@ -76,8 +80,7 @@ class Guidance(Part):
     fin_alone: PositiveDegrees = entry("fin_alone_deg", "largest angle of a fin that is left alone", "deg")
     answer_after: Positive = entry("answer_after_s", "time in which the depth must answer to fins at their limit", "s")
     answer_depth: Positive = entry("answer_depth_m", "change of depth that is an answer", "m")
-    blind_pitch: PositiveDegrees = entry("blind_pitch_deg", "pitch on the way up without a depth", "deg")
-    blind_fin: PositiveDegrees = entry("blind_fin_deg", "fin angle on the way up without an IMU", "deg")
+    blind_fin: PositiveDegrees = entry("blind_fin_deg", "fin angle on the way up without depth or IMU", "deg")
     blind_speed: Positive = entry("blind_speed_m_s", "speed on the way up without an IMU", "m/s")
     power: Positive = entry("power_w", "electrical power at the fastest gait, for the way home", "W")
     overhead: NotNegative = entry("overhead_s", "time added to every way home", "s")

@@ -88,7 +88,7 @@ struct Guidance {
     T fin_tilt, fin_least, fin_after;             // sine, rad, s: roll against a fin command that tells a lost fin
     T fin_alone;                                  // rad: largest angle of a fin that is left alone
     T answer_after, answer_depth;                 // s with fins at their limit, m of progress that is an answer
-    T blind_pitch, blind_fin;                     // sine, rad: up without depth, without IMU
+    T blind_fin;                                  // rad: up without depth or IMU
     T slow;                                       // m/s at which it comes up without IMU
     T battery_empty, battery_span, battery_drop;  // V
     T endurance;                                  // s that a full battery lasts at full speed
@@ -148,7 +148,7 @@ T time_home(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& m
     const T top = model.steering.table.speed[model.steering.table.gaits - 1];
     const T speed = min(mission.home_speed, top) * T(0.9);
     const T ground = max(made_good(toward(dx, dy, {T(1), T(0)}), at.current, speed), T(0.05));
-    const T climb = max(T(0), at.depth) / (T(0.5) * speed * model.steering.pitch_most);
+    const T climb = max(T(0), at.depth) / (T(0.5) * speed * model.steering.climb_most);
     return T(1.2) * ((away + T(2) * at.position_error) / ground + climb) + model.overhead;
 }
 
@@ -203,7 +203,8 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
     const T error = abs(at.depth - wanted);
     const bool anew = abs(wanted - state.depth_wanted) > model.answer_depth;
     state.depth_wanted = wanted;
-    if (!at.depths || error < model.answer_depth)
+    const T near = T(0) < wanted ? model.answer_depth : model.surface_depth;
+    if (!at.depths || error < near)
         state.unanswered = 0;
     else if (anew || state.unanswered == 0 || error < state.depth_error - model.answer_depth)
         state.unanswered = 1, state.depth_error = error;
@@ -335,8 +336,8 @@ void steer_depth(const Guidance<T>& model, GuidanceState<T>& state, const Estima
                  Command<T>& command) {
     const Steering<T>& steering = model.steering;
     const Reasons& why = state.reasons;
-    const T pitch = at.depths ? pitch_for(steering, state.steering, at, wanted) : model.blind_pitch;
-    const T fin = at.attitude ? fins_for(steering, at, pitch) : model.blind_fin;
+    const bool blind = !at.attitude || !at.depths;
+    const T fin = blind ? model.blind_fin : fins_for(steering, at, climb_for(steering, state.steering, at, wanted));
     const bool port = why.has(Reason::port_fin_lost), starboard = why.has(Reason::starboard_fin_lost);
     const T most = alone_most(model, why);
     state.fin = clamp(fin, -most, most);

@@ -134,6 +134,7 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
     visit("rate_gain", 0, s.rate_gain), visit("heading_integral", 0, s.heading_integral);
     visit("speed_least", 0, s.speed_least), visit("lookahead", 0, s.lookahead);
     visit("depth_lookahead", 0, s.depth_lookahead), visit("pitch_most", 0, s.pitch_most);
+    visit("climb_most", 0, s.climb_most), visit("climb_lead", 0, s.climb_lead), visit("climb_gain", 0, s.climb_gain);
     visit("depth_integral", 0, s.depth_integral), visit("pitch_gain", 0, s.pitch_gain);
     visit("pitch_damping", 0, s.pitch_damping), visit("fin_angle_most", 0, s.fin_most);
     Guidance<T>& g = m.guidance;
@@ -143,8 +144,8 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
     visit("lost_after", 0, g.lost_after), visit("compass_patience", 0, g.compass_patience);
     visit("fin_tilt", 0, g.fin_tilt), visit("fin_least", 0, g.fin_least), visit("fin_after", 0, g.fin_after);
     visit("fin_alone", 0, g.fin_alone), visit("answer_after", 0, g.answer_after);
-    visit("answer_depth", 0, g.answer_depth), visit("blind_pitch", 0, g.blind_pitch);
-    visit("blind_fin", 0, g.blind_fin), visit("slow", 0, g.slow), visit("battery_empty", 0, g.battery_empty);
+    visit("answer_depth", 0, g.answer_depth), visit("blind_fin", 0, g.blind_fin), visit("slow", 0, g.slow),
+        visit("battery_empty", 0, g.battery_empty);
     visit("battery_span", 0, g.battery_span), visit("battery_drop", 0, g.battery_drop);
     visit("endurance", 0, g.endurance), visit("overhead", 0, g.overhead);
 }

@@ -53,9 +53,11 @@ struct Steering {
     T rate_gain, heading_integral;                 // 1, 1/s
     T speed_least;                                 // m/s below which nothing can be steered
     T lookahead, depth_lookahead;                  // m
-    T pitch_most, depth_integral;                  // sine, 1/s
-    T pitch_gain, pitch_damping;                   // rad of fin per rad of pitch, s
-    T fin_most;                                    // rad
+    T climb_most, pitch_most;                      // sines: of the path that is asked for, of the pitch it ends at
+    T depth_integral;                              // 1/s
+    T climb_lead, climb_gain;     // rad of fin per sine of the path asked for, of what is missing of it
+    T pitch_gain, pitch_damping;  // rad of fin per sine of pitch, s
+    T fin_most;                   // rad
 };
 
 /// Means over the last whole beat: direction that the head faces, rate of turn, roll.
@@ -80,7 +82,7 @@ template <class T>
 struct SteeringState {
     BeatMean<T> beat;
     T turn_sum;   // rad/s: rate of turn that the integral asks for
-    T pitch_sum;  // sine of pitch that the integral asks for
+    T climb_sum;  // sine of the path that the integral asks for
 };
 
 /// A direction over ground, of length 1.
@@ -151,23 +153,27 @@ T bias_for(const Steering<T>& model, SteeringState<T>& state, const Course<T>& w
     return -given;
 }
 
-/// Sine of the pitch that leads to a depth: line of sight to a point ahead there, with an integral against a trim that
-/// is off.
+/// Sine of the path that leads to a depth, upward: line of sight to a point ahead there, with an integral against a
+/// trim that is off. The more the robot pitches, the less it is asked for.
 template <class T>
-T pitch_for(const Steering<T>& model, SteeringState<T>& state, const Estimate<T>& at, T depth) {
+T climb_for(const Steering<T>& model, SteeringState<T>& state, const Estimate<T>& at, T depth) {
     const T error = at.depth - depth;
     const T sight = error / sqrt(error * error + model.depth_lookahead * model.depth_lookahead);
-    const T asked = sight + state.pitch_sum, given = clamp(asked, -model.pitch_most, model.pitch_most);
+    const T most = model.climb_most * clamp(T(2) - T(2) * abs(at.facing.z) / model.pitch_most, T(0), T(1));
+    const T asked = sight + state.climb_sum, given = clamp(asked, -most, most);
     if (asked == given && model.speed_least < at.speed)
-        state.pitch_sum =
-            clamp(state.pitch_sum + model.period * model.depth_integral * sight, -model.pitch_most, model.pitch_most);
+        state.climb_sum =
+            clamp(state.climb_sum + model.period * model.depth_integral * sight, -model.climb_most, model.climb_most);
     return given;
 }
 
-/// Angle of both fins for the sine of a pitch, leading edge up.
+/// Angle of both fins for the sine of a path, leading edge up: fins lift the body more than they turn it, so it is the
+/// path that they are told by, and the pitch that they damp.
 template <class T>
-T fins_for(const Steering<T>& model, const Estimate<T>& at, T pitch) {
-    const T asked = model.pitch_gain * (pitch - at.facing.z) - model.pitch_damping * at.rate.y;
+T fins_for(const Steering<T>& model, const Estimate<T>& at, T climb) {
+    const T path = clamp(-at.sink / max(at.speed, model.speed_least), T(-1), T(1));
+    const T asked = model.climb_lead * climb + model.climb_gain * (climb - path) - model.pitch_gain * at.facing.z -
+                    model.pitch_damping * at.rate.y;
     return clamp(asked, -model.fin_most, model.fin_most);
 }
 
