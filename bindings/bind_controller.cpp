@@ -107,14 +107,10 @@ void bind_controller(nb::module_& m) {
     m.def(
         "sensor_channels",
         [] {
-            return std::map<std::string, int>{{"bend", bend_channel},
-                                              {"pressure", pressure_channel},
-                                              {"current", current_channel},
-                                              {"imu", imu_channel},
-                                              {"battery", battery_channel},
-                                              {"depth", depth_channel},
-                                              {"field", field_channel},
-                                              {"position", position_channel}};
+            return std::map<std::string, int>{{"bend", bend_channel},       {"pressure", pressure_channel},
+                                              {"current", current_channel}, {"imu", imu_channel},
+                                              {"battery", battery_channel}, {"depth", depth_channel},
+                                              {"field", field_channel},     {"position", position_channel}};
         },
         "First channel of every kind of sensor.");
     m.def("condition_table", &condition_table,

@@ -139,13 +139,13 @@ static Underway<D> restored(const nb::bytes& saved) {
 static std::pair<NamedArrays, nb::bytes> run_mission(
     const Model& model, const Input<2>& share, const std::vector<Input<2>>& points, const Input<2>& grid,
     const Input<2>& circuits, const Input<1>& hinge, const Input<1>& battery, double idle, const Input<2>& links,
-    const Input<1>& fin, const Input<1>& sea, double antenna, const Input<1>& twist, const Input<1>& pose, double taken,
-    const NamedColumns& controller, const NamedColumns& pilot, const NamedColumns& mission, const Input<2>& waypoints,
-    const Input<2>& fence, const NamedColumns& sensors, std::uint64_t seed, const std::vector<FaultRow>& faults,
-    const std::vector<FinFault>& fins, const Input<2>& gaps, std::size_t ticks, int steps, std::size_t every,
-    const std::optional<nb::bytes>& state) {
+    const Input<1>& fin, const Input<1>& sea, double shedding, double antenna, const Input<1>& twist,
+    const Input<1>& pose, double taken, const NamedColumns& controller, const NamedColumns& pilot,
+    const NamedColumns& mission, const Input<2>& waypoints, const Input<2>& fence, const NamedColumns& sensors,
+    std::uint64_t seed, const std::vector<FaultRow>& faults, const std::vector<FinFault>& fins, const Input<2>& gaps,
+    std::size_t ticks, int steps, std::size_t every, const std::optional<nb::bytes>& state) {
     const PlantInput in{model, share, points, grid, circuits, hinge, battery, idle, false};
-    const SpaceInput space{links, fin, sea, antenna};
+    const SpaceInput space{links, fin, sea, shedding, antenna};
     check_plant(in);
     check_space(space, model);
     check_extent("twist", twist.shape(0), twist_numbers);
@@ -186,10 +186,10 @@ void bind_mission(nb::module_& m) {
     m.def(
         "run_mission", &run_mission, nb::arg("model"), nb::arg("share"), nb::kw_only(), nb::arg("points"),
         nb::arg("grid"), nb::arg("circuits"), nb::arg("hinge"), nb::arg("battery"), nb::arg("idle"), nb::arg("links"),
-        nb::arg("fin"), nb::arg("sea"), nb::arg("antenna"), nb::arg("twist"), nb::arg("pose"), nb::arg("taken"),
-        nb::arg("controller"), nb::arg("pilot"), nb::arg("mission"), nb::arg("waypoints"), nb::arg("fence"),
-        nb::arg("sensors"), nb::arg("seed"), nb::arg("faults"), nb::arg("fins"), nb::arg("gaps"), nb::arg("ticks"),
-        nb::arg("steps"), nb::arg("every"), nb::arg("state") = nb::none(),
+        nb::arg("fin"), nb::arg("sea"), nb::arg("shedding"), nb::arg("antenna"), nb::arg("twist"), nb::arg("pose"),
+        nb::arg("taken"), nb::arg("controller"), nb::arg("pilot"), nb::arg("mission"), nb::arg("waypoints"),
+        nb::arg("fence"), nb::arg("sensors"), nb::arg("seed"), nb::arg("faults"), nb::arg("fins"), nb::arg("gaps"),
+        nb::arg("ticks"), nb::arg("steps"), nb::arg("every"), nb::arg("state") = nb::none(),
         "Fly a mission for so many ticks, from its start (twist (6), pose (9), charge taken [C]) or from a state that "
         "an earlier part left: the record, one row every so many ticks, and the state at the end. `fins` are servos "
         "that stand, (fin, angle [rad] or NaN for where it is, from, to [s]); `gaps` (n, 2) times without satellites.");

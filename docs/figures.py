@@ -32,12 +32,15 @@ from scipy.special import ellipe
 from hypertuna.beats import QUANTITIES
 from hypertuna.cli import main
 from hypertuna.description import load
+from hypertuna.dive import dive
 from hypertuna.drawing import draw, save
+from hypertuna.gait import named_gait
 from hypertuna.limits import gait_limits
 from hypertuna.objective import OBJECTIVES
 from hypertuna.optimize import METHODS, Optimum, optimize
 from hypertuna.pareto import Front, pareto
 from hypertuna.plots import plot_swim
+from hypertuna.plots_dive import plot_dive
 from hypertuna.plots_optimize import plot_convergence
 from hypertuna.plots_pareto import plot_pareto
 from hypertuna.published_swims import SPEEDS, Trial, swim_published
@@ -330,6 +333,7 @@ TABLES: dict[str, Callable[[], str]] = {
 
 PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/swim.svg": lambda: plot_swim(swum("unoptimised-max", "joint bandwidth")),
+    "docs/dive.svg": lambda: plot_dive(dive(load("hypertuna"), named_gait(load("hypertuna"), "unoptimised-0.4"))),
     "docs/pareto.svg": lambda: plot_pareto(front()),
     "docs/convergence.svg": lambda: plot_convergence([optimum(MODELS[1], m, speed=0.4) for m in METHODS]),
     "docs/minnow.svg": lambda: draw(load(ROOT / "examples/minnow.toml")),

@@ -10,10 +10,12 @@ from matplotlib.figure import Figure
 
 from hypertuna.description import load
 from hypertuna.flight import Flight, fly
+from hypertuna.ledger import published
 from hypertuna.log_fields import BORDER, DERIVED, SCALARS
 from hypertuna.mission_file import read_mission, reference
 from hypertuna.mission_record import COLUMNS
 from hypertuna.plots_mission import plot_mission
+from hypertuna.reproduce_lake import read_lake
 
 SPELLED = {
     "m_s": "m/s",
@@ -57,9 +59,27 @@ def topic_table() -> str:
     return "\n".join(lines)
 
 
+def lake_table() -> str:
+    """Tabulate the stored swim of the lake beside the published one."""
+    told = read_lake().record
+    assert told is not None, "run validation/missions/lake.py"
+    values = published()["values"]
+    rows = [
+        ("way over ground, within 30 min [m]", f"{values['lake/distance']['value']:g}", f"{told['distance_m']:.0f}"),
+        ("energy of the servos [Wh]", f"{values['lake/energy']['value']:g}", f"{told['servo_energy_wh']:.2f}"),
+        ("energy of the battery [Wh]", "", f"{told['battery_energy_wh']:.2f}"),
+        ("time for the whole course [min]", "", f"{told['whole']['duration_s'] / 60:.1f}"),
+        ("farthest from where it believed to be [m]", "", f"{told['whole']['position_off_max_m']:.1f}"),
+        ("least distance to the fence [m]", "", f"{told['whole']['fence_margin_min_m']:.1f}"),
+    ]
+    lines = ["| | published | twin at sea |", "| --- | ---: | ---: |"]
+    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "mission example": example,
     "mission keys": reference,
     "log topics": topic_table,
+    "lake": lake_table,
 }
 PICTURES: dict[str, Callable[[], Figure]] = {"docs/mission.svg": lambda: plot_mission(box().record)}

@@ -51,7 +51,7 @@ LAYERS = (
     *("fe_tube", "fe_blocks", "fe_cases"),
     *("bench", "bench_unknowns", "bench_combinations", "bench_search", "bench_draws", "bench_fit", "bench_worth"),
     *("hydraulics", "sizing", "control", "sensing", "energy", "mission", "guidance"),
-    *("twin_run", "twin_parts", "twin", "posture", "sobol", "sea", "sea_run", "sea_twin", "mission_run"),
+    *("twin_run", "twin_parts", "twin", "posture", "sobol", "sea", "sea_run", "sea_twin", "dive", "mission_run"),
     *("geodesy", "schema_mission", "mission_file", "mission_record", "gpx", "log_fields", "mcap_log", "mcap_read"),
     "flight",
     *("drawing", "style", "fe_pictures", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),

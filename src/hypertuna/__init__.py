@@ -3,6 +3,7 @@
 from hypertuna.actuator import Bend, bend
 from hypertuna.comparison import compare_recording, replay_recording
 from hypertuna.description import Robot, load, robots
+from hypertuna.dive import Dive, Leg, dive
 from hypertuna.errors import InputError
 from hypertuna.flight import Flight, fly
 from hypertuna.gait import Gait, named_gait
@@ -27,6 +28,7 @@ from hypertuna.twin_run import TwinRun
 
 __all__ = [
     "Bend",
+    "Dive",
     "Fit",
     "Flight",
     "Front",
@@ -35,6 +37,7 @@ __all__ = [
     "Gradient",
     "InputError",
     "JointSeries",
+    "Leg",
     "Limit",
     "MissionFile",
     "Optimum",
@@ -52,6 +55,7 @@ __all__ = [
     "TwinRun",
     "bend",
     "compare_recording",
+    "dive",
     "fly",
     "gait_limits",
     "gradient",

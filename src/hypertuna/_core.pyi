@@ -455,3 +455,42 @@ def run_twin6(
     """
     Run plant, sensors and controller in space from a twist and a pose under one command, rows amplitude, phase and bias (3, joints), heard until a time, and fin angles (ticks, 2): the record of a run, one row every so many ticks; `ticks` says how many were made.
     """
+
+def run_mission(
+    model: Model,
+    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    points: Sequence[
+        Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)]
+    ],
+    grid: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    hinge: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    battery: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    idle: float,
+    links: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    fin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    sea: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    shedding: float,
+    antenna: float,
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    taken: float,
+    controller: Mapping[str, Sequence[float]],
+    pilot: Mapping[str, Sequence[float]],
+    mission: Mapping[str, Sequence[float]],
+    waypoints: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    fence: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    sensors: Mapping[str, Sequence[float]],
+    seed: int,
+    faults: Sequence[tuple[str, int, int, float, float]],
+    fins: Sequence[tuple[int, float, float, float]],
+    gaps: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    ticks: int,
+    steps: int,
+    every: int,
+    state: bytes | None = None,
+) -> tuple[dict[str, NDArray[numpy.float64]], bytes]:
+    """
+    Fly a mission for so many ticks, from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier part left: the record, one row every so many ticks, and the state at the end. `fins` are servos that stand, (fin, angle [rad] or NaN for where it is, from, to [s]); `gaps` (n, 2) times without satellites.
+    """

@@ -12,6 +12,7 @@ import typer
 from hypertuna import _core
 from hypertuna.cli_actuator import actuator_app
 from hypertuna.cli_bend import bend_command
+from hypertuna.cli_dive import dive_command
 from hypertuna.cli_experiment import ask_command, tell_command
 from hypertuna.cli_fe import fe_app
 from hypertuna.cli_identify import identify_command
@@ -45,6 +46,7 @@ app.command("sweep")(sweep_command)
 app.command("replay")(replay_command)
 app.command("turn")(turn_command)
 app.command("twin")(twin_command)
+app.command("dive")(dive_command)
 app.command("mission")(mission_command)
 app.command("posture-test")(posture_command)
 app.command("identify")(identify_command)

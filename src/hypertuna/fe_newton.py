@@ -10,7 +10,7 @@ from typing import Any
 __all__ = ["Equilibrium", "Problem", "lead"]
 
 MOST = 40  # Newton steps of a load step
-CLOSE = 1e-7  # converged where the next step, which is taken, lowers the energy by less than this part of the loads' work
+CLOSE = 1e-7  # converged where the next step, the last, lowers the energy by less than this part of the loads' work
 LEAST = 1e-12  # J, of work that counts
 SHORTEST = 1 / 64  # of the load step that was asked for
 HALVINGS = 12  # of a line search

@@ -160,8 +160,8 @@ def mission_start(
     seed : int
         Of the sensors' noise.
     faults : str or iterable of str
-        As on the command line: of sensors, ``"depth:nan@100"``, and of the fins' servos, ``"fin-port:stuck@100"``; a fin
-        may be stuck, level, up or down.
+        As on the command line: of sensors, ``"depth:nan@100"``, and of the fins' servos, ``"fin-port:stuck@100"``; a
+        fin may be stuck, level, up or down.
     table : GaitTable, optional
         Gaits to swim with; those of ``[guidance]`` if left out.
     every : int

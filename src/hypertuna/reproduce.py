@@ -11,6 +11,7 @@ import numpy as np
 from hypertuna import (
     published_twins,
     reproduce_actuator,
+    reproduce_diving,
     reproduce_fe,
     reproduce_fig12,
     reproduce_fit,
@@ -23,6 +24,7 @@ from hypertuna import (
     reproduce_twin,
 )
 from hypertuna.description import load
+from hypertuna.dive import Dive
 from hypertuna.ledger import RULES, VERDICTS, Entry, judge, published
 from hypertuna.published_swims import AS_PRINTED, MODELS, SPEEDS, Trial, swim_published
 from hypertuna.report import Section
@@ -45,6 +47,7 @@ class Ledger:
     elements: reproduce_fe.Elements
     lake: reproduce_lake.Lake
     twins: published_twins.Twins
+    dive: Dive
     full: bool
 
 
@@ -80,6 +83,7 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     if full:
         elements = reproduce_fe.solve_elements(elements, step)
     twins = published_twins.run_published(robot, paper, full=full, progress=step)
+    diving = reproduce_diving.dive_published(robot, paper)
     lake = reproduce_lake.fly_lake() if full else reproduce_lake.read_lake()
     step()
     chapters = (reproduce_gaits, reproduce_tank, reproduce_turning)
@@ -89,13 +93,14 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     findings += reproduce_actuator.findings(bends)
     findings += reproduce_fe.findings(elements)
     findings += reproduce_twin.findings(twins, paper)
+    findings += reproduce_diving.findings(diving)
     findings += reproduce_lake.findings(lake)
     order = list(paper["values"])
     entries = tuple(judge(paper, found) for found in sorted(findings, key=lambda found: order.index(found.id)))
     made_by = provenance(robot)
     for key in ("joints", "areas"):  # each entry names its own
         del made_by[key]
-    return Ledger(entries, _summary(entries), made_by, trials, fits, optima, bends, elements, lake, twins, full)
+    return Ledger(entries, _summary(entries), made_by, trials, fits, optima, bends, elements, lake, twins, diving, full)
 
 
 def ledger_record(ledger: Ledger) -> dict[str, Any]:
@@ -137,6 +142,7 @@ def ledger_sections(ledger: Ledger) -> list[Section]:
         *reproduce_fe.sections(ledger.elements),
         *reproduce_twin.sections(ledger.twins, paper),
         *reproduce_turning.sections(trials, paper),
+        *reproduce_diving.sections(ledger.dive),
         *reproduce_lake.sections(ledger.lake),
         reproduce_gaits.range_section(trials, paper),
         *reproduce_others.sections(trials, paper),

@@ -53,7 +53,7 @@ def draw(seed: int) -> tuple[dict[str, Any], str]:
     random = np.random.default_rng(seed)
     amplitude = (random.uniform(4, 16), random.uniform(6, 25))
     gait = ht.Gait.from_degrees(frequency=random.uniform(1, 6), amplitude=amplitude, phase=(0, random.uniform(0, 60)))
-    names = list(channels(ROBOT))
+    names = [name for name in channels(ROBOT) if name.split("-")[0] in TOLD]  # those that only the pilot reads are not
     fault = f"{random.choice(names)}:{random.choice(KINDS)}@{random.uniform(1, 6):.2f}"
     return {"robot": ROBOT, "gait": gait, "duration": SECONDS, "seed": seed}, fault
 

@@ -144,8 +144,8 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
     visit("lost_after", 0, g.lost_after), visit("compass_patience", 0, g.compass_patience);
     visit("fin_tilt", 0, g.fin_tilt), visit("fin_least", 0, g.fin_least), visit("fin_after", 0, g.fin_after);
     visit("fin_alone", 0, g.fin_alone), visit("answer_after", 0, g.answer_after);
-    visit("answer_depth", 0, g.answer_depth), 
-    visit("blind_fin", 0, g.blind_fin), visit("slow", 0, g.slow), visit("battery_empty", 0, g.battery_empty);
+    visit("answer_depth", 0, g.answer_depth), visit("blind_fin", 0, g.blind_fin), visit("slow", 0, g.slow),
+        visit("battery_empty", 0, g.battery_empty);
     visit("battery_span", 0, g.battery_span), visit("battery_drop", 0, g.battery_drop);
     visit("endurance", 0, g.endurance), visit("overhead", 0, g.overhead);
 }

@@ -55,9 +55,9 @@ struct Steering {
     T lookahead, depth_lookahead;                  // m
     T climb_most, pitch_most;                      // sines: of the path that is asked for, of the pitch it ends at
     T depth_integral;                              // 1/s
-    T climb_lead, climb_gain;                      // rad of fin per sine of the path asked for, of what is missing of it
-    T pitch_gain, pitch_damping;                   // rad of fin per sine of pitch, s
-    T fin_most;                                    // rad
+    T climb_lead, climb_gain;     // rad of fin per sine of the path asked for, of what is missing of it
+    T pitch_gain, pitch_damping;  // rad of fin per sine of pitch, s
+    T fin_most;                   // rad
 };
 
 /// Means over the last whole beat: direction that the head faces, rate of turn, roll.
@@ -153,8 +153,8 @@ T bias_for(const Steering<T>& model, SteeringState<T>& state, const Course<T>& w
     return -given;
 }
 
-/// Sine of the path that leads to a depth, upward: line of sight to a point ahead there, with an integral against a trim
-/// that is off. The more the robot pitches, the less it is asked for.
+/// Sine of the path that leads to a depth, upward: line of sight to a point ahead there, with an integral against a
+/// trim that is off. The more the robot pitches, the less it is asked for.
 template <class T>
 T climb_for(const Steering<T>& model, SteeringState<T>& state, const Estimate<T>& at, T depth) {
     const T error = at.depth - depth;
@@ -162,8 +162,8 @@ T climb_for(const Steering<T>& model, SteeringState<T>& state, const Estimate<T>
     const T most = model.climb_most * clamp(T(2) - T(2) * abs(at.facing.z) / model.pitch_most, T(0), T(1));
     const T asked = sight + state.climb_sum, given = clamp(asked, -most, most);
     if (asked == given && model.speed_least < at.speed)
-        state.climb_sum = clamp(state.climb_sum + model.period * model.depth_integral * sight, -model.climb_most,
-                                model.climb_most);
+        state.climb_sum =
+            clamp(state.climb_sum + model.period * model.depth_integral * sight, -model.climb_most, model.climb_most);
     return given;
 }
 

@@ -1,0 +1,183 @@
+"""Dive: the pectoral fins down, then up, as in the paper's Fig. 15, and what depth, pitch and speed make of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, finite
+from hypertuna.gait import Gait
+from hypertuna.sea import Sea
+from hypertuna.sea_run import SeaRun
+from hypertuna.sea_twin import STILL, twin_at_sea
+
+__all__ = ["Dive", "Leg", "dive"]
+
+Array = NDArray[np.float64]
+
+ANGLE = math.radians(45)
+STEADY = math.radians(2)  # of the pitch, averaged over beats, from end to end of the last half of a leg
+RESTING = 0.05  # of the speed: a robot that goes up or down by less does neither
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One half of a dive, measured over its last half.
+
+    Attributes
+    ----------
+    fins : float
+        Angle that both fins were told, leading edge up [rad].
+    rate : float
+        Rate at which the depth grows [m/s].
+    pitch, pitch_range : float
+        Mean, nose up, and range of the mean over beats [rad].
+    roll : float
+        Largest magnitude over the beats [rad].
+    speed : float
+        Mean through the water, ahead [m/s].
+    depth : tuple of float
+        Of the nose at the start and the end of the whole leg [m].
+    """
+
+    fins: float
+    rate: float
+    pitch: float
+    pitch_range: float
+    roll: float
+    speed: float
+    depth: tuple[float, float]
+
+    @property
+    def steady(self) -> bool:
+        """Whether the pitch stays within 2 degrees."""
+        return self.pitch_range < STEADY
+
+    @property
+    def right(self) -> bool:
+        """Whether fins down take the robot down, and fins up take it up."""
+        return self.rate * self.fins < 0 and abs(self.rate) > RESTING * abs(self.speed)
+
+
+@dataclass(frozen=True)
+class Dive:
+    """A dive and the run behind it.
+
+    Attributes
+    ----------
+    run : SeaRun
+    switch : float
+        Time at which the fins turn from down to up [s].
+    angle : float
+        Of the fins [rad].
+    """
+
+    run: SeaRun
+    switch: float
+    angle: float
+
+    @cached_property
+    def legs(self) -> tuple[Leg, ...]:
+        """Down and up; as far as the run went."""
+        ends = ((0.0, self.switch, -self.angle), (self.switch, self.run.duration, self.angle))
+        done = self.run.time[-1] + self.run.tick if len(self.run.time) else 0.0
+        return tuple(self._leg(*end) for end in ends if done >= end[1] * (1 - 1e-9))
+
+    @property
+    def symmetry(self) -> float:
+        """Rate up over rate down, one if they are alike [1]; not a number without both."""
+        return -self.legs[1].rate / self.legs[0].rate if len(self.legs) == 2 else math.nan
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What happened, in words."""
+        run = self.run
+        if run.status == "diverged":
+            end = f"The run diverged after {len(run.time) * run.tick:.2f} s: the plant's state is no longer a robot's."
+            return (end,)
+        found = []
+        for leg, way in zip(self.legs, ("dives", "floats"), strict=True):
+            told = f"With its fins at {math.degrees(leg.fins):+.3g} deg it"
+            rate = f"{100 * abs(leg.rate):.3g} cm/s"
+            done = f"{way} at {rate}" if leg.right else f"does not: its depth changes by {100 * leg.rate:+.2g} cm/s"
+            pitch = "steady" if leg.steady else f"not steady, it ranges over {math.degrees(leg.pitch_range):.2g} deg"
+            found.append(f"{told} {done}; its pitch is {pitch}.")
+        return tuple(found)
+
+    def _leg(self, start: float, end: float, fins: float) -> Leg:
+        """Measure a leg."""
+        run = self.run
+        first, middle, last = (
+            int(np.searchsorted(run.time, t - 1e-9)) for t in (start, (start + end) / 2, end - run.tick)
+        )
+        late = slice(middle, last + 1)
+        beat = 1 / run.gait.frequency
+        inner = (run.time >= run.time[middle] + beat / 2) & (run.time <= run.time[last] - beat / 2)
+        pitch = run.averaged(run.pitch)[inner] if inner.any() else run.pitch[late]
+        depth = run.depth
+        return Leg(
+            fins=fins,
+            rate=float((depth[last] - depth[middle]) / (run.time[last] - run.time[middle])),
+            pitch=float(run.pitch[late].mean()),
+            pitch_range=float(np.ptp(pitch)),
+            roll=float(abs(run.roll[late]).max()),
+            speed=float(run.speed[late].mean()),
+            depth=(float(depth[first]), float(depth[last])),
+        )
+
+
+def dive(
+    robot: Robot,
+    gait: Gait,
+    *,
+    angle: float = ANGLE,
+    duration: float = 30.0,
+    depth: float = 2.0,
+    sea: Sea = STILL,
+    seed: int = 0,
+) -> Dive:
+    """Dive with the fins down for half of the time, then float with the fins up.
+
+    Parameters
+    ----------
+    robot : Robot
+        With all that `twin_at_sea` takes.
+    gait : Gait
+    angle : float
+        Of the fins [rad].
+    duration : float
+        Of both legs [s].
+    depth : float
+        At the start [m].
+    sea : Sea
+    seed : int
+        Of the sensors' noise.
+
+    Returns
+    -------
+    Dive
+
+    Raises
+    ------
+    InputError
+        As `twin_at_sea` does, or if a leg is shorter than four beats.
+    """
+    angle, duration = finite(angle, "angle", "give it in radians"), finite(duration, "duration", "give the seconds")
+    if angle <= 0:
+        rule, fix = "must be positive", "the fins go down by it, then up"
+        raise InputError(rule, key="angle", value=f"{math.degrees(angle):g} deg", fix=fix)
+    if duration < 8 / gait.frequency:
+        rule = f"must be at least eight beats, {8 / gait.frequency:.3g} s at {gait.frequency:g} Hz"
+        raise InputError(rule, key="duration", value=f"{duration:g} s", fix="give 20 s or more: the robot must settle")
+    switch = duration / 2
+
+    def fins(time: float) -> float:
+        return -angle if time < switch else angle
+
+    run = twin_at_sea(robot, gait, duration=duration, fins=fins, depth=depth, sea=sea, seed=seed)
+    return Dive(run, switch, angle)

@@ -1,0 +1,164 @@
+"""The pilot from a robot's description: gait table, constants, reasons, and that it sends pulses."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna import _core
+from hypertuna.control import controller_columns
+from hypertuna.description import parse
+from hypertuna.errors import InputError
+from hypertuna.guidance import curvature, gait_table, glide, mission_columns, pilot_columns
+from hypertuna.mission import Mission, Waypoint
+from hypertuna.sensing import channels, faults, pilot_sensor_columns
+
+PAGE = Path(__file__).parents[1] / "docs" / "pilot.md"
+CALM = {"bend": [0.0, 0.0], "pressure": [6e4] * 4, "current": [0.3] * 4, "rate": [0.0] * 3, "voltage": [15.5]}
+CALM |= {"acceleration": [0.0, 0.0, 9.81], "depth": [0.0], "field": [0.0, -0.5, -0.86]}
+
+
+@pytest.fixture(scope="module")
+def robot() -> ht.Robot:
+    return ht.load("hypertuna")
+
+
+def changed(robot: ht.Robot, **guidance: object) -> ht.Robot:
+    document = robot.document()
+    return parse(document | {"guidance": document["guidance"] | guidance})
+
+
+def test_the_table_has_the_speeds_of_the_description(robot: ht.Robot) -> None:
+    table = gait_table(robot)
+    assert robot.guidance is not None
+    assert table.speed == robot.guidance.speed
+    assert [gait.frequency for gait in table.gaits] == [2.0, 3.0, 4.75]
+
+
+def test_gaits_from_elsewhere_swim_as_fast_as_they_do(robot: ht.Robot) -> None:
+    gaits = [ht.named_gait(robot, name) for name in ("unoptimised-0.3", "unoptimised-0.4")]
+    table = gait_table(robot, gaits)
+    assert table.speed == tuple(ht.swim(robot.using(joints="bandwidth"), gait).speed for gait in gaits)
+
+
+@pytest.mark.parametrize(
+    ("names", "speed", "said"),
+    [
+        (["unoptimised-0.4", "unoptimised-0.3"], (), "rise in speed"),
+        (["unoptimised-0.4", "unoptimised-0.3"], (0.2, 0.3), "rise in frequency"),
+        (["unoptimised-0.3"], (0.2, 0.3), "one speed per gait"),
+        (["unoptimised-0.3"] * 13, (0.3,) * 13, "1 to 12 gaits"),
+    ],
+)
+def test_a_table_that_cannot_be_looked_up_is_refused(
+    robot: ht.Robot, names: list[str], speed: tuple[float, ...], said: str
+) -> None:
+    with pytest.raises(InputError, match=said):
+        gait_table(robot, [ht.named_gait(robot, name) for name in names], speed)
+
+
+def test_the_glide_by_hand(robot: ht.Robot) -> None:
+    """A straight body is slowed by 1/2 rho sum(c_f S) u^2: over a way of m / (1/2 rho c_f S) by a factor e."""
+    lumped, links = robot.water.lumped, robot.links
+    assert lumped is not None
+    mass = sum(m * (1 + c) for m, c in zip(links.mass, lumped.added_mass, strict=True))
+    drag = 500 * sum(c * s for c, s in zip(lumped.friction, links.wetted_area, strict=True))
+    assert glide(robot) == pytest.approx(mass / drag, rel=1e-9)
+
+
+def test_curvature_is_that_of_a_swim(robot: ht.Robot) -> None:
+    """Nearly in proportion to the bias: half of the bias bends the path half as much, to a tenth."""
+    table = gait_table(robot)
+    whole = curvature(robot, table, (0.14, 0.21))
+    assert curvature(robot, table, (0.07, 0.105)) == pytest.approx(whole / 2, rel=0.1)
+
+
+def test_the_battery_that_the_pilot_counts_on(robot: ht.Robot) -> None:
+    """Four cells from 3.0 to 4.2 V, 95 % usable: empty at 12.24 V; 20 W through 90 % and 0.14 ohm drop 0.2 V."""
+    columns = pilot_columns(robot)
+    assert columns["battery_empty"][0] == pytest.approx(4 * (3.0 + 0.05 * 1.2))
+    assert columns["battery_span"][0] == pytest.approx(0.95 * 4.8)
+    assert columns["battery_drop"][0] == pytest.approx(0.14 * 20 / (0.9 * 14.4))
+    assert 7000 < columns["endurance"][0] < 8500  # 47.9 Wh x 0.9 / 20 W = 7760 s
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"gaits": ["unoptimised-0.3", "nobody"], "speed_m_s": [0.2, 0.3]}, "must be a named gait"),
+        ({"speed_m_s": [0.3]}, "must be 3 long"),
+        ({"speed_m_s": [0.4, 0.3, 0.5]}, "must rise"),
+        ({"bias_max_deg": [8.0]}, "must be 2 long"),
+        ({"error_near_m": 13.0}, "at most error_max_m"),
+        ({"lookahead_m": 0.0}, "greater than 0"),
+    ],
+)
+def test_what_cannot_be_used_is_told(robot: ht.Robot, change: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        changed(robot, **change)
+
+
+def test_decisions_divide_the_control_rate(robot: ht.Robot) -> None:
+    with pytest.raises(InputError, match=r"divide controller\.rate_hz"):
+        pilot_columns(changed(robot, decisions_hz=30.0))
+
+
+def test_a_robot_without_pilot_is_told_what_it_lacks() -> None:
+    with pytest.raises(InputError, match="guidance"):
+        pilot_columns(ht.load("rexeel"))
+
+
+def test_a_period_belongs_to_a_position(robot: ht.Robot) -> None:
+    assert pilot_sensor_columns(robot)["fix_every"] == [100.0]
+    document = robot.document()
+    document["sensors"][0]["period_s"] = 1.0
+    with pytest.raises(InputError, match="belongs to quantity = 'position'"):
+        parse(document)
+
+
+def test_sensors_of_the_way_can_fail(robot: ht.Robot) -> None:
+    known = channels(robot)
+    assert known["field"][1] - known["field"][0] == 2
+    assert known["position"][1] - known["position"][0] == 1
+    (fault,) = faults("depth:stuck@5", robot)
+    assert fault[1:3] == known["depth"]
+    assert "depth" not in channels(ht.load("rexeel"))
+
+
+def test_pulses_of_a_pilot_that_dives_and_turns(robot: ht.Robot) -> None:
+    """It faces east (the field, north, is to port) and is told to go north, below: tail to port, fins down in front."""
+    mission = Mission(waypoints=(Waypoint(0, 30, 2, 0.3, 2),))
+    columns = controller_columns(robot)
+    pilot = _core.Pilot(columns, pilot_columns(robot), **mission_columns(mission))
+    draw = np.random.default_rng(1)
+    for tick in range(5500):
+        noisy = {name: (values + 1e-4 * draw.standard_normal(len(values))).tolist() for name, values in CALM.items()}
+        row = pilot.fly(noisy | ({"fix": [0.0, 0.0]} if tick % 100 == 0 else {}))
+    assert row["mode"] == "transit"
+    assert row["reasons"] == []
+    assert row["facing"] == pytest.approx([1, 0, 0], abs=1e-3)
+    assert row["bias"][0] < -0.1
+    assert row["fin"][0] < -0.3
+    low, high = columns["pulse_least"][0], columns["pulse_most"][0]
+    assert all(low <= pulse <= high for pulse in row["pulse"])
+
+
+def test_the_page_has_every_mode_and_reason() -> None:
+    text = PAGE.read_text()
+    rows = [f"| `{name}` | {sentence} |" for name, sentence in _core.reason_table()]
+    assert [row for row in rows if row not in text] == []
+    assert [name for name in _core.mode_names() if f"`{name}`" not in text] == []
+
+
+def test_headings_are_learned_from_field_and_gravity(robot: ht.Robot) -> None:
+    """At any heading and a pitch of 10 degrees the attitude is there from the first tick on."""
+    for heading in np.arange(0, 2 * math.pi, 0.7):
+        attitude = ht.frames.attitude_of(roll=0.05, pitch=math.radians(10), heading=heading)
+        r = ht.frames.rotation_of(attitude)
+        field = r.T @ [0, math.cos(1), -math.sin(1)]
+        mission = Mission(waypoints=(Waypoint(0, 30, 2, 0.3, 2),))
+        pilot = _core.Pilot(controller_columns(robot), pilot_columns(robot), **mission_columns(mission))
+        row = pilot.fly(CALM | {"acceleration": (9.81 * r[2]).tolist(), "field": field.tolist()})
+        assert abs(np.dot(row["quaternion"], attitude)) == pytest.approx(1, abs=1e-9)

@@ -1,0 +1,106 @@
+"""Missions on the twin at sea: parts make a whole, seeds repeat, depth and way are held, failures keep their rules."""
+
+import math
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna.errors import InputError
+from hypertuna.frames import angles_of
+from hypertuna.mission import Mission, Waypoint
+from hypertuna.mission_run import MissionRun, fly_mission, fly_part, joined, mission_start
+
+NORTH = -math.pi / 2  # of the axis from nose to tail: the robot faces north
+OUT = Mission(waypoints=(Waypoint(0, 60, 1, 0.3, 2), Waypoint(30, 60, 1, 0.3, 2)), heading=NORTH, stay=True)
+
+
+@pytest.fixture(scope="module")
+def robot() -> ht.Robot:
+    return ht.load("hypertuna")
+
+
+@pytest.fixture(scope="module")
+def minutes(robot: ht.Robot) -> MissionRun:
+    """Three minutes: a survey at the surface, a dive, a way at depth, across a current of 0.1 m/s."""
+    mission = Mission(**{**OUT.__dict__, "current": (0.1, 0.0)})
+    return fly_mission(robot, mission, seed=3, duration=180)
+
+
+def test_parts_make_the_whole(robot: ht.Robot) -> None:
+    """A mission that goes on from a saved state is the same to the last bit."""
+    start = mission_start(robot, OUT, seed=5, duration=8, every=4)
+    whole, _ = fly_part(start, 800)
+    first, state = fly_part(start, 400)
+    second, _ = fly_part(start, 400, state)
+    run, parts = joined(start, [whole]), joined(start, [first, second])
+    assert len(run.time) == 200
+    for name, values in run.data.items():
+        assert np.array_equal(values, parts.data[name]), name
+    with pytest.raises(ValueError, match="none of this mission's"):
+        fly_part(start, 100, state[:-1])
+
+
+def test_a_seed_repeats_and_another_differs(robot: ht.Robot) -> None:
+    runs = [fly_mission(robot, OUT, seed=seed, duration=3) for seed in (1, 1, 2)]
+    assert np.array_equal(runs[0].position, runs[1].position)
+    assert not np.array_equal(runs[0].position, runs[2].position)
+
+
+def test_it_knows_where_it_is(minutes: MissionRun) -> None:
+    """Position within three of the deviations that it says; current, heading and pitch as they are."""
+    late = minutes.time > 60
+    off = np.hypot(*(minutes.data["position_estimated"] - minutes.position[:, :2]).T)
+    assert (off[late] < 3 * minutes.data["position_error"][late]).all()
+    assert minutes.data["current_estimated"][-1] == pytest.approx([0.1, 0], abs=0.06)
+    angles, seen = minutes.angles[late], np.unwrap(angles_of(minutes.data["attitude_estimated"][late]), axis=0)
+    error = np.degrees(np.remainder(angles - seen + math.pi, 2 * math.pi) - math.pi)
+    assert abs(error[:, :2]).max() < 2.5  # roll, pitch
+    assert abs(error[:, 2]).max() < 6  # heading, with the compass's offset
+
+
+def test_it_holds_depth_and_course(minutes: MissionRun) -> None:
+    """The first leg's last 20 m, at a depth of 1 m: within 10 cm, and as near to the leg as it believes to be."""
+    far = (minutes.data["position_estimated"][:, 1] > 38) & (minutes.data["leg"] == 0)
+    assert far.sum() > 200
+    assert minutes.depth[far] == pytest.approx(1.0, abs=0.1)
+    assert abs(minutes.data["position_estimated"][far, 0]).max() < 0.6
+    assert abs(np.degrees(minutes.angles[far, 1])).max() < 12
+    assert np.isfinite(minutes.position).all()
+
+
+@pytest.mark.parametrize("fault", ["depth:nan@20", "imu:nan@20", "field:nan@20", "battery:nan@20"])
+def test_a_lost_sensor_is_told_and_survived(robot: ht.Robot, fault: str) -> None:
+    reason = {"depth": "depth_lost", "imu": "imu_lost", "field": "compass_lost", "battery": "battery_lost"}
+    run = fly_mission(robot, OUT, seed=1, faults=fault, duration=45)
+    told = reason[fault.partition(":")[0]]
+    assert 21 < run.reasons[told] < 26
+    assert run.status != "diverged"
+    assert np.isfinite(run.data["position_estimated"]).all()
+    assert run.modes[-1] in ("home", "done", "surface", "hold")
+    assert run.depth.max() < 1.5
+
+
+@pytest.mark.parametrize("fault", ["fin-port:stuck@5", "fin-starboard:down@5", "fins:down@5"])
+def test_a_lost_fin_loses_no_robot(robot: ht.Robot, fault: str) -> None:
+    """It stays within the depth that it may have, whichever fin stands however."""
+    mission = Mission(**{**OUT.__dict__, "depth_max": 4.0})
+    run = fly_mission(robot, mission, seed=1, faults=fault, duration=60)
+    assert run.status != "diverged"
+    assert run.depth.max() < 4.5
+
+
+def test_faults_of_fins_are_checked(robot: ht.Robot) -> None:
+    with pytest.raises(InputError, match="known kind"):
+        mission_start(robot, OUT, faults="fins:gone@5")
+    with pytest.raises(InputError, match="time"):
+        mission_start(robot, OUT, faults="fins:up@5-4")
+    with pytest.raises(InputError, match="sensor that the robot has"):
+        mission_start(robot, OUT, faults="fin-left:up@5")
+
+
+def test_without_satellites_it_says_so(robot: ht.Robot) -> None:
+    mission = Mission(**{**OUT.__dict__, "gaps": ((0.0, 1e6),)})
+    run = fly_mission(robot, mission, seed=1, duration=85)
+    assert "no_fix" in run.reasons
+    assert run.data["position_error"][-1] > run.data["position_error"][0]
