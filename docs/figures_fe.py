@@ -121,12 +121,6 @@ def _family() -> dict[str, Any]:
     return found
 
 
-def reduced_table(robot: str, name: str, left: int) -> str:
-    """Tabulate what validation/fe/reduced.py stored of a robot."""
-    head, *body = json.loads((ROOT / "validation" / "fe" / f"reduced-{robot}.json").read_text())[name]
-    return rows(head, body, left=left)
-
-
 TABLES: dict[str, Callable[[], str]] = {
     "fe bends": lambda: bend_table(FE),
     "fe bends, shipped": lambda: bend_table(SHIPPED),
@@ -137,9 +131,5 @@ TABLES: dict[str, Callable[[], str]] = {
     "fe family": family_table,
     "fe sensitivity": sensitivity_table,
     "fe poisson": poisson_table,
-    "fe lengths": lambda: reduced_table("hypertuna-fe", "lengths", 0),
-    "fe fits": lambda: reduced_table("hypertuna-fe", "fits", 1),
-    "fe tables": lambda: reduced_table("hypertuna-fe", "tables", 2),
-    "fe twin": lambda: reduced_table("hypertuna-fe", "runs", 2),
 }
 PICTURES: dict[str, Any] = {}
