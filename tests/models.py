@@ -13,14 +13,17 @@ from hypertuna.gait import named_gait
 
 
 def changed(robot: ht.Robot, changes: Mapping[str, Any]) -> ht.Robot:
-    """The robot with other values for keys of its file, such as ``water.strip.cross_flow``."""
+    """The robot with other values for keys of its file, such as ``water.strip.cross_flow``; None takes a table out."""
     document = robot.document()
     for key, value in changes.items():
         *tables, last = key.split(".")
         table = document
         for name in tables:
             table = table[name]
-        table[last] = value
+        if value is None:
+            del table[last]
+        else:
+            table[last] = value
     return parse(document, file=robot.file)
 
 

@@ -293,7 +293,7 @@ def angles_of(attitude: ArrayLike) -> Array:
     --------
     A robot whose tail points west faces east:
 
-    >>> np.degrees(angles_of([0.0, 0.0, 0.0, 1.0])).tolist()
+    >>> np.degrees(angles_of([0.0, 0.0, 0.0, 1.0])).round(9).tolist()
     [0.0, 0.0, 90.0]
     """
     r = rotation_of(attitude_to("ned", attitude))

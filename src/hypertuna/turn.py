@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares, minimize_scalar
 
 from hypertuna.beats import DEFAULT_STEPS, STATUSES
 from hypertuna.description import Robot, parse
@@ -136,9 +135,11 @@ def fit_circle(points: Points) -> Circle:
     --------
     >>> import numpy as np
     >>> circle = fit_circle(2 + 1j + 0.5 * np.exp(1j * np.linspace(0, 2, 9)))
-    >>> round(circle.radius, 9), round(circle.center.real, 9), round(circle.center.imag, 9)
-    (0.5, 2.0, 1.0)
+    >>> np.round([circle.radius, circle.center.real, circle.center.imag], 9).tolist()
+    [0.5, 2.0, 1.0]
     """
+    from scipy.optimize import least_squares
+
     z = np.asarray(points, dtype=np.complex128)
     if z.ndim != 1 or len(z) < 3 or not np.isfinite(z).all():
         raise InputError("must be three finite points at least", key="points", fix="give x + i y of a path")
@@ -289,6 +290,8 @@ def tightest(robot: Robot, gait: Gait, *, low: float, high: float, steps: int = 
     radius : float
         Mean distance of the nose from the center of the turn [m].
     """
+    from scipy.optimize import minimize_scalar
+
     ahead = swim(robot, gait, steps=steps).speed > 0
 
     def radius(phase: float) -> float:

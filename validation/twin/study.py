@@ -19,7 +19,7 @@ from hypertuna import _core
 from hypertuna.actuator import joint_tables
 from hypertuna.description import parse
 from hypertuna.hydraulics import circuits, servo_angle
-from hypertuna.twin import _parts_of
+from hypertuna.twin_parts import parts_of
 from hypertuna.twin_run import TwinRun
 
 ROBOT = ht.load("hypertuna")
@@ -121,7 +121,7 @@ def speeds() -> Iterator[str]:
 
 def driven(robot: ht.Robot, frequency: float, amplitude: Any, fish_in: str) -> tuple[Any, Any]:
     """Amplitude [deg] and largest pump pressure [kPa] of both joints, servos driven by the inverse volumes."""
-    parts, tables, oil = _parts_of(robot, fish_in, None), joint_tables(robot), circuits(robot)
+    parts, tables, oil = parts_of(robot, fish_in, None), joint_tables(robot), circuits(robot)
     t = np.arange(400) * 0.01
     target = np.zeros((len(t), 4))
     for j in range(2):
