@@ -117,7 +117,7 @@ def test_cubes_strain_as_closed_forms_say() -> None:
     assert len(cases) == 3 * len(LAWS)
     assert all(case.passed for case in cases)
     exact = [case for case in cases if case.group.endswith("linear") or case.name.startswith("shear")]
-    assert max(abs(case.difference) for case in exact) < 1e-8  # what Newton leaves; those are not of the incompressible limit
+    assert max(abs(case.difference) for case in exact) < 1e-8  # what Newton leaves: no limit is taken here
 
 
 @pytest.mark.fe
