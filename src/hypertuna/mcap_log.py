@@ -51,7 +51,7 @@ class LogWriter:
 
     Parameters
     ----------
-    target : Path or file
+    target : Path or BinaryIO
         Where to write; a file that is there is written over.
 
     Raises

@@ -114,7 +114,7 @@ def fit_circle(points: Points) -> Circle:
     """Fit a circle to points: algebraically, then by the least squares of the distances from it.
 
     The algebraic fit is Taubin's (1991), unbiased on short arcs where Kasa's is not; it starts a Levenberg-Marquardt
-    search for the center (x, y) and the radius R that minimize the sum of (|p - center| - R)^2.
+    search for the center (x, y) and the radius R that minimize the sum of (abs(p - center) - R)^2.
 
     Parameters
     ----------
