@@ -1,22 +1,13 @@
 /// Controller: clamp and slew whatever comes, faults, timeout, arming; float against double; arbitrary bits.
 #include <bit>
-#include <cstdlib>
 #include <limits>
-#include <new>
 #include <type_traits>
 
+#include "allocations.hpp"
 #include "check.hpp"
 #include "pilot.hpp"
 
 using namespace hypertuna;
-
-static int allocations = 0;
-HYPERTUNA_NOINLINE void* operator new(std::size_t size) {
-    ++allocations;
-    return std::malloc(size);
-}
-HYPERTUNA_NOINLINE void operator delete(void* p) noexcept { std::free(p); }
-HYPERTUNA_NOINLINE void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 
 static_assert(std::is_trivially_copyable_v<Controller<float>> && std::is_trivially_copyable_v<ControllerState<float>>);
 static_assert(sizeof(ControllerState<float>) + sizeof(ControllerStep<float>) < 6000);

@@ -1,27 +1,10 @@
 /// The core lives on the memory it is given: not one allocation from tabulating a beat to settling it and its
 /// derivatives.
-#include <cstdlib>
-#include <new>
-
+#include "allocations.hpp"
 #include "check.hpp"
 #include "fish.hpp"
 
 using namespace hypertuna;
-
-static int allocations = 0;
-
-// Not inlined: else the compiler sees new paired with free and warns.
-HYPERTUNA_NOINLINE void* operator new(std::size_t size) {
-    ++allocations;
-    return std::malloc(size);
-}
-HYPERTUNA_NOINLINE void* operator new(std::size_t size, std::align_val_t alignment) {
-    ++allocations;
-    return std::aligned_alloc(std::size_t(alignment), size);
-}
-HYPERTUNA_NOINLINE void operator delete(void* p) noexcept { std::free(p); }
-HYPERTUNA_NOINLINE void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-HYPERTUNA_NOINLINE void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
 
 template <class S, class Law>
 static void settles_without_heap() {

@@ -1,22 +1,13 @@
 /// Pilot: whole missions of a fish that is kinematics alone. It arrives, keeps depth and fence, and each failure ends
 /// by its rule; whatever the readings are, pulses keep their bounds.
 #include <bit>
-#include <cstdlib>
 #include <limits>
-#include <new>
 #include <type_traits>
 
+#include "allocations.hpp"
 #include "cruise.hpp"
 
 using namespace hypertuna;
-
-static int allocations = 0;
-HYPERTUNA_NOINLINE void* operator new(std::size_t size) {
-    ++allocations;
-    return std::malloc(size);
-}
-HYPERTUNA_NOINLINE void operator delete(void* p) noexcept { std::free(p); }
-HYPERTUNA_NOINLINE void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 
 static_assert(std::is_trivially_copyable_v<Pilot<float>> && std::is_trivially_copyable_v<PilotState<float>>);
 static_assert(sizeof(PilotState<float>) + sizeof(PilotStep<float>) < 8192);

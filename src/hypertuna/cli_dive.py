@@ -22,7 +22,7 @@ from hypertuna.console import (
 from hypertuna.description import load
 from hypertuna.dive import Dive, dive
 from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, Seed, gait_axes, one_gait, spelled
-from hypertuna.results import provenance, write_atomically, write_netcdf
+from hypertuna.results import columns_csv, provenance, write_atomically, write_netcdf
 
 __all__ = ["dive_command"]
 
@@ -126,11 +126,7 @@ def _csv(done: Dive) -> str:
         "north_m": run.position[:, 1],
         "electrical_power_w": run.data["power"],
     }
-    flat = {key: value for key, value in _record(done).items() if key != "legs"}
-    lines = [f"# {key}: {value}" for key, value in flat.items()]
-    lines.append(",".join(columns))
-    lines += [",".join(f"{value:.6g}" for value in row) for row in zip(*columns.values(), strict=True)]
-    return "\n".join(lines) + "\n"
+    return columns_csv({key: value for key, value in _record(done).items() if key != "legs"}, columns)
 
 
 def _plot(done: Dive, plot: str) -> None:

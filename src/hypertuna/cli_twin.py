@@ -35,7 +35,7 @@ from hypertuna.options import (
     robot_of,
     spelled,
 )
-from hypertuna.results import provenance, write_atomically, write_netcdf
+from hypertuna.results import columns_csv, provenance, write_atomically, write_netcdf
 from hypertuna.twin import twin
 from hypertuna.twin_run import TwinRun
 
@@ -196,10 +196,7 @@ def _csv(done: TwinRun) -> str:
     columns |= {"electrical_power_w": done.data["power"]}
     columns |= {"x_m": done.data["x"], "y_m": done.data["y"], "heading_deg": np.degrees(done.data["heading"])}
     columns |= {"speed_m_s": done.data["speed"], "status": done.data["status"]}
-    lines = [f"# {key}: {value}" for key, value in _attributes(done).items()]
-    lines.append(",".join(columns))
-    lines += [",".join(f"{value:.6g}" for value in row) for row in zip(*columns.values(), strict=True)]
-    return "\n".join(lines) + "\n"
+    return columns_csv(_attributes(done), columns)
 
 
 def _plot(done: TwinRun, plot: str) -> None:

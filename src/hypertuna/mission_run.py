@@ -16,11 +16,11 @@ from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError, did_you_mean, finite, shown, whole
-from hypertuna.frames import angles_of
 from hypertuna.guidance import GaitTable, gait_table, mission_columns, pilot_columns
 from hypertuna.hydraulics import needed
 from hypertuna.mission import Mission
 from hypertuna.sea import Sea, sea_parts
+from hypertuna.sea_run import Motion
 from hypertuna.sensing import FOREVER, pilot_sensor_columns
 from hypertuna.twin_parts import checked_seed, controller_of, found_faults, listed, parts_of, steps_needed, ticks_of
 
@@ -69,7 +69,7 @@ class MissionStart:
 
 
 @dataclass(frozen=True)
-class MissionRun:
+class MissionRun(Motion):
     """A mission as it was flown.
 
     Attributes
@@ -87,28 +87,6 @@ class MissionRun:
     time: Array = field(repr=False)
     data: dict[str, Array] = field(repr=False)
     status: str
-
-    @property
-    def position(self) -> Array:
-        """Position of the nose (T, 3): east, north, up [m]."""
-        return self.data["position"]
-
-    @property
-    def depth(self) -> Array:
-        """Depth of the nose (T,) [m]."""
-        result: Array = -self.position[:, 2]
-        return result
-
-    @cached_property
-    def angles(self) -> Array:
-        """Roll, pitch and heading (T, 3): starboard down, nose up, clockwise from north, unwrapped [rad]."""
-        return np.unwrap(angles_of(self.data["attitude"]), axis=0)
-
-    @property
-    def speed(self) -> Array:
-        """Velocity of the nose through the water, ahead (T,) [m/s]."""
-        result: Array = -self.data["velocity"][:, 0]
-        return result
 
     @property
     def modes(self) -> tuple[str, ...]:

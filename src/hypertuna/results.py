@@ -6,7 +6,7 @@ import functools
 import importlib.metadata
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,10 @@ from hypertuna.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["body_points", "dataset", "provenance", "trajectory", "version", "write_atomically", "write_netcdf"]
+__all__ = [
+    *("body_points", "columns_csv", "dataset", "provenance", "trajectory", "version"),
+    *("write_atomically", "write_netcdf"),
+]
 
 Array = NDArray[np.float64]
 
@@ -171,6 +174,24 @@ def body_points(robot: Robot, pose: Array, angles: Array) -> Array:
     theta = pose[:, 2:] + np.cumsum(angles, axis=1)
     steps = np.array(robot.links.length)[:, np.newaxis] * np.stack([np.cos(theta), np.sin(theta)], axis=-1)
     return np.concatenate([pose[:, np.newaxis, :2], pose[:, np.newaxis, :2] + np.cumsum(steps, axis=1)], axis=1)
+
+
+def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[float]]) -> str:
+    """Write columns as comma-separated values with six digits, below comments that say what made them.
+
+    Parameters
+    ----------
+    facts : mapping of str
+    columns : mapping of str to iterable of float
+        By their heads, all of one length.
+
+    Returns
+    -------
+    str
+    """
+    lines = [f"# {key}: {value}" for key, value in facts.items()] + [",".join(columns)]
+    lines += [",".join(f"{value:.6g}" for value in row) for row in zip(*columns.values(), strict=True)]
+    return "\n".join(lines) + "\n"
 
 
 def write_atomically(path: str | Path, content: bytes) -> Path:

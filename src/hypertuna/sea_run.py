@@ -20,7 +20,7 @@ from hypertuna.twin_run import VARIABLES as INNER
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SeaRun"]
+__all__ = ["Motion", "SeaRun"]
 
 Array = NDArray[np.float64]
 
@@ -41,46 +41,16 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
 }
 
 
-@dataclass(frozen=True)
-class SeaRun:
-    """A run of the twin at sea.
+class Motion:
+    """How the head moved, of what was recorded at sea.
 
     Attributes
     ----------
-    robot : Robot
-    gait : Gait
-        What was commanded.
-    sea : Sea
-    duration : float
-        Of the run as asked for [s].
-    seed : int
-    closed_loop : bool
-    temperature : float
-        Of the oil [K].
-    faults_given : tuple of str
-    step : float
-        Of the inner integration [s].
-    time : ndarray, shape (T,)
-        Start of every control tick that was recorded [s].
     data : dict of ndarray
-        What was recorded, by the names of `VARIABLES`, each (T,) or (T, n) [SI]; ``status_at`` (T, conditions) has the
-        places of every condition as bits.
-    status : str
-        "completed" or "diverged".
+        "position", "attitude" and "velocity" among it, as in `VARIABLES`.
     """
 
-    robot: Robot = field(repr=False)
-    gait: Gait
-    sea: Sea
-    duration: float
-    seed: int
-    closed_loop: bool
-    temperature: float
-    faults_given: tuple[str, ...]
-    step: float
-    time: Array = field(repr=False)
-    data: dict[str, Array] = field(repr=False)
-    status: str
+    data: dict[str, Array]
 
     @property
     def position(self) -> Array:
@@ -123,6 +93,48 @@ class SeaRun:
         """Velocity of the nose through the water along the head's axis, ahead (T,) [m/s]."""
         result: Array = -self.data["velocity"][:, 0]
         return result
+
+
+@dataclass(frozen=True)
+class SeaRun(Motion):
+    """A run of the twin at sea.
+
+    Attributes
+    ----------
+    robot : Robot
+    gait : Gait
+        What was commanded.
+    sea : Sea
+    duration : float
+        Of the run as asked for [s].
+    seed : int
+    closed_loop : bool
+    temperature : float
+        Of the oil [K].
+    faults_given : tuple of str
+    step : float
+        Of the inner integration [s].
+    time : ndarray, shape (T,)
+        Start of every control tick that was recorded [s].
+    data : dict of ndarray
+        What was recorded, by the names of `VARIABLES`, each (T,) or (T, n) [SI]; ``status_at`` (T, conditions) has the
+        places of every condition as bits.
+    status : str
+        "completed" or "diverged".
+    """
+
+    robot: Robot = field(repr=False)
+    gait: Gait
+    sea: Sea
+    duration: float
+    seed: int
+    closed_loop: bool
+    temperature: float
+    faults_given: tuple[str, ...]
+    step: float
+    time: Array = field(repr=False)
+    data: dict[str, Array] = field(repr=False)
+    status: str
 
     @cached_property
     def sink(self) -> Array:
