@@ -40,7 +40,7 @@ class MeshSize:
         Number of elements along the joint: hoses are slender, and change little along their axes.
     """
 
-    around: float = 0.9
+    around: float = 1.0
     largest: float = 4.0
     grading: float = 0.9
     order: int = 3
