@@ -70,8 +70,8 @@ if __name__ == "__main__":
 
     ngsolve.SetNumThreads(1)
     path = Path(__file__).with_suffix(".json")
-    rows = json.loads(path.read_text()) if path.exists() else []
     new = stored(sys.argv[1]) if sys.argv[2] == "medium" else row(sys.argv[1], sys.argv[2])
+    rows = json.loads(path.read_text()) if path.exists() else []  # now: other rows may have come while this one ran
     rows = [kept for kept in rows if (kept["joint"], kept["mesh"]) != (new["joint"], new["mesh"])] + [new]
     path.write_text(json.dumps(sorted(rows, key=lambda kept: (kept["joint"], kept["elements"])), indent=2) + "\n")
     print(new)
