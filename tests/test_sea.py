@@ -85,6 +85,27 @@ def test_a_body_coasts_as_its_friction_says() -> None:
     assert run.position[-1, 1] == pytest.approx(mass / drag * np.log(1 + drag * 0.5 * run.time[-1] / mass), abs=1e-5)
 
 
+def test_a_towed_body_reaches_the_speed_at_which_its_drag_is_the_pull() -> None:
+    """Nose down, its weight in water tows it along its axis: M du/dt = W - q u^2, u = U tanh(q U t / M)."""
+    aft = (np.array(ROBOT.document()["spatial"]["buoyancy_center_m"]) + 0.01).tolist()  # so that the nose stays down
+    robot = robot_with(
+        {
+            "spatial.com_height_m": each(0.0),
+            "spatial.volume_m3": (0.99 * MASS / 1000).tolist(),
+            "spatial.buoyancy_center_m": aft,
+        }
+    )
+    assert robot.water.lumped is not None
+    assert robot.fins is not None
+    mass = (MASS * (1 + np.array(robot.water.lumped.added_mass))).sum()
+    drag = 500 * (np.array(robot.water.lumped.friction) * np.array(robot.links.wetted_area)).sum()
+    drag += 500 * 2 * robot.fins.span * robot.fins.chord * robot.fins.drag_zero
+    run = ht.twin_at_sea(robot, STILL, duration=15, speed=0.0, pitch=-math.pi / 2, depth=2)
+    terminal = math.sqrt(0.01 * MASS.sum() * G / drag)
+    assert run.speed == pytest.approx(terminal * np.tanh(drag * terminal * run.time / mass), abs=1e-5)
+    assert run.speed[-1] > 0.95 * terminal
+
+
 def test_displaced_centers_trim_the_body() -> None:
     """2 mm behind and 10 mm above: the tail rises until the center of buoyancy stands over that of mass."""
     center = list(ROBOT.document()["spatial"]["buoyancy_center_m"])
@@ -202,6 +223,21 @@ def test_fins_down_it_dives_and_fins_up_it_floats() -> None:
         pitch = np.degrees(run.averaged(run.pitch))
         assert np.ptp(pitch[1200:-100]) < 0.5, "it is steady"
         assert abs(pitch).max() < 12
+
+
+def test_roll_in_step_with_yaw_trims_the_nose_down_however_low_the_weight_lies() -> None:
+    """(I_z - I_x) <p r> = m g h sin(pitch): the roll goes as the weight's depth h, and so does what rights it."""
+    assert ROBOT.spatial is not None
+    trims, products = [], []
+    for low in (0.01, 0.015):
+        robot = robot_with({"spatial.com_height_m": [-low, *each(0.0)[1:]]})
+        run = ht.twin_at_sea(robot, SWIMS, duration=25, depth=3)
+        rates = run.data["turn_rate"][-600:]
+        trims.append(np.degrees(run.pitch[-600:].mean()))
+        products.append((rates[:, 0] * rates[:, 2]).mean() / low)
+    assert trims[0] == pytest.approx(-2.9, abs=0.2)  # as docs/spatial.md says
+    assert trims[1] == pytest.approx(trims[0], rel=0.1)
+    assert products[1] == pytest.approx(products[0], rel=0.1)
 
 
 def test_without_what_the_hull_sheds_it_would_not_keep_its_pitch() -> None:
