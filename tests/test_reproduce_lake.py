@@ -13,6 +13,7 @@ from hypertuna import reproduce_lake
 from hypertuna.flight import Flight
 from hypertuna.ledger import judge, published
 from hypertuna.mission_file import read_mission
+from hypertuna.report import Picture
 from hypertuna.reproduce_lake import STORED, Lake, findings, lake_record, read_lake, sections
 from voyage import voyage
 
@@ -40,7 +41,10 @@ def test_the_verdict_is_within_fifteen_percent(record: dict[str, object]) -> Non
     assert "the battery gives 10 Wh" in energy.note
     (way, _) = (judge(published(), found) for found in findings(Lake(record | {"distance_m": 670.0})))
     assert way.verdict == "deviates"
-    assert "swims 670 m over ground in the first 30 min" in sections(Lake(record | {"distance_m": 670.0}))[0].parts[0]
+    picture, text = sections(Lake(record | {"distance_m": 670.0}))[0].parts
+    assert isinstance(picture, Picture)
+    assert "fence" in picture.svg
+    assert "swims 670 m over ground in the first 30 min" in text
 
 
 def test_what_was_stored_of_another_robot_does_not_count(

@@ -13,7 +13,8 @@ from hypertuna.description import load
 from hypertuna.flight import Flight, fly, outcome
 from hypertuna.ledger import Finding, data_folder, published
 from hypertuna.mission_file import read_mission
-from hypertuna.report import Section
+from hypertuna.mission_record import MissionRecord
+from hypertuna.report import WIDTH, Picture, Section
 
 __all__ = ["LAKE", "STORED", "Lake", "findings", "fly_lake", "lake_record", "read_lake", "sections"]
 
@@ -22,6 +23,8 @@ MISSION = "lake"
 STORED = "missions/lake.json"  # below data
 AGAIN = "validation/missions/lake.py flies it anew"
 HOUR = 3600.0
+DRAWN = ("position", "attitude", "position_estimated", "depth_estimated", "mode", "energy", "charge_left")
+EVERY = 5.0  # s between the rows that a picture is drawn from
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,8 @@ def lake_record(flight: Flight) -> dict[str, Any]:
     Returns
     -------
     dict
-        Of its first 30 min: way over ground, energy of the servos and of the battery; and of the whole.
+        Of its first 30 min: way over ground, energy of the servos and of the battery; and of the whole, with a row
+        every 5 s that a picture is drawn from.
     """
     record, one = flight.record, outcome(flight)
     seconds = min(published()["lake"]["duration_s"], float(record.time[-1]))
@@ -105,7 +109,24 @@ def lake_record(flight: Flight) -> dict[str, Any]:
             "fence_margin_min_m": one.margin_min,
             "position_off_max_m": one.off_max,
         },
+        "rows": _rows(record),
     }
+
+
+def _rows(record: MissionRecord) -> dict[str, Any]:
+    """Take what is drawn of a record, to four digits after the point."""
+    at = np.unique(np.searchsorted(record.time, np.arange(0, record.time[-1], EVERY)).clip(max=len(record.time) - 1))
+    columns = {name: np.round(record.data[name][at], 4).tolist() for name in DRAWN}
+    return {"modes": list(record.modes), "time": np.round(record.time[at], 4).tolist(), **columns}
+
+
+def _drawn(told: Mapping[str, Any]) -> MissionRecord:
+    """Make a record of the stored rows."""
+    file, rows = read_mission(MISSION), told["rows"]
+    data = {name: np.array(rows[name], float) for name in DRAWN}
+    return MissionRecord(
+        file.name, told["robot"], file.mission, np.array(rows["time"]), data, modes=tuple(rows["modes"])
+    )
 
 
 def findings(lake: Lake) -> Iterator[Finding]:
@@ -151,7 +172,15 @@ def sections(lake: Lake) -> list[Section]:
     found = {finding.id: finding for finding in findings(lake)}
     if lake.record is None:
         return [Section("Open water", [f"Not told: {lake.why}."])]
+    from hypertuna.plots_mission import plot_mission
+
+    picture = Picture(
+        "lake",
+        plot_mission(_drawn(lake.record), width=WIDTH),
+        "The lake as the twin swam it, where it believed to be, its depth and what it took from its battery.",
+        "Seed 0: noise of the sensors, no current. It comes up for a fix every five minutes.",
+    )
     way, energy = found["lake/distance"], found["lake/energy"]
     text = f"""The paper swam about 800 m of a lake in 30 min with its gait for 0.5 m/s, on 9.1 Wh. The twin at sea,
 under its own pilot, swims {way.computed:.0f} m {way.note}. It takes {energy.computed:.3g} Wh {energy.note}."""
-    return [Section("Open water", [text])]
+    return [Section("Open water", [picture, text])]

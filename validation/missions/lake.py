@@ -29,7 +29,8 @@ def main() -> None:
     check = parser.parse_args().check
     record = fly_lake().record
     if not check:
-        write_atomically(PATH, (json.dumps(record, indent=1) + "\n").encode())
+        lines = (f" {json.dumps(key)}: {json.dumps(value)}" for key, value in (record or {}).items())
+        write_atomically(PATH, ("{\n" + ",\n".join(lines) + "\n}\n").encode())
         return
     stored = read_lake()
     if stored.record is None or record is None:
