@@ -121,6 +121,13 @@ def _family() -> dict[str, Any]:
     return found
 
 
+def reduced_table(name: str, left: int) -> str:
+    """Tabulate what validation/fe/reduced.py stored of reduced joints and the twin on them."""
+    stored = json.loads((ROOT / "validation" / "fe" / f"reduced-{ROBOTS[FE]}.json").read_text())
+    head, *body = stored[name]
+    return rows(head, body, left=left)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "fe bends": lambda: bend_table(FE),
     "fe bends, shipped": lambda: bend_table(SHIPPED),
@@ -131,5 +138,9 @@ TABLES: dict[str, Callable[[], str]] = {
     "fe family": family_table,
     "fe sensitivity": sensitivity_table,
     "fe poisson": poisson_table,
+    "fe lengths": lambda: reduced_table("lengths", 0),
+    "fe fits": lambda: reduced_table("fits", 1),
+    "fe tables": lambda: reduced_table("tables", 2),
+    "fe twin": lambda: reduced_table("runs", 2),
 }
 PICTURES: dict[str, Any] = {}

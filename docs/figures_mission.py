@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from hypertuna.description import load
@@ -76,10 +78,34 @@ def lake_table() -> str:
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
+def seeds_table() -> str:
+    """Tabulate the stored swims of the lake with scattered currents and gaps: least, mean and largest of each number."""
+    text = (ROOT / "validation" / "missions" / "lake-seeds.csv").read_text()
+    flights = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    done = sum(flight["status"] == "done" for flight in flights)
+    lines = [f"| {len(flights)} seeds, {done} done | least | mean | largest |", "| --- | ---: | ---: | ---: |"]
+    for name, (meaning, scale) in OVER_SEEDS.items():
+        values = np.array([float(flight[name]) for flight in flights]) / scale
+        lines.append(f"| {meaning} | {values.min():.3g} | {values.mean():.3g} | {values.max():.3g} |")
+    return "\n".join(lines)
+
+
+OVER_SEEDS = {
+    "duration_s": ("time [min]", 60),
+    "distance_m": ("way over ground [m]", 1),
+    "energy_wh": ("energy of the battery [Wh]", 1),
+    "depth_max_m": ("greatest depth [m]", 1),
+    "position_off_max_m": ("farthest from where it believed to be [m]", 1),
+    "fence_margin_min_m": ("least distance to the fence [m]", 1),
+    "goal_distance_m": ("from home at the end [m]", 1),
+}
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "mission example": example,
     "mission keys": reference,
     "log topics": topic_table,
     "lake": lake_table,
+    "lake seeds": seeds_table,
 }
 PICTURES: dict[str, Callable[[], Figure]] = {"docs/mission.svg": lambda: plot_mission(box().record)}
