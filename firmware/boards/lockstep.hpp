@@ -86,7 +86,7 @@ inline Command<float> command_of(int joints, const float* number) {
 }
 
 /// Do what an order says.
-inline Refusal carry_out(Vehicle& vehicle, Plan& plan, const Request& request) {
+[[gnu::cold]] inline Refusal carry_out(Vehicle& vehicle, Plan& plan, const Request& request) {
     const float* number = request.number;
     const int joints = vehicle.model.pilot.controller.joints;
     switch (const OrderKind kind = OrderKind(request.order)) {
@@ -124,7 +124,7 @@ struct Digest {
 };
 
 /// Every number that a tick computed: readings, estimate, command, output.
-inline std::uint32_t digest(const Snapshot& now) {
+[[gnu::cold]] inline std::uint32_t digest(const Snapshot& now) {
     Digest sum;
     const Estimate<float>& at = now.estimate;
     const Command<float>& command = now.command;
