@@ -379,25 +379,34 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
     if (pressed || slow || governed) ++state.posture[j].limited;
 }
 
-/// One tick of the controller.
+/// One tick of the controller, its state in place.
 template <class T>
-ControllerStep<T> step(const Controller<T>& model, const ControllerState<T>& before, const Readings<T>& readings,
-                       const Command<T>& command) {
-    ControllerStep<T> next{before, {}};
-    ControllerState<T>& state = next.state;
-    ControllerOutput<T>& output = next.output;
+ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings,
+                            const Command<T>& command) {
+    ControllerOutput<T> output{};
     Status& status = output.status;
     take_command(model, state, command, status);
+    Oscillator<T> before[most_joints];
+    for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[2 * j];
     const SinCos<T> turn = generate(model, state, state.armed && state.age <= model.timeout);
     read_robot(model, state, readings, status);
     for (int c = 0; c < 2 * model.joints; ++c) read_pressure(model, state, c, readings.pressure[c], status);
     for (int j = 0; j < model.joints; ++j) {
-        const bool ended = beat_ends(before.oscillator[2 * j], state.oscillator[2 * j]);
+        const bool ended = beat_ends(before[j], state.oscillator[2 * j]);
         hold_posture(model, state, j, readings.bend[j], ended, turn, status);
         output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
         drive_joint(model, state, output, j);
     }
     for (int k = 0; k < 2; ++k) send(model, state, output, 2 * model.joints + k, state.fin[k].value);
+    return output;
+}
+
+/// The same as a function of the state before.
+template <class T>
+ControllerStep<T> step(const Controller<T>& model, const ControllerState<T>& before, const Readings<T>& readings,
+                       const Command<T>& command) {
+    ControllerStep<T> next{before, {}};
+    next.output = advance(model, next.state, readings, command);
     return next;
 }
 
