@@ -63,7 +63,32 @@ struct Flight {
     const std::vector<Fault<double>>& faults;
     const std::vector<FinFault>& fins;
     const Input<2>& gaps;
+    const std::optional<nb::callable>& board;  // in place of the pilot
 };
+
+/// What the sensors show, for a board: bends, pressures, currents, rates, accelerations, battery, depth, field, and
+/// east and north of a fix where one came.
+static std::vector<double> shown(const PilotReadings<double>& readings, int joints) {
+    std::vector<double> out;
+    const auto add = [&](const double* from, int count) { out.insert(out.end(), from, from + count); };
+    const Readings<double>& robot = readings.robot;
+    add(robot.bend, joints), add(robot.pressure, 2 * joints), add(robot.current, 2 * joints);
+    add(robot.rate, 3), add(robot.acceleration, 3), add(&robot.voltage, 1);
+    add(&readings.depth, 1), add(readings.field, 3);
+    if (readings.fixed) add(readings.fix, 2);
+    return out;
+}
+
+/// A tick of firmware on a board: it sends pulses, and nothing else is known of it here.
+static PilotStep<double> boarded(const Flight& with, const PilotReadings<double>& readings) {
+    const nb::gil_scoped_acquire locked;
+    const int joints = with.pilot.controller.joints;
+    const auto pulse = nb::cast<std::vector<double>>((*with.board)(shown(readings, joints)));
+    check_extent("pulses", pulse.size(), std::size_t(2 * joints + 2));
+    PilotStep<double> step{};
+    std::copy(pulse.begin(), pulse.end(), step.output.pulse);
+    return step;
+}
 
 /// One tick of a mission.
 template <class Law, int D>
@@ -79,7 +104,7 @@ static PilotTick<double, D> flown(const Twin<Body6<double, Law, D>>& twin, Under
         return sensed.readings;
     };
     const auto decide = [&](const PilotReadings<double>& readings) {
-        out.step = fly(with.pilot, on.pilot, readings, with.mission);
+        out.step = with.board ? boarded(with, readings) : fly(with.pilot, on.pilot, readings, with.mission);
         on.pilot = out.step.state;
         ControllerOutput<double> sent = out.step.output;
         for (const auto& [fin, angle, start, end] : with.fins) {
@@ -143,7 +168,8 @@ static std::pair<NamedArrays, nb::bytes> run_mission(
     const Input<1>& pose, double taken, const NamedColumns& controller, const NamedColumns& pilot,
     const NamedColumns& mission, const Input<2>& waypoints, const Input<2>& fence, const NamedColumns& sensors,
     std::uint64_t seed, const std::vector<FaultRow>& faults, const std::vector<FinFault>& fins, const Input<2>& gaps,
-    std::size_t ticks, int steps, std::size_t every, const std::optional<nb::bytes>& state) {
+    std::size_t ticks, int steps, std::size_t every, const std::optional<nb::bytes>& state,
+    const std::optional<nb::callable>& board) {
     const PlantInput in{model, share, points, grid, circuits, hinge, battery, idle, false};
     const SpaceInput space{links, fin, sea, shedding, antenna};
     check_plant(in);
@@ -159,7 +185,7 @@ static std::pair<NamedArrays, nb::bytes> run_mission(
     const Sensors<double> senses = read_pilot_sensors<double>(sensors, seed);
     check_extent("joints", flying.controller.joints, points.size());
     const std::vector<Fault<double>> failing = read_faults(faults);
-    const Flight with{flying, plan.mission, senses, failing, fins, gaps};
+    const Flight with{flying, plan.mission, senses, failing, fins, gaps, board};
     std::pair<NamedArrays, nb::bytes> out{NamedArrays(), nb::bytes("", 0)};
     with_free_body(model, share, false, [&]<class Law, int D>(FreeBody<Law, D>& own) {
         const SpaceBody<Law, D> body(own, space);
@@ -190,9 +216,12 @@ void bind_mission(nb::module_& m) {
         nb::arg("taken"), nb::arg("controller"), nb::arg("pilot"), nb::arg("mission"), nb::arg("waypoints"),
         nb::arg("fence"), nb::arg("sensors"), nb::arg("seed"), nb::arg("faults"), nb::arg("fins"), nb::arg("gaps"),
         nb::arg("ticks"), nb::arg("steps"), nb::arg("every"), nb::arg("state") = nb::none(),
+        nb::arg("board") = nb::none(),
         "Fly a mission for so many ticks, from its start (twist (6), pose (9), charge taken [C]) or from a state that "
         "an earlier part left: the record, one row every so many ticks, and the state at the end. `fins` are servos "
-        "that stand, (fin, angle [rad] or NaN for where it is, from, to [s]); `gaps` (n, 2) times without satellites.");
+        "that stand, (fin, angle [rad] or NaN for where it is, from, to [s]); `gaps` (n, 2) times without satellites. "
+        "`board` takes the pilot's place: a function of what the sensors show (bends, pressures, currents, rates, "
+        "accelerations, battery, depth, field, and a fix where one came) that returns the servo pulses [s].");
 }
 
 }  // namespace hypertuna

@@ -1,5 +1,6 @@
 /// Bindings of the pilot on board.
 #include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
 
 #include <memory>
 
@@ -66,6 +67,21 @@ void bind_pilot(nb::module_& m) {
             return rows;
         },
         "Reasons of the pilot in the order of their bits: name and sentence.");
+    m.def(
+        "pilot_fields",
+        [](int joints, int gaits) {
+            Pilot<float> pilot{};
+            pilot.controller.joints = pilot.guidance.steering.joints = joints;
+            pilot.guidance.steering.table.gaits = gaits;
+            std::vector<std::tuple<std::string, std::string, int>> fields;
+            const auto list = [&](const char* part, auto& model) {
+                visit_fields(model, [&](const char* name, int k, auto&) { fields.emplace_back(part, name, k); });
+            };
+            list("controller", pilot.controller), list("pilot", pilot);
+            return fields;
+        },
+        nb::arg("joints"), nb::arg("gaits"),
+        "Every number of controller and pilot in the order that the firmware takes them in: part, column, index.");
     nb::class_<LivePilot>(m, "Pilot", "The pilot on board with its mission and state, in double precision.")
         .def(
             "__init__",

@@ -20,6 +20,7 @@ from hypertuna.schema import Body, Choice, Fitted, GaitBounds, JointGroup, Links
 from hypertuna.schema_actuator import DriveUnit, Hinge, Material
 from hypertuna.schema_base import Part, Text, entry, same_length, unique
 from hypertuna.schema_control import Controller, Sensor
+from hypertuna.schema_firmware import Firmware, check_firmware
 from hypertuna.schema_guidance import Guidance, check_guidance
 from hypertuna.schema_hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.schema_spatial import Fins, Spatial
@@ -75,6 +76,7 @@ class Robot(Part):
     oil: Oil | None = entry("oil", "table of the hydraulic oil", default=None)
     controller: Controller | None = entry("controller", "table of the controller on board", default=None)
     guidance: Guidance | None = entry("guidance", "table of the pilot on board", default=None)
+    firmware: Firmware | None = entry("firmware", "table of the microcontroller on board", default=None)
     spatial: Spatial | None = entry("spatial", "table of the links beyond the plane", default=None)
     fins: Fins | None = entry("fins", "table of the pectoral fins", default=None)
     hinge: Hinge | None = entry("hinge", "table of a passive hinge in the tail", default=None)
@@ -94,8 +96,9 @@ class Robot(Part):
 
     @cached_property
     def hash(self) -> str:
-        """Sha256 of what can change a result: all but the texts of description and sources."""
-        content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"description", "sources"})
+        """Sha256 of what can change a result: all but the texts of description and sources, and the firmware's table."""
+        texts = {"description", "sources", "firmware"}
+        content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     def document(self) -> dict[str, Any]:
@@ -193,6 +196,7 @@ class Robot(Part):
         if self.gait_bounds is not None:
             same_length(self.gait_bounds, "gait_bounds", len(self.joints), "joint group", but=("frequency",))
         check_guidance(self.guidance, self.gaits, len(self.joints))
+        check_firmware(self.firmware, len(self.joints))
         check_sizes(self.body.length, self.joints, self.drive_unit, self.pump)
         _check_sources(self)
         return self

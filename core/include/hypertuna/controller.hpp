@@ -359,19 +359,26 @@ template <class T>
 void drive_joint(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int j) {
     const T asked = asked_bend(model, state, j, output.status);
     const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
-    const auto angle = [&](int c, T bend) {
-        return stopped ? T(0) : servo_angle(model.map[c], c % 2 == 0 ? bend : -bend);
+    T angle[2], most[2];
+    const auto bend_to = [&](T bend) {
+        for (int side = 0; side < 2; ++side)
+            angle[side] = stopped ? T(0) : servo_angle(model.map[2 * j + side], side == 0 ? bend : -bend);
     };
-    const auto most = [&](int c) {
-        return furthest(model.circuit[c], state.sent[c], state.circuit[c].pressure, model.pressure_soft,
-                        model.pressure_hard);
-    };
+    bend_to(asked);
     bool pressed = false, slow = false;
-    for (int c = 2 * j; c < 2 * j + 2; ++c)
-        if (most(c) < angle(c, asked)) output.status.tell(Condition::pressure_limit, c), pressed = true;
-    if (!pressed) state.bend_sent[j] = asked;
-    for (int c = 2 * j; c < 2 * j + 2; ++c) {
-        const T sent = min(angle(c, state.bend_sent[j]), most(c));
+    for (int side = 0; side < 2; ++side) {
+        const int c = 2 * j + side;
+        most[side] = furthest(model.circuit[c], state.sent[c], state.circuit[c].pressure, model.pressure_soft,
+                              model.pressure_hard);
+        if (most[side] < angle[side]) output.status.tell(Condition::pressure_limit, c), pressed = true;
+    }
+    if (pressed)
+        bend_to(state.bend_sent[j]);
+    else
+        state.bend_sent[j] = asked;
+    for (int side = 0; side < 2; ++side) {
+        const int c = 2 * j + side;
+        const T sent = min(angle[side], most[side]);
         drive_circuit(model, state, output, c, sent);
         slow = slow || output.status.has(Condition::speed_limit, c) || output.target[c] != sent;
     }
@@ -379,25 +386,34 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
     if (pressed || slow || governed) ++state.posture[j].limited;
 }
 
-/// One tick of the controller.
+/// One tick of the controller, its state in place.
 template <class T>
-ControllerStep<T> step(const Controller<T>& model, const ControllerState<T>& before, const Readings<T>& readings,
-                       const Command<T>& command) {
-    ControllerStep<T> next{before, {}};
-    ControllerState<T>& state = next.state;
-    ControllerOutput<T>& output = next.output;
+ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings,
+                            const Command<T>& command) {
+    ControllerOutput<T> output{};
     Status& status = output.status;
     take_command(model, state, command, status);
+    Oscillator<T> before[most_joints];
+    for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[2 * j];
     const SinCos<T> turn = generate(model, state, state.armed && state.age <= model.timeout);
     read_robot(model, state, readings, status);
     for (int c = 0; c < 2 * model.joints; ++c) read_pressure(model, state, c, readings.pressure[c], status);
     for (int j = 0; j < model.joints; ++j) {
-        const bool ended = beat_ends(before.oscillator[2 * j], state.oscillator[2 * j]);
+        const bool ended = beat_ends(before[j], state.oscillator[2 * j]);
         hold_posture(model, state, j, readings.bend[j], ended, turn, status);
         output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
         drive_joint(model, state, output, j);
     }
     for (int k = 0; k < 2; ++k) send(model, state, output, 2 * model.joints + k, state.fin[k].value);
+    return output;
+}
+
+/// The same as a function of the state before.
+template <class T>
+ControllerStep<T> step(const Controller<T>& model, const ControllerState<T>& before, const Readings<T>& readings,
+                       const Command<T>& command) {
+    ControllerStep<T> next{before, {}};
+    next.output = advance(model, next.state, readings, command);
     return next;
 }
 

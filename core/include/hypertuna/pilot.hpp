@@ -69,34 +69,59 @@ bool imu_stands(const ControllerState<T>& state) {
     return good;
 }
 
+/// What a tick's readings say of where the robot is.
+template <class T>
+Estimate<T> perceive(const Pilot<T>& pilot, PilotState<T>& state, const PilotReadings<T>& readings) {
+    const T thrust = thrust_of(pilot, state.controller);
+    const Estimate<T> at = estimate(pilot.estimator, state.estimator, readings, thrust, imu_stands(state.controller));
+    state.fix = state.fix || at.fix;
+    state.command.fresh = false;
+    return at;
+}
+
+/// Count the ticks to the next decision, and say whether it is due.
+template <class T>
+bool due(const Pilot<T>& pilot, PilotState<T>& state) {
+    const bool now = state.wait == 0;
+    if (now) {
+        carry(pilot.estimator, state.estimator.way);
+        state.wait = pilot.every;
+    }
+    --state.wait;
+    return now;
+}
+
+/// A decision of guidance: the command that holds until the next one.
+template <class T>
+void decide(const Pilot<T>& pilot, PilotState<T>& state, Estimate<T> at, const Mission<T>& mission) {
+    at.fix = state.fix;
+    const Onboard<T> onboard{state.controller.supply, state.controller.voltage.faulty, state.joint};
+    const Guided<T> guided = guide(pilot.guidance, state.guidance, at, onboard, mission);
+    state.guidance = guided.state;
+    state.command = guided.command;
+    state.fix = state.joint = false;
+}
+
+/// The controller follows the command.
+template <class T>
+ControllerOutput<T> act(const Pilot<T>& pilot, PilotState<T>& state, const Estimate<T>& at, const Readings<T>& robot) {
+    const Oscillator<T> before = state.controller.oscillator[0];
+    const ControllerOutput<T> output = advance(pilot.controller, state.controller, robot, state.command);
+    const bool ended = beat_ends(before, state.controller.oscillator[0]);
+    look(state.guidance.steering.beat, at, ended, int(T(1) / pilot.estimator.attitude.tick));
+    state.joint = state.joint || output.status.has(Condition::hard_stop);
+    return output;
+}
+
 /// One tick.
 template <class T>
 PilotStep<T> fly(const Pilot<T>& pilot, const PilotState<T>& before, const PilotReadings<T>& readings,
                  const Mission<T>& mission) {
     PilotStep<T> next{before, {}, {}, {}, {}, {}};
     PilotState<T>& state = next.state;
-    const T thrust = thrust_of(pilot, state.controller);
-    next.estimate = estimate(pilot.estimator, state.estimator, readings, thrust, imu_stands(state.controller));
-    state.fix = state.fix || next.estimate.fix;
-    state.command.fresh = false;
-    if (state.wait == 0) {
-        carry(pilot.estimator, state.estimator.way);
-        Estimate<T> at = next.estimate;
-        at.fix = state.fix;
-        const Onboard<T> onboard{state.controller.supply, state.controller.voltage.faulty, state.joint};
-        const Guided<T> guided = guide(pilot.guidance, state.guidance, at, onboard, mission);
-        state.guidance = guided.state;
-        state.command = guided.command;
-        state.wait = pilot.every;
-        state.fix = state.joint = false;
-    }
-    --state.wait;
-    const ControllerStep<T> step_ = step(pilot.controller, state.controller, readings.robot, state.command);
-    const bool ended = beat_ends(state.controller.oscillator[0], step_.state.oscillator[0]);
-    look(state.guidance.steering.beat, next.estimate, ended, int(T(1) / pilot.estimator.attitude.tick));
-    state.controller = step_.state;
-    state.joint = state.joint || step_.output.status.has(Condition::hard_stop);
-    next.output = step_.output;
+    next.estimate = perceive(pilot, state, readings);
+    if (due(pilot, state)) decide(pilot, state, next.estimate, mission);
+    next.output = act(pilot, state, next.estimate, readings.robot);
     next.command = state.command;
     next.mode = state.guidance.mode;
     next.reasons = state.guidance.reasons;

@@ -1,0 +1,155 @@
+/// Link: the radio's side of the robot. A tick takes what bytes came, passes orders on to the vehicle, and fills the
+/// outbox with answers and telemetry as the radio allows.
+///
+/// Neither of it decides anything: what is done with an order is the vehicle's (vehicle.hpp).
+#pragma once
+
+#include "orders.hpp"
+
+namespace hypertuna::firmware {
+
+inline constexpr int most_bytes = 512;          // that a tick takes: 50 kB/s
+inline constexpr int most_frames = 8;           // that a tick makes
+inline constexpr int most_answers_of_one = 3;   // order
+
+inline float link_value(const Vehicle& vehicle, int k, float standard) { return k < 0 ? standard : value(vehicle, k); }
+
+/// As the robot boots.
+inline void boot(Link& link, const Vehicle& vehicle) {
+    link = {};
+    link.telemetry = begin_telemetry();
+    link.rate_index = parameter_named(vehicle, "link_rate");
+    link.share_index = parameter_named(vehicle, "link_share");
+    link.system_index = parameter_named(vehicle, "system_id");
+    link.out.sender = {std::uint8_t(link_value(vehicle, link.system_index, 1.0f)), own_component, 0};
+}
+
+/// A key that comes over the radio begins signing, and changes it only by the old key's hand; never while armed.
+inline void on_setup_signing(Link& link, const Vehicle& vehicle, const mavlink_setup_signing_t& m) {
+    if (snapshot(vehicle).armed) return tell_refusal(link, Refusal::armed);
+    begin_signing(link.signing, m.secret_key, m.initial_timestamp);
+}
+
+/// What everybody may send: signs of life, questions for the time of the way, and the radio's own report.
+inline void on_notice(Link& link, Vehicle& vehicle, const Frame& frame) {
+    if (frame.id == MAVLINK_MSG_ID_RADIO_STATUS)
+        return adapt(link.telemetry, message_of<mavlink_radio_status_t>(frame).txbuf);
+    if (frame.id == MAVLINK_MSG_ID_HEARTBEAT) {
+        if (message_of<mavlink_heartbeat_t>(frame).type == MAV_TYPE_GCS) heard(vehicle);
+        return;
+    }
+    auto m = message_of<mavlink_ping_t>(frame);
+    if (m.target_system != 0 || !has_room(link.out)) return;
+    m.target_system = frame.system, m.target_component = frame.component;
+    reply(link.out, m);
+}
+
+inline bool is_notice(std::uint32_t id) {
+    return id == MAVLINK_MSG_ID_RADIO_STATUS || id == MAVLINK_MSG_ID_HEARTBEAT || id == MAVLINK_MSG_ID_PING;
+}
+
+inline void on_origin(Link& link, Vehicle& vehicle, const mavlink_set_gps_global_origin_t& m) {
+    if (m.target_system != link.out.sender.system && m.target_system != 0) return;
+    tell_refusal(link, set_origin(vehicle, m.latitude, m.longitude));
+}
+
+inline void on_order(Link& link, Vehicle& vehicle, const Frame& frame) {
+    const Peer from{frame.system, frame.component};
+    switch (frame.id) {
+        case MAVLINK_MSG_ID_COMMAND_LONG:
+            return follow_order<mavlink_command_long_t>(link, frame, [&](const auto& m) {
+                acknowledge(link, from, m.command, carry_out(link, vehicle, m));
+            });
+        case MAVLINK_MSG_ID_GAIT_SET:
+            return follow_order<mavlink_gait_set_t>(link, frame,
+                                                    [&](const auto& m) { on_gait_set(link, vehicle, from, m); });
+        case MAVLINK_MSG_ID_PARAM_SET:
+            return follow_order<mavlink_param_set_t>(link, frame,
+                                                     [&](const auto& m) { on_param_set(link, vehicle, from, m); });
+        case MAVLINK_MSG_ID_PARAM_REQUEST_READ:
+            return follow_order<mavlink_param_request_read_t>(
+                link, frame, [&](const auto& m) { on_param_request_read(link, vehicle, from, m); });
+        case MAVLINK_MSG_ID_PARAM_REQUEST_LIST:
+            return follow_order<mavlink_param_request_list_t>(
+                link, frame, [&](const auto&) { on_param_request_list(link, vehicle); });
+        case MAVLINK_MSG_ID_SETUP_SIGNING:
+            return follow_order<mavlink_setup_signing_t>(link, frame,
+                                                         [&](const auto& m) { on_setup_signing(link, vehicle, m); });
+        case MAVLINK_MSG_ID_MANUAL_CONTROL: {
+            const auto m = message_of<mavlink_manual_control_t>(frame);
+            return m.target == link.out.sender.system ? on_manual(link, vehicle, m) : void();
+        }
+        case MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN:
+            return on_origin(link, vehicle, message_of<mavlink_set_gps_global_origin_t>(frame));
+        default: return on_mission_order(link, vehicle, frame);
+    }
+}
+
+/// Why an order was not even read, at most every two seconds.
+inline void tell_rarely(Link& link, std::uint32_t tick, Refusal refusal) {
+    ++link.refused;
+    if (tick - link.told < 200 || !has_room(link.out)) return;
+    link.told = tick;
+    tell(link, MAV_SEVERITY_WARNING, sentence(refusal));
+}
+
+/// One frame: is it signed where it must be, newer than the last, and is there a place for the answers?
+inline void on_frame(Link& link, Vehicle& vehicle, const Frame& frame) {
+    const std::uint32_t tick = snapshot(vehicle).tick;
+    if (frame.system == link.out.sender.system) return;  // an echo
+    const bool radio = frame.id == MAVLINK_MSG_ID_RADIO_STATUS;
+    if (!radio && !believe(link.signing, frame)) return ++link.not_signed, tell_rarely(link, tick, Refusal::not_signed);
+    const bool fresh = is_fresh(link, frame, tick);
+    if (is_notice(frame.id)) return fresh || radio ? on_notice(link, vehicle, frame) : void();
+    if (!fresh) return ++link.replayed, tell_rarely(link, tick, Refusal::replayed);
+    // An order without a place for its answers is not followed: its sender asks again. Disarming never waits.
+    if (!has_room(link.out, most_answers_of_one) && !is_disarm(frame)) return void(++link.no_place);
+    heard(vehicle);
+    on_order(link, vehicle, frame);
+}
+
+/// Tell what the supervisor newly found, one fault a second.
+inline void tell_faults(Link& link, const Snapshot& now) {
+    link.told_faults.flags &= now.faults.flags;
+    const std::uint32_t fresh = now.faults.flags & ~link.told_faults.flags;
+    if (fresh == 0 || now.tick - link.told < 100 || !has_room(link.out, most_answers_of_one)) return;
+    for (int f = 0; f < faults; ++f)
+        if (fresh >> f & 1) {
+            link.told_faults.set(Fault(f), true), link.told = now.tick;
+            const bool warn = fault_texts[f].answer == Answer::warn;
+            return tell(link, std::uint8_t(warn ? MAV_SEVERITY_WARNING : MAV_SEVERITY_CRITICAL),
+                        fault_texts[f].sentence);
+        }
+}
+
+/// Fill the outbox: answers first, then parameters and telemetry in turn.
+inline void speak(Link& link, const Vehicle& vehicle) {
+    Outbox& out = link.out;
+    const float share = link_value(vehicle, link.share_index, 0.75f) * float(link.telemetry.slow) / 100.0f;
+    out.rate = link_value(vehicle, link.rate_index, 1e6f) / 8.0f / ticks_per_second * share;
+    out.sender.system = std::uint8_t(link_value(vehicle, link.system_index, 1.0f));
+    allow(out);
+    for (int k = 0; k < most_frames && may_send(out); ++k) {
+        if (send_answer(out, link.signing)) continue;
+        const bool listed = (out.frames & 1) != 0 && send_listed(link, vehicle);
+        if (listed || telemeter(link.telemetry, out, link.signing, vehicle, link.parser)) continue;
+        if (!send_listed(link, vehicle)) break;
+    }
+}
+
+/// One tick. The bytes are those that came since the last; link.out has what is to go.
+inline void tick(Link& link, Vehicle& vehicle, const std::uint8_t* bytes, int count) {
+    const std::uint32_t now = snapshot(vehicle).tick;
+    link.signing.stamp += std::uint64_t(1e5f / ticks_per_second);
+    const int most = count < most_bytes ? count : most_bytes;
+    Frame frame;
+    for (int at = 0; at < most;) {
+        at += feed(link.parser, bytes + at, most - at);
+        while (next(link.parser, frame)) on_frame(link, vehicle, frame);
+    }
+    wait_for_item(link, now);
+    tell_faults(link, snapshot(vehicle));
+    speak(link, vehicle);
+}
+
+}  // namespace hypertuna::firmware

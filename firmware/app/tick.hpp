@@ -1,0 +1,155 @@
+/// Tick: what the vehicle does a hundred times a second.
+///
+/// counts -> readings -> estimate -> command of mission, gait or joystick -> controller -> pulses; then the supervisor
+/// looks at what came of it, and decides what the next tick may do.
+#pragma once
+
+#include <new>
+
+#include "vehicle.hpp"
+
+namespace hypertuna::firmware {
+
+/// As it boots: disarmed, everything at rest, parameters from the store or else from the description.
+template <Board B>
+[[gnu::cold]] void boot(Vehicle& vehicle, const Description& robot, B& board) {
+    static_assert(std::is_trivially_copyable_v<Vehicle> && std::is_trivially_default_constructible_v<Vehicle>);
+    std::memset(&vehicle, 0, sizeof(vehicle));  // a temporary one would not fit onto the stack
+    vehicle.robot = &robot;
+    for (int k = 0; k < robot.parameters; ++k) vehicle.value[k] = robot.parameter[k].standard;
+    Store& store = vehicle.store;
+    store.layout = robot.layout, store.size = kept_size(robot);
+    std::memcpy(store.kept, vehicle.value, std::size_t(4 * robot.parameters));
+    vehicle.defaults = !open(store, board);
+    std::memcpy(vehicle.value, store.kept, std::size_t(4 * robot.parameters));
+    vehicle.key = store.kept[4 * robot.parameters] == 1;
+    configure(vehicle.model, robot, vehicle.value);
+    vehicle.mission.home_radius = vehicle.mission.home_speed = 1;
+    new (&vehicle.state) PilotState<float>(init(vehicle.model.pilot, vehicle.mission));  // in place, as above
+    vehicle.now.control = Control::gait;
+    vehicle.woken = board.woken();
+    vehicle.settled = true;
+}
+
+/// The command that the answer to all faults leaves: null where guidance makes it.
+inline const Command<float>* chosen(Vehicle& vehicle, Command<float>& made) {
+    Snapshot& now = vehicle.now;
+    const Answer answer = now.answer;
+    if (answer == Answer::disarm) arm(vehicle, false);
+    made = rest();
+    made.armed = now.armed;
+    if (!now.armed || answer >= Answer::rest) return &made;
+    if (answer == Answer::home && !vehicle.has_mission) return &made;
+    if (answer == Answer::home && now.control != Control::mission) ask_control(vehicle, Control::mission);
+    if (now.control == Control::mission) {
+        if (answer == Answer::home) vehicle.state.guidance.reasons.tell(Reason::recalled);
+        return nullptr;
+    }
+    // A joystick is asked for often, a gait goes on while the ground is heard.
+    const Limits& limits = vehicle.model.limits;
+    const std::uint32_t since = now.tick - (now.control == Control::manual ? vehicle.asked_at : vehicle.heard);
+    const float patience = now.control == Control::manual ? limits.manual_timeout : limits.link_timeout;
+    if (float(since) * vehicle.model.pilot.controller.tick <= patience) made = vehicle.asked;
+    made.fresh = true;
+    return &made;
+}
+
+/// Take down what happened in a tick.
+inline void note(Vehicle& vehicle) {
+    const Snapshot& now = vehicle.now;
+    const Readings<float>& robot = now.readings.robot;
+    const Estimate<float>& at = now.estimate;
+    const int joints = vehicle.model.pilot.controller.joints;
+    Record record(vehicle.box, Kind::tick);
+    record.put(now.tick);
+    record.put(robot.bend, joints), record.put(robot.pressure, 2 * joints), record.put(robot.current, 2 * joints);
+    record.put(robot.rate, 3), record.put(robot.acceleration, 3), record.put(robot.voltage);
+    record.put(now.readings.depth), record.put(now.readings.field, 3);
+    record.put(now.output.pulse, 2 * joints + 2), record.put(now.output.set, joints);
+    record.put(now.command.frequency), record.put(now.command.amplitude, joints);
+    record.put(now.command.phase, joints), record.put(now.command.bias, joints), record.put(now.command.fin, 2);
+    record.put(&at.q.w, 4), record.put(at.x), record.put(at.y), record.put(at.depth), record.put(at.speed);
+    record.put(at.position_error);
+    record.put(now.output.status.flags), record.put(now.reasons.flags), record.put(now.faults.flags);
+    record.put(std::uint32_t(now.mode) | std::uint32_t(now.control) << 8 | std::uint32_t(now.armed) << 16 |
+               std::uint32_t(now.answer) << 24);
+    record.end();
+}
+
+/// What the supervisor makes of the tick.
+inline void supervise(Vehicle& vehicle) {
+    Snapshot& now = vehicle.now;
+    const float tick = vehicle.model.pilot.controller.tick;
+    const float silence = float(now.tick - vehicle.heard) * tick;
+    const Heard heard{vehicle.state.controller, now.output.status, now.estimate, vehicle.raw.leak, now.load > 1.0f,
+                      vehicle.box.lost != vehicle.lost, now.armed, silence};
+    vehicle.lost = vehicle.box.lost;
+    watch(vehicle.model, vehicle.memory, heard);
+    now.faults = all(vehicle.memory);
+    now.faults.set(Fault::watchdog, vehicle.woken);
+    now.faults.set(Fault::defaults, vehicle.defaults);
+    now.answer = answer_to(now.faults);
+    const Guidance<float>& guidance = vehicle.model.pilot.guidance;
+    const float above = vehicle.state.controller.supply + guidance.battery_drop - guidance.battery_empty;
+    now.battery_left = clamp(above / guidance.battery_span, 0.0f, 1.0f);
+}
+
+/// From counts to pulses.
+template <Board B>
+void control(Vehicle& vehicle, B& board) {
+    Snapshot& now = vehicle.now;
+    PilotState<float>& state = vehicle.state;
+    const Pilot<float>& pilot = vehicle.model.pilot;
+    if (vehicle.raw.fixed && !vehicle.origin.known) vehicle.origin = origin_at(vehicle.raw.fix[0], vehicle.raw.fix[1]);
+    now.readings = convert(vehicle.model.calibration, pilot.controller.joints, vehicle.raw, vehicle.origin);
+    const std::uint32_t start = board.clock();
+    now.estimate = perceive(pilot, state, now.readings);
+    Command<float> made;
+    const Command<float>* command = chosen(vehicle, made);
+    const bool decision = due(pilot, state);
+    if (command == nullptr && decision) decide(pilot, state, now.estimate, vehicle.mission);
+    if (command != nullptr) state.command = *command;
+    const std::uint32_t middle = board.clock();
+    now.output = act(pilot, state, now.estimate, now.readings.robot);
+    vehicle.profile.controller = board.clock() - middle;
+    vehicle.profile.pilot = middle - start;
+    now.command = state.command;
+    now.mode = now.control == Control::mission ? state.guidance.mode : Mode::idle;
+    now.reasons = state.guidance.reasons;
+    now.leg = state.guidance.leg;
+}
+
+/// Servo pulses: the controller's with each servo's trim, within the clamp; none once a disarmed tail has come to rest.
+template <Board B>
+void send_pulses(const Vehicle& vehicle, B& board) {
+    const Controller<float>& controller = vehicle.model.pilot.controller;
+    const int servos = 2 * controller.joints + 2;
+    float pulse[most_servos] = {};
+    bool moving = vehicle.now.armed;
+    for (int k = 0; k < servos; ++k) moving = moving || 1e-3f < abs(vehicle.now.output.target[k]);
+    for (int k = 0; k < servos && moving; ++k)
+        pulse[k] = clamp(vehicle.now.output.pulse[k] + vehicle.model.calibration.trim[k], controller.pulse_least,
+                         controller.pulse_most);
+    board.drive(pulse, servos);
+}
+
+/// One tick, after the link took in what it was told.
+template <Board B>
+void tick(Vehicle& vehicle, B& board) {
+    const std::uint32_t start = board.clock();
+    vehicle.raw = {};
+    board.read(vehicle.raw);
+    control(vehicle, board);
+    send_pulses(vehicle, board);
+    supervise(vehicle);
+    note(vehicle);
+    flush(vehicle.box, board);
+    write_some(vehicle.store, board);
+    ++vehicle.now.tick;
+    vehicle.now.time = float(vehicle.now.tick) * vehicle.model.pilot.controller.tick;
+    vehicle.profile.whole = board.clock() - start;
+    vehicle.now.load = float(vehicle.profile.whole) / float(board.per_tick());
+    board.feed();
+}
+
+}  // namespace hypertuna::firmware

@@ -1,0 +1,261 @@
+/// Vehicle: all of the robot's state on board, and everything that decides. The link asks, the vehicle answers.
+#pragma once
+
+#include "black_box.hpp"
+#include "refusal.hpp"
+#include "store.hpp"
+#include "supervisor.hpp"
+
+namespace hypertuna::firmware {
+
+inline constexpr int most_waypoints = 64, most_corners = 32;
+inline constexpr int key_size = 32;
+
+/// Who makes the command that the controller follows.
+enum class Control : std::uint8_t { manual, gait, mission, count };
+inline constexpr const char* control_names[int(Control::count)] = {"manual", "gait", "mission"};
+
+/// What everybody may know of the vehicle: as it was at the end of the last tick.
+struct Snapshot {
+    std::uint32_t tick;
+    float time;  // s since boot
+    PilotReadings<float> readings;
+    ControllerOutput<float> output;
+    Command<float> command;
+    Estimate<float> estimate;
+    Mode mode;        // of the pilot
+    Reasons reasons;  // of the pilot
+    int leg;          // waypoint that it swims to
+    Control control;
+    bool armed;
+    Faults faults;
+    Answer answer;
+    float battery_left;  // part of the charge, 0 to 1
+    float load;          // part of a tick's time that the last one took
+};
+
+/// What a tick took, in counts of the board's clock.
+struct Profile {
+    std::uint32_t controller, pilot, whole;
+};
+
+struct Vehicle {
+    const Description* robot;
+    float value[most_parameters];
+    Model model;
+    Raw raw;
+    PilotState<float> state;
+    SupervisorMemory memory;
+    Store store;
+    BlackBox box;
+    Snapshot now;
+    Profile profile;
+    Waypoint<float> waypoint[most_waypoints];
+    Corner<float> corner[most_corners];
+    Mission<float> mission;
+    bool has_mission, fixed;  // a mission is on board; a fix came since boot
+    Origin origin;
+    Command<float> asked;            // by the link
+    std::uint32_t heard, asked_at;   // ticks of the last sign of life of the ground, of its last beat
+    bool key;                        // to sign with
+    bool defaults, woken, settled;   // no stored parameters; booted by the watchdog; nothing was being stored
+    std::uint32_t lost;              // records until the last tick
+};
+
+inline const Snapshot& snapshot(const Vehicle& vehicle) { return vehicle.now; }
+
+/// The ground is alive: called for every valid frame of its.
+inline void heard(Vehicle& vehicle) { vehicle.heard = vehicle.now.tick; }
+
+inline const Origin& origin(const Vehicle& vehicle) { return vehicle.origin; }
+inline const Mission<float>& mission(const Vehicle& vehicle) { return vehicle.mission; }
+inline const Pilot<float>* pilot(const Vehicle& vehicle) { return &vehicle.model.pilot; }
+inline const Limits& limits(const Vehicle& vehicle) { return vehicle.model.limits; }
+
+// --- parameters
+
+inline int parameter_count(const Vehicle& vehicle) { return vehicle.robot->parameters; }
+inline const ParameterInfo& parameter(const Vehicle& vehicle, int k) { return vehicle.robot->parameter[k]; }
+inline float value(const Vehicle& vehicle, int k) { return vehicle.value[k]; }
+
+/// Bytes that are kept: the parameters, whether there is a key, and the key.
+inline int kept_size(const Description& robot) { return 4 * robot.parameters + 4 + key_size; }
+static_assert(4 * most_parameters + 4 + key_size <= most_kept);
+
+/// Set a parameter; the store keeps it. Only while disarmed.
+inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
+    const Description& robot = *vehicle.robot;
+    if (k < 0 || k >= robot.parameters) return Refusal::unknown;
+    if (vehicle.now.armed) return Refusal::armed;
+    const ParameterInfo& info = robot.parameter[k];
+    if (!(info.low <= to && to <= info.high)) return Refusal::out_of_range;
+    if (info.whole && to != float(int(to))) return Refusal::out_of_range;
+    const float before = vehicle.value[k];
+    vehicle.value[k] = to;
+    configure(vehicle.model, robot, vehicle.value);
+    if (!consistent(vehicle.model)) {
+        vehicle.value[k] = before;
+        configure(vehicle.model, robot, vehicle.value);
+        return Refusal::inconsistent;
+    }
+    std::memcpy(vehicle.store.kept + 4 * k, &to, 4);
+    keep(vehicle.store);
+    return Refusal::none;
+}
+
+/// Key that orders are signed with; null where there is none.
+inline const std::uint8_t* key(const Vehicle& vehicle) {
+    return vehicle.key ? vehicle.store.kept + kept_size(*vehicle.robot) - key_size : nullptr;
+}
+inline Refusal set_key(Vehicle& vehicle, const std::uint8_t (&to)[key_size]) {
+    if (vehicle.now.armed) return Refusal::armed;
+    std::uint8_t* at = vehicle.store.kept + kept_size(*vehicle.robot) - key_size - 4;
+    std::memset(at, 1, 4), std::memcpy(at + 4, to, key_size);
+    vehicle.key = true;
+    keep(vehicle.store);
+    return Refusal::none;
+}
+
+// --- orders
+
+/// The tail comes to rest and the fins level.
+inline Command<float> rest() {
+    Command<float> command{};
+    command.fresh = command.armed = true;
+    return command;
+}
+
+/// Guidance begins anew, from where the robot is.
+inline void begin_mission(Vehicle& vehicle) {
+    vehicle.mission.start = {vehicle.now.estimate.x, vehicle.now.estimate.y};
+    vehicle.state.guidance = init(vehicle.model.pilot.guidance, vehicle.mission);
+    vehicle.state.wait = 0;
+}
+
+/// Arm or disarm. Disarming is never refused.
+inline Refusal arm(Vehicle& vehicle, bool on) {
+    if (!on) {
+        vehicle.now.armed = false;
+        vehicle.now.control = Control::gait;
+        return Refusal::none;
+    }
+    if (vehicle.now.armed) return Refusal::none;
+    if (!settled(vehicle.store)) return Refusal::busy;
+    if (forbid(vehicle.memory.present)) return Refusal::faulty;
+    if (!vehicle.now.estimate.attitude) return Refusal::not_ready;
+    vehicle.memory.latched = {};
+    vehicle.woken = false;
+    vehicle.now.armed = true;
+    vehicle.now.control = Control::gait;
+    vehicle.asked = rest();
+    vehicle.asked_at = vehicle.heard = vehicle.now.tick;
+    return Refusal::none;
+}
+
+/// Change who makes the command: the mission, or the ground, whose tail rests until it asks for a beat.
+inline Refusal ask_control(Vehicle& vehicle, Control control) {
+    if (control >= Control::count) return Refusal::unknown;
+    if (!vehicle.now.armed) return Refusal::disarmed;
+    if (control == Control::mission) {
+        if (!vehicle.has_mission) return Refusal::no_mission;
+        if (vehicle.now.control != Control::mission) begin_mission(vehicle);
+    }
+    vehicle.asked = rest();
+    vehicle.asked_at = vehicle.now.tick;
+    vehicle.now.control = control;
+    return Refusal::none;
+}
+
+/// Whether a controller would follow a command to the letter.
+inline bool within(const Controller<float>& model, const Command<float>& command) {
+    const auto in = [](float low, float x, float high) { return low <= x && x <= high; };
+    bool good = in(0, command.frequency, model.frequency_most);
+    for (int j = 0; j < model.joints; ++j) {
+        const float most = model.joint[j].amplitude, turn = float(2 * pi);
+        good = good && in(0, command.amplitude[j], most) && in(-turn, command.phase[j], turn) &&
+               in(-most, command.bias[j], most);
+    }
+    for (int k = 0; k < 2; ++k) good = good && in(-model.fin_most, command.fin[k], model.fin_most);
+    return good;
+}
+
+/// A beat of the ground.
+inline Refusal ask_beat(Vehicle& vehicle, const Command<float>& command, Control control) {
+    if (!vehicle.now.armed) return Refusal::disarmed;
+    if (!within(vehicle.model.pilot.controller, command)) return Refusal::out_of_range;
+    vehicle.asked = command;
+    vehicle.asked.armed = true;
+    vehicle.asked_at = vehicle.now.tick;
+    vehicle.now.control = control;
+    return Refusal::none;
+}
+
+/// A beat that goes on while the ground is heard.
+inline Refusal ask_gait(Vehicle& vehicle, const Command<float>& command) {
+    return ask_beat(vehicle, command, Control::gait);
+}
+
+/// A beat of the joystick, which ends when no next one comes in time.
+inline Refusal ask_manual(Vehicle& vehicle, const Command<float>& command) {
+    return ask_beat(vehicle, command, Control::manual);
+}
+
+/// The same by the gait table: ahead from 0 to 1 of the fastest speed, turn to port and climb from -1 to 1.
+inline Refusal ask_manual(Vehicle& vehicle, float ahead, float turn, float climb) {
+    if (!(0 <= ahead && ahead <= 1 && abs(turn) <= 1 && abs(climb) <= 1)) return Refusal::out_of_range;
+    const Steering<float>& steering = vehicle.model.pilot.guidance.steering;
+    Command<float> command = rest();
+    const float top = steering.table.speed[steering.table.gaits - 1];
+    beat_into(steering, command, ahead * top, -turn);
+    command.fin[0] = command.fin[1] = climb * steering.fin_most;
+    return ask_manual(vehicle, command);
+}
+
+/// Whether a mission is made of numbers that make sense.
+inline bool sound(const Mission<float>& mission) {
+    const auto place = [](float x, float y) { return abs(x) < 1e5f && abs(y) < 1e5f; };
+    bool good = place(mission.home.x, mission.home.y) && place(mission.center.x, mission.center.y);
+    good = good && 0 < mission.home_radius && mission.home_radius < 1e5f && 0 < mission.home_speed;
+    good = good && mission.home_speed < 10 && 0 <= mission.depth_most && mission.depth_most < 1e4f;
+    good = good && 0 <= mission.reserve && mission.reserve <= 1 && 0 <= mission.duration && 0 <= mission.surface_every;
+    good = good && 0 <= mission.range && mission.range < 1e6f;
+    for (int k = 0; k < mission.waypoints; ++k) {
+        const Waypoint<float>& to = mission.waypoint[k];
+        good = good && place(to.x, to.y) && 0 <= to.depth && to.depth < 1e4f && 0 < to.speed && to.speed < 10 &&
+               0 < to.radius && to.radius < 1e5f;
+    }
+    for (int k = 0; k < mission.corners; ++k) good = good && place(mission.corner[k].x, mission.corner[k].y);
+    return good;
+}
+
+/// Take over a mission: copied, checked as a whole, refused as a whole.
+inline Refusal set_mission(Vehicle& vehicle, const Mission<float>& mission) {
+    if (vehicle.now.armed && vehicle.now.control == Control::mission) return Refusal::busy;
+    if (mission.waypoints > most_waypoints || mission.corners > most_corners) return Refusal::too_many;
+    if (mission.waypoints < 0 || mission.corners < 0 || !sound(mission)) return Refusal::out_of_range;
+    vehicle.mission = mission;
+    for (int k = 0; k < mission.waypoints; ++k) vehicle.waypoint[k] = mission.waypoint[k];
+    for (int k = 0; k < mission.corners; ++k) vehicle.corner[k] = mission.corner[k];
+    vehicle.mission.waypoint = vehicle.waypoint, vehicle.mission.corner = vehicle.corner;
+    vehicle.has_mission = true;
+    return Refusal::none;
+}
+
+inline Refusal clear_mission(Vehicle& vehicle) {
+    if (vehicle.now.armed && vehicle.now.control == Control::mission) return Refusal::busy;
+    vehicle.has_mission = false, vehicle.mission = {};
+    return Refusal::none;
+}
+
+/// Say where local coordinates count from, and where the robot is; not before that the first fix does.
+inline Refusal set_origin(Vehicle& vehicle, std::int32_t latitude, std::int32_t longitude, float x = 0, float y = 0) {
+    if (vehicle.now.armed) return Refusal::armed;
+    if (!(-900000000 < latitude && latitude < 900000000)) return Refusal::out_of_range;
+    if (!(abs(x) < 1e5f && abs(y) < 1e5f)) return Refusal::out_of_range;
+    vehicle.origin = origin_at(latitude, longitude);
+    const float start[2] = {x, y};
+    vehicle.state.estimator.way = init(vehicle.model.pilot.estimator, start).way;
+    return Refusal::none;
+}
+
+}  // namespace hypertuna::firmware

@@ -1,0 +1,209 @@
+/// Lock-step: a board whose sensors and servos are a twin at the other end of two pipes.
+///
+/// Each tick waits for a request with what the sensors show and at most one order, and ends with a reply that has the
+/// pulses, what the vehicle thinks, and a digest of every bit that it computed. Little endian, no padding.
+#pragma once
+
+#include "../app/tick.hpp"
+
+namespace hypertuna::firmware {
+
+inline constexpr std::int32_t no_sample = INT32_MIN;
+
+/// What an order does; `which` and `number` say with what.
+enum class OrderKind : std::uint8_t {
+    none,
+    arm,        // number: 1 or 0
+    gait,       // number: frequency, amplitudes, phases, biases, fins
+    manual,     // the same
+    control,    // which
+    origin,     // fix of the request, number: x, y of the robot
+    begin,      // mission; number: home, home_radius, home_speed, depth, reserve, duration, surface_every, stay, center,
+                // range, start
+    waypoint,   // number: x, y, depth, speed, radius
+    corner,     // number: x, y
+    end,        // of the mission: it is set
+    parameter,  // which, number
+};
+inline constexpr int order_numbers = 16;
+
+struct Request {
+    std::int32_t sample[channels];
+    std::int32_t fix[2];
+    std::uint8_t flags, order, which, spare;
+    float number[order_numbers];
+
+    static constexpr std::uint8_t fixed = 1, leak = 2, ground = 4, last = 8, stack = 16;
+};
+static_assert(sizeof(Request) == 4 * (channels + 2 + 1 + order_numbers));
+
+struct Reply {
+    std::uint32_t tick;
+    float pulse[most_servos];
+    float at[9];  // quaternion, x, y, depth, speed, position error
+    std::uint32_t status, reasons, faults;
+    std::uint8_t mode, control, armed, answer, refusal, leg, spare[2];
+    std::uint32_t digest;
+    // From here on boards may differ.
+    std::uint32_t controller, pilot, whole, stack;  // counts of the clock; bytes of stack used so far
+};
+static_assert(sizeof(Reply) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 4));
+
+/// A mission that arrives in parts.
+struct Plan {
+    Waypoint<float> waypoint[most_waypoints];
+    Corner<float> corner[most_corners];
+    Mission<float> mission;
+};
+
+inline Refusal add(Plan& plan, OrderKind kind, const float* number) {
+    Mission<float>& m = plan.mission;
+    if (kind == OrderKind::begin) {
+        m = {plan.waypoint, 0, plan.corner, 0, {number[9], number[10]}, number[11], {number[12], number[13]},
+             {number[0], number[1]}, number[2], number[3], number[4], number[5], number[6], number[7],
+             number[8] != 0.0f};
+        return Refusal::none;
+    }
+    if (kind == OrderKind::waypoint) {
+        if (m.waypoints == most_waypoints) return Refusal::too_many;
+        plan.waypoint[m.waypoints++] = {number[0], number[1], number[2], number[3], number[4]};
+        return Refusal::none;
+    }
+    if (m.corners == most_corners) return Refusal::too_many;
+    plan.corner[m.corners++] = {number[0], number[1]};
+    return Refusal::none;
+}
+
+inline Command<float> command_of(int joints, const float* number) {
+    Command<float> command{};
+    const float* next = number;
+    command.frequency = *next++;
+    for (int j = 0; j < joints; ++j) command.amplitude[j] = *next++;
+    for (int j = 0; j < joints; ++j) command.phase[j] = *next++;
+    for (int j = 0; j < joints; ++j) command.bias[j] = *next++;
+    for (int k = 0; k < 2; ++k) command.fin[k] = *next++;
+    return command;
+}
+
+/// Do what an order says.
+[[gnu::cold]] inline Refusal carry_out(Vehicle& vehicle, Plan& plan, const Request& request) {
+    const float* number = request.number;
+    const int joints = vehicle.model.pilot.controller.joints;
+    switch (const OrderKind kind = OrderKind(request.order)) {
+        case OrderKind::none:
+            return Refusal::none;
+        case OrderKind::arm:
+            return arm(vehicle, number[0] != 0.0f);
+        case OrderKind::gait:
+            return ask_gait(vehicle, command_of(joints, number));
+        case OrderKind::manual:
+            return ask_manual(vehicle, command_of(joints, number));
+        case OrderKind::control:
+            return ask_control(vehicle, Control(request.which));
+        case OrderKind::origin:
+            return set_origin(vehicle, request.fix[0], request.fix[1], number[0], number[1]);
+        case OrderKind::end:
+            return set_mission(vehicle, plan.mission);
+        case OrderKind::parameter:
+            return set_parameter(vehicle, request.which, number[0]);
+        default:
+            return kind <= OrderKind::end ? add(plan, kind, number) : Refusal::unknown;
+    }
+}
+
+/// A running digest of 32-bit words (FNV-1a).
+struct Digest {
+    std::uint32_t value = 2166136261u;
+
+    void add(std::uint32_t word) {
+        for (int k = 0; k < 4; ++k) value = (value ^ (word >> 8 * k & 0xff)) * 16777619u;
+    }
+    void add(const float* numbers, int count) {
+        for (int k = 0; k < count; ++k) add(std::bit_cast<std::uint32_t>(numbers[k]));
+    }
+};
+
+/// Every number that a tick computed: readings, estimate, command, output.
+[[gnu::cold]] inline std::uint32_t digest(const Snapshot& now) {
+    Digest sum;
+    const Estimate<float>& at = now.estimate;
+    const Command<float>& command = now.command;
+    const ControllerOutput<float>& out = now.output;
+    const Readings<float>& robot = now.readings.robot;
+    sum.add(robot.bend, most_joints), sum.add(robot.pressure, most_circuits), sum.add(robot.current, most_circuits);
+    sum.add(robot.rate, 3), sum.add(robot.acceleration, 3), sum.add(&robot.voltage, 1);
+    sum.add(&now.readings.depth, 1), sum.add(now.readings.field, 3), sum.add(now.readings.fix, 2);
+    sum.add(&at.q.w, 4), sum.add(&at.rate.x, 3), sum.add(&at.facing.x, 3), sum.add(at.current, 2);
+    for (const float* x : {&at.depth, &at.sink, &at.x, &at.y, &at.speed, &at.factor, &at.position_error, &at.drift_error,
+                           &at.tilt, &command.frequency, &now.battery_left})
+        sum.add(x, 1);
+    sum.add(command.amplitude, most_joints), sum.add(command.phase, most_joints), sum.add(command.bias, most_joints);
+    sum.add(command.fin, 2), sum.add(out.pulse, most_servos), sum.add(out.target, most_servos);
+    sum.add(out.set, most_joints), sum.add(out.believed, most_circuits);
+    for (std::uint16_t where : out.status.at) sum.add(where);
+    return sum.value;
+}
+
+/// `Wire` moves whole blocks, and keeps time: read(bytes, count) -> bool, write(bytes, count), log(bytes, count) -> int,
+/// clock(), per_tick(), stack(), receive(bytes, count) -> int, send(bytes, count) -> int.
+template <class Wire>
+struct Lockstep {
+    Wire& wire;
+    Request request;
+    float pulse[most_servos];
+    std::uint8_t kept[2 * slot_size];
+
+    bool wait() { return wire.read(&request, sizeof(request)); }
+    void read(Raw& raw) {
+        for (int c = 0; c < channels; ++c)
+            if (request.sample[c] != no_sample) raw.channel[c].add(request.sample[c]);
+        raw.fixed = request.flags & Request::fixed, raw.leak = request.flags & Request::leak;
+        for (int k = 0; k < 2; ++k) raw.fix[k] = request.fix[k];
+    }
+    void drive(const float (&to)[most_servos], int count) {
+        for (int k = 0; k < count; ++k) pulse[k] = to[k];
+    }
+    void feed() {}
+    std::uint32_t clock() { return wire.clock(); }
+    std::uint32_t per_tick() { return wire.per_tick(); }
+    bool woken() { return false; }
+    int memory() { return int(sizeof(kept)); }
+    std::uint8_t load(int at) { return kept[at]; }
+    void save(int at, std::uint8_t byte) { kept[at] = byte; }
+    int log(const std::uint8_t* from, int count) { return wire.log(from, count); }
+    int receive(std::uint8_t* to, int count) { return wire.receive(to, count); }
+    int send(const std::uint8_t* from, int count) { return wire.send(from, count); }
+
+    void reply(const Vehicle& vehicle, Refusal refusal) {
+        const Snapshot& now = vehicle.now;
+        const Estimate<float>& at = now.estimate;
+        Reply out{};
+        out.tick = now.tick;
+        for (int k = 0; k < most_servos; ++k) out.pulse[k] = pulse[k];
+        const float told[9] = {at.q.w, at.q.x, at.q.y, at.q.z, at.x, at.y, at.depth, at.speed, at.position_error};
+        for (int k = 0; k < 9; ++k) out.at[k] = told[k];
+        out.status = now.output.status.flags, out.reasons = now.reasons.flags, out.faults = now.faults.flags;
+        out.mode = std::uint8_t(now.mode), out.control = std::uint8_t(now.control), out.armed = now.armed;
+        out.answer = std::uint8_t(now.answer), out.refusal = std::uint8_t(refusal), out.leg = std::uint8_t(now.leg);
+        out.digest = digest(now);
+        out.controller = vehicle.profile.controller, out.pilot = vehicle.profile.pilot;
+        out.whole = vehicle.profile.whole;
+        if (request.flags & Request::stack) out.stack = wire.stack();
+        wire.write(&out, sizeof(out));
+    }
+};
+
+/// Run until the twin has had enough.
+template <class Wire>
+void run(Vehicle& vehicle, Plan& plan, Lockstep<Wire>& board, const Description& robot) {
+    boot(vehicle, robot, board);
+    while (board.wait()) {
+        if (board.request.flags & Request::ground) heard(vehicle);
+        const Refusal refusal = carry_out(vehicle, plan, board.request);
+        tick(vehicle, board);
+        board.reply(vehicle, refusal);
+        if (board.request.flags & Request::last) break;
+    }
+}
+
+}  // namespace hypertuna::firmware

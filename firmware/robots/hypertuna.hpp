@@ -1,0 +1,349 @@
+/// hypertuna: written by `hypertuna firmware params --robot hypertuna` from its description. Do not edit.
+#pragma once
+
+#include "../app/parameters.hpp"
+
+// clang-format off
+namespace hypertuna::firmware::robot {
+
+inline constexpr float values[] = {
+    0.01f,  // controller tick[0]
+    0.8187308f,  // controller relax[0]
+    0.9048374f,  // controller couple[0]
+    0.15813f,  // controller smoothing_rate[0]
+    0.8537388f,  // controller smoothing_decay[0]
+    0.1f,  // controller proportional[0]
+    0.5f,  // controller integral[0]
+    0.0f,  // controller derivative[0]
+    0.1f,  // controller peak_smoothing[0]
+    0.25f,  // controller missing[0]
+    0.1f,  // controller limited[0]
+    0.05f,  // controller moving[0]
+    0.05235988f,  // controller least[0]
+    0.3811799f,  // controller reach[0]
+    0.31764993f,  // controller amplitude[0]
+    1.5708f,  // controller bend_range[0]
+    0.31933653f,  // controller bend_step[0]
+    2.2690744f,  // controller safe_static[0]
+    0.33104694f,  // controller safe_rate[0]
+    1.3107263f,  // controller safe_square[0]
+    0.65345126f,  // controller reach[1]
+    0.54454273f,  // controller amplitude[1]
+    1.5708f,  // controller bend_range[1]
+    0.54743403f,  // controller bend_step[1]
+    1.1801775f,  // controller safe_static[1]
+    0.271138f,  // controller safe_rate[1]
+    0.98030496f,  // controller safe_square[1]
+    0.00073519594f,  // controller map[0]
+    1.0032821f,  // controller map[1]
+    -0.8476129f,  // controller map[2]
+    0.8113377f,  // controller map[3]
+    1.4028951f,  // controller map[4]
+    -0.32163447f,  // controller map[5]
+    7.5f,  // controller servo_speed[0]
+    804864.94f,  // controller servo_stall[0]
+    60000.0f,  // controller fill[0]
+    2.5450933e-07f,  // controller give[0]
+    0.00073519594f,  // controller map[6]
+    1.0032821f,  // controller map[7]
+    -0.8476129f,  // controller map[8]
+    0.8113377f,  // controller map[9]
+    1.4028951f,  // controller map[10]
+    -0.32163447f,  // controller map[11]
+    7.5f,  // controller servo_speed[1]
+    804864.94f,  // controller servo_stall[1]
+    60000.0f,  // controller fill[1]
+    2.5450933e-07f,  // controller give[1]
+    0.0008919189f,  // controller map[12]
+    0.32913032f,  // controller map[13]
+    -0.18388501f,  // controller map[14]
+    0.052794475f,  // controller map[15]
+    0.13084705f,  // controller map[16]
+    0.06897525f,  // controller map[17]
+    7.5f,  // controller servo_speed[2]
+    804864.94f,  // controller servo_stall[2]
+    60000.0f,  // controller fill[2]
+    1.340758e-07f,  // controller give[2]
+    0.0008919189f,  // controller map[18]
+    0.32913032f,  // controller map[19]
+    -0.18388501f,  // controller map[20]
+    0.052794475f,  // controller map[21]
+    0.13084705f,  // controller map[22]
+    0.06897525f,  // controller map[23]
+    7.5f,  // controller servo_speed[3]
+    804864.94f,  // controller servo_stall[3]
+    60000.0f,  // controller fill[3]
+    1.340758e-07f,  // controller give[3]
+    250000.0f,  // controller pressure_soft[0]
+    300000.0f,  // controller pressure_hard[0]
+    -100000.0f,  // controller pressure_low[0]
+    500000.0f,  // controller pressure_high[0]
+    200000.0f,  // controller pressure_step[0]
+    -5.0f,  // controller current_low[0]
+    5.0f,  // controller current_high[0]
+    34.9f,  // controller rate_high[0]
+    157.0f,  // controller acceleration_high[0]
+    7.4f,  // controller voltage_rated[0]
+    12.8f,  // controller voltage_low[0]
+    0.0f,  // controller voltage_least[0]
+    20.0f,  // controller voltage_most[0]
+    8.0f,  // controller frequency_most[0]
+    1.0471976f,  // controller fin_most[0]
+    50.0f,  // controller timeout[0]
+    0.0015f,  // controller pulse_center[0]
+    0.000637f,  // controller pulse_per_rad[0]
+    0.0008f,  // controller pulse_least[0]
+    0.0022f,  // controller pulse_most[0]
+    0.15f,  // controller slew[0]
+    10.0f,  // pilot every[0]
+    0.01f,  // pilot tick[0]
+    0.2f,  // pilot gravity_rate[0]
+    0.2f,  // pilot field_rate[0]
+    0.017453292f,  // pilot drift_most[0]
+    34.9f,  // pilot rate_most[0]
+    157.0f,  // pilot acceleration_most[0]
+    0.5f,  // pilot field_low[0]
+    1.5f,  // pilot field_high[0]
+    1.5f,  // pilot depth_rate[0]
+    -1.0f,  // pilot depth_low[0]
+    30.0f,  // pilot depth_high[0]
+    0.5f,  // pilot depth_step[0]
+    0.8014128f,  // pilot glide[0]
+    0.05f,  // pilot walk[0]
+    0.002f,  // pilot current_walk[0]
+    0.001f,  // pilot factor_walk[0]
+    3.0f,  // pilot start_error[0]
+    0.1f,  // pilot current_error[0]
+    0.1f,  // pilot factor_error[0]
+    1.5f,  // pilot fix_noise[0]
+    1.5f,  // pilot fix_offset[0]
+    0.24f,  // pilot fix_depth[0]
+    0.1f,  // pilot period[0]
+    0.289f,  // pilot speed[0]
+    2.0f,  // pilot frequency[0]
+    0.27925268f,  // pilot swing[0]
+    0.0f,  // pilot lag[0]
+    0.43633232f,  // pilot swing[1]
+    0.0f,  // pilot lag[1]
+    0.437f,  // pilot speed[1]
+    3.0f,  // pilot frequency[1]
+    0.27925268f,  // pilot swing[2]
+    0.0f,  // pilot lag[2]
+    0.43633232f,  // pilot swing[3]
+    0.0f,  // pilot lag[3]
+    0.487f,  // pilot speed[2]
+    4.75f,  // pilot frequency[2]
+    0.27838f,  // pilot swing[4]
+    0.0f,  // pilot lag[4]
+    0.28064895f,  // pilot swing[5]
+    1.1203269f,  // pilot lag[5]
+    0.13962634f,  // pilot bias_most[0]
+    0.3811799f,  // pilot bend_most[0]
+    0.20943952f,  // pilot bias_most[1]
+    0.65345126f,  // pilot bend_most[1]
+    1.1183531f,  // pilot curvature[0]
+    0.4f,  // pilot heading_rate[0]
+    0.29670596f,  // pilot turn_most[0]
+    0.5f,  // pilot rate_gain[0]
+    0.1f,  // pilot heading_integral[0]
+    0.1f,  // pilot speed_least[0]
+    4.0f,  // pilot lookahead[0]
+    1.5f,  // pilot depth_lookahead[0]
+    0.5f,  // pilot pitch_most[0]
+    0.20791169f,  // pilot climb_most[0]
+    3.0f,  // pilot climb_lead[0]
+    1.0f,  // pilot climb_gain[0]
+    0.05f,  // pilot depth_integral[0]
+    0.0f,  // pilot pitch_gain[0]
+    0.7f,  // pilot pitch_damping[0]
+    1.0471976f,  // pilot fin_angle_most[0]
+    0.12f,  // pilot surface_depth[0]
+    3.0f,  // pilot fence_margin[0]
+    12.0f,  // pilot error_most[0]
+    4.0f,  // pilot error_near[0]
+    40.0f,  // pilot error_lost[0]
+    0.02f,  // pilot drift_enough[0]
+    60.0f,  // pilot patience[0]
+    180.0f,  // pilot retry[0]
+    2.0f,  // pilot lost_after[0]
+    120.0f,  // pilot compass_patience[0]
+    0.026176948f,  // pilot fin_tilt[0]
+    0.20943952f,  // pilot fin_least[0]
+    10.0f,  // pilot fin_after[0]
+    0.7853982f,  // pilot fin_alone[0]
+    25.0f,  // pilot answer_after[0]
+    0.3f,  // pilot answer_depth[0]
+    0.34906584f,  // pilot blind_fin[0]
+    0.25f,  // pilot slow[0]
+    12.24f,  // pilot battery_empty[0]
+    4.56f,  // pilot battery_span[0]
+    0.21604939f,  // pilot battery_drop[0]
+    7702.972f,  // pilot endurance[0]
+    30.0f,  // pilot overhead[0]
+    32768.0f,  // calibration bend_zero[0]
+    32768.0f,  // calibration bend_zero[1]
+    5.9921265e-05f,  // calibration bend_scale[0]
+    5.9921265e-05f,  // calibration bend_scale[1]
+    15291.733f,  // calibration pressure_zero[0]
+    15291.733f,  // calibration pressure_zero[1]
+    15291.733f,  // calibration pressure_zero[2]
+    15291.733f,  // calibration pressure_zero[3]
+    11.444092f,  // calibration pressure_scale[0]
+    11.444092f,  // calibration pressure_scale[1]
+    11.444092f,  // calibration pressure_scale[2]
+    11.444092f,  // calibration pressure_scale[3]
+    32768.0f,  // calibration current_zero[0]
+    32768.0f,  // calibration current_zero[1]
+    32768.0f,  // calibration current_zero[2]
+    32768.0f,  // calibration current_zero[3]
+    0.00019073486f,  // calibration current_scale[0]
+    0.00019073486f,  // calibration current_scale[1]
+    0.00019073486f,  // calibration current_scale[2]
+    0.00019073486f,  // calibration current_scale[3]
+    0.0f,  // calibration rate_zero[0]
+    0.0f,  // calibration rate_zero[1]
+    0.0f,  // calibration rate_zero[2]
+    0.0010650635f,  // calibration rate_scale[0]
+    0.0010650635f,  // calibration rate_scale[1]
+    0.0010650635f,  // calibration rate_scale[2]
+    0.0f,  // calibration acceleration_zero[0]
+    0.0f,  // calibration acceleration_zero[1]
+    0.0f,  // calibration acceleration_zero[2]
+    0.0047912598f,  // calibration acceleration_scale[0]
+    0.0047912598f,  // calibration acceleration_scale[1]
+    0.0047912598f,  // calibration acceleration_scale[2]
+    6553.6f,  // calibration voltage_zero[0]
+    0.00038146973f,  // calibration voltage_scale[0]
+    10132.5f,  // calibration depth_zero[0]
+    0.001019368f,  // calibration depth_scale[0]
+    0.0f,  // calibration field_zero[0]
+    0.0f,  // calibration field_zero[1]
+    0.0f,  // calibration field_zero[2]
+    6.1035156e-05f,  // calibration field_scale[0]
+    6.1035156e-05f,  // calibration field_scale[1]
+    6.1035156e-05f,  // calibration field_scale[2]
+    0.0f,  // calibration servo_trim[0]
+    0.0f,  // calibration servo_trim[1]
+    0.0f,  // calibration servo_trim[2]
+    0.0f,  // calibration servo_trim[3]
+    0.0f,  // calibration servo_trim[4]
+    0.0f,  // calibration servo_trim[5]
+    1.0f,  // limits manual_timeout[0]
+    5.0f,  // limits link_timeout[0]
+    60.0f,  // limits home_timeout[0]
+    12.0f,  // limits voltage_empty[0]
+    5.0f,  // limits voltage_after[0]
+    0.8660254f,  // limits tilt_most[0]
+    3.0f,  // limits tilt_after[0]
+    1.0f,  // limits leak_after[0]
+    4800.0f,  // limits link_rate[0]
+    0.75f,  // limits link_share[0]
+    1.0f,  // limits system_id[0]
+    0.0f,  // limits sign[0]
+};
+
+inline constexpr ParameterInfo parameters[] = {
+    {"proportional", 0.0f, 1.0f, 0.1f, false, 5},
+    {"integral", 0.0f, 2.0f, 0.5f, false, 6},
+    {"derivative", 0.0f, 1.0f, 0.0f, false, 7},
+    {"peak_smoothing", 0.05f, 0.2f, 0.1f, false, 8},
+    {"amplitude_0", 0.0f, 0.31764993f, 0.31764993f, false, 14},
+    {"amplitude_1", 0.0f, 0.54454273f, 0.54454273f, false, 21},
+    {"pressure_soft", 125000.0f, 250000.0f, 250000.0f, false, 67},
+    {"pressure_hard", 150000.0f, 300000.0f, 300000.0f, false, 68},
+    {"frequency_most", 0.8f, 8.0f, 8.0f, false, 80},
+    {"fin_most", 0.0f, 1.0471976f, 1.0471976f, false, 81},
+    {"voltage_low", 12.8f, 15.360001f, 12.8f, false, 77},
+    {"timeout_ticks", 10.0f, 50.0f, 50.0f, true, 82},
+    {"pulse_center", 0.00135f, 0.00165f, 0.0015f, false, 83},
+    {"pulse_per_rad", 0.00050960004f, 0.00079625f, 0.000637f, false, 84},
+    {"pulse_least", 0.0008f, 0.0011999999f, 0.0008f, false, 85},
+    {"pulse_most", 0.00165f, 0.0022f, 0.0022f, false, 86},
+    {"slew", 0.015000001f, 0.15f, 0.15f, false, 87},
+    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 135},
+    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 138},
+    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 137},
+    {"turn_most", 0.14835298f, 0.5934119f, 0.29670596f, false, 136},
+    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 134},
+    {"lookahead", 2.0f, 8.0f, 4.0f, false, 140},
+    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 141},
+    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 146},
+    {"climb_lead", 1.5f, 6.0f, 3.0f, false, 144},
+    {"climb_gain", 0.5f, 2.0f, 1.0f, false, 145},
+    {"pitch_damping", 0.35f, 1.4f, 0.7f, false, 148},
+    {"speed_least", 0.05f, 0.2f, 0.1f, false, 139},
+    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 150},
+    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 151},
+    {"error_most", 6.0f, 24.0f, 12.0f, false, 152},
+    {"patience", 30.0f, 120.0f, 60.0f, false, 156},
+    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 173},
+    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 174},
+    {"bend_scale_0", 2.9960633e-05f, 0.00011984253f, 5.9921265e-05f, false, 175},
+    {"bend_scale_1", 2.9960633e-05f, 0.00011984253f, 5.9921265e-05f, false, 176},
+    {"pressure_zero_0", -65536.0f, 65536.0f, 15291.733f, false, 177},
+    {"pressure_zero_1", -65536.0f, 65536.0f, 15291.733f, false, 178},
+    {"pressure_zero_2", -65536.0f, 65536.0f, 15291.733f, false, 179},
+    {"pressure_zero_3", -65536.0f, 65536.0f, 15291.733f, false, 180},
+    {"pressure_scale_0", 5.722046f, 22.888184f, 11.444092f, false, 181},
+    {"pressure_scale_1", 5.722046f, 22.888184f, 11.444092f, false, 182},
+    {"pressure_scale_2", 5.722046f, 22.888184f, 11.444092f, false, 183},
+    {"pressure_scale_3", 5.722046f, 22.888184f, 11.444092f, false, 184},
+    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 185},
+    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 186},
+    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 187},
+    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 188},
+    {"current_scale_0", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 189},
+    {"current_scale_1", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 190},
+    {"current_scale_2", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 191},
+    {"current_scale_3", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 192},
+    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 205},
+    {"voltage_scale", 0.00019073486f, 0.00076293945f, 0.00038146973f, false, 206},
+    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 207},
+    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 209},
+    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 210},
+    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 211},
+    {"field_scale_0", 3.0517578e-05f, 0.00012207031f, 6.1035156e-05f, false, 212},
+    {"field_scale_1", 3.0517578e-05f, 0.00012207031f, 6.1035156e-05f, false, 213},
+    {"field_scale_2", 3.0517578e-05f, 0.00012207031f, 6.1035156e-05f, false, 214},
+    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 215},
+    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 216},
+    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 217},
+    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 218},
+    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 219},
+    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 220},
+    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 221},
+    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 222},
+    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 223},
+    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 224},
+    {"tilt_most", 0.4330127f, 0.8660254f, 0.8660254f, false, 226},
+    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 229},
+    {"link_share", 0.05f, 1.0f, 0.75f, false, 230},
+    {"system_id", 1.0f, 250.0f, 1.0f, true, 231},
+    {"sign", 0.0f, 1.0f, 0.0f, true, 232},
+};
+
+inline constexpr Description description = {
+    "hypertuna", 2, 3, values, 233, parameters, 77, 0xb82fc33c};
+
+inline constexpr struct {
+    int servo[6];
+    int bend[2];
+    int pressure[4];
+    int current[4];
+    int voltage[1];
+    int leak[1];
+    int imu_serial, position_serial, radio_serial, radio_baud;
+    float watchdog;  // s
+} wiring = {
+    {2, 3, 4, 5, 6, 9},
+    {14, 15},
+    {16, 17, 20, 21},
+    {22, 23, 24, 25},
+    {26},
+    {28},
+    1, 8, 2, 9600,
+    0.5f,
+};
+
+}  // namespace hypertuna::firmware::robot
+// clang-format on

@@ -1,0 +1,146 @@
+"""The MAVLink dialect of the robot: pymavlink's classes for hypertuna.xml, made at first use and kept in a cache.
+
+Needs the extra `radio`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import importlib.util
+import os
+import subprocess
+import sys
+import tempfile
+import warnings
+from importlib.metadata import version
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from hypertuna.errors import InputError
+
+__all__ = ["HOW", "dialect", "dialect_file", "mavutil", "need_radio"]
+
+HOW = "pip install 'hypertuna[radio]'"
+NAME = "pymavlink.dialects.v20.hypertuna"  # where mavutil looks for a dialect of this name
+
+
+def need_radio() -> None:
+    """Check that the packages for the radio are there.
+
+    Raises
+    ------
+    InputError
+        If one is not installed.
+    """
+    for name in ("pymavlink", "serial"):
+        if importlib.util.find_spec(name) is None:
+            raise InputError("is needed by the radio and is not installed", key=name, fix=HOW)
+
+
+def dialect_file() -> Path:
+    """Find the definition of the dialect.
+
+    Returns
+    -------
+    Path
+        Of hypertuna.xml: inside the package, or in the source tree.
+    """
+    here = Path(__file__).resolve().parent
+    places = (here / "mavlink", here.parents[1] / "firmware" / "mavlink")
+    return next(place for place in places if place.is_dir()) / "hypertuna.xml"
+
+
+@functools.cache
+def dialect() -> Any:
+    """Load the dialect's module, and make it first if the cache has none of this definition.
+
+    Returns
+    -------
+    module
+        As pymavlink's mavgen makes it: classes of messages, enumerations, `MAVLink`.
+
+    Raises
+    ------
+    InputError
+        If the extra `radio` is missing, or the module cannot be made.
+    """
+    need_radio()
+    os.environ["MAVLINK20"] = "1"  # mavutil's choice of the protocol's version
+    source = dialect_file()
+    key = hashlib.sha256(source.read_bytes() + version("pymavlink").encode()).hexdigest()[:16]
+    path = _cache() / f"mavlink_{key}.py"
+    if not path.exists():
+        _make(source, path)
+    spec = importlib.util.spec_from_file_location(NAME, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    with _quiet():
+        spec.loader.exec_module(module)
+        import pymavlink.dialects.v20
+
+    sys.modules[NAME] = module
+    pymavlink.dialects.v20.hypertuna = module
+    return module
+
+
+@functools.cache
+def mavutil() -> Any:
+    """Load pymavlink's connections with the dialect.
+
+    Returns
+    -------
+    module
+        `pymavlink.mavutil`.
+
+    Raises
+    ------
+    InputError
+        As for `dialect`.
+    """
+    dialect()
+    with _quiet():
+        from pymavlink import mavutil as module
+
+        module.set_dialect("hypertuna")
+    loaded: ModuleType = module
+    return loaded
+
+
+def _cache() -> Path:
+    """Folder for what can be made again."""
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "hypertuna"
+
+
+def _make(source: Path, path: Path) -> None:
+    """Make the module, whole or not at all."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / "made.py"
+        command = [sys.executable, str(source.parent / "generate.py"), str(source), "Python3", str(made)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            lines = (done.stderr or done.stdout).strip().splitlines()
+            value = f"not ({lines[-1] if lines else 'mavgen failed'})"
+            raise InputError("must make a module", file=str(source), value=value, fix=f"install pymavlink anew: {HOW}")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            whole = path.with_suffix(f".{os.getpid()}")
+            whole.write_bytes(made.read_bytes())
+            os.replace(whole, path)
+        except OSError as error:
+            fix = "set XDG_CACHE_HOME to a folder that can be written"
+            raise InputError(
+                "must be writable", file=str(path.parent), value=f"not ({error.strerror})", fix=fix
+            ) from None
+
+
+@contextlib.contextmanager
+def _quiet() -> Any:
+    """Import what is not ours without its warnings."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

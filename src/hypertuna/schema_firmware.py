@@ -1,0 +1,79 @@
+"""The table of the firmware in a robot description: pins of the microcontroller, and what the supervisor goes by."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import model_validator
+
+from hypertuna.errors import InputError
+from hypertuna.schema_base import Count, Fraction, Index, Part, Positive, PositiveDegrees, PositiveFraction, entry
+
+
+class Firmware(Part):
+    """The firmware: what is wired to which pin, and when the supervisor on board acts. No simulation depends on it."""
+
+    servo_pins: tuple[Index, ...] = entry(
+        "servo_pins", "pins of the servos: of each joint group's left and right pump, then port and starboard fin"
+    )
+    bend_pins: tuple[Index, ...] = entry("bend_pins", "analog pins of the bend sensors, one per joint group")
+    pressure_pins: tuple[Index, ...] = entry(
+        "pressure_pins", "analog pins of the pressure sensors, left and right of each joint group"
+    )
+    current_pins: tuple[Index, ...] = entry("current_pins", "analog pins of the servo current sensors, the same")
+    voltage_pin: Index = entry("voltage_pin", "analog pin of the battery voltage's divider")
+    leak_pin: Index = entry("leak_pin", "pin of the leak sensor, low when wet")
+    imu_serial: Count = entry("imu_serial", "number of the serial port of the IMU")
+    position_serial: Count = entry("position_serial", "number of the serial port of the satellite receiver")
+    radio_serial: Count = entry("radio_serial", "number of the serial port of the radio")
+    radio_baud: Count = entry("radio_baud_bit_s", "rate of that port", "bit/s")
+    analog_low: Fraction = entry(
+        "analog_low", "part of the converter's range at which an analog sensor shows the lower end of its range"
+    )
+    analog_high: PositiveFraction = entry("analog_high", "the same at the upper end")
+
+    manual_timeout: Positive = entry("manual_timeout_s", "time without a joystick after which the tail rests", "s")
+    link_timeout: Positive = entry("link_timeout_s", "time without the ground after which a gait ends", "s")
+    home_timeout: Positive = entry("home_timeout_s", "time without the ground after which a robot goes home", "s")
+    voltage_empty: Positive = entry("voltage_empty_v", "battery voltage at which the tail rests for good", "V")
+    voltage_after: Positive = entry("voltage_after_s", "time that a low voltage must last to count", "s")
+    tilt_max: PositiveDegrees = entry("tilt_max_deg", "roll or pitch beyond which the tail rests", "deg")
+    tilt_after: Positive = entry("tilt_after_s", "time that such a tilt must last to count", "s")
+    leak_after: Positive = entry("leak_after_s", "time that a leak must last to count", "s")
+    watchdog: Positive = entry("watchdog_s", "time without a tick after which the watchdog restarts the firmware", "s")
+    link_rate: Positive = entry("link_rate_bit_s", "rate of the radio over the air", "bit/s")
+    link_share: PositiveFraction = entry("link_share", "part of that rate which telemetry may take")
+    system_id: Count = entry("system_id", "number of the robot in MAVLink, 1 to 250")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for low, high in (("analog_low", "analog_high"), ("link_timeout", "home_timeout")):
+            below, above = getattr(self, low), getattr(self, high)
+            if below >= above:
+                alias = type(self).model_fields[low].alias
+                rule = f"must be less than {type(self).model_fields[high].alias}"
+                raise InputError(rule, key=f"firmware.{alias}", value=f"{below:g}", fix="exchange the two")
+        if self.system_id > 250:
+            fix = "choose another number for this robot"
+            raise InputError("must be at most 250", key="firmware.system_id", value=f"{self.system_id}", fix=fix)
+        pins = [
+            *(self.servo_pins + self.bend_pins + self.pressure_pins + self.current_pins),
+            *(self.voltage_pin, self.leak_pin),
+        ]
+        for k, pin in enumerate(pins):
+            if pin in pins[:k]:
+                rule, fix = "must have one use alone", "wire one of the two to another pin"
+                raise InputError(rule, key="firmware", value=f"pin {pin}", fix=fix)
+        return self
+
+
+def check_firmware(firmware: Firmware | None, groups: int) -> None:
+    """Check that every servo and sensor has its pin."""
+    if firmware is None:
+        return
+    sizes = {"servo_pins": 2 * groups + 2, "bend_pins": groups, "pressure_pins": 2 * groups, "current_pins": 2 * groups}
+    for name, count in sizes.items():
+        found = len(getattr(firmware, name))
+        if found != count:
+            rule = f"must be {count} long, for {groups} joint group{'s' * (groups != 1)}"
+            raise InputError(rule, key=f"firmware.{name}", value=f"{found} long", fix=f"give {count} pins")
