@@ -16,8 +16,9 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.cli import main
-from hypertuna.flight import Flight, expected, fence_margin, fly, fly_seeds, outcome
+from hypertuna.flight import Flight, expected, fly, fly_seeds, outcome
 from hypertuna.gpx import read_gpx
+from hypertuna.mission import fence_distance
 from hypertuna.mission_file import MissionFile, read_mission
 from hypertuna.mission_run import fly_mission
 
@@ -155,10 +156,10 @@ def test_a_flight_goes_on_from_its_journal(file: MissionFile, flight: Flight, tu
 
 def test_the_margin_to_a_square_fence(file: MissionFile) -> None:
     places = np.array([[0, 0], [19, 0], [0, 39], [30, 0], [23, 44]])
-    np.testing.assert_allclose(fence_margin(file.mission, places), [20, 1, 1, -10, -5])
+    np.testing.assert_allclose(fence_distance(file.mission, places), [20, 1, 1, -10, -5])
     turned = ht.mission.Mission(file.mission.waypoints, fence=tuple(reversed(file.mission.fence)))
-    np.testing.assert_allclose(fence_margin(turned, places), [20, 1, 1, -10, -5])
-    assert np.isinf(fence_margin(ht.mission.Mission(file.mission.waypoints), places)).all()
+    np.testing.assert_allclose(fence_distance(turned, places), [20, 1, 1, -10, -5])
+    assert np.isinf(fence_distance(ht.mission.Mission(file.mission.waypoints), places)).all()
 
 
 def test_the_lake_takes_800_m_at_half_a_meter_a_second() -> None:
@@ -203,7 +204,7 @@ def test_the_command_flies_seeds(run: Run, path: Path, tmp_path: Path) -> None:
     distance = [one["distance_m"] for one in told["flights"]]
     assert told["summary"]["distance_m"]["mean"] == pytest.approx(np.mean(distance))
     lines = [line for line in Path(table).read_text().splitlines() if line[0] != "#"]
-    assert lines[0].startswith("seed,status,duration_s,distance_m")
+    assert lines[0].startswith("seed,status,waypoints_reached,duration_s,distance_m")
     assert len(lines) == 3
     assert "1 done" in run("mission", str(path), "--seeds", "0:1")[1]
 

@@ -178,6 +178,14 @@ def test_a_seed_draws_its_own_water_within_bounds() -> None:
         ("limits.fence_m", [[-50, -50], [50, 50], [50, -50], [-50, 50]], "must not have sides that cross, as those"),
         ("limits.fence_m", [[0, 0], [1, 1], [2, 2]], "limits.fence_m must enclose an area"),
         ("limits.fence_m", [[0, 0], [1e6, 0], [0, 1]], "limits.fence_m[1] must be within 100 km of the origin"),
+        ("limits.fence_m", [[0.0, 0.0, 0.0]], "limits.fence_m[0] must have at most 2 values, but is [0.0, 0.0, 0.0]"),
+        (
+            "limits.fence_m",
+            [[-40, -40], [40, -40], [40, 40], [8, 40], [8, 10], [12, 10], [6, 6], [-1, 40], [-40, 40]],
+            "waypoints[0] must be reached by a straight way inside limits.fence_m: add a waypoint on a way around",
+        ),
+        ("scatter.gap_s", 0.0, "scatter.gap_s must be positive where scatter.gaps are, but is 0"),
+        ("name", "a\x1b[31m", "name must be one line without control characters"),
         ("limits.battery", 1.0, "limits.battery must be less than 1"),
         ("limits.duration_s", 0.0, "limits.duration_s must be greater than 0"),
         ("gps.gaps_s", [[5.0, 1.0]], "gps.gaps_s[0] must be two times, the first earlier, but is [5, 1]"),
@@ -193,6 +201,15 @@ def test_bad_missions_are_told_key_rule_value_and_fix(where: str, value: Any, se
     assert told.startswith("bad.toml: ")
     assert sentence in told
     assert "\n" not in told
+
+
+def test_sides_in_one_line_do_not_cross() -> None:
+    """A pier that stands into the water from the south: two sides lie on one line, apart."""
+    pier = [[-50, -50], [20, -50], [20, 0], [25, 0], [25, -50], [50, -50], [50, 50], [-50, 50]]
+    assert len(parse_mission(put("limits.fence_m", pier)).mission.fence) == 8
+    flat = [[-50, -50], [20, -50], [10, -50], [50, -50], [50, 50], [-50, 50]]
+    with pytest.raises(ht.InputError, match="must not have sides that cross"):
+        parse_mission(put("limits.fence_m", flat))
 
 
 def test_without_an_origin_no_latitude() -> None:

@@ -90,6 +90,29 @@ def test_a_lost_fin_loses_no_robot(robot: ht.Robot, fault: str) -> None:
     assert run.depth.max() < 4.5
 
 
+def test_home_before_the_last_waypoint_is_not_done(robot: ht.Robot) -> None:
+    """The time is up at once: home is here."""
+    run = fly_mission(robot, Mission(**{**OUT.__dict__, "duration": 1.0}), seed=1, duration=200)
+    assert run.modes[-1] == "done"
+    assert run.data["leg"][-1] == 0
+    assert run.status == "home"
+
+
+def test_a_waypoint_that_would_be_skipped_is_refused(robot: ht.Robot) -> None:
+    point = OUT.waypoints[-1]
+    fence = ((point.x - 100, point.y - 100), (point.x + 2, point.y - 100), (point.x + 2, point.y + 100))
+    fence = (*fence, (point.x - 100, point.y + 100))
+    with pytest.raises(InputError, match=r"must be 3 m inside the fence, guidance.fence_margin_m .* but is 2 m inside"):
+        mission_start(robot, Mission(**{**OUT.__dict__, "fence": fence}))
+
+
+def test_a_mission_may_last_a_day(robot: ht.Robot) -> None:
+    far = Mission(waypoints=(Waypoint(9000.0, 0.0, 1.0, 0.3, 3.0),))
+    assert mission_start(robot, far).duration == 1e5
+    with pytest.raises(InputError, match="duration must be from 0.01 to 100000 s"):
+        mission_start(robot, far, duration=2e5)
+
+
 def test_faults_of_fins_are_checked(robot: ht.Robot) -> None:
     with pytest.raises(InputError, match="known kind"):
         mission_start(robot, OUT, faults="fins:gone@5")

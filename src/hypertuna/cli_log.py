@@ -56,7 +56,7 @@ def csv_command(file: File, output: Output, as_json: AsJson = False) -> None:
     """Write every number of a log to a .csv file, one row per time."""
     check_suffix(output, (".csv",), "--output")
     log = read_log(file)
-    write_atomically(output, _csv(log.record).encode())
+    write_atomically(output, _csv(log.record, complete=log.complete).encode())
     _finish(log, output, as_json)
 
 
@@ -119,7 +119,7 @@ def _finish(log: Log, output: str, as_json: bool) -> None:
     tell_written(output)
 
 
-def _csv(record: MissionRecord) -> str:
+def _csv(record: MissionRecord, *, complete: bool) -> str:
     """Write a record as comma-separated values, below comments that say what made it."""
     columns = {"time_s": record.time}
     columns |= {f"{axis}_m": record.data["position"][:, k] for k, axis in enumerate(("x", "y", "z"))}
@@ -130,6 +130,7 @@ def _csv(record: MissionRecord) -> str:
             values = record.data[row.name] if row.part is None else record.data[row.name][:, row.part]
             columns[row.key] = values * row.factor
     lines = [f"# mission: {record.name}", f"# robot: {record.robot}", *(f"# {k}: {v}" for k, v in record.facts.items())]
+    lines.append(f"# complete: {str(complete).lower()}")
     lines.append(",".join(columns))
-    lines += [",".join(f"{value:.9g}" for value in row) for row in zip(*columns.values(), strict=True)]
+    lines += [",".join(f"{value + 0.0:.9g}" for value in row) for row in zip(*columns.values(), strict=True)]
     return "\n".join(lines) + "\n"

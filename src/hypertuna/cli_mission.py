@@ -38,6 +38,7 @@ HOUR = 3600.0
 GOOD = ("done",)
 # What is told of a flight: name with its unit, attribute, factor, label and unit on the terminal.
 SHOWN: tuple[tuple[str, str, float, str, str], ...] = (
+    ("waypoints_reached", "reached", 1, "waypoints reached", ""),
     ("duration_s", "duration", 1.0, "time", "s"),
     ("distance_m", "distance", 1.0, "way over ground", "m"),
     ("energy_wh", "energy", 1 / HOUR, "energy from the battery", "Wh"),
@@ -45,7 +46,7 @@ SHOWN: tuple[tuple[str, str, float, str, str], ...] = (
     ("depth_max_m", "depth_max", 1.0, "greatest depth", "m"),
     ("fence_margin_min_m", "margin_min", 1.0, "least distance to the fence", "m"),
     ("position_off_max_m", "off_max", 1.0, "farthest from where it believed to be", "m"),
-    ("goal_distance_m", "home_distance", 1.0, "from its goal at the end", "m"),
+    ("goal_distance_m", "home_distance", 1.0, "from home at the end", "m"),
 )
 
 
@@ -55,8 +56,9 @@ def mission_command(
     ],
     robot: Annotated[str | None, typer.Option("--robot", help="Robot to send.  [default: the file's]")] = None,
     seed: Annotated[
-        str, typer.Option("--seed", help="Seed of noise, and of what the file scatters; 0 scatters nothing.")
-    ] = "0",
+        str | None,
+        typer.Option("--seed", help="Seed of noise, and of what the file scatters; 0 scatters nothing.  [default: 0]"),
+    ] = None,
     seeds: Annotated[
         str | None, typer.Option("--seeds", help="Fly many seeds, FROM:TO without the last, such as 0:100.")
     ] = None,
@@ -70,7 +72,8 @@ def mission_command(
         ),
     ] = None,
     duration: Annotated[
-        str | None, typer.Option("--duration", help="Give the mission up after so many s.  [default: twice its way]")
+        str | None,
+        typer.Option("--duration", help="Give it up after so many s.  [default: 10 min after it should be home]"),
     ] = None,
     checkpoint: Annotated[
         str | None, typer.Option("--checkpoint", help="Keep a journal here; the same command resumes from it.")
@@ -85,7 +88,8 @@ def mission_command(
 ) -> None:
     """Fly a mission on the twin in three dimensions, under its pilot.
 
-    The exit code is 0 if it is done, 1 if it ends otherwise (with --seeds: if one of them does), 2 for bad input.
+    The exit code is 0 if it is done: all waypoints reached and home again; 1 if it ends otherwise (with --seeds: if one
+    of them does), 2 for bad input.
     """
     check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     check_suffix(gpx, (".gpx",), "--gpx")
@@ -94,9 +98,9 @@ def mission_command(
     fish = _robot(given, robot)
     most = None if duration is None else number(duration, "--duration", "seconds")
     if seeds is not None:
-        if plot is not None or gpx is not None:
-            key = "--plot" if plot is not None else "--gpx"
-            raise InputError("is of one flight", key=key, fix="leave it out with --seeds, or give one --seed")
+        single = next((key for key, value in {"--plot": plot, "--gpx": gpx, "--seed": seed}.items() if value), None)
+        if single is not None:
+            raise InputError("is of one flight", key=single, fix="leave it out with --seeds, or leave --seeds out")
         workers = None if threads is None else whole_number(threads, "--threads")
         _many(given, fish, _seeds(seeds), workers, fault or [], most, checkpoint, output, as_json)
         return
@@ -108,7 +112,7 @@ def mission_command(
         flight = fly(
             given,
             fish,
-            seed=whole_number(seed, "--seed"),
+            seed=whole_number(seed or "0", "--seed"),
             faults=fault or [],
             duration=most,
             checkpoint=checkpoint,
@@ -168,6 +172,7 @@ def _sentence(one: Outcome) -> str:
     """Say how a flight ended."""
     ends = {
         "done": "The mission is done",
+        "home": f"The robot came home early, with {one.reached} waypoints reached,",
         "hold": "The robot holds: it cannot go home",
         "given up": "The mission was given up",
         "diverged": "The run diverged: the twin's state is no longer a robot's",

@@ -236,8 +236,10 @@ def _rule(message: str) -> str:
         return "must not be empty"
     if "exceeded maximum size" in message:
         return "must be a smaller number"
+    if most := re.search(r"should have at most (\d+) items", message):
+        return f"must have at most {most[1]} values"
     noun = next((ours for theirs, ours in _NOUNS.items() if f"valid {theirs}" in message), None)
-    return f"must be {noun}" if noun else message.replace("Input should", "must")
+    return f"must be {noun}" if noun else message.removeprefix("Value error, ").replace("Input should", "must")
 
 
 def _fix(field: FieldInfo | None) -> str | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -20,15 +19,14 @@ from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError
 from hypertuna.journal import Journal, journal_header
 from hypertuna.mcap_log import LogWriter
-from hypertuna.mission import Mission
+from hypertuna.mission import Mission, fence_distance
 from hypertuna.mission_file import MissionFile, drawn
 from hypertuna.mission_record import COLUMNS, MissionRecord, joined
 from hypertuna.mission_run import MissionRun, MissionStart, fly_part, mission_start, over, part_ticks
 from hypertuna.mission_run import joined as joined_parts
 from hypertuna.results import provenance
-from hypertuna.twin_parts import ticks_of
 
-__all__ = ["Flight", "Outcome", "expected", "fence_margin", "fly", "fly_seeds", "outcome"]
+__all__ = ["Flight", "Outcome", "expected", "fly", "fly_seeds", "outcome"]
 
 Array = NDArray[np.float64]
 Report = Callable[[int, int], None]
@@ -47,7 +45,7 @@ class Flight:
     seed : int
     record : MissionRecord
     status : str
-        "done", "hold", "given up" or "diverged".
+        "done"; "home", but before it had reached all waypoints; "hold", "given up" or "diverged".
     """
 
     file: MissionFile
@@ -65,6 +63,8 @@ class Outcome:
     ----------
     seed : int
     status : str
+    reached : int
+        Waypoints.
     duration, distance : float
         Of the flight [s]; over ground [m].
     energy, charge_left : float
@@ -83,6 +83,7 @@ class Outcome:
 
     seed: int
     status: str
+    reached: int
     duration: float
     distance: float
     energy: float
@@ -247,43 +248,17 @@ def outcome(flight: Flight) -> Outcome:
     return Outcome(
         seed=flight.seed,
         status=flight.status,
+        reached=int(record.data["leg"][-1]),
         duration=float(record.time[-1]),
         distance=record.distance,
         energy=float(record.energy[-1]),
         charge_left=float(record.data["charge_left"][-1]),
         depth_max=float(record.depth.max()),
-        margin_min=float(fence_margin(mission, place).min()),
+        margin_min=float(fence_distance(mission, place).min()),
         off_max=float(off.max()),
         home_distance=float(np.hypot(*(place[-1] - goal))),
         reasons=dict(sorted(first.items(), key=lambda item: item[1])),
     )
-
-
-def fence_margin(mission: Mission, places: Array) -> Array:
-    """Return how far inside the fence places are.
-
-    Parameters
-    ----------
-    mission : Mission
-    places : ndarray, shape (K, 2)
-        East and north [m].
-
-    Returns
-    -------
-    ndarray, shape (K,)
-        Distance to the nearest side, negative outside; infinite without a fence [m].
-    """
-    x, y = np.asarray(places, float).T
-    if not mission.fence:
-        return np.full(len(x), math.inf)
-    nearest, inside = np.full(len(x), math.inf), np.zeros(len(x), bool)
-    for (ax, ay), (bx, by) in zip(mission.fence, (*mission.fence[1:], mission.fence[0]), strict=True):
-        ex, ey = bx - ax, by - ay
-        part = np.clip(((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey), 0, 1)
-        nearest = np.minimum(nearest, np.hypot(x - ax - part * ex, y - ay - part * ey))
-        if ey != 0:
-            inside ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) / ey * ex)
-    return np.where(inside, nearest, -nearest)
 
 
 def expected(mission: Mission) -> float:
@@ -316,7 +291,7 @@ def _parts(
     start: MissionStart, journal: Journal, keep: bool, report: Report | None
 ) -> Iterable[tuple[MissionRun, float]]:
     """Fly part after part: each with the time at its start [s]."""
-    ticks, length = ticks_of(start.duration, start.tick), part_ticks(start)
+    ticks, length = start.ticks, part_ticks(start)
     state: bytes | None = None
     made, total = 0, max(1, round(expected(start.mission)))
     while made < ticks:

@@ -181,7 +181,7 @@ def _point(parent: Element, tag: str, place: Array, height: float) -> Element:
     """Add a point: latitude and longitude to a centimeter, elevation to a millimeter."""
     latitude, longitude = np.degrees(place)
     node = SubElement(parent, tag, {"lat": f"{latitude:.8f}", "lon": f"{longitude:.8f}"})
-    SubElement(node, "ele").text = f"{height:.3f}"
+    SubElement(node, "ele").text = f"{round(height, 3) + 0.0:.3f}"  # no -0.000
     return node
 
 

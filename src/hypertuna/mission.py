@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-__all__ = ["Mission", "Waypoint"]
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Mission", "Waypoint", "cross", "fence_distance"]
+
+Array = NDArray[np.float64]
+Point = tuple[float, float]
 
 
 class Waypoint(NamedTuple):
@@ -90,3 +97,51 @@ class Mission:
     current: tuple[float, float] = (0.0, 0.0)
     current_bottom: tuple[float, float] = (0.0, 0.0)
     gaps: tuple[tuple[float, float], ...] = field(default=())
+
+
+def fence_distance(mission: Mission, places: Array) -> Array:
+    """Return how far inside the fence places are.
+
+    Parameters
+    ----------
+    mission : Mission
+    places : ndarray, shape (K, 2)
+        East and north [m].
+
+    Returns
+    -------
+    ndarray, shape (K,)
+        Distance to the nearest side, negative outside; infinite without a fence [m].
+    """
+    x, y = np.asarray(places, float).T
+    if not mission.fence:
+        return np.full(len(x), math.inf)
+    nearest, inside = np.full(len(x), math.inf), np.zeros(len(x), bool)
+    for (ax, ay), (bx, by) in zip(mission.fence, (*mission.fence[1:], mission.fence[0]), strict=True):
+        ex, ey = bx - ax, by - ay
+        part = np.clip(((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey), 0, 1)
+        nearest = np.minimum(nearest, np.hypot(x - ax - part * ex, y - ay - part * ey))
+        if ey != 0:
+            inside ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) / ey * ex)
+    return np.where(inside, nearest, -nearest)
+
+
+def cross(first: tuple[Point, Point], second: tuple[Point, Point]) -> bool:
+    """Tell whether two straight lines from one point to another cross or touch.
+
+    Parameters
+    ----------
+    first, second : tuple of (float, float)
+        Their ends.
+
+    Returns
+    -------
+    bool
+    """
+
+    def side(a: Point, b: Point, p: Point) -> float:
+        return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
+
+    (a, b), (c, d) = first, second
+    apart = any(max(a[k], b[k]) < min(c[k], d[k]) or max(c[k], d[k]) < min(a[k], b[k]) for k in (0, 1))
+    return not apart and side(a, b, c) * side(a, b, d) <= 0 and side(c, d, a) * side(c, d, b) <= 0

@@ -8,6 +8,7 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from hypertuna.errors import InputError, did_you_mean, shown, translate
 from hypertuna.frames import pose_from
 from hypertuna.geodesy import FARTHEST, to_local
 from hypertuna.measured import read_text
-from hypertuna.mission import Mission, Waypoint
+from hypertuna.mission import Mission, Waypoint, cross, fence_distance
 from hypertuna.reference import markdown
 from hypertuna.schema_mission import Document, Place, Scatter, too_far
 
@@ -191,24 +192,22 @@ def reference() -> str:
 
 
 def _check_mission(mission: Mission) -> None:
-    """Check that start, home and waypoints are near, and inside the fence."""
+    """Check that start, home and waypoints are near and inside the fence, and the legs between them, too."""
     places = {"start": mission.start, "home": mission.home}
     places |= {f"waypoints[{i}]": (point.x, point.y) for i, point in enumerate(mission.waypoints)}
     for key, (x, y) in places.items():
         if max(abs(x), abs(y)) > FARTHEST:
             raise too_far(key, x, y)
-        if mission.fence and not _within(mission.fence, x, y):
+        if fence_distance(mission, np.array([[x, y]]))[0] <= 0:
             fix = "move it, or widen the fence"
             raise InputError("must be inside limits.fence_m", key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)
-
-
-def _within(fence: Sequence[tuple[float, float]], x: float, y: float) -> bool:
-    """Tell whether a place is inside: a ray toward east crosses the fence an odd number of times."""
-    inside = False
-    for (ax, ay), (bx, by) in zip(fence, (*fence[1:], fence[0]), strict=True):
-        if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
-            inside = not inside
-    return inside
+    course = [places.pop("start"), *list(places.values())[1:], *([] if mission.stay else [mission.home])]
+    corners = list(zip(mission.fence, (*mission.fence[1:], *mission.fence[:1]), strict=True))
+    for k, leg in enumerate(pairwise(course)):
+        if any(cross(leg, side) for side in corners):
+            key = f"waypoints[{k}]" if k < len(mission.waypoints) else "home"
+            rule = "must be reached by a straight way inside limits.fence_m"
+            raise InputError(rule, key=key, fix="add a waypoint on a way around, or widen the fence")
 
 
 # --- how it becomes SI units and our frames

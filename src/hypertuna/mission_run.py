@@ -18,16 +18,17 @@ from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError, did_you_mean, finite, shown, whole
 from hypertuna.guidance import GaitTable, gait_table, mission_columns, pilot_columns
 from hypertuna.hydraulics import needed
-from hypertuna.mission import Mission
+from hypertuna.mission import Mission, fence_distance
 from hypertuna.sea import Sea, sea_parts
 from hypertuna.sea_run import Motion
 from hypertuna.sensing import FOREVER, pilot_sensor_columns
-from hypertuna.twin_parts import checked_seed, controller_of, found_faults, listed, parts_of, steps_needed, ticks_of
+from hypertuna.twin_parts import checked_seed, controller_of, found_faults, listed, parts_of, steps_needed
 
 __all__ = ["MissionRun", "MissionStart", "fly_mission", "fly_part", "mission_start"]
 
 Array = NDArray[np.float64]
 
+LONGEST = 1e5  # s of a mission: at 10 rows a second half a gigabyte of record
 PART = 30.0  # s of a mission that is flown at a time
 SLACK = 2.0  # times the way at its speed, and ten minutes: then a mission that has no duration is given up
 FIN = re.compile(r"(?P<which>fin-port|fin-starboard|fins):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
@@ -67,6 +68,11 @@ class MissionStart:
     tick: float
     core: dict[str, Any] = field(repr=False)
 
+    @property
+    def ticks(self) -> int:
+        """Control ticks after which it is given up."""
+        return int(self.duration / self.tick * (1 + 1e-12))
+
 
 @dataclass(frozen=True)
 class MissionRun(Motion):
@@ -80,7 +86,7 @@ class MissionRun(Motion):
     data : dict of ndarray
         What was recorded, as `_core.run_mission` names it, each (T,) or (T, n) [SI].
     status : str
-        "done", "hold", "given up" (out of time) or "diverged".
+        "done"; "home", but before it had reached all waypoints; "hold", "given up" (out of time) or "diverged".
     """
 
     start: MissionStart
@@ -145,7 +151,8 @@ def mission_start(
     every : int
         Ticks from one row of the record to the next.
     duration : float, optional
-        After which the mission is given up [s]; twice what its way takes and ten minutes, if it says nothing.
+        After which the mission is given up [s]. If it says nothing: ten minutes after the time at which it should be
+        home, or after twice what its way takes if that is more, but 100 000 s at most.
 
     Returns
     -------
@@ -160,10 +167,13 @@ def mission_start(
     tick = 1 / control.rate
     table = gait_table(robot) if table is None else table
     parts = parts_of(robot, "water", None)
+    _check_margin(robot, mission)
     if every < 1:
         raise InputError("must be at least 1", key="every", value=shown(every), fix="give a whole number of ticks")
-    most = _longest(mission) if duration is None else finite(duration, "duration", "give seconds")
-    ticks_of(most, tick)
+    most = min(_longest(mission), LONGEST) if duration is None else finite(duration, "duration", "give seconds")
+    if not tick <= most <= LONGEST:
+        rule = f"must be from {tick:g} to {LONGEST:g} s"
+        raise InputError(rule, key="duration", value=f"{most:g}", fix="give the seconds after which to give up")
     given = listed(faults)
     fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
     sensors = tuple(fault for fault in given if fault not in fins)
@@ -255,7 +265,7 @@ def fly_mission(
         As `mission_start` does.
     """
     start = mission_start(robot, mission, seed=seed, faults=faults, table=table, every=every, duration=duration)
-    ticks, length = ticks_of(start.duration, start.tick), part_ticks(start)
+    ticks, length = start.ticks, part_ticks(start)
     records: list[dict[str, Array]] = []
     state, made = None, 0
     while made < ticks:
@@ -296,7 +306,8 @@ def joined(start: MissionStart, records: list[dict[str, Array]]) -> MissionRun:
     last = int(done[0]) + 1 if len(done) else len(data["mode"])
     data = {name: values[:last] for name, values in data.items()}
     end = _mode(data["mode"][-1])
-    status = "diverged" if diverged else end if end in ("done", "hold") else "given up"
+    early = end == "done" and data["leg"][-1] < len(start.mission.waypoints)
+    status = "diverged" if diverged else "home" if early else end if end in ("done", "hold") else "given up"
     time = np.arange(last, dtype=np.float64) * start.tick * start.every
     return MissionRun(start, time, data, status)
 
@@ -315,6 +326,16 @@ def _pose(mission: Mission) -> Array:
     """Position, attitude and fins at the start: upright, the axis from nose to tail along the heading."""
     attitude = np.array([math.cos(mission.heading / 2), 0.0, 0.0, math.sin(mission.heading / 2)])
     return np.concatenate([[*mission.start, -mission.depth], attitude, [0.0, 0.0]])
+
+
+def _check_margin(robot: Robot, mission: Mission) -> None:
+    """Check that no waypoint is so near the fence that the pilot would skip it."""
+    margin = needed(robot.guidance, "guidance", "add the table [guidance]", robot).fence_margin
+    room = fence_distance(mission, np.array([(point.x, point.y) for point in mission.waypoints]).reshape(-1, 2))
+    for k in np.flatnonzero(room < margin)[:1]:
+        rule = f"must be {margin:g} m inside the fence, guidance.fence_margin_m of the robot"
+        fix = "move it, or widen the fence"
+        raise InputError(rule, key=f"waypoints[{k}]", value=f"{room[k]:.3g} m inside", fix=fix)
 
 
 def _longest(mission: Mission) -> float:

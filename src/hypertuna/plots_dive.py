@@ -41,9 +41,11 @@ def plot_dive(done: Dive, *, width: float = WIDTH) -> Figure:
         look = {"color": FAINT, "fontsize": 8.5, "ha": "left" if side > 0 else "right"}
         depth.annotate(text, (middle, place), (side, 8), textcoords="offset points", **look)
     swings = ((pitch, np.degrees(run.pitch), "pitch, nose up\n[deg]"), (speed, run.speed, "speed ahead\n[m/s]"))
+    half = 0.5 / run.gait.frequency  # at the ends there is no whole beat to average over
+    whole = (run.time >= half) & (run.time <= run.duration - half)
     for axes, values, name in swings:
         axes.plot(run.time, values, color=COLORS[0], lw=0.5, alpha=0.35, label="within the beat")
-        axes.plot(run.time, run.averaged(values), color=COLORS[0], label="mean of the beat")
+        axes.plot(run.time[whole], run.averaged(values)[whole], color=COLORS[0], label="mean of the beat")
         axes.set(ylabel=name)
     for side, (name, style) in enumerate((("port", "-"), ("starboard", (0, (4, 2))))):
         angle = np.degrees(run.data["fin"][:, side])

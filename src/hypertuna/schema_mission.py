@@ -6,10 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from hypertuna.errors import InputError
 from hypertuna.geodesy import FARTHEST
+from hypertuna.mission import cross
 from hypertuna.schema_base import Degrees, NotNegative, Part, Positive, PositiveFraction, Real, Text, entry
 
 __all__ = ["Document", "Place", "Scatter", "too_far"]
@@ -123,11 +124,18 @@ class Scatter(Part):
     gap: NotNegative = entry("gap_s", "largest length of each of them (default: 0)", "s", default=0.0)
 
 
+def _printable(text: str) -> str:
+    """Check that a text is one line that a terminal can show: the name gets into files and pictures."""
+    if not text.isprintable():
+        raise ValueError("must be one line without control characters")
+    return text
+
+
 class Document(Part):
     """A mission. x is east and y is north of the origin in m, depth is down, directions are compass degrees."""
 
     format: Literal[1] = entry("format", "version of this format, 1")
-    name: Text = entry("name", "name of the mission")
+    name: Annotated[Text, AfterValidator(_printable)] = entry("name", "name of the mission")
     description: str = entry("description", "sentence that says what it is for (default: none)", default="")
     robot: Text | None = entry("robot", "robot to send (default: that of --robot)", default=None)
     stay: Annotated[bool, Field(strict=True)] = entry(
@@ -150,6 +158,9 @@ class Document(Part):
         _check_water(self)
         _check_fence(self)
         _check_gaps(self.gps.gaps)
+        if self.scatter.gaps and not self.scatter.gap:
+            fix = "give the largest length of a gap in s, or leave scatter.gaps out"
+            raise InputError("must be positive where scatter.gaps are", key="scatter.gap_s", value="0", fix=fix)
         return self
 
 
@@ -207,7 +218,7 @@ def _check_fence(document: Document) -> None:
             raise InputError("must not repeat the corner beside it", key=f"limits.fence_m[{i}]", fix=fix)
     for i, first in enumerate(sides):
         for k in range(i + 2, len(sides) - (i == 0)):
-            if _cross(first, sides[k]):
+            if cross(first, sides[k]):
                 rule, fix = f"must not have sides that cross, as those after corners {i} and {k} do", "reorder them"
                 raise InputError(rule, key="limits.fence_m", fix=fix)
     if len({math.atan2(b[1] - a[1], b[0] - a[0]) % math.pi for a, b in sides}) == 1:
@@ -229,16 +240,6 @@ def _check_gaps(gaps: Sequence[tuple[float, float]]) -> None:
             fix = "sort them, and join those that meet"
             raise InputError(rule, key=f"gps.gaps_s[{i}]", value=f"[{begin:g}, {end:g}]", fix=fix)
         last = end
-
-
-def _cross(first: tuple[Pair, Pair], second: tuple[Pair, Pair]) -> bool:
-    """Tell whether two sides cross or touch."""
-
-    def side(a: Pair, b: Pair, p: Pair) -> float:
-        return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
-
-    (a, b), (c, d) = first, second
-    return side(a, b, c) * side(a, b, d) <= 0 and side(c, d, a) * side(c, d, b) <= 0
 
 
 def too_far(key: str, x: float, y: float) -> InputError:
