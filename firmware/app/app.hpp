@@ -1,7 +1,7 @@
 /// App: the vehicle and its radio, on a board.
 #pragma once
 
-#include "link.hpp"
+#include "radio.hpp"
 #include "tick.hpp"
 
 namespace hypertuna::firmware {
@@ -9,20 +9,20 @@ namespace hypertuna::firmware {
 struct App {
     Vehicle vehicle;
     Link link;
+    std::uint8_t heard[256];  // bytes of the radio since the last tick: 25 kB/s
 };
 
 template <Board B>
 void boot(App& app, const Description& robot, B& board) {
     boot(app.vehicle, robot, board);
-    boot(app.link, app.vehicle);
+    begin_radio(app.link, app.vehicle);
 }
 
 /// Take in what the radio brought, before the vehicle's tick.
 template <Board B>
 void listen(App& app, B& board) {
-    std::uint8_t bytes[most_bytes] = {};
-    const int count = board.receive(bytes, most_bytes);
-    tick(app.link, app.vehicle, bytes, count);
+    const int count = board.receive(app.heard, int(sizeof(app.heard)));
+    work_radio(app.link, app.vehicle, app.heard, count);
     Outbox& out = app.link.out;
     if (0 < out.fill) taken(out, board.send(out.bytes, out.fill));
 }

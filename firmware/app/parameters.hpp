@@ -88,7 +88,7 @@ struct Filler {
 };
 
 /// Fill a model from the row of all numbers, and the parameters among them.
-inline void configure(Model& model, const Description& robot, const float* parameter) {
+[[gnu::cold]] inline void configure(Model& model, const Description& robot, const float* parameter) {
     model.pilot.controller.joints = model.pilot.guidance.steering.joints = robot.joints;
     model.pilot.guidance.steering.table.gaits = robot.gaits;
     int at = 0;

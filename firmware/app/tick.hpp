@@ -12,7 +12,7 @@ namespace hypertuna::firmware {
 
 /// As it boots: disarmed, everything at rest, parameters from the store or else from the description.
 template <Board B>
-void boot(Vehicle& vehicle, const Description& robot, B& board) {
+[[gnu::cold]] void boot(Vehicle& vehicle, const Description& robot, B& board) {
     static_assert(std::is_trivially_copyable_v<Vehicle> && std::is_trivially_default_constructible_v<Vehicle>);
     std::memset(&vehicle, 0, sizeof(vehicle));  // a temporary one would not fit onto the stack
     vehicle.robot = &robot;

@@ -4,7 +4,7 @@
 /// pulses, what the vehicle thinks, and a digest of every bit that it computed. Little endian, no padding.
 #pragma once
 
-#include "../app/tick.hpp"
+#include "../app/app.hpp"
 
 namespace hypertuna::firmware {
 
@@ -27,7 +27,7 @@ enum class OrderKind : std::uint8_t {
 };
 inline constexpr int order_numbers = 16;
 
-struct Request {
+struct ToBoard {
     std::int32_t sample[channels];
     std::int32_t fix[2];
     std::uint8_t flags, order, which, spare;
@@ -35,9 +35,9 @@ struct Request {
 
     static constexpr std::uint8_t fixed = 1, leak = 2, ground = 4, last = 8, stack = 16;
 };
-static_assert(sizeof(Request) == 4 * (channels + 2 + 1 + order_numbers));
+static_assert(sizeof(ToBoard) == 4 * (channels + 2 + 1 + order_numbers));
 
-struct Reply {
+struct FromBoard {
     std::uint32_t tick;
     float pulse[most_servos];
     float at[9];  // quaternion, x, y, depth, speed, position error
@@ -47,7 +47,7 @@ struct Reply {
     // From here on boards may differ.
     std::uint32_t controller, pilot, whole, stack;  // counts of the clock; bytes of stack used so far
 };
-static_assert(sizeof(Reply) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 4));
+static_assert(sizeof(FromBoard) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 4));
 
 /// A mission that arrives in parts.
 struct Plan {
@@ -86,7 +86,7 @@ inline Command<float> command_of(int joints, const float* number) {
 }
 
 /// Do what an order says.
-inline Refusal carry_out(Vehicle& vehicle, Plan& plan, const Request& request) {
+[[gnu::cold]] inline Refusal carry_out(Vehicle& vehicle, Plan& plan, const ToBoard& request) {
     const float* number = request.number;
     const int joints = vehicle.model.pilot.controller.joints;
     switch (const OrderKind kind = OrderKind(request.order)) {
@@ -124,7 +124,7 @@ struct Digest {
 };
 
 /// Every number that a tick computed: readings, estimate, command, output.
-inline std::uint32_t digest(const Snapshot& now) {
+[[gnu::cold]] inline std::uint32_t digest(const Snapshot& now) {
     Digest sum;
     const Estimate<float>& at = now.estimate;
     const Command<float>& command = now.command;
@@ -149,7 +149,7 @@ inline std::uint32_t digest(const Snapshot& now) {
 template <class Wire>
 struct Lockstep {
     Wire& wire;
-    Request request;
+    ToBoard request;
     float pulse[most_servos];
     std::uint8_t kept[2 * slot_size];
 
@@ -157,7 +157,7 @@ struct Lockstep {
     void read(Raw& raw) {
         for (int c = 0; c < channels; ++c)
             if (request.sample[c] != no_sample) raw.channel[c].add(request.sample[c]);
-        raw.fixed = request.flags & Request::fixed, raw.leak = request.flags & Request::leak;
+        raw.fixed = request.flags & ToBoard::fixed, raw.leak = request.flags & ToBoard::leak;
         for (int k = 0; k < 2; ++k) raw.fix[k] = request.fix[k];
     }
     void drive(const float (&to)[most_servos], int count) {
@@ -177,7 +177,7 @@ struct Lockstep {
     void reply(const Vehicle& vehicle, Refusal refusal) {
         const Snapshot& now = vehicle.now;
         const Estimate<float>& at = now.estimate;
-        Reply out{};
+        FromBoard out{};
         out.tick = now.tick;
         for (int k = 0; k < most_servos; ++k) out.pulse[k] = pulse[k];
         const float told[9] = {at.q.w, at.q.x, at.q.y, at.q.z, at.x, at.y, at.depth, at.speed, at.position_error};
@@ -188,21 +188,22 @@ struct Lockstep {
         out.digest = digest(now);
         out.controller = vehicle.profile.controller, out.pilot = vehicle.profile.pilot;
         out.whole = vehicle.profile.whole;
-        if (request.flags & Request::stack) out.stack = wire.stack();
+        if (request.flags & ToBoard::stack) out.stack = wire.stack();
         wire.write(&out, sizeof(out));
     }
 };
 
 /// Run until the twin has had enough.
 template <class Wire>
-void run(Vehicle& vehicle, Plan& plan, Lockstep<Wire>& board, const Description& robot) {
-    boot(vehicle, robot, board);
+void run(App& app, Plan& plan, Lockstep<Wire>& board, const Description& robot) {
+    boot(app, robot, board);
     while (board.wait()) {
-        if (board.request.flags & Request::ground) heard(vehicle);
-        const Refusal refusal = carry_out(vehicle, plan, board.request);
-        tick(vehicle, board);
-        board.reply(vehicle, refusal);
-        if (board.request.flags & Request::last) break;
+        listen(app, board);
+        if (board.request.flags & ToBoard::ground) heard(app.vehicle);
+        const Refusal refusal = carry_out(app.vehicle, plan, board.request);
+        tick(app.vehicle, board);
+        board.reply(app.vehicle, refusal);
+        if (board.request.flags & ToBoard::last) break;
     }
 }
 

@@ -359,19 +359,26 @@ template <class T>
 void drive_joint(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int j) {
     const T asked = asked_bend(model, state, j, output.status);
     const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
-    const auto angle = [&](int c, T bend) {
-        return stopped ? T(0) : servo_angle(model.map[c], c % 2 == 0 ? bend : -bend);
+    T angle[2], most[2];
+    const auto bend_to = [&](T bend) {
+        for (int side = 0; side < 2; ++side)
+            angle[side] = stopped ? T(0) : servo_angle(model.map[2 * j + side], side == 0 ? bend : -bend);
     };
-    const auto most = [&](int c) {
-        return furthest(model.circuit[c], state.sent[c], state.circuit[c].pressure, model.pressure_soft,
-                        model.pressure_hard);
-    };
+    bend_to(asked);
     bool pressed = false, slow = false;
-    for (int c = 2 * j; c < 2 * j + 2; ++c)
-        if (most(c) < angle(c, asked)) output.status.tell(Condition::pressure_limit, c), pressed = true;
-    if (!pressed) state.bend_sent[j] = asked;
-    for (int c = 2 * j; c < 2 * j + 2; ++c) {
-        const T sent = min(angle(c, state.bend_sent[j]), most(c));
+    for (int side = 0; side < 2; ++side) {
+        const int c = 2 * j + side;
+        most[side] = furthest(model.circuit[c], state.sent[c], state.circuit[c].pressure, model.pressure_soft,
+                              model.pressure_hard);
+        if (most[side] < angle[side]) output.status.tell(Condition::pressure_limit, c), pressed = true;
+    }
+    if (pressed)
+        bend_to(state.bend_sent[j]);
+    else
+        state.bend_sent[j] = asked;
+    for (int side = 0; side < 2; ++side) {
+        const int c = 2 * j + side;
+        const T sent = min(angle[side], most[side]);
         drive_circuit(model, state, output, c, sent);
         slow = slow || output.status.has(Condition::speed_limit, c) || output.target[c] != sent;
     }

@@ -120,15 +120,16 @@ struct Verdict {
 /// Judge one reading. `expected` is what it may be one step away from: the last reading, or a prediction.
 template <class T>
 Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T expected, bool moving) {
-    const bool inside = is_finite(reading) && limits.low <= reading && reading <= limits.high;
+    const bool inside = limits.low <= reading && reading <= limits.high;  // false for what is no number
     const bool near = !health.seen || abs(reading - expected) <= limits.step;
     const bool repeated = inside && health.seen && reading == health.last;
     health.repeats = !repeated ? 0 : moving && health.repeats < limits.repeats ? health.repeats + 1 : health.repeats;
     const bool usable = inside && near && health.repeats < limits.repeats;
-    const int bucket = health.bucket + (usable ? -1 : bucket_bad);
-    health.bucket = bucket < 0 ? 0 : bucket < bucket_most ? bucket : bucket_most;
-    health.faulty = health.bucket >= bucket_faulty || (health.faulty && health.bucket > 0);
     if (inside) health.last = reading, health.seen = true;
+    if (usable && health.bucket == 0) return {true, repeated};  // as nearly always: not faulty, nothing to drain
+    const int bucket = health.bucket + (usable ? -1 : bucket_bad);
+    health.bucket = bucket < bucket_most ? bucket : bucket_most;
+    health.faulty = health.bucket >= bucket_faulty || (health.faulty && health.bucket > 0);
     return {usable && !health.faulty, repeated};
 }
 
