@@ -220,7 +220,7 @@ static mavlink_mission_item_int_t item(int what, float north, float east, float 
 }
 
 static std::vector<mavlink_mission_item_int_t> box() {
-    std::vector<mavlink_mission_item_int_t> items = {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 0, 4, 0.2f),
+    std::vector<mavlink_mission_item_int_t> items = {item(HYPERTUNA_CMD_BOUNDS, 1e-4f, 0.025f, 0.4f, 4, 0.2f),
                                                      item(MAV_CMD_DO_SET_HOME, 1, 2, 0)};
     for (int k = 0; k < 4; ++k)
         items.push_back(item(MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, k < 2 ? -50.0f : 50.0f,
@@ -237,6 +237,7 @@ static void test_missions() {
     CHECK(upload(bench, items) == MAV_MISSION_ACCEPTED);
     const Mission<float>& m = mission(bench.vehicle());
     CHECK(m.waypoints == 3 && m.corners == 4 && m.depth_most == 4.0f && m.reserve == 0.2f);
+    CHECK(m.stay && m.home_radius == 2.5f && m.home_speed == 0.4f);
     CHECK(m.waypoint[2].x == 20.0f && m.waypoint[2].y == 20.0f && m.waypoint[2].depth == 1.5f);
     CHECK(m.waypoint[1].speed == 0.35f && m.home.x == 2.0f && m.home.y == 1.0f);
 
