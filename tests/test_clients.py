@@ -107,6 +107,7 @@ def test_mavutil(port: int) -> None:
     mavutil_ask(line, "MISSION_REQUEST_INT", seq=0)
     line.mav.mission_item_int_send(1, 1, 0, 1, 16, 0, 1, 0, 3, 0, 0, 100000, 0, 1.0)
     mavutil_ask(line, "MISSION_ACK", type=0)
+    time.sleep(1)  # until the parameter is stored: busy before
     line.arducopter_arm()
     line.motors_armed_wait()
     line.mav.command_long_send(1, 1, 52510, 0, 2, 10, 15, 40, 0, 0, 0)
