@@ -36,7 +36,7 @@ struct Snapshot {
 
 /// What a tick took, in counts of the board's clock.
 struct Profile {
-    std::uint32_t controller, pilot, whole;
+    std::uint32_t controller, pilot, whole, link;  // the link's before that tick
 };
 
 struct Vehicle {

@@ -45,9 +45,9 @@ struct FromBoard {
     std::uint8_t mode, control, armed, answer, refusal, leg, spare[2];
     std::uint32_t digest;
     // From here on boards may differ.
-    std::uint32_t controller, pilot, whole, stack;  // counts of the clock; bytes of stack used so far
+    std::uint32_t controller, pilot, whole, link, stack;  // counts of the clock; bytes of stack used so far
 };
-static_assert(sizeof(FromBoard) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 4));
+static_assert(sizeof(FromBoard) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 5));
 
 /// A mission that arrives in parts.
 struct Plan {
@@ -187,7 +187,7 @@ struct Lockstep {
         out.answer = std::uint8_t(now.answer), out.refusal = std::uint8_t(refusal), out.leg = std::uint8_t(now.leg);
         out.digest = digest(now);
         out.controller = vehicle.profile.controller, out.pilot = vehicle.profile.pilot;
-        out.whole = vehicle.profile.whole;
+        out.whole = vehicle.profile.whole, out.link = vehicle.profile.link;
         if (request.flags & ToBoard::stack) out.stack = wire.stack();
         wire.write(&out, sizeof(out));
     }
