@@ -23,7 +23,7 @@ struct Outbox {
     float rate;       // bytes a tick
     Reply reply[most_answers];
     int first, answers;
-    int most_waiting;  // answers that ever waited at once
+    int most_waiting;            // answers that ever waited at once
     std::uint32_t frames, sent;  // so far; bytes
 };
 
