@@ -6,6 +6,7 @@
 
 #include <new>
 
+#include "controller.hpp"
 #include "vehicle.hpp"
 
 namespace hypertuna::firmware {
@@ -110,7 +111,7 @@ void control(Vehicle& vehicle, B& board) {
     if (command == nullptr && decision) decide(pilot, state, now.estimate, vehicle.mission);
     if (command != nullptr) state.command = *command;
     const std::uint32_t middle = board.clock();
-    now.output = act(pilot, state, now.estimate, now.readings.robot);
+    follow(pilot, state, now.estimate, now.readings.robot, now.output);
     vehicle.profile.controller = board.clock() - middle;
     vehicle.profile.pilot = middle - start;
     now.command = state.command;
