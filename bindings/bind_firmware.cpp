@@ -1,4 +1,5 @@
 /// Bindings of the firmware's tables: what it says of refusals and faults, in the words that it sends.
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
 #include "app/faults.hpp"

@@ -82,8 +82,9 @@ inline void supervise(Vehicle& vehicle) {
     Snapshot& now = vehicle.now;
     const float tick = vehicle.model.pilot.controller.tick;
     const float silence = float(now.tick - vehicle.heard) * tick;
-    const Heard heard{vehicle.state.controller, now.output.status, now.estimate, vehicle.raw.leak, now.load > 1.0f,
-                      vehicle.box.lost != vehicle.lost, now.armed, silence};
+    const Heard heard{
+        vehicle.state.controller,         now.output.status, now.estimate, vehicle.raw.leak, now.load > 1.0f,
+        vehicle.box.lost != vehicle.lost, now.armed,         silence};
     vehicle.lost = vehicle.box.lost;
     watch(vehicle.model, vehicle.memory, heard);
     now.faults = all(vehicle.memory);

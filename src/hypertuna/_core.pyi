@@ -495,15 +495,13 @@ def run_mission(
     steps: int,
     every: int,
     state: bytes | None = None,
-    board: Callable | None = None,
+    board: Callable[[Sequence[float]], Sequence[float]] | None = None,
 ) -> tuple[dict[str, NDArray[numpy.float64]], bytes]:
     """
     Fly a mission for so many ticks, from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier part left: the record, one row every so many ticks, and the state at the end. `fins` are servos that stand, (fin, angle [rad] or NaN for where it is, from, to [s]); `gaps` (n, 2) times without satellites. `board` takes the pilot's place: a function of what the sensors show (bends, pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) that returns the servo pulses [s].
     """
 
-def refusal_table() -> list[
-    "std::pair<std::__cxx11::basic_string<char, std::char_traits<char>, std::allocator<char> >, std::__cxx11::basic_string<char, std::char_traits<char>, std::allocator<char> > >"
-]:
+def refusal_table() -> list[tuple[str, str]]:
     """
     Refusals of the firmware in the order of their numbers: name and sentence.
     """

@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 Messages = NDArray[Any]
 
 PART = 3000  # ticks that the twin makes at a time
+PARTS = ("controller", "pilot", "link", "whole")  # of a tick, that instructions are counted of
+TICK = 0.01  # s
 USUAL = 6000  # ticks of what does not end by itself
 
 
@@ -45,21 +47,48 @@ class FirmwareRun:
         Of the board.
     different : ndarray of int
         Ticks in which it and the same firmware on this machine differed in any bit.
-    refused : tuple of (int, str)
-        Orders that were not followed: tick, and reason.
     duration : float
         That it took [s].
     flown : MissionRun or None
         What the twin made of it.
+    compared : bool
+        Whether the same firmware ran on this machine beside it.
     """
 
     scenario: Scenario
     board: str
     answers: Messages = field(repr=False)
     different: NDArray[np.int64] = field(repr=False)
-    refused: tuple[tuple[int, str], ...]
     duration: float
     flown: MissionRun | None = field(repr=False)
+    compared: bool = True
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated time over the time that it took."""
+        return self.ticks * TICK / self.duration
+
+    @property
+    def counts(self) -> bool:
+        """Whether the board counts instructions and measures its stack."""
+        return self.board == "qemu"
+
+    @property
+    def status(self) -> str | None:
+        """How a mission ended: what the pilot on board says, unless the twin diverged."""
+        if self.flown is None or self.scenario.gait is not None:
+            return None
+        if self.flown.status == "diverged":
+            return "diverged"
+        mode = _core.mode_names()[self.answers[-1]["mode"]]
+        return mode if mode in ("done", "hold") else "given up"
+
+    @property
+    def refused(self) -> dict[str, list[int]]:
+        """Orders that were not followed: ticks by reason."""
+        names = [name for name, _ in _core.refusal_table()]
+        found = self.answers["refusal"]
+        return {names[k]: np.flatnonzero(found == k).tolist() for k in np.unique(found[found > 0])}
 
     @property
     def ticks(self) -> int:
@@ -78,7 +107,7 @@ class FirmwareRun:
         float or None
             None on a board that does not count them.
         """
-        return float(self.answers[part].max() * INSTRUCTIONS) if self.board == "qemu" else None
+        return float(self.answers[part].max() * INSTRUCTIONS) if self.counts else None
 
 
 def firmware_in_the_loop(
@@ -135,14 +164,13 @@ def firmware_in_the_loop(
         if scenario.mission is None:
             messages = random_messages(firmware_table(robot), USUAL if ticks is None else ticks, seed)
             answers, different = _streamed(on, other, messages, report)
-            refused: tuple[tuple[int, str], ...] = ()
             flown = None
         else:
             loop = _Loop(firmware_table(robot), scenario, on, other, real_time)
             flown = _flown(robot, scenario, loop, ticks, seed, report)
-            answers, different, refused = np.array(loop.answers), loop.different, tuple(loop.refused)
+            answers, different = np.array(loop.answers), loop.different
     took = time.perf_counter() - begun
-    return FirmwareRun(scenario, board, answers, np.array(different, dtype=np.int64), refused, took, flown)
+    return FirmwareRun(scenario, board, answers, np.array(different, dtype=np.int64), took, flown, compare)
 
 
 class _Loop:
@@ -161,7 +189,6 @@ class _Loop:
         self.last = [self.center] * self.servos
         self.answers: list[Any] = []
         self.different: list[int] = []
-        self.refused: list[tuple[int, str]] = []
         self.clock = time.perf_counter() if real_time else None
 
     def __call__(self, readings: list[float]) -> list[float]:
@@ -182,8 +209,6 @@ class _Loop:
         if self.other is not None and self.other.answer()[:COMPARED] != got[:COMPARED]:
             self.different.append(made)
         answer = np.frombuffer(got, FROM_BOARD)[0]
-        if answer["refusal"]:
-            self.refused.append((made, _core.refusal_table()[answer["refusal"]][0]))
         self.answers.append(answer)
         # A servo without pulses stays where it is.
         pulses = zip(answer["pulse"][: self.servos].tolist(), self.last, strict=True)

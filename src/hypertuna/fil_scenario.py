@@ -138,16 +138,7 @@ def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
     random = np.random.default_rng(whole(seed, "seed", "give a whole number"))
     messages = np.zeros(ticks, TO_BOARD)
     counts = Counts(table, (0, 0))
-    rest = counts.zero.copy()
-    # At rest at the surface, upright, the head to the south.
-    for name, k, value in (
-        ("pressure", slice(None), 60e3),
-        ("acceleration", 2, 9.81),
-        ("voltage", 0, 15.0),
-        ("field", 1, 0.7),
-    ):
-        found = np.flatnonzero(np.array(counts.names) == name)[k]
-        rest[found] += value / counts.scale[found]
+    rest = _at_rest(counts)
     clock = np.arange(ticks)[:, None]
     swing = 400 * np.sin(0.01 * 2 * np.pi * clock * random.uniform(0.2, 4, len(rest)))
     samples = rest + swing + random.normal(0, 30, (ticks, len(rest)))
@@ -170,6 +161,16 @@ def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
             messages[name][k] = one[name]
     messages["flags"][-1] |= LAST | STACK
     return messages
+
+
+def _at_rest(counts: Counts) -> NDArray[np.float64]:
+    """Return the samples of a robot that floats upright at the surface, its head to the south."""
+    rest = counts.zero.copy()
+    steady = {"pressure": [60e3], "acceleration": [0.0, 0.0, 9.81], "voltage": [15.0], "field": [0.0, 0.7, -0.7]}
+    for name, values in steady.items():
+        places = [k for k, known in enumerate(counts.names) if known == name]
+        rest[places] += np.array(values) / counts.scale[places]
+    return rest
 
 
 def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
