@@ -21,10 +21,12 @@ void boot(App& app, const Description& robot, B& board) {
 /// Take in what the radio brought, before the vehicle's tick.
 template <Board B>
 void listen(App& app, B& board) {
+    const std::uint32_t start = board.clock();
     const int count = board.receive(app.heard, int(sizeof(app.heard)));
     work_radio(app.link, app.vehicle, app.heard, count);
     Outbox& out = app.link.out;
     if (0 < out.fill) taken(out, board.send(out.bytes, out.fill));
+    app.vehicle.profile.link = board.clock() - start;
 }
 
 /// One tick of all.

@@ -13,16 +13,16 @@ inline constexpr std::int32_t no_sample = INT32_MIN;
 /// What an order does; `which` and `number` say with what.
 enum class OrderKind : std::uint8_t {
     none,
-    arm,        // number: 1 or 0
-    gait,       // number: frequency, amplitudes, phases, biases, fins
-    manual,     // the same
-    control,    // which
-    origin,     // fix of the request, number: x, y of the robot
-    begin,      // mission; number: home, home_radius, home_speed, depth, reserve, duration, surface_every, stay, center,
-                // range, start
-    waypoint,   // number: x, y, depth, speed, radius
-    corner,     // number: x, y
-    end,        // of the mission: it is set
+    arm,       // number: 1 or 0
+    gait,      // number: frequency, amplitudes, phases, biases, fins
+    manual,    // the same
+    control,   // which
+    origin,    // fix of the request, number: x, y of the robot
+    begin,     // mission; number: home, home_radius, home_speed, depth, reserve, duration, surface_every, stay, center,
+               // range, start
+    waypoint,  // number: x, y, depth, speed, radius
+    corner,    // number: x, y
+    end,       // of the mission: it is set
     parameter,  // which, number
 };
 inline constexpr int order_numbers = 16;
@@ -45,9 +45,9 @@ struct FromBoard {
     std::uint8_t mode, control, armed, answer, refusal, leg, spare[2];
     std::uint32_t digest;
     // From here on boards may differ.
-    std::uint32_t controller, pilot, whole, stack;  // counts of the clock; bytes of stack used so far
+    std::uint32_t controller, pilot, whole, link, stack;  // counts of the clock; bytes of stack used so far
 };
-static_assert(sizeof(FromBoard) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 4));
+static_assert(sizeof(FromBoard) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 5));
 
 /// A mission that arrives in parts.
 struct Plan {
@@ -59,8 +59,20 @@ struct Plan {
 inline Refusal add(Plan& plan, OrderKind kind, const float* number) {
     Mission<float>& m = plan.mission;
     if (kind == OrderKind::begin) {
-        m = {plan.waypoint, 0, plan.corner, 0, {number[9], number[10]}, number[11], {number[12], number[13]},
-             {number[0], number[1]}, number[2], number[3], number[4], number[5], number[6], number[7],
+        m = {plan.waypoint,
+             0,
+             plan.corner,
+             0,
+             {number[9], number[10]},
+             number[11],
+             {number[12], number[13]},
+             {number[0], number[1]},
+             number[2],
+             number[3],
+             number[4],
+             number[5],
+             number[6],
+             number[7],
              number[8] != 0.0f};
         return Refusal::none;
     }
@@ -134,8 +146,8 @@ struct Digest {
     sum.add(robot.rate, 3), sum.add(robot.acceleration, 3), sum.add(&robot.voltage, 1);
     sum.add(&now.readings.depth, 1), sum.add(now.readings.field, 3), sum.add(now.readings.fix, 2);
     sum.add(&at.q.w, 4), sum.add(&at.rate.x, 3), sum.add(&at.facing.x, 3), sum.add(at.current, 2);
-    for (const float* x : {&at.depth, &at.sink, &at.x, &at.y, &at.speed, &at.factor, &at.position_error, &at.drift_error,
-                           &at.tilt, &command.frequency, &now.battery_left})
+    for (const float* x : {&at.depth, &at.sink, &at.x, &at.y, &at.speed, &at.factor, &at.position_error,
+                           &at.drift_error, &at.tilt, &command.frequency, &now.battery_left})
         sum.add(x, 1);
     sum.add(command.amplitude, most_joints), sum.add(command.phase, most_joints), sum.add(command.bias, most_joints);
     sum.add(command.fin, 2), sum.add(out.pulse, most_servos), sum.add(out.target, most_servos);
@@ -144,8 +156,8 @@ struct Digest {
     return sum.value;
 }
 
-/// `Wire` moves whole blocks, and keeps time: read(bytes, count) -> bool, write(bytes, count), log(bytes, count) -> int,
-/// clock(), per_tick(), stack(), receive(bytes, count) -> int, send(bytes, count) -> int.
+/// `Wire` moves whole blocks, and keeps time: read(bytes, count) -> bool, write(bytes, count), log(bytes, count) ->
+/// int, clock(), per_tick(), stack(), receive(bytes, count) -> int, send(bytes, count) -> int.
 template <class Wire>
 struct Lockstep {
     Wire& wire;
@@ -187,7 +199,7 @@ struct Lockstep {
         out.answer = std::uint8_t(now.answer), out.refusal = std::uint8_t(refusal), out.leg = std::uint8_t(now.leg);
         out.digest = digest(now);
         out.controller = vehicle.profile.controller, out.pilot = vehicle.profile.pilot;
-        out.whole = vehicle.profile.whole;
+        out.whole = vehicle.profile.whole, out.link = vehicle.profile.link;
         if (request.flags & ToBoard::stack) out.stack = wire.stack();
         wire.write(&out, sizeof(out));
     }
