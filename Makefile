@@ -41,7 +41,8 @@ $(VENV)/.installed-%: $(VENV)/.installed
 
 # --- what to run
 
-.PHONY: dev demo test test-cpp test-sanitized test-python test-fe bench bench-json lint format stub docs clean
+.PHONY: dev demo test test-cpp test-sanitized test-python test-fe bench bench-json firmware system-deps lint format stub
+.PHONY: docs clean
 dev: $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
 demo: $(VENV)/.installed ## the published gaits, computed beside published: demo/index.html
@@ -79,7 +80,30 @@ build/bench: $(VENV)/.tools
 	@cmake -S . -B $@ -G Ninja -DHYPERTUNA_BUILD_BENCH=ON > /dev/null
 	@cmake --build $@ >&2
 
-CPP = $(wildcard core/include/hypertuna/*.hpp core/tests/*.[ch]pp bindings/*.[ch]pp benchmarks/*.[ch]pp)
+# $(call build-firmware,FOLDER,TARGET,OPTIONS)
+define build-firmware
+	@cmake -S . -B $(1) -G Ninja -DHYPERTUNA_BUILD_FIRMWARE=ON -DHYPERTUNA_WERROR=ON -DHYPERTUNA_ROBOT=$(ROBOT) $(3) > /dev/null
+	@cmake --build $(1) --target $(2) >&2
+endef
+ROBOT ?= hypertuna
+
+firmware: firmware-pc ## firmware of a robot, ROBOT=name, for this machine and the emulated Cortex-M7, with its sizes
+	@command -v arm-none-eabi-g++ > /dev/null || \
+	  { echo 'arm-none-eabi-g++ is not installed: run `make system-deps`' >&2; exit 1; }
+	$(call build-firmware,build/firmware/mps2,qemu_mps2,-DCMAKE_TOOLCHAIN_FILE=$(abspath firmware/boards/qemu_mps2/toolchain.cmake))
+	@arm-none-eabi-size build/firmware/$(ROBOT)-qemu_mps2.elf
+
+.PHONY: firmware-pc
+firmware-pc: $(VENV)/.installed-radio ## the same for this machine alone
+	$(call build-firmware,build/firmware/pc,pc)
+
+system-deps: ## Arm compiler and emulator by apt, for firmware: 430 MB to fetch, 2.6 GB on disk; as root
+	apt-get update -qq
+	apt-get install -y -qq --no-install-recommends gcc-arm-none-eabi libnewlib-arm-none-eabi \
+	  libstdc++-arm-none-eabi-newlib qemu-system-arm
+
+CPP = $(wildcard core/include/hypertuna/*.hpp core/tests/*.[ch]pp bindings/*.[ch]pp benchmarks/*.[ch]pp \
+  firmware/app/*.[ch]pp firmware/boards/*.hpp firmware/boards/*/*.[ch]pp firmware/tests/*.[ch]pp)
 
 lint: $(VENV)/.installed-lint ## ruff, mypy, clang-format
 	@ruff check

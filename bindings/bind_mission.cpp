@@ -55,6 +55,9 @@ static const PilotColumn pilot_columns[] = {
 /// A fin's servo that stands from a time until before another; at its own angle where none is given.
 using FinFault = std::tuple<int, double, double, double>;  // fin, rad or NaN, s, s
 
+/// A board in the pilot's place: what the sensors show goes in, servo pulses come out.
+using BoardCall = nb::typed<nb::callable, std::vector<double>(std::vector<double>)>;
+
 /// What a mission is flown with.
 struct Flight {
     const Pilot<double>& pilot;
@@ -63,7 +66,7 @@ struct Flight {
     const std::vector<Fault<double>>& faults;
     const std::vector<FinFault>& fins;
     const Input<2>& gaps;
-    const std::optional<nb::callable>& board;  // in place of the pilot
+    const std::optional<BoardCall>& board;  // in place of the pilot
 };
 
 /// What the sensors show, for a board: bends, pressures, currents, rates, accelerations, battery, depth, field, and
@@ -169,7 +172,7 @@ static std::pair<NamedArrays, nb::bytes> run_mission(
     const NamedColumns& mission, const Input<2>& waypoints, const Input<2>& fence, const NamedColumns& sensors,
     std::uint64_t seed, const std::vector<FaultRow>& faults, const std::vector<FinFault>& fins, const Input<2>& gaps,
     std::size_t ticks, int steps, std::size_t every, const std::optional<nb::bytes>& state,
-    const std::optional<nb::callable>& board) {
+    const std::optional<BoardCall>& board) {
     const PlantInput in{model, share, points, grid, circuits, hinge, battery, idle, false};
     const SpaceInput space{links, fin, sea, shedding, antenna};
     check_plant(in);

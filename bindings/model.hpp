@@ -33,5 +33,6 @@ void bind_twin(nb::module_& m);
 void bind_pilot(nb::module_& m);
 void bind_body6(nb::module_& m);
 void bind_mission(nb::module_& m);
+void bind_firmware(nb::module_& m);
 
 }  // namespace hypertuna

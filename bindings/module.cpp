@@ -13,4 +13,5 @@ NB_MODULE(_core, m) {
     hypertuna::bind_pilot(m);
     hypertuna::bind_body6(m);
     hypertuna::bind_mission(m);
+    hypertuna::bind_firmware(m);
 }

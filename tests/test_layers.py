@@ -54,6 +54,7 @@ LAYERS = (
     *("twin_run", "twin_parts", "twin", "posture", "sobol", "sea", "sea_run", "sea_twin", "dive", "mission_run"),
     *("geodesy", "schema_mission", "mission_file", "mission_record", "gpx", "log_fields", "mcap_log", "mcap_read"),
     "flight",
+    *("firmware_params", "lockstep", "boards", "fil_scenario", "fil"),
     *("drawing", "style", "fe_pictures", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "published_twins", "ledger", "reproduce_*", "reproduce", "ledger_page"),
     *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_fe_options", "cli_fe_reduce"),

@@ -41,7 +41,7 @@ concept Board = requires(B& board, Raw& raw, const float (&pulse)[most_servos], 
     { board.read(raw) };                     // adds what was sampled since the last tick
     { board.drive(pulse, count) };           // servo pulses in s; 0 for none
     { board.feed() };                        // the watchdog
-    { board.clock() } -> std::same_as<std::uint32_t>;   // counts up, wraps
+    { board.clock() } -> std::same_as<std::uint32_t>;     // counts up, wraps
     { board.per_tick() } -> std::same_as<std::uint32_t>;  // counts of that clock in a control tick
     { board.woken() } -> std::same_as<bool>;              // the watchdog caused this boot
     { board.memory() } -> std::same_as<int>;              // bytes of non-volatile memory

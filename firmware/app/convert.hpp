@@ -32,7 +32,7 @@ inline Corner<float> local(const Origin& origin, std::int32_t latitude, std::int
     std::int64_t east = std::int64_t(longitude) - origin.longitude;
     const std::int64_t turn = 3600000000, half = turn / 2;
     east += east < -half ? turn : half < east ? -turn : 0;
-    return {origin.east * float(east), origin.north * float(std::int64_t(latitude) - origin.latitude)};
+    return {origin.east * float(std::int32_t(east)), origin.north * float(latitude - origin.latitude)};
 }
 
 /// Mean of the samples, without the least and the most where there are three or more; NaN where there are none.

@@ -29,8 +29,8 @@ inline constexpr int faults = int(Fault::count);
 
 /// Answers by rising strength: the strongest of all faults that hold is the robot's.
 ///
-/// warn tells; home follows the mission's way home, and rests where there is no mission; rest lets the tail come to rest
-/// and levels the fins; disarm does that for good.
+/// warn tells; home follows the mission's way home, and rests where there is no mission; rest lets the tail come to
+/// rest and levels the fins; disarm does that for good.
 enum class Answer : std::uint8_t { warn, home, rest, disarm, count };
 inline constexpr const char* answer_names[int(Answer::count)] = {"warn", "home", "rest", "disarm"};
 

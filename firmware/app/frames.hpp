@@ -41,7 +41,7 @@ inline std::uint16_t frame_crc(const std::uint8_t* bytes, int length, std::uint8
 /// Bytes that wait for the rest of their frame, and what became of those before.
 struct Parser {
     std::uint8_t bytes[longest_frame];
-    int fill, taken;                    // taken: of the frame that was found last
+    int fill, taken;                     // taken: of the frame that was found last
     std::uint32_t frames, bad, skipped;  // good ones; checksums that failed; bytes of no frame
 };
 

@@ -8,26 +8,31 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int most_bytes = 512;          // that a tick takes: 50 kB/s
-inline constexpr int most_frames = 8;           // that a tick makes
-inline constexpr int most_answers_of_one = 3;   // order
-
-inline float link_value(const Vehicle& vehicle, int k, float standard) { return k < 0 ? standard : value(vehicle, k); }
+inline constexpr int most_bytes = 512;         // that a tick takes: 50 kB/s
+inline constexpr int most_frames = 8;          // that a tick makes
+inline constexpr int most_answers_of_one = 3;  // order
 
 /// As the robot boots.
 inline void boot(Link& link, const Vehicle& vehicle) {
-    link = {};
-    link.telemetry = begin_telemetry();
-    link.rate_index = parameter_named(vehicle, "link_rate");
-    link.share_index = parameter_named(vehicle, "link_share");
-    link.system_index = parameter_named(vehicle, "system_id");
-    link.out.sender = {std::uint8_t(link_value(vehicle, link.system_index, 1.0f)), own_component, 0};
+    std::memset(static_cast<void*>(&link), 0, sizeof link);  // a temporary one would not fit onto the stack
+    begin(link.telemetry);
+    link.told = link.told_refusal = 0u - 1000u;  // long ago
+    link.out.sender = {std::uint8_t(limits(vehicle).system_id), own_component, 0};
+    if (key(vehicle) != nullptr && limits(vehicle).sign == 1.0f) begin_signing(link.signing, key(vehicle), 0);
 }
 
-/// A key that comes over the radio begins signing, and changes it only by the old key's hand; never while armed.
-inline void on_setup_signing(Link& link, const Vehicle& vehicle, const mavlink_setup_signing_t& m) {
-    if (snapshot(vehicle).armed) return tell_refusal(link, Refusal::armed);
-    begin_signing(link.signing, m.secret_key, m.initial_timestamp);
+/// A key that comes over the radio begins signing, one of zeros ends it; once signing, only the old key's owner is
+/// heard. The store keeps it. Never while armed.
+inline void on_setup_signing(Link& link, Vehicle& vehicle, const mavlink_setup_signing_t& m) {
+    std::uint8_t any = 0, secret[key_size];
+    std::memcpy(secret, m.secret_key, key_size);
+    for (std::uint8_t byte : secret) any = std::uint8_t(any | byte);
+    Refusal refusal = set_parameter(vehicle, parameter_named(vehicle, "sign"), any != 0 ? 1.0f : 0.0f);
+    if (refusal == Refusal::none) refusal = set_key(vehicle, secret);
+    tell_refusal(link, refusal);
+    if (refusal != Refusal::none) return;
+    link.signing = {};
+    if (any != 0) begin_signing(link.signing, secret, m.initial_timestamp);
 }
 
 /// What everybody may send: signs of life, questions for the time of the way, and the radio's own report.
@@ -57,9 +62,8 @@ inline void on_order(Link& link, Vehicle& vehicle, const Frame& frame) {
     const Peer from{frame.system, frame.component};
     switch (frame.id) {
         case MAVLINK_MSG_ID_COMMAND_LONG:
-            return follow_order<mavlink_command_long_t>(link, frame, [&](const auto& m) {
-                acknowledge(link, from, m.command, carry_out(link, vehicle, m));
-            });
+            return follow_order<mavlink_command_long_t>(
+                link, frame, [&](const auto& m) { acknowledge(link, from, m.command, carry_out(link, vehicle, m)); });
         case MAVLINK_MSG_ID_GAIT_SET:
             return follow_order<mavlink_gait_set_t>(link, frame,
                                                     [&](const auto& m) { on_gait_set(link, vehicle, from, m); });
@@ -81,16 +85,9 @@ inline void on_order(Link& link, Vehicle& vehicle, const Frame& frame) {
         }
         case MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN:
             return on_origin(link, vehicle, message_of<mavlink_set_gps_global_origin_t>(frame));
-        default: return on_mission_order(link, vehicle, frame);
+        default:
+            return on_mission_order(link, vehicle, frame);
     }
-}
-
-/// Why an order was not even read, at most every two seconds.
-inline void tell_rarely(Link& link, std::uint32_t tick, Refusal refusal) {
-    ++link.refused;
-    if (tick - link.told < 200 || !has_room(link.out)) return;
-    link.told = tick;
-    tell(link, MAV_SEVERITY_WARNING, sentence(refusal));
 }
 
 /// One frame: is it signed where it must be, newer than the last, and is there a place for the answers?
@@ -125,9 +122,9 @@ inline void tell_faults(Link& link, const Snapshot& now) {
 /// Fill the outbox: answers first, then parameters and telemetry in turn.
 inline void speak(Link& link, const Vehicle& vehicle) {
     Outbox& out = link.out;
-    const float share = link_value(vehicle, link.share_index, 0.75f) * float(link.telemetry.slow) / 100.0f;
-    out.rate = link_value(vehicle, link.rate_index, 1e6f) / 8.0f / ticks_per_second * share;
-    out.sender.system = std::uint8_t(link_value(vehicle, link.system_index, 1.0f));
+    const Limits& limit = limits(vehicle);
+    out.rate = limit.link_rate / 8.0f / ticks_per_second * limit.link_share * float(link.telemetry.slow) / 100.0f;
+    out.sender.system = std::uint8_t(limit.system_id);
     allow(out);
     for (int k = 0; k < most_frames && may_send(out); ++k) {
         if (send_answer(out, link.signing)) continue;

@@ -38,11 +38,8 @@ struct Link {
     Source source[most_sources];
     Upload upload;
     int list_next, list_end;  // parameters that are still to be told
-    int rate_index, share_index, system_index;  // of the link's parameters; -1 where the vehicle has none
     Faults told_faults;
-    Reasons told_reasons;
-    std::uint32_t told;  // tick of the last event's text
-    bool armed_told;
+    std::uint32_t told, told_refusal;                               // ticks of the last texts
     std::uint32_t orders, refused, replayed, not_signed, no_place;  // so far
 };
 
@@ -66,24 +63,37 @@ inline void tell(Link& link, std::uint8_t severity, const char* text) {
     reply(link.out, m);
 }
 
-/// Count a refusal and say why. The text keeps one place free for the answer proper.
+/// Why an order was not even read, or one of many was not followed: at most every two seconds.
+inline void tell_rarely(Link& link, std::uint32_t tick, Refusal refusal) {
+    ++link.refused;
+    if (tick - link.told_refusal < 200 || !has_room(link.out)) return;
+    link.told_refusal = tick;
+    tell(link, MAV_SEVERITY_WARNING, sentence(refusal));
+}
+
+/// Count a refusal and say why, unless its answer says it all: clients ask for much that a robot need not know. The text
+/// keeps one place free for the answer proper.
 inline void tell_refusal(Link& link, Refusal refusal) {
     if (refusal == Refusal::none) return;
     ++link.refused;
-    if (has_room(link.out, 2)) tell(link, MAV_SEVERITY_WARNING, sentence(refusal));
+    if (refusal != Refusal::unknown && has_room(link.out, 2)) tell(link, MAV_SEVERITY_WARNING, sentence(refusal));
 }
 
 inline std::uint8_t result_of(Refusal refusal) {
     switch (refusal) {
-        case Refusal::none: return MAV_RESULT_ACCEPTED;
-        case Refusal::unknown: return MAV_RESULT_UNSUPPORTED;
+        case Refusal::none:
+            return MAV_RESULT_ACCEPTED;
+        case Refusal::unknown:
+            return MAV_RESULT_UNSUPPORTED;
         case Refusal::armed:
         case Refusal::disarmed:
         case Refusal::not_ready:
         case Refusal::faulty:
         case Refusal::busy:
-        case Refusal::no_mission: return MAV_RESULT_TEMPORARILY_REJECTED;
-        default: return MAV_RESULT_DENIED;
+        case Refusal::no_mission:
+            return MAV_RESULT_TEMPORARILY_REJECTED;
+        default:
+            return MAV_RESULT_DENIED;
     }
 }
 

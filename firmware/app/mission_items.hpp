@@ -1,6 +1,7 @@
 /// Items of a mission that comes in (mission_list.hpp has those of one on board), one checked after another.
 ///
-/// Places are in MAV_FRAME_LOCAL_NED, m north, east and down of the origin, or in degrees, which the origin turns into m.
+/// Places are in MAV_FRAME_LOCAL_NED, m north, east and down of the origin, or in degrees, which the origin turns into
+/// m.
 #pragma once
 
 #include "link_state.hpp"
@@ -29,10 +30,8 @@ inline bool place_of(const Vehicle& vehicle, const mavlink_mission_item_int_t& m
     }
     const bool global = m.frame == MAV_FRAME_GLOBAL || m.frame == MAV_FRAME_GLOBAL_RELATIVE_ALT ||
                         m.frame == MAV_FRAME_GLOBAL_INT || m.frame == MAV_FRAME_GLOBAL_RELATIVE_ALT_INT;
-    const Origin& from = origin(vehicle);
-    if (!global || !from.known) return false;
-    const std::int64_t east = std::int64_t(m.y) - from.longitude, north = std::int64_t(m.x) - from.latitude;
-    place = {float(east) * from.east, float(north) * from.north};
+    if (!global || !origin(vehicle).known) return false;
+    place = local(origin(vehicle), m.x, m.y);
     return true;
 }
 
@@ -62,6 +61,8 @@ inline std::uint8_t take_bounds(Mission<float>& mission, const mavlink_mission_i
     if (0.0f < m.param1) mission.depth_most = m.param1;
     if (0.0f < m.param2) mission.reserve = m.param2;
     mission.duration = m.param3, mission.surface_every = m.param4, mission.stay = m.x != 0;
+    if (0 < m.y) mission.home_radius = 0.01f * float(m.y);
+    if (0.0f < m.z) mission.home_speed = m.z;
     return MAV_MISSION_ACCEPTED;
 }
 
@@ -73,9 +74,13 @@ inline std::uint8_t take_item(Upload& upload, const Vehicle& vehicle, const mavl
     if (has_place(m.command) && !place_of(vehicle, m, place)) return MAV_MISSION_UNSUPPORTED_FRAME;
     Mission<float>& mission = upload.mission;
     switch (m.command) {
-        case MAV_CMD_NAV_WAYPOINT: return add_waypoint(upload, m, place);
-        case MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: return add_corner(upload, place);
-        case MAV_CMD_DO_SET_HOME: mission.home = place; return MAV_MISSION_ACCEPTED;
+        case MAV_CMD_NAV_WAYPOINT:
+            return add_waypoint(upload, m, place);
+        case MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION:
+            return add_corner(upload, place);
+        case MAV_CMD_DO_SET_HOME:
+            mission.home = place;
+            return MAV_MISSION_ACCEPTED;
         case MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION:
             if (!(0.0f < m.param1)) return MAV_MISSION_INVALID_PARAM1;
             mission.center = place, mission.range = m.param1;
@@ -86,7 +91,8 @@ inline std::uint8_t take_item(Upload& upload, const Vehicle& vehicle, const mavl
             return MAV_MISSION_ACCEPTED;
         case HYPERTUNA_CMD_BOUNDS:
             return is_finite(m.param4) ? take_bounds(mission, m) : std::uint8_t(MAV_MISSION_INVALID_PARAM4);
-        default: return MAV_MISSION_UNSUPPORTED;
+        default:
+            return MAV_MISSION_UNSUPPORTED;
     }
 }
 

@@ -49,12 +49,17 @@ inline void on_mission_count(Link& link, const Vehicle& vehicle, Peer from, cons
 
 inline std::uint8_t mission_result(Refusal refusal) {
     switch (refusal) {
-        case Refusal::none: return MAV_MISSION_ACCEPTED;
+        case Refusal::none:
+            return MAV_MISSION_ACCEPTED;
         case Refusal::out_of_range:
-        case Refusal::inconsistent: return MAV_MISSION_INVALID;
-        case Refusal::too_many: return MAV_MISSION_NO_SPACE;
-        case Refusal::no_mission: return MAV_MISSION_ERROR;
-        default: return MAV_MISSION_DENIED;
+        case Refusal::inconsistent:
+            return MAV_MISSION_INVALID;
+        case Refusal::too_many:
+            return MAV_MISSION_NO_SPACE;
+        case Refusal::no_mission:
+            return MAV_MISSION_ERROR;
+        default:
+            return MAV_MISSION_DENIED;
     }
 }
 
@@ -134,14 +139,16 @@ inline void on_mission_order(Link& link, Vehicle& vehicle, const Frame& frame) {
                 link, frame, [&](const auto& m) { on_mission_request_list(link, vehicle, from, m); });
         case MAVLINK_MSG_ID_MISSION_REQUEST_INT:
             return follow_order<mavlink_mission_request_int_t>(link, frame, request);
-        case MAVLINK_MSG_ID_MISSION_REQUEST: return follow_order<mavlink_mission_request_t>(link, frame, request);
+        case MAVLINK_MSG_ID_MISSION_REQUEST:
+            return follow_order<mavlink_mission_request_t>(link, frame, request);
         case MAVLINK_MSG_ID_MISSION_CLEAR_ALL:
             return follow_order<mavlink_mission_clear_all_t>(
                 link, frame, [&](const auto& m) { on_mission_clear(link, vehicle, from, m); });
         case MAVLINK_MSG_ID_MISSION_ACK:
             return follow_order<mavlink_mission_ack_t>(link, frame,
                                                        [&](const auto& m) { on_mission_ack(link, from, m); });
-        default: return;
+        default:
+            return;
     }
 }
 

@@ -7,43 +7,17 @@
 
 namespace hypertuna::firmware {
 
-/// Limits of a joystick's axes, and the command of a stick: ahead, turn to starboard, climb, each of -1 to 1.
-inline constexpr int stick_most = 1000;
+inline constexpr int stick_most = 1000;  // of a joystick's axes
 
-inline Command<float> stick_command(const Steering<float>& steering, float ahead, float turn, float climb) {
-    Command<float> command{};
-    const float top = steering.table.speed[steering.table.gaits - 1];
-    const float bias = steering.bias_most[0] > 0.0f ? turn : 0.0f;
-    const Beating<float> beat = beating(steering.table, steering.joints, max(0.0f, ahead) * top);
-    command.frequency = beat.frequency;
-    for (int j = 0; j < steering.joints; ++j) {
-        command.bias[j] = bias * steering.bias_most[j];
-        command.amplitude[j] = max(0.0f, min(beat.amplitude[j], steering.reach[j] - abs(command.bias[j])));
-        command.phase[j] = beat.phase[j];
-    }
-    command.fin[0] = command.fin[1] = climb * steering.fin_most;
-    return command;
-}
-
-/// MANUAL_CONTROL: z is thrust, r turns to starboard, x pushed forward dives. It is not acknowledged: the next comes soon.
+/// MANUAL_CONTROL: z is thrust, r turns to starboard (as ground stations send it), x pushed forward dives. It is not
+/// acknowledged, the next comes soon.
 inline void on_manual(Link& link, Vehicle& vehicle, const mavlink_manual_control_t& m) {
-    const int axis[3] = {m.z, m.r, m.x};
-    Refusal refusal = Refusal::none;
-    for (int a : axis)
-        if (a < -stick_most || stick_most < a) refusal = Refusal::out_of_range;
-    const Pilot<float>* model = pilot(vehicle);
-    if (model == nullptr) refusal = Refusal::not_ready;
-    if (refusal == Refusal::none) {
-        const auto part = [](int a) { return float(a) / float(stick_most); };
-        const Steering<float>& steering = model->guidance.steering;
-        refusal = ask_manual(vehicle, stick_command(steering, part(m.z), part(m.r), -part(m.x)));
-    }
-    if (refusal == Refusal::none) return;
-    ++link.refused;
-    const std::uint32_t tick = snapshot(vehicle).tick;
-    if (tick - link.told < 100 || !has_room(link.out)) return;
-    link.told = tick;
-    tell(link, MAV_SEVERITY_WARNING, sentence(refusal));
+    bool within = true;
+    for (int axis : {int(m.x), int(m.z), int(m.r)}) within = within && -stick_most <= axis && axis <= stick_most;
+    const auto part = [](int axis) { return float(axis) / float(stick_most); };
+    const Refusal refusal =
+        within ? ask_manual(vehicle, max(0.0f, part(m.z)), -part(m.r), -part(m.x)) : Refusal::out_of_range;
+    if (refusal != Refusal::none) tell_rarely(link, snapshot(vehicle).tick, refusal);
 }
 
 inline void on_gait_set(Link& link, Vehicle& vehicle, Peer from, const mavlink_gait_set_t& m) {
@@ -51,7 +25,8 @@ inline void on_gait_set(Link& link, Vehicle& vehicle, Peer from, const mavlink_g
     Command<float> command{};
     command.frequency = float(m.frequency) * 1e-3f;
     for (int j = 0; j < most_joints; ++j)
-        command.amplitude[j] = angle(m.amplitude[j]), command.phase[j] = angle(m.lag[j]), command.bias[j] = angle(m.bias[j]);
+        command.amplitude[j] = angle(m.amplitude[j]), command.phase[j] = angle(m.lag[j]),
+        command.bias[j] = angle(m.bias[j]);
     for (int k = 0; k < 2; ++k) command.fin[k] = angle(m.fin[k]);
     acknowledge(link, from, HYPERTUNA_CMD_GAIT, ask_gait(vehicle, command));
 }
@@ -91,8 +66,9 @@ inline Refusal interval_command(Link& link, const mavlink_command_long_t& m) {
     const bool heart = k == 0, never = m.param2 == -1.0f;
     if (!never && m.param2 != 0.0f && !(1e4f <= m.param2 && m.param2 <= 6e7f)) return Refusal::out_of_range;
     if (heart && (never || 1e6f < m.param2)) return Refusal::out_of_range;  // clients believe it lost without
-    link.telemetry.stream[k].interval =
-        never ? 0 : m.param2 == 0.0f ? schedules[k].interval : std::uint32_t(m.param2 * 1e-4f + 0.5f);
+    link.telemetry.stream[k].interval = never              ? 0
+                                        : m.param2 == 0.0f ? schedules[k].interval
+                                                           : std::uint32_t(m.param2 * 1e-4f + 0.5f);
     return Refusal::none;
 }
 
@@ -105,16 +81,23 @@ inline Refusal request_command(Link& link, const mavlink_command_long_t& m) {
 
 inline Refusal carry_out(Link& link, Vehicle& vehicle, const mavlink_command_long_t& m) {
     switch (m.command) {
-        case MAV_CMD_COMPONENT_ARM_DISARM: return arm_command(vehicle, m);
-        case MAV_CMD_DO_SET_MODE: return mode_command(vehicle, m);
-        case MAV_CMD_MISSION_START: return ask_control(vehicle, Control::mission);
-        case MAV_CMD_SET_MESSAGE_INTERVAL: return interval_command(link, m);
-        case MAV_CMD_REQUEST_MESSAGE: return request_command(link, m);
+        case MAV_CMD_COMPONENT_ARM_DISARM:
+            return arm_command(vehicle, m);
+        case MAV_CMD_DO_SET_MODE:
+            return mode_command(vehicle, m);
+        case MAV_CMD_MISSION_START:
+            return ask_control(vehicle, Control::mission);
+        case MAV_CMD_SET_MESSAGE_INTERVAL:
+            return interval_command(link, m);
+        case MAV_CMD_REQUEST_MESSAGE:
+            return request_command(link, m);
         case MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES:
             link.telemetry.stream[stream_index(MAVLINK_MSG_ID_AUTOPILOT_VERSION)].wanted = true;
             return Refusal::none;
-        case HYPERTUNA_CMD_GAIT: return gait_command(vehicle, m);
-        default: return Refusal::unknown;
+        case HYPERTUNA_CMD_GAIT:
+            return gait_command(vehicle, m);
+        default:
+            return Refusal::unknown;
     }
 }
 

@@ -40,7 +40,8 @@ inline void compress(Sha256& hash) {
         for (int i = 7; i > 0; --i) s[i] = s[i - 1];
         s[4] += first, s[0] = first + second;
         const std::uint32_t a = w[(k + 1) & 15], b = w[(k + 14) & 15];
-        w[k & 15] += (turned(a, 7) ^ turned(a, 18) ^ a >> 3) + w[(k + 9) & 15] + (turned(b, 17) ^ turned(b, 19) ^ b >> 10);
+        w[k & 15] +=
+            (turned(a, 7) ^ turned(a, 18) ^ a >> 3) + w[(k + 9) & 15] + (turned(b, 17) ^ turned(b, 19) ^ b >> 10);
     }
     for (int k = 0; k < 8; ++k) hash.word[k] += s[k];
 }

@@ -1,4 +1,5 @@
-/// Supervisor: watches what the controller and the pilot cannot know of, and turns everything that fails into one answer.
+/// Supervisor: watches what the controller and the pilot cannot know of, and turns everything that fails into one
+/// answer.
 #pragma once
 
 #include "faults.hpp"
@@ -49,7 +50,8 @@ inline void watch(const Model& model, SupervisorMemory& memory, const Heard& hea
     now.set(Fault::current_sensor, current);
     now.set(Fault::imu, !imu_stands(heard.controller));
     now.set(Fault::battery_sensor, battery.faulty);
-    now.set(Fault::low_battery, lasting(memory.low, known && supply < controller.voltage_low, limits.voltage_after, tick));
+    now.set(Fault::low_battery,
+            lasting(memory.low, known && supply < controller.voltage_low, limits.voltage_after, tick));
     now.set(Fault::empty_battery,
             lasting(memory.empty, known && supply < limits.voltage_empty, limits.voltage_after, tick));
     now.set(Fault::link_lost, limits.link_timeout < heard.silence);

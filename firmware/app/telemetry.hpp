@@ -1,5 +1,5 @@
-/// Telemetry: which message is sent next. Each has an interval; where the radio cannot carry all of them, every interval
-/// grows by the same factor, since whatever is late by the largest part of its own goes first.
+/// Telemetry: which message is sent next. Each has an interval; where the radio cannot carry all of them, every
+/// interval grows by the same factor, since whatever is late by the largest part of its own goes first.
 #pragma once
 
 #include "mission_list.hpp"
@@ -16,9 +16,9 @@ struct Schedule {
 /// Ticks of 10 ms. The heartbeat is first: it is never late for another message.
 inline constexpr Schedule schedules[] = {
     {MAVLINK_MSG_ID_HEARTBEAT, 100},          {MAVLINK_MSG_ID_HYDRAULICS, 20},     {MAVLINK_MSG_ID_ATTITUDE, 25},
-    {MAVLINK_MSG_ID_LOCAL_POSITION_NED, 100}, {MAVLINK_MSG_ID_GAIT, 100},          {MAVLINK_MSG_ID_PILOT, 100},
-    {MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, 100},   {MAVLINK_MSG_ID_SYS_STATUS, 200},    {MAVLINK_MSG_ID_BATTERY_STATUS, 500},
-    {MAVLINK_MSG_ID_MISSION_CURRENT, 500},    {MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0},
+    {MAVLINK_MSG_ID_LOCAL_POSITION_NED, 100}, {MAVLINK_MSG_ID_GAIT, 200},          {MAVLINK_MSG_ID_PILOT, 200},
+    {MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, 200},   {MAVLINK_MSG_ID_SYS_STATUS, 500},    {MAVLINK_MSG_ID_BATTERY_STATUS, 1000},
+    {MAVLINK_MSG_ID_MISSION_CURRENT, 1000},   {MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0},
 };
 inline constexpr int streams = int(sizeof(schedules) / sizeof(schedules[0]));
 
@@ -34,11 +34,9 @@ struct Telemetry {
     int slow;  // part of the rate that a radio with a full buffer leaves, in percent
 };
 
-inline Telemetry begin_telemetry() {
-    Telemetry telemetry{};
+inline void begin(Telemetry& telemetry) {
     for (int k = 0; k < streams; ++k) telemetry.stream[k].interval = schedules[k].interval;
     telemetry.slow = 100;
-    return telemetry;
 }
 
 /// Place of a message among the streams; -1 for none.
@@ -68,18 +66,30 @@ inline int most_urgent(const Telemetry& telemetry, std::uint32_t tick) {
 inline void send_stream(Outbox& out, Signing& signing, const Vehicle& vehicle, const Parser& parser, std::uint32_t id) {
     const Snapshot& now = snapshot(vehicle);
     switch (id) {
-        case MAVLINK_MSG_ID_HEARTBEAT: return send(out, signing, heartbeat(now));
-        case MAVLINK_MSG_ID_HYDRAULICS: return send(out, signing, hydraulics(now));
-        case MAVLINK_MSG_ID_ATTITUDE: return send(out, signing, attitude(now));
-        case MAVLINK_MSG_ID_LOCAL_POSITION_NED: return send(out, signing, local_position(now));
-        case MAVLINK_MSG_ID_GAIT: return send(out, signing, gait(now));
-        case MAVLINK_MSG_ID_PILOT: return send(out, signing, pilot_state(now));
-        case MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: return send(out, signing, servo_output(now));
-        case MAVLINK_MSG_ID_SYS_STATUS: return send(out, signing, sys_status(now, parser.frames, parser.bad));
-        case MAVLINK_MSG_ID_BATTERY_STATUS: return send(out, signing, battery_status(now));
-        case MAVLINK_MSG_ID_MISSION_CURRENT: return send(out, signing, mission_current(vehicle));
-        case MAVLINK_MSG_ID_AUTOPILOT_VERSION: return send(out, signing, autopilot_version());
-        default: return;
+        case MAVLINK_MSG_ID_HEARTBEAT:
+            return send(out, signing, heartbeat(now));
+        case MAVLINK_MSG_ID_HYDRAULICS:
+            return send(out, signing, hydraulics(now));
+        case MAVLINK_MSG_ID_ATTITUDE:
+            return send(out, signing, attitude(now));
+        case MAVLINK_MSG_ID_LOCAL_POSITION_NED:
+            return send(out, signing, local_position(now));
+        case MAVLINK_MSG_ID_GAIT:
+            return send(out, signing, gait(now));
+        case MAVLINK_MSG_ID_PILOT:
+            return send(out, signing, pilot_state(now));
+        case MAVLINK_MSG_ID_SERVO_OUTPUT_RAW:
+            return send(out, signing, servo_output(now));
+        case MAVLINK_MSG_ID_SYS_STATUS:
+            return send(out, signing, sys_status(now, parser.frames, parser.bad));
+        case MAVLINK_MSG_ID_BATTERY_STATUS:
+            return send(out, signing, battery_status(now));
+        case MAVLINK_MSG_ID_MISSION_CURRENT:
+            return send(out, signing, mission_current(vehicle));
+        case MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+            return send(out, signing, autopilot_version());
+        default:
+            return;
     }
 }
 
@@ -100,7 +110,8 @@ inline bool telemeter(Telemetry& telemetry, Outbox& out, Signing& signing, const
     return true;
 }
 
-/// A radio that reports a buffer that fills up gets less, one whose buffer is empty more. RADIO_STATUS.txbuf in percent.
+/// A radio that reports a buffer that fills up gets less, one whose buffer is empty more. RADIO_STATUS.txbuf in
+/// percent.
 inline void adapt(Telemetry& telemetry, int room) {
     if (room > 100) return;
     const int change = room < 20 ? -20 : room < 50 ? -5 : room > 90 ? 5 : 0;

@@ -6,6 +6,7 @@
 
 #include <new>
 
+#include "controller.hpp"
 #include "vehicle.hpp"
 
 namespace hypertuna::firmware {
@@ -81,8 +82,9 @@ inline void supervise(Vehicle& vehicle) {
     Snapshot& now = vehicle.now;
     const float tick = vehicle.model.pilot.controller.tick;
     const float silence = float(now.tick - vehicle.heard) * tick;
-    const Heard heard{vehicle.state.controller, now.output.status, now.estimate, vehicle.raw.leak, now.load > 1.0f,
-                      vehicle.box.lost != vehicle.lost, now.armed, silence};
+    const Heard heard{
+        vehicle.state.controller,         now.output.status, now.estimate, vehicle.raw.leak, now.load > 1.0f,
+        vehicle.box.lost != vehicle.lost, now.armed,         silence};
     vehicle.lost = vehicle.box.lost;
     watch(vehicle.model, vehicle.memory, heard);
     now.faults = all(vehicle.memory);
@@ -110,7 +112,7 @@ void control(Vehicle& vehicle, B& board) {
     if (command == nullptr && decision) decide(pilot, state, now.estimate, vehicle.mission);
     if (command != nullptr) state.command = *command;
     const std::uint32_t middle = board.clock();
-    now.output = act(pilot, state, now.estimate, now.readings.robot);
+    follow(pilot, state, now.estimate, now.readings.robot, now.output);
     vehicle.profile.controller = board.clock() - middle;
     vehicle.profile.pilot = middle - start;
     now.command = state.command;

@@ -36,7 +36,7 @@ struct Snapshot {
 
 /// What a tick took, in counts of the board's clock.
 struct Profile {
-    std::uint32_t controller, pilot, whole;
+    std::uint32_t controller, pilot, whole, link;  // the link's before that tick
 };
 
 struct Vehicle {
@@ -55,11 +55,11 @@ struct Vehicle {
     Mission<float> mission;
     bool has_mission, fixed;  // a mission is on board; a fix came since boot
     Origin origin;
-    Command<float> asked;            // by the link
-    std::uint32_t heard, asked_at;   // ticks of the last sign of life of the ground, of its last beat
-    bool key;                        // to sign with
-    bool defaults, woken, settled;   // no stored parameters; booted by the watchdog; nothing was being stored
-    std::uint32_t lost;              // records until the last tick
+    Command<float> asked;           // by the link
+    std::uint32_t heard, asked_at;  // ticks of the last sign of life of the ground, of its last beat
+    bool key;                       // to sign with
+    bool defaults, woken, settled;  // no stored parameters; booted by the watchdog; nothing was being stored
+    std::uint32_t lost;             // records until the last tick
 };
 
 inline const Snapshot& snapshot(const Vehicle& vehicle) { return vehicle.now; }

@@ -15,17 +15,18 @@ static_assert(std::endian::native == std::endian::little);
 
 struct MessageKind {
     std::uint32_t id;
-    std::uint8_t crc_extra;  // of its fields' names and types: two dialects that differ do not understand each other
+    std::uint8_t crc_extra;    // of its fields' names and types: two dialects that differ do not understand each other
     std::uint8_t least, most;  // bytes of payload without and with extensions; trailing zeros may be left out
 };
 
 template <class Message>
 inline constexpr MessageKind kind_of{};
 
-#define HYPERTUNA_MESSAGE(type, NAME)                                                                        \
-    template <>                                                                                              \
+#define HYPERTUNA_MESSAGE(type, NAME)                                                                            \
+    template <>                                                                                                  \
     inline constexpr MessageKind kind_of<mavlink_##type##_t>{MAVLINK_MSG_ID_##NAME, MAVLINK_MSG_ID_##NAME##_CRC, \
-                                                             MAVLINK_MSG_ID_##NAME##_MIN_LEN, MAVLINK_MSG_ID_##NAME##_LEN};
+                                                             MAVLINK_MSG_ID_##NAME##_MIN_LEN,                    \
+                                                             MAVLINK_MSG_ID_##NAME##_LEN};
 
 // What the robot hears,
 HYPERTUNA_MESSAGE(heartbeat, HEARTBEAT)
@@ -47,15 +48,24 @@ HYPERTUNA_MESSAGE(radio_status, RADIO_STATUS)
 HYPERTUNA_MESSAGE(setup_signing, SETUP_SIGNING)
 HYPERTUNA_MESSAGE(gait_set, GAIT_SET)
 inline constexpr MessageKind heard_kinds[] = {
-    kind_of<mavlink_heartbeat_t>,          kind_of<mavlink_ping_t>,
-    kind_of<mavlink_param_request_read_t>, kind_of<mavlink_param_request_list_t>,
-    kind_of<mavlink_param_set_t>,          kind_of<mavlink_mission_request_t>,
-    kind_of<mavlink_mission_request_int_t>, kind_of<mavlink_mission_request_list_t>,
-    kind_of<mavlink_mission_count_t>,      kind_of<mavlink_mission_item_int_t>,
-    kind_of<mavlink_mission_clear_all_t>,  kind_of<mavlink_mission_ack_t>,
-    kind_of<mavlink_manual_control_t>,     kind_of<mavlink_command_long_t>,
-    kind_of<mavlink_radio_status_t>,       kind_of<mavlink_setup_signing_t>,
-    kind_of<mavlink_gait_set_t>,           kind_of<mavlink_set_gps_global_origin_t>,
+    kind_of<mavlink_heartbeat_t>,
+    kind_of<mavlink_ping_t>,
+    kind_of<mavlink_param_request_read_t>,
+    kind_of<mavlink_param_request_list_t>,
+    kind_of<mavlink_param_set_t>,
+    kind_of<mavlink_mission_request_t>,
+    kind_of<mavlink_mission_request_int_t>,
+    kind_of<mavlink_mission_request_list_t>,
+    kind_of<mavlink_mission_count_t>,
+    kind_of<mavlink_mission_item_int_t>,
+    kind_of<mavlink_mission_clear_all_t>,
+    kind_of<mavlink_mission_ack_t>,
+    kind_of<mavlink_manual_control_t>,
+    kind_of<mavlink_command_long_t>,
+    kind_of<mavlink_radio_status_t>,
+    kind_of<mavlink_setup_signing_t>,
+    kind_of<mavlink_gait_set_t>,
+    kind_of<mavlink_set_gps_global_origin_t>,
 };
 
 // and what it alone says.

@@ -4,7 +4,7 @@
 /// pulses, what the vehicle thinks, and a digest of every bit that it computed. Little endian, no padding.
 #pragma once
 
-#include "../app/tick.hpp"
+#include "../app/app.hpp"
 
 namespace hypertuna::firmware {
 
@@ -13,21 +13,21 @@ inline constexpr std::int32_t no_sample = INT32_MIN;
 /// What an order does; `which` and `number` say with what.
 enum class OrderKind : std::uint8_t {
     none,
-    arm,        // number: 1 or 0
-    gait,       // number: frequency, amplitudes, phases, biases, fins
-    manual,     // the same
-    control,    // which
-    origin,     // fix of the request, number: x, y of the robot
-    begin,      // mission; number: home, home_radius, home_speed, depth, reserve, duration, surface_every, stay, center,
-                // range, start
-    waypoint,   // number: x, y, depth, speed, radius
-    corner,     // number: x, y
-    end,        // of the mission: it is set
+    arm,       // number: 1 or 0
+    gait,      // number: frequency, amplitudes, phases, biases, fins
+    manual,    // the same
+    control,   // which
+    origin,    // fix of the request, number: x, y of the robot
+    begin,     // mission; number: home, home_radius, home_speed, depth, reserve, duration, surface_every, stay, center,
+               // range, start
+    waypoint,  // number: x, y, depth, speed, radius
+    corner,    // number: x, y
+    end,       // of the mission: it is set
     parameter,  // which, number
 };
 inline constexpr int order_numbers = 16;
 
-struct Request {
+struct ToBoard {
     std::int32_t sample[channels];
     std::int32_t fix[2];
     std::uint8_t flags, order, which, spare;
@@ -35,9 +35,9 @@ struct Request {
 
     static constexpr std::uint8_t fixed = 1, leak = 2, ground = 4, last = 8, stack = 16;
 };
-static_assert(sizeof(Request) == 4 * (channels + 2 + 1 + order_numbers));
+static_assert(sizeof(ToBoard) == 4 * (channels + 2 + 1 + order_numbers));
 
-struct Reply {
+struct FromBoard {
     std::uint32_t tick;
     float pulse[most_servos];
     float at[9];  // quaternion, x, y, depth, speed, position error
@@ -45,9 +45,9 @@ struct Reply {
     std::uint8_t mode, control, armed, answer, refusal, leg, spare[2];
     std::uint32_t digest;
     // From here on boards may differ.
-    std::uint32_t controller, pilot, whole, stack;  // counts of the clock; bytes of stack used so far
+    std::uint32_t controller, pilot, whole, link, stack;  // counts of the clock; bytes of stack used so far
 };
-static_assert(sizeof(Reply) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 4));
+static_assert(sizeof(FromBoard) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 5));
 
 /// A mission that arrives in parts.
 struct Plan {
@@ -59,8 +59,20 @@ struct Plan {
 inline Refusal add(Plan& plan, OrderKind kind, const float* number) {
     Mission<float>& m = plan.mission;
     if (kind == OrderKind::begin) {
-        m = {plan.waypoint, 0, plan.corner, 0, {number[9], number[10]}, number[11], {number[12], number[13]},
-             {number[0], number[1]}, number[2], number[3], number[4], number[5], number[6], number[7],
+        m = {plan.waypoint,
+             0,
+             plan.corner,
+             0,
+             {number[9], number[10]},
+             number[11],
+             {number[12], number[13]},
+             {number[0], number[1]},
+             number[2],
+             number[3],
+             number[4],
+             number[5],
+             number[6],
+             number[7],
              number[8] != 0.0f};
         return Refusal::none;
     }
@@ -86,7 +98,7 @@ inline Command<float> command_of(int joints, const float* number) {
 }
 
 /// Do what an order says.
-[[gnu::cold]] inline Refusal carry_out(Vehicle& vehicle, Plan& plan, const Request& request) {
+[[gnu::cold]] inline Refusal carry_out(Vehicle& vehicle, Plan& plan, const ToBoard& request) {
     const float* number = request.number;
     const int joints = vehicle.model.pilot.controller.joints;
     switch (const OrderKind kind = OrderKind(request.order)) {
@@ -134,8 +146,8 @@ struct Digest {
     sum.add(robot.rate, 3), sum.add(robot.acceleration, 3), sum.add(&robot.voltage, 1);
     sum.add(&now.readings.depth, 1), sum.add(now.readings.field, 3), sum.add(now.readings.fix, 2);
     sum.add(&at.q.w, 4), sum.add(&at.rate.x, 3), sum.add(&at.facing.x, 3), sum.add(at.current, 2);
-    for (const float* x : {&at.depth, &at.sink, &at.x, &at.y, &at.speed, &at.factor, &at.position_error, &at.drift_error,
-                           &at.tilt, &command.frequency, &now.battery_left})
+    for (const float* x : {&at.depth, &at.sink, &at.x, &at.y, &at.speed, &at.factor, &at.position_error,
+                           &at.drift_error, &at.tilt, &command.frequency, &now.battery_left})
         sum.add(x, 1);
     sum.add(command.amplitude, most_joints), sum.add(command.phase, most_joints), sum.add(command.bias, most_joints);
     sum.add(command.fin, 2), sum.add(out.pulse, most_servos), sum.add(out.target, most_servos);
@@ -144,12 +156,12 @@ struct Digest {
     return sum.value;
 }
 
-/// `Wire` moves whole blocks, and keeps time: read(bytes, count) -> bool, write(bytes, count), log(bytes, count) -> int,
-/// clock(), per_tick(), stack(), receive(bytes, count) -> int, send(bytes, count) -> int.
+/// `Wire` moves whole blocks, and keeps time: read(bytes, count) -> bool, write(bytes, count), log(bytes, count) ->
+/// int, clock(), per_tick(), stack(), receive(bytes, count) -> int, send(bytes, count) -> int.
 template <class Wire>
 struct Lockstep {
     Wire& wire;
-    Request request;
+    ToBoard request;
     float pulse[most_servos];
     std::uint8_t kept[2 * slot_size];
 
@@ -157,7 +169,7 @@ struct Lockstep {
     void read(Raw& raw) {
         for (int c = 0; c < channels; ++c)
             if (request.sample[c] != no_sample) raw.channel[c].add(request.sample[c]);
-        raw.fixed = request.flags & Request::fixed, raw.leak = request.flags & Request::leak;
+        raw.fixed = request.flags & ToBoard::fixed, raw.leak = request.flags & ToBoard::leak;
         for (int k = 0; k < 2; ++k) raw.fix[k] = request.fix[k];
     }
     void drive(const float (&to)[most_servos], int count) {
@@ -177,7 +189,7 @@ struct Lockstep {
     void reply(const Vehicle& vehicle, Refusal refusal) {
         const Snapshot& now = vehicle.now;
         const Estimate<float>& at = now.estimate;
-        Reply out{};
+        FromBoard out{};
         out.tick = now.tick;
         for (int k = 0; k < most_servos; ++k) out.pulse[k] = pulse[k];
         const float told[9] = {at.q.w, at.q.x, at.q.y, at.q.z, at.x, at.y, at.depth, at.speed, at.position_error};
@@ -187,22 +199,23 @@ struct Lockstep {
         out.answer = std::uint8_t(now.answer), out.refusal = std::uint8_t(refusal), out.leg = std::uint8_t(now.leg);
         out.digest = digest(now);
         out.controller = vehicle.profile.controller, out.pilot = vehicle.profile.pilot;
-        out.whole = vehicle.profile.whole;
-        if (request.flags & Request::stack) out.stack = wire.stack();
+        out.whole = vehicle.profile.whole, out.link = vehicle.profile.link;
+        if (request.flags & ToBoard::stack) out.stack = wire.stack();
         wire.write(&out, sizeof(out));
     }
 };
 
 /// Run until the twin has had enough.
 template <class Wire>
-void run(Vehicle& vehicle, Plan& plan, Lockstep<Wire>& board, const Description& robot) {
-    boot(vehicle, robot, board);
+void run(App& app, Plan& plan, Lockstep<Wire>& board, const Description& robot) {
+    boot(app, robot, board);
     while (board.wait()) {
-        if (board.request.flags & Request::ground) heard(vehicle);
-        const Refusal refusal = carry_out(vehicle, plan, board.request);
-        tick(vehicle, board);
-        board.reply(vehicle, refusal);
-        if (board.request.flags & Request::last) break;
+        listen(app, board);
+        if (board.request.flags & ToBoard::ground) heard(app.vehicle);
+        const Refusal refusal = carry_out(app.vehicle, plan, board.request);
+        tick(app.vehicle, board);
+        board.reply(app.vehicle, refusal);
+        if (board.request.flags & ToBoard::last) break;
     }
 }
 

@@ -1,4 +1,4 @@
-/// hypertuna: written by `hypertuna firmware params --robot hypertuna` from its description. Do not edit.
+/// hypertuna: written by `hypertuna firmware params` from its description. Do not edit.
 #pragma once
 
 #include "../app/parameters.hpp"

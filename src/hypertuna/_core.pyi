@@ -2,7 +2,7 @@
 The numerical core: SI units and radians throughout, plain arrays in and out.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any
 
 import numpy
@@ -376,6 +376,11 @@ def mode_names() -> list[str]:
 def reason_table() -> list[tuple[str, str]]:
     """Reasons of the pilot in the order of their bits: name and sentence."""
 
+def pilot_fields(joints: int, gaits: int) -> list[tuple[str, str, int]]:
+    """
+    Every number of controller and pilot in the order that the firmware takes them in: part, column, index.
+    """
+
 class Pilot:
     """The pilot on board with its mission and state, in double precision."""
 
@@ -490,7 +495,18 @@ def run_mission(
     steps: int,
     every: int,
     state: bytes | None = None,
+    board: Callable[[Sequence[float]], Sequence[float]] | None = None,
 ) -> tuple[dict[str, NDArray[numpy.float64]], bytes]:
     """
-    Fly a mission for so many ticks, from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier part left: the record, one row every so many ticks, and the state at the end. `fins` are servos that stand, (fin, angle [rad] or NaN for where it is, from, to [s]); `gaps` (n, 2) times without satellites.
+    Fly a mission for so many ticks, from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier part left: the record, one row every so many ticks, and the state at the end. `fins` are servos that stand, (fin, angle [rad] or NaN for where it is, from, to [s]); `gaps` (n, 2) times without satellites. `board` takes the pilot's place: a function of what the sensors show (bends, pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) that returns the servo pulses [s].
+    """
+
+def refusal_table() -> list[tuple[str, str]]:
+    """
+    Refusals of the firmware in the order of their numbers: name and sentence.
+    """
+
+def fault_table() -> list[tuple[str, str, str, bool, bool]]:
+    """
+    Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is remembered until it is armed anew, and whether it forbids arming.
     """

@@ -15,6 +15,8 @@ from hypertuna.cli_bend import bend_command
 from hypertuna.cli_dive import dive_command
 from hypertuna.cli_experiment import ask_command, tell_command
 from hypertuna.cli_fe import fe_app
+from hypertuna.cli_fil import fil_command
+from hypertuna.cli_firmware import firmware_app
 from hypertuna.cli_identify import identify_command
 from hypertuna.cli_log import log_app
 from hypertuna.cli_mission import mission_command
@@ -56,8 +58,10 @@ optimize_app.command("tell")(tell_command)
 app.add_typer(optimize_app, name="optimize")
 app.command("pareto")(pareto_command)
 app.command("bend")(bend_command)
+app.command("fil")(fil_command)
 app.add_typer(actuator_app, name="actuator")
 app.add_typer(fe_app, name="fe")
+app.add_typer(firmware_app, name="firmware")
 app.command("pump")(pump_command)
 app.command("range")(range_command)
 app.add_typer(log_app, name="log")

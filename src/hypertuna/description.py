@@ -96,7 +96,7 @@ class Robot(Part):
 
     @cached_property
     def hash(self) -> str:
-        """Sha256 of what can change a result: all but the texts of description and sources, and the firmware's table."""
+        """Sha256 of what can change a result: all but description, sources and the table of the firmware."""
         texts = {"description", "sources", "firmware"}
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -126,10 +126,24 @@ RULES = (
     _Rule("slew", "controller", "slew", 0.1, 1.0),
     *(
         _Rule(name, "pilot", name)
-        for name in (
-            "heading_rate heading_integral rate_gain turn_most curvature lookahead depth_lookahead depth_integral "
-            "climb_lead climb_gain pitch_damping speed_least surface_depth fence_margin error_most patience"
-        ).split()
+        for name in [
+            "heading_rate",
+            "heading_integral",
+            "rate_gain",
+            "turn_most",
+            "curvature",
+            "lookahead",
+            "depth_lookahead",
+            "depth_integral",
+            "climb_lead",
+            "climb_gain",
+            "pitch_damping",
+            "speed_least",
+            "surface_depth",
+            "fence_margin",
+            "error_most",
+            "patience",
+        ]
     ),
     *(
         rule
@@ -272,7 +286,7 @@ def header(table: FirmwareTable) -> str:
     robot = table.robot
     wired = needed(robot.firmware, "firmware", "add the table [firmware]", robot)
     lines = [
-        f"/// {robot.name}: written by `hypertuna firmware params --robot {robot.name}` from its description. Do not edit.",
+        f"/// {robot.name}: written by `hypertuna firmware params` from its description. Do not edit.",
         "#pragma once",
         "",
         '#include "../app/parameters.hpp"',

@@ -169,11 +169,13 @@ bool blind(const ControllerState<T>& state, int j) {
     return state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty;
 }
 
-/// Let everything that a command sets follow it, and go on by one tick with the oscillators.
+/// Let everything that a command sets follow it, and go on by one tick with the oscillators. Returns the low-pass that
+/// belongs to the beat's frequency.
 template <class T>
-SinCos<T> generate(const Controller<T>& model, ControllerState<T>& state, bool active) {
+LowPass<T> generate(const Controller<T>& model, ControllerState<T>& state, bool active) {
     const Wish<T>& wish = state.wish;
     state.frequency = follow(model.smoothing, state.frequency, wish.frequency);
+    const T turns = state.frequency.value * model.tick;
     const SinCos<T> turn = sincos(T(2 * pi) * state.frequency.value * model.tick);
     const Oscillator<T> reference = state.oscillator[0];
     for (int j = 0; j < model.joints; ++j) {
@@ -189,7 +191,7 @@ SinCos<T> generate(const Controller<T>& model, ControllerState<T>& state, bool a
         right = oscillate(model.network, right, turn);
     }
     for (int k = 0; k < 2; ++k) state.fin[k] = follow(model.smoothing, state.fin[k], active ? wish.fin[k] : T(0));
-    return turn;
+    return low_pass(model.posture, max(turns, T(1e-4)), turn);
 }
 
 /// Whether a circuit's servo moves, so that its joint's sensors must show it.
@@ -260,11 +262,9 @@ T asked_amplitude(const ControllerState<T>& state, int j) {
 /// One tick of a joint's posture control; at the end of its beat the PID sets the corrections anew.
 template <class T>
 void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, T reading, bool ended,
-                  const SinCos<T>& turn, Status& status) {
+                  const LowPass<T>& filter, Status& status) {
     PostureState<T>& posture = state.posture[j];
     const JointModel<T>& joint = model.joint[j];
-    const T turns = state.frequency.value * model.tick;
-    const LowPass<T> filter = low_pass(model.posture, max(turns, T(1e-4)), turn);
     const T set = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
     const bool moving = moves(model, state.circuit[2 * j]);
     const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast},
@@ -335,16 +335,16 @@ T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Statu
     return clamp(bend, last - most, last + most);
 }
 
-/// Send a circuit's servo to an angle, and say where it cannot follow. Torque-speed line: no load leaves the whole
-/// speed, the stall pressure leaves none.
+/// Send a circuit's servo to an angle, and say where it cannot follow at a part of its voltage. Torque-speed line: no
+/// load leaves the whole speed, the stall pressure leaves none.
 template <class T>
-void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c, T angle) {
+void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c, T angle,
+                   T supply) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
     const T last = state.sent[c];
     send(model, state, output, c, angle);
     circuit.change = output.target[c] - last;
-    const T supply = min(T(1), state.supply / model.voltage_rated);
     const T free = supply - max(T(0), circuit.pressure) / supervisor.stall;
     if (clamp(free, T(0.1), T(1)) * supervisor.speed * model.tick < abs(circuit.change))
         output.status.tell(Condition::speed_limit, c);
@@ -359,6 +359,7 @@ template <class T>
 void drive_joint(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int j) {
     const T asked = asked_bend(model, state, j, output.status);
     const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
+    const T supply = min(T(1), state.supply / model.voltage_rated);
     T angle[2], most[2];
     const auto bend_to = [&](T bend) {
         for (int side = 0; side < 2; ++side)
@@ -379,7 +380,7 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
         const T sent = min(angle[side], most[side]);
-        drive_circuit(model, state, output, c, sent);
+        drive_circuit(model, state, output, c, sent, supply);
         slow = slow || output.status.has(Condition::speed_limit, c) || output.target[c] != sent;
     }
     const bool governed = output.status.has(Condition::pressure_limit, 2 * j);
@@ -395,12 +396,12 @@ ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& stat
     take_command(model, state, command, status);
     Oscillator<T> before[most_joints];
     for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[2 * j];
-    const SinCos<T> turn = generate(model, state, state.armed && state.age <= model.timeout);
+    const LowPass<T> filter = generate(model, state, state.armed && state.age <= model.timeout);
     read_robot(model, state, readings, status);
     for (int c = 0; c < 2 * model.joints; ++c) read_pressure(model, state, c, readings.pressure[c], status);
     for (int j = 0; j < model.joints; ++j) {
         const bool ended = beat_ends(before[j], state.oscillator[2 * j]);
-        hold_posture(model, state, j, readings.bend[j], ended, turn, status);
+        hold_posture(model, state, j, readings.bend[j], ended, filter, status);
         output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
         drive_joint(model, state, output, j);
     }

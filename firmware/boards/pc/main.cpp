@@ -33,9 +33,9 @@ struct Pipes {
     int send(const std::uint8_t*, int count) { return count; }
 };
 
-static Vehicle vehicle;
+static App app;
 static Plan plan;
 static Pipes pipes;
 static Lockstep<Pipes> board{pipes, {}, {}, {}};
 
-int main() { run(vehicle, plan, board, robot::description); }
+int main() { run(app, plan, board, robot::description); }

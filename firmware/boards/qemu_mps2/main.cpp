@@ -86,13 +86,13 @@ struct Fifos {
     std::uint32_t counted, before;
 };
 
-static Vehicle vehicle;
+static App app;
 static Plan plan;
 static Fifos fifos;
 static Lockstep<Fifos> board{fifos, {}, {}, {}};
 
 int main() {
     if (!fifos.begin()) return 72;
-    run(vehicle, plan, board, robot::description);
+    run(app, plan, board, robot::description);
     return 0;
 }

@@ -23,7 +23,20 @@ int main();
     semihosting::exit(main());
 }
 
-[[gnu::section(".vectors"), gnu::used]] void (*const vectors[16])() = {
-    reinterpret_cast<void (*)()>(&stack_top), reset, fault, fault, fault, fault, fault, nullptr, nullptr, nullptr,
-    nullptr, fault, fault, nullptr, fault, fault};
+[[gnu::section(".vectors"), gnu::used]] void (*const vectors[16])() = {reinterpret_cast<void (*)()>(&stack_top),
+                                                                       reset,
+                                                                       fault,
+                                                                       fault,
+                                                                       fault,
+                                                                       fault,
+                                                                       fault,
+                                                                       nullptr,
+                                                                       nullptr,
+                                                                       nullptr,
+                                                                       nullptr,
+                                                                       fault,
+                                                                       fault,
+                                                                       nullptr,
+                                                                       fault,
+                                                                       fault};
 }

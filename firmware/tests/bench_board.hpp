@@ -1,0 +1,77 @@
+/// A board on the bench: sound sensors with a little noise, bends that follow the servos, memory, and no twin.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "../app/app.hpp"
+#include HYPERTUNA_ROBOT
+
+namespace hypertuna::firmware {
+
+struct BenchBoard {
+    std::uint8_t memory_[2 * slot_size] = {};
+    float bend[most_joints] = {}, pulse[most_servos] = {};
+    std::uint32_t ticks = 0;
+    bool leak = false;
+    std::vector<std::uint8_t> heard{}, said{};  // radio: bytes that came, and that went
+
+    float noise(int channel) const { return normal<float>(random_bits(7, std::uint64_t(channel), ticks)); }
+
+    bool wait() { return true; }
+    void read(Raw& raw) {
+        const Calibration& c = sound().calibration;
+        const auto put = [&](int channel, float reading, float spread) {
+            const float counts = (reading + spread * noise(channel)) / c.scale[channel] + c.zero[channel];
+            raw.channel[channel].add(std::int32_t(counts + 0.5f));
+        };
+        for (int j = 0; j < robot::description.joints; ++j) {
+            const float servo = pulse[2 * j] == 0.0f ? 0.0f : (pulse[2 * j] - 1500e-6f) / 637e-6f;
+            bend[j] += 0.3f * (servo - bend[j]);
+            put(bend_channel + j, bend[j], 2e-3f);
+        }
+        for (int k = 0; k < 2 * robot::description.joints; ++k)
+            put(pressure_channel + k, 6e4f, 500.0f), put(current_channel + k, 0.3f, 0.02f);
+        for (int k = 0; k < 3; ++k) put(imu_channel + k, 0.0f, 2e-3f);
+        const float gravity[3] = {0.0f, 0.0f, 9.81f}, field[3] = {-0.6f, 0.0f, -0.8f};
+        for (int k = 0; k < 3; ++k)
+            put(imu_channel + 3 + k, gravity[k], 0.02f), put(field_channel + k, field[k], 5e-3f);
+        put(battery_channel, 15.0f, 0.02f), put(depth_channel, 0.05f, 5e-3f);
+        raw.fixed = ticks % 100 == 50, raw.leak = leak;
+        raw.fix[0] = 500000000 + int(10 * noise(sensor_channels)), raw.fix[1] = 80000000;
+        ++ticks;
+    }
+    void drive(const float (&to)[most_servos], int count) { std::copy(to, to + count, pulse); }
+    void feed() {}
+    std::uint32_t clock() { return 0; }
+    std::uint32_t per_tick() { return 1; }
+    bool woken() { return false; }
+    int memory() { return int(sizeof memory_); }
+    std::uint8_t load(int at) { return memory_[at]; }
+    void save(int at, std::uint8_t byte) { memory_[at] = byte; }
+    int log(const std::uint8_t*, int count) { return count; }
+    int receive(std::uint8_t* to, int most) {
+        const int count = std::min(most, int(heard.size()));
+        std::copy_n(heard.begin(), count, to);
+        heard.erase(heard.begin(), heard.begin() + count);
+        return count;
+    }
+    int send(const std::uint8_t* from, int count) {
+        said.insert(said.end(), from, from + count);
+        return count;
+    }
+
+    /// The description's parameters: the sensors are those that it tells of, whatever the radio sets.
+    static const Model& sound() {
+        static const Model model = [] {
+            float value[most_parameters];
+            for (int k = 0; k < robot::description.parameters; ++k) value[k] = robot::description.parameter[k].standard;
+            Model made;
+            configure(made, robot::description, value);
+            return made;
+        }();
+        return model;
+    }
+};
+
+}  // namespace hypertuna::firmware

@@ -1,0 +1,79 @@
+/// Fuzzing of the link: any bytes, in any portions, to a robot that is armed, with and without signing.
+///
+/// The first byte chooses; then portions: a length, and as many bytes for one tick. With the right checksum put into
+/// every second portion that looks like a frame, the handlers behind the parser are reached, too. What must hold after
+/// every tick is checked, beside what the sanitizers see.
+#include <cstdlib>
+
+#include "bench_board.hpp"
+
+using namespace hypertuna;
+using namespace hypertuna::firmware;
+
+static void must(bool holds) {
+    if (!holds) std::abort();
+}
+
+/// Give a portion mark, flags and checksum, so that it is a frame of the kind that its id picks.
+static int make_frame(std::uint8_t* bytes, int count) {
+    if (count < head_length + 1 + crc_length) return count;
+    const MessageKind& kind = heard_kinds[bytes[7] % (sizeof heard_kinds / sizeof heard_kinds[0])];
+    const int room = count - head_length - crc_length, payload = room < kind.most ? room : kind.most;
+    bytes[0] = frame_mark, bytes[1] = std::uint8_t(payload), bytes[2] = 0;
+    for (int k = 0; k < 3; ++k) bytes[7 + k] = std::uint8_t(kind.id >> 8 * k);
+    const std::uint16_t crc = frame_crc(bytes, head_length + payload, kind.crc_extra);
+    bytes[head_length + payload] = std::uint8_t(crc), bytes[head_length + payload + 1] = std::uint8_t(crc >> 8);
+    return head_length + payload + crc_length;
+}
+
+static void check(const App& app) {
+    const Snapshot& now = snapshot(app.vehicle);
+    const Outbox& out = app.link.out;
+    must(0 <= out.fill && out.fill <= outbox_size && 0 <= out.answers && out.answers <= most_answers);
+    must(out.allowance <= float(longest_frame) + out.rate && -float(longest_frame + packet_cost) <= out.allowance);
+    must(is_finite(now.command.frequency) && 0 <= now.command.frequency && now.command.frequency <= 8);
+    const Mission<float>& m = mission(app.vehicle);
+    must(0 <= m.waypoints && m.waypoints <= most_waypoints && 0 <= m.corners && m.corners <= most_corners);
+    for (int k = 0; k < m.waypoints; ++k) must(is_finite(m.waypoint[k].x) && 0 < m.waypoint[k].speed);
+    for (int k = 0; k < parameter_count(app.vehicle); ++k) {
+        const ParameterInfo& info = parameter(app.vehicle, k);
+        must(info.low <= value(app.vehicle, k) && value(app.vehicle, k) <= info.high);
+    }
+}
+
+static App app;
+static BenchBoard board;
+static App fresh_app;
+static BenchBoard fresh_board;
+
+/// A robot that has found its attitude, and is armed.
+static bool prepare() {
+    boot(fresh_app, robot::description, fresh_board);
+    for (int k = 0; k < 60; ++k) tick(fresh_app, fresh_board);
+    must(arm(fresh_app.vehicle, true) == Refusal::none);
+    fresh_board.said.clear();
+    return true;
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    static const bool ready = prepare();
+    if (!ready || size < 2) return 0;
+    app = fresh_app, board = fresh_board;
+    const std::uint8_t choice = data[0];
+    if (choice & 1) arm(app.vehicle, false);
+    if ((choice & 2) && size > key_length) begin_signing(app.link.signing, data, 0);
+    std::size_t at = 1;
+    for (int portion = 0; at < size && portion < 64; ++portion) {
+        const std::size_t wished = 1 + std::size_t(data[at++] % 96);
+        const std::size_t count = wished < size - at ? wished : size - at;
+        std::uint8_t bytes[96];
+        std::memcpy(bytes, data + at, count);
+        at += count;
+        const int length = portion % 2 == 0 || (choice & 4) ? make_frame(bytes, int(count)) : int(count);
+        board.heard.assign(bytes, bytes + length);
+        tick(app, board);
+        check(app);
+        board.said.clear();
+    }
+    return 0;
+}

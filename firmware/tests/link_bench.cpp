@@ -1,0 +1,98 @@
+/// The app on the bench board, for tests of its radio.
+///
+/// `link_bench` goes in lock-step over standard input and output: each tick takes the length (two bytes) and the bytes
+/// that the radio brought, and gives the length and the bytes that it sends, then what the vehicle is doing.
+/// `link_bench PORT` runs by the clock and speaks UDP to 127.0.0.1:PORT, and to whoever answered last.
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
+#include "bench_board.hpp"
+
+using namespace hypertuna::firmware;
+using hypertuna::Mode;
+
+static App app;
+static BenchBoard board;
+
+struct Told {
+    std::uint32_t tick, faults, orders, refused, replayed, frames, bad, skipped, frames_sent, bytes_sent;
+    float frequency, amplitude, first;  // of the command; value of the first parameter
+    std::uint8_t armed, control, most_waiting, waypoints;
+};
+static_assert(sizeof(Told) == 56);
+
+static bool read_all(void* to, std::size_t count) { return std::fread(to, 1, count, stdin) == count; }
+
+static Told told() {
+    const Snapshot& now = snapshot(app.vehicle);
+    const Link& l = app.link;
+    return {now.tick,
+            now.faults.flags,
+            l.orders,
+            l.refused,
+            l.replayed,
+            l.parser.frames,
+            l.parser.bad,
+            l.parser.skipped,
+            l.out.frames,
+            l.out.sent,
+            now.command.frequency,
+            now.command.amplitude[0],
+            value(app.vehicle, 0),
+            now.armed,
+            std::uint8_t(now.control),
+            std::uint8_t(l.out.most_waiting),
+            std::uint8_t(mission(app.vehicle).waypoints)};
+}
+
+static int lock_step() {
+    std::uint16_t count = 0;
+    while (read_all(&count, 2)) {
+        board.heard.resize(board.heard.size() + count);
+        if (!read_all(board.heard.data() + board.heard.size() - count, count)) return 1;
+        tick(app, board);
+        count = std::uint16_t(board.said.size());
+        const Told state = told();
+        std::fwrite(&count, 2, 1, stdout);
+        std::fwrite(board.said.data(), 1, count, stdout);
+        std::fwrite(&state, sizeof state, 1, stdout);
+        std::fflush(stdout);
+        board.said.clear();
+    }
+    return 0;
+}
+
+static int by_the_clock(int port) {
+    const int socket_ = socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in peer{};
+    peer.sin_family = AF_INET, peer.sin_port = htons(std::uint16_t(port));
+    inet_pton(AF_INET, "127.0.0.1", &peer.sin_addr);
+    auto next = std::chrono::steady_clock::now();
+    for (;;) {
+        std::uint8_t bytes[2048];
+        sockaddr_in from{};
+        socklen_t length = sizeof from;
+        for (ssize_t got; (got = recvfrom(socket_, bytes, sizeof bytes, MSG_DONTWAIT,
+                                          reinterpret_cast<sockaddr*>(&from), &length)) > 0;) {
+            board.heard.insert(board.heard.end(), bytes, bytes + got);
+            peer = from;
+        }
+        tick(app, board);
+        if (!board.said.empty())
+            sendto(socket_, board.said.data(), board.said.size(), 0, reinterpret_cast<sockaddr*>(&peer), sizeof peer);
+        board.said.clear();
+        next += std::chrono::milliseconds(10);
+        std::this_thread::sleep_until(next);
+    }
+}
+
+int main(int count, char** words) {
+    boot(app, robot::description, board);
+    return count > 1 ? by_the_clock(std::atoi(words[1])) : lock_step();
+}

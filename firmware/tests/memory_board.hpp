@@ -1,0 +1,79 @@
+/// A board made of memory, for the tests: its sensors show what they are told, and its power can go at any byte.
+#pragma once
+
+#include "../app/tick.hpp"
+#include "../boards/lockstep.hpp"
+#include HYPERTUNA_ROBOT
+
+namespace hypertuna::firmware {
+
+struct MemoryBoard {
+    Raw raw;
+    float pulse[most_servos];
+    std::uint8_t kept[2 * slot_size];
+    int power;        // bytes that can still be written; negative for ever
+    int torn;         // what the byte shows that the power went at: -1 for its old value
+    int card;         // bytes that the black box takes per tick
+    std::uint8_t box[1 << 16];
+    int logged, fed;
+    bool reset;
+    std::uint32_t took;  // counts of a tick's 1000
+
+    bool wait() { return true; }
+    void read(Raw& to) { to = raw; }
+    void drive(const float (&to)[most_servos], int count) {
+        for (int k = 0; k < count; ++k) pulse[k] = to[k];
+    }
+    void feed() { ++fed; }
+    std::uint32_t clock() { return took += ticking; }
+    std::uint32_t per_tick() { return 1000; }
+    bool woken() { return reset; }
+    int memory() { return int(sizeof(kept)); }
+    std::uint8_t load(int at) { return kept[at]; }
+    void save(int at, std::uint8_t byte) {
+        if (power == 0) {
+            if (torn >= 0) kept[at] = std::uint8_t(torn);
+            torn = -1;
+            return;
+        }
+        --power;
+        kept[at] = byte;
+    }
+    int log(const std::uint8_t* from, int count) {
+        const int take = count < card ? count : card;
+        for (int k = 0; k < take; ++k) box[logged++ & 0xffff] = from[k];
+        return take;
+    }
+    int receive(std::uint8_t*, int) { return 0; }
+    int send(const std::uint8_t*, int count) { return count; }
+
+    std::uint32_t ticking = 0;  // counts that the clock goes on at every look
+};
+static_assert(Board<MemoryBoard>);
+
+/// Counts of a robot that floats upright at the surface, with a little noise so that no sensor looks stuck.
+inline void float_upright(MemoryBoard& board, const Vehicle& vehicle, int tick) {
+    const Calibration& c = vehicle.model.calibration;
+    board.raw = {};
+    const auto show = [&](int channel, float value) {
+        const float noise = 3.0f * normal<float>(random_bits(5, std::uint64_t(channel), std::uint64_t(tick)));
+        board.raw.channel[channel].add(std::int32_t(value / c.scale[channel] + c.zero[channel] + noise));
+    };
+    for (int j = 0; j < 2; ++j) show(bend_channel + j, 0);
+    for (int k = 0; k < 4; ++k) show(pressure_channel + k, 60e3f), show(current_channel + k, 0.3f);
+    for (int k = 0; k < 3; ++k) show(imu_channel + k, 0), show(imu_channel + 3 + k, k == 2 ? 9.81f : 0.0f);
+    show(battery_channel, 15.0f), show(depth_channel, 0.05f);
+    for (int k = 0; k < 3; ++k) show(field_channel + k, k == 1 ? 0.7f : k == 2 ? -0.7f : 0.0f);
+}
+
+/// Go on for some ticks.
+inline void float_on(Vehicle& vehicle, MemoryBoard& board, int ticks) {
+    for (int k = 0; k < ticks; ++k) {
+        const bool leak = board.raw.leak;
+        float_upright(board, vehicle, int(vehicle.now.tick));
+        board.raw.leak = leak;
+        tick(vehicle, board);
+    }
+}
+
+}  // namespace hypertuna::firmware

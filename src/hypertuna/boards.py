@@ -1,0 +1,190 @@
+"""Boards that the firmware runs on beside a twin: a program on this machine, or an emulated Cortex-M7."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.errors import InputError
+from hypertuna.lockstep import FROM_BOARD
+
+__all__ = ["BOARDS", "Board", "firmware_of", "missing", "started"]
+
+BOARDS = {"pc": "pc", "qemu": "qemu_mps2.elf"}
+EMULATOR = "qemu-system-arm"
+COMPILER = "arm-none-eabi-g++"
+# An instruction takes 64 ns of the emulated time, in which the clock counts 40 ns.
+INSTRUCTIONS = 40 / 64
+FOLDER = Path(__file__).parents[2] / "build" / "firmware"
+
+
+def missing(board: str) -> str | None:
+    """Say what a board lacks on this machine.
+
+    Parameters
+    ----------
+    board : str
+
+    Returns
+    -------
+    str or None
+        A sentence; None if it can run.
+    """
+    if board == "qemu":
+        for program in (EMULATOR, COMPILER):
+            if shutil.which(program) is None:
+                return f"{program} is not installed: run `make system-deps`"
+    return None
+
+
+def firmware_of(robot: str, board: str, folder: str | Path | None = None) -> Path:
+    """Find the firmware of a robot for a board.
+
+    Parameters
+    ----------
+    robot : str
+        Its name.
+    board : str
+    folder : str or Path, optional
+        Where `make firmware` put it; build/firmware of the source tree if left out.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If it is not there.
+    """
+    path = Path(FOLDER if folder is None else folder) / f"{robot}-{BOARDS[board]}"
+    if not path.exists():
+        fix = f"run `make firmware ROBOT={robot}`" if missing(board) is None else str(missing(board))
+        raise InputError("must be there", key="firmware", value=str(path), fix=fix)
+    return path
+
+
+class Board:
+    """Firmware that is running: it takes messages and answers each with one.
+
+    Parameters
+    ----------
+    process : Popen
+    to_board, from_board : file
+    """
+
+    def __init__(self, process: subprocess.Popen[bytes], to_board: IO[bytes], from_board: IO[bytes]) -> None:
+        self.process, self.to_board, self.from_board = process, to_board, from_board
+
+    def send(self, message: bytes) -> None:
+        """Send messages of TO_BOARD.
+
+        Parameters
+        ----------
+        message : bytes
+        """
+        with contextlib.suppress(BrokenPipeError):  # the answer that does not come tells
+            self.to_board.write(message)
+            self.to_board.flush()
+
+    def answer(self, count: int = 1) -> bytes:
+        """Wait for answers.
+
+        Parameters
+        ----------
+        count : int
+
+        Returns
+        -------
+        bytes
+            That many of FROM_BOARD.
+
+        Raises
+        ------
+        InputError
+            If the firmware ended before.
+        """
+        got = self.from_board.read(count * FROM_BOARD.itemsize)
+        if len(got) < count * FROM_BOARD.itemsize:
+            status = self.process.wait()
+            fix = "run `make firmware` again: it must fit this version"
+            raise InputError("must run to the end", key="firmware", value=f"it ended with status {status}", fix=fix)
+        return got
+
+    def run(self, messages: NDArray[Any]) -> NDArray[Any]:
+        """Send many messages and collect the answers, without waiting for each.
+
+        Parameters
+        ----------
+        messages : ndarray of TO_BOARD, shape (n,)
+
+        Returns
+        -------
+        ndarray of FROM_BOARD, shape (n,)
+        """
+        sender = threading.Thread(target=self.send, args=(messages.tobytes(),))
+        sender.start()
+        got = self.answer(len(messages))
+        sender.join()
+        return np.frombuffer(got, FROM_BOARD)
+
+
+@contextlib.contextmanager
+def started(board: str, firmware: Path, serial: str = "null") -> Iterator[Board]:
+    """Start firmware on a board, and end it.
+
+    Parameters
+    ----------
+    board : {"pc", "qemu"}
+    firmware : Path
+    serial : str
+        What is at the radio's end: for the emulator as its option -serial says it.
+
+    Yields
+    ------
+    Board
+    """
+    with tempfile.TemporaryDirectory() as place, contextlib.ExitStack() as stack:
+        if board == "pc":
+            process = subprocess.Popen([firmware], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=place)
+            assert process.stdin is not None
+            assert process.stdout is not None
+            to_board, from_board = stack.enter_context(process.stdin), stack.enter_context(process.stdout)
+        else:
+            for name in ("to_board", "from_board"):
+                os.mkfifo(Path(place) / name)
+            machine = ["-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", serial, "-icount", "shift=6"]
+            hosting = ["-semihosting-config", "enable=on,target=native", "-kernel", str(firmware)]
+            process = subprocess.Popen([EMULATOR, *machine, *hosting], cwd=place, stdin=subprocess.DEVNULL)
+            to_board = stack.enter_context(_opened(Path(place) / "to_board", process))
+            from_board = stack.enter_context((Path(place) / "from_board").open("rb"))
+        try:
+            yield Board(process, to_board, from_board)
+        finally:
+            process.kill()
+            process.wait()
+
+
+def _opened(fifo: Path, process: subprocess.Popen[bytes]) -> IO[bytes]:
+    """Open a FIFO for writing once a process reads from it."""
+    while process.poll() is None:
+        try:
+            handle = os.open(fifo, os.O_WRONLY | os.O_NONBLOCK)
+        except OSError:  # nobody reads yet
+            time.sleep(0.005)
+            continue
+        os.set_blocking(handle, True)
+        return os.fdopen(handle, "wb")
+    fix = "run `make firmware` again"
+    raise InputError("must start", key="firmware", value=f"{EMULATOR} ended with status {process.returncode}", fix=fix)

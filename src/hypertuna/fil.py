@@ -1,0 +1,269 @@
+"""Firmware in the loop: the twin at sea, and the firmware on a board in the pilot's place, in lock-step.
+
+The same firmware runs as a program on this machine beside it. Both get the same messages and must answer with the same
+bits.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.boards import INSTRUCTIONS, Board, firmware_of, started
+from hypertuna.description import Robot
+from hypertuna.fil_scenario import Scenario, orders_of, random_messages
+from hypertuna.firmware_params import FirmwareTable, firmware_table
+from hypertuna.lockstep import COMPARED, FIXED, FROM_BOARD, GROUND, STACK, Counts, order
+from hypertuna.mission_run import MissionRun, fly_part, joined, mission_start
+
+__all__ = ["FirmwareRun", "firmware_in_the_loop"]
+
+Array = NDArray[np.float64]
+Messages = NDArray[Any]
+
+PART = 3000  # ticks that the twin makes at a time
+PARTS = ("controller", "pilot", "link", "whole")  # of a tick, that instructions are counted of
+TICK = 0.01  # s
+USUAL = 6000  # ticks of what does not end by itself
+
+
+@dataclass(frozen=True)
+class FirmwareRun:
+    """What came of it.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    board : str
+    answers : ndarray of FROM_BOARD, shape (ticks,)
+        Of the board.
+    different : ndarray of int
+        Ticks in which it and the same firmware on this machine differed in any bit.
+    duration : float
+        That it took [s].
+    flown : MissionRun or None
+        What the twin made of it.
+    compared : bool
+        Whether the same firmware ran on this machine beside it.
+    """
+
+    scenario: Scenario
+    board: str
+    answers: Messages = field(repr=False)
+    different: NDArray[np.int64] = field(repr=False)
+    duration: float
+    flown: MissionRun | None = field(repr=False)
+    compared: bool = True
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated time over the time that it took."""
+        return self.ticks * TICK / self.duration
+
+    @property
+    def counts(self) -> bool:
+        """Whether the board counts instructions and measures its stack."""
+        return self.board == "qemu"
+
+    @property
+    def status(self) -> str | None:
+        """How a mission ended: what the pilot on board says, unless the twin diverged."""
+        if self.flown is None or self.scenario.gait is not None:
+            return None
+        if self.flown.status == "diverged":
+            return "diverged"
+        mode = _core.mode_names()[self.answers[-1]["mode"]]
+        return mode if mode in ("done", "hold") else "given up"
+
+    @property
+    def refused(self) -> dict[str, list[int]]:
+        """Orders that were not followed: ticks by reason."""
+        names = [name for name, _ in _core.refusal_table()]
+        found = self.answers["refusal"]
+        return {names[k]: np.flatnonzero(found == k).tolist() for k in np.unique(found[found > 0])}
+
+    @property
+    def ticks(self) -> int:
+        """Control ticks that were made."""
+        return len(self.answers)
+
+    def instructions(self, part: str) -> float | None:
+        """Return the most instructions that a part of a tick took.
+
+        Parameters
+        ----------
+        part : {"controller", "pilot", "link", "whole"}
+
+        Returns
+        -------
+        float or None
+            None on a board that does not count them.
+        """
+        return float(self.answers[part].max() * INSTRUCTIONS) if self.counts else None
+
+
+def firmware_in_the_loop(
+    robot: Robot,
+    scenario: Scenario,
+    *,
+    board: str = "pc",
+    ticks: int | None = None,
+    seed: int = 0,
+    folder: str | Path | None = None,
+    serial: str = "null",
+    compare: bool = True,
+    real_time: bool = False,
+    report: Callable[[int, int], None] | None = None,
+) -> FirmwareRun:
+    """Run the firmware of a robot on a board.
+
+    Parameters
+    ----------
+    robot : Robot
+        With all that `fly_mission` and `firmware_table` take.
+    scenario : Scenario
+    board : {"pc", "qemu"}
+    ticks : int, optional
+        Longest run; until the mission is done, or 6000, if left out.
+    seed : int
+        Of the sensors' noise, or of random messages.
+    folder : str or Path, optional
+        Where `make firmware` put the programs.
+    serial : str
+        What is at the radio's end, as `boards.started` takes it.
+    compare : bool
+        Whether the same firmware runs on this machine beside it. Orders over the radio reach the board alone.
+    real_time : bool
+        Whether a tick waits for the clock.
+    report : callable, optional
+        Is told ticks done, and all.
+
+    Returns
+    -------
+    FirmwareRun
+
+    Raises
+    ------
+    InputError
+        If the firmware is missing, or does not run.
+    """
+    firmware = firmware_of(robot.name, board, folder)
+    beside = firmware_of(robot.name, "pc", folder) if compare else None
+    begun = time.perf_counter()
+    with contextlib.ExitStack() as stack:
+        on = stack.enter_context(started(board, firmware, serial))
+        other = stack.enter_context(started("pc", beside)) if beside is not None else None
+        if scenario.mission is None:
+            messages = random_messages(firmware_table(robot), USUAL if ticks is None else ticks, seed)
+            answers, different = _streamed(on, other, messages, report)
+            flown = None
+        else:
+            loop = _Loop(firmware_table(robot), scenario, on, other, real_time)
+            flown = _flown(robot, scenario, loop, ticks, seed, report)
+            answers, different = np.array(loop.answers), loop.different
+    took = time.perf_counter() - begun
+    return FirmwareRun(scenario, board, answers, np.array(different, dtype=np.int64), took, flown, compare)
+
+
+class _Loop:
+    """A board in the place of the twin's pilot: called with what the sensors show, it returns servo pulses."""
+
+    def __init__(
+        self, table: FirmwareTable, scenario: Scenario, board: Board, other: Board | None, real_time: bool
+    ) -> None:
+        assert scenario.mission is not None
+        self.board, self.other = board, other
+        self.counts = Counts(table, scenario.origin)
+        self.orders = dict(orders_of(scenario))
+        self.servos = 2 * len(table.robot.joints) + 2
+        self.center = float(table.values[[name for _, name, _ in table.fields].index("pulse_center")])
+        self.tick = float(table.values[0])
+        self.last = [self.center] * self.servos
+        self.answers: list[Any] = []
+        self.different: list[int] = []
+        self.clock = time.perf_counter() if real_time else None
+
+    def __call__(self, readings: list[float]) -> list[float]:
+        made = len(self.answers)
+        message = self.orders[made].copy() if made in self.orders else order("none")
+        sensed = len(self.counts.zero)
+        message["sample"] = self.counts.of(np.asarray(readings[:sensed]))
+        message["flags"] = GROUND | STACK * (made % 1000 == 0)
+        if len(readings) > sensed:
+            message["flags"] |= FIXED
+            message["fix"] = self.counts.fix(readings[sensed], readings[sensed + 1])
+        if self.clock is not None:
+            time.sleep(max(0.0, self.clock + made * self.tick - time.perf_counter()))
+        sent = message.tobytes()
+        for one in filter(None, (self.board, self.other)):
+            one.send(sent)
+        got = self.board.answer()
+        if self.other is not None and self.other.answer()[:COMPARED] != got[:COMPARED]:
+            self.different.append(made)
+        answer = np.frombuffer(got, FROM_BOARD)[0]
+        self.answers.append(answer)
+        # A servo without pulses stays where it is.
+        pulses = zip(answer["pulse"][: self.servos].tolist(), self.last, strict=True)
+        self.last = [pulse if pulse > 0 else last for pulse, last in pulses]
+        return self.last
+
+
+def _flown(
+    robot: Robot,
+    scenario: Scenario,
+    loop: _Loop,
+    ticks: int | None,
+    seed: int,
+    report: Callable[[int, int], None] | None,
+) -> MissionRun:
+    """Let the twin go on until the firmware says that its mission is done."""
+    assert scenario.mission is not None
+    start = mission_start(robot, scenario.mission, seed=seed)
+    core = {**start.core, "board": loop}
+    start = replace(start, core=core)
+    most = (USUAL if scenario.gait is not None else round(start.duration / start.tick)) if ticks is None else ticks
+    records: list[dict[str, Array]] = []
+    state, made = None, 0
+    done = _core.mode_names().index("done")
+    while made < most:
+        asked = min(PART, most - made)
+        record, state = fly_part(start, asked, state)
+        records.append(record)
+        made += int(record["ticks"][0])
+        if report is not None:
+            report(made, most)
+        if int(record["ticks"][0]) < asked or (scenario.gait is None and loop.answers[-1]["mode"] == done):
+            break
+    return joined(start, records)
+
+
+def _bits(answers: Messages) -> NDArray[np.uint8]:
+    """Return all that boards must agree on, a row per answer."""
+    return np.frombuffer(answers.tobytes(), np.uint8).reshape(len(answers), -1)[:, :COMPARED]
+
+
+def _streamed(
+    board: Board, other: Board | None, messages: Messages, report: Callable[[int, int], None] | None
+) -> tuple[Messages, list[int]]:
+    """Pass messages through both boards, without waiting for each answer."""
+    answers, different = [], []
+    for begin in range(0, len(messages), PART):
+        part = messages[begin : begin + PART]
+        answers.append(board.run(part))
+        if other is not None:
+            bits = [
+                np.frombuffer(a.tobytes(), np.uint8).reshape(len(part), -1)[:, :COMPARED]
+                for a in (answers[-1], other.run(part))
+            ]
+            different += (begin + np.flatnonzero((bits[0] != bits[1]).any(axis=1))).tolist()
+        if report is not None:
+            report(begin + len(part), len(messages))
+    return np.concatenate(answers), different

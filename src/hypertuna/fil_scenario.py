@@ -1,0 +1,201 @@
+"""Scenarios of firmware in the loop: a mission, a gait, or random messages that take the firmware everywhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.description import Robot
+from hypertuna.errors import InputError, did_you_mean, whole
+from hypertuna.firmware_params import FirmwareTable
+from hypertuna.gait import Gait, named_gait
+from hypertuna.lockstep import DEGREES, FIXED, GROUND, LAST, NO_SAMPLE, STACK, TO_BOARD, Counts, order
+from hypertuna.mission import Mission
+from hypertuna.mission_file import MissionFile, missions, read_mission
+
+__all__ = ["Scenario", "orders_of", "random_messages", "scenario_of"]
+
+START = 100  # ticks until the orders begin: the attitude settles
+Messages = NDArray[Any]
+
+BEAT = 1.0  # m below the surface, where a gait is swum
+MISSION = 2  # Control::mission of firmware/app/vehicle.hpp
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """What the firmware is tried on.
+
+    Attributes
+    ----------
+    name : str
+    mission : Mission or None
+        Water and start for the twin, and the way if it has waypoints; None for random messages without a twin.
+    gait : Gait or None
+        That the ground asks for, instead of a mission.
+    origin : tuple of int
+        Latitude and longitude of x = y = 0 [1e-7 deg].
+    robot : str or None
+        That it names.
+    """
+
+    name: str
+    mission: Mission | None
+    gait: Gait | None = None
+    origin: tuple[int, int] = (0, 0)
+    robot: str | None = None
+
+
+def scenario_of(name: str, robot: Robot | None = None) -> Scenario:
+    """Find a scenario.
+
+    Parameters
+    ----------
+    name : str
+        ``random``, ``gait:NAME`` of a robot's gait, or a mission or its file.
+    robot : Robot, optional
+        That has the gait.
+
+    Returns
+    -------
+    Scenario
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    if name == "random":
+        return Scenario(name, None)
+    if name.startswith("gait:"):
+        if robot is None:
+            raise InputError("must be given with a gait", key="--robot", fix="give --robot")
+        gait = named_gait(robot, name.removeprefix("gait:"))
+        return Scenario(name, Mission((), depth=BEAT), gait)
+    if name not in missions() and not name.endswith(".toml"):
+        known = ["random", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
+        raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, known))
+    return _of_mission(name, read_mission(name))
+
+
+def _of_mission(name: str, file: MissionFile) -> Scenario:
+    origin = (0, 0) if file.origin is None else tuple(round(math.degrees(angle) * DEGREES) for angle in file.origin)
+    return Scenario(name, file.mission, None, (origin[0], origin[1]), file.robot)
+
+
+def orders_of(scenario: Scenario) -> Iterator[tuple[int, Any]]:
+    """List what the ground asks for.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a mission.
+
+    Yields
+    ------
+    int
+        Tick.
+    ndarray of TO_BOARD, shape ()
+        Message with the order.
+    """
+    mission = scenario.mission
+    assert mission is not None
+    yield 0, order("origin", *mission.start, fix=scenario.origin)
+    if scenario.gait is not None:
+        gait = scenario.gait
+        lag = [p - gait.phase[0] for p in gait.phase]
+        yield START, order("arm", 1.0)
+        yield START + 1, order("gait", gait.frequency, *gait.amplitude, *lag, *gait.bias, 0.0, 0.0)
+        return
+    m = mission
+    numbers = (*m.home, m.home_radius, m.home_speed, m.depth_max, m.reserve, m.duration, m.surface_every, m.stay)
+    steps = [order("begin", *numbers, 0.0, 0.0, 0.0, *m.start)]
+    steps += [order("waypoint", *waypoint) for waypoint in m.waypoints]
+    steps += [order("corner", *corner) for corner in m.fence]
+    steps += [order("end"), order("arm", 1.0), order("control", which=MISSION)]
+    yield from enumerate(steps, START)
+
+
+def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
+    """Make messages that take the firmware everywhere: noise, failing sensors, good and bad orders.
+
+    Parameters
+    ----------
+    table : FirmwareTable
+    ticks : int
+    seed : int
+
+    Returns
+    -------
+    ndarray of TO_BOARD, shape (ticks,)
+        The last one says so, and asks for the stack that was used.
+    """
+    random = np.random.default_rng(whole(seed, "seed", "give a whole number"))
+    messages = np.zeros(ticks, TO_BOARD)
+    counts = Counts(table, (0, 0))
+    rest = _at_rest(counts)
+    clock = np.arange(ticks)[:, None]
+    swing = 400 * np.sin(0.01 * 2 * np.pi * clock * random.uniform(0.2, 4, len(rest)))
+    samples = rest + swing + random.normal(0, 30, (ticks, len(rest)))
+    # A sensor fails for a while: silent, stuck, or anything at all.
+    for _ in range(ticks // 200):
+        first, channel = int(random.integers(ticks)), int(random.integers(len(rest)))
+        last = first + int(random.integers(1, 400))
+        how = random.integers(3)
+        length = len(samples[first:last])
+        samples[first:last, channel] = (
+            NO_SAMPLE if how == 0 else samples[first, channel] if how == 1 else random.integers(-40000, 70000, length)
+        )
+    messages["sample"] = NO_SAMPLE
+    messages["sample"][:, counts.channels] = np.clip(np.rint(samples), -(2**31), 2**31 - 1)
+    messages["fix"] = random.integers(-2000, 2000, (ticks, 2))
+    messages["flags"] = np.where(clock[:, 0] % 100 == 0, FIXED, 0) | np.where((clock[:, 0] // 2000) % 4 < 3, GROUND, 0)
+    for k in np.flatnonzero(random.random(ticks) < 0.02):
+        one = _random_order(table, random)
+        for name in ("order", "which", "number"):
+            messages[name][k] = one[name]
+    messages["flags"][-1] |= LAST | STACK
+    return messages
+
+
+def _at_rest(counts: Counts) -> NDArray[np.float64]:
+    """Return the samples of a robot that floats upright at the surface, its head to the south."""
+    rest = counts.zero.copy()
+    steady = {"pressure": [60e3], "acceleration": [0.0, 0.0, 9.81], "voltage": [15.0], "field": [0.0, 0.7, -0.7]}
+    for name, values in steady.items():
+        places = [k for k, known in enumerate(counts.names) if known == name]
+        rest[places] += np.array(values) / counts.scale[places]
+    return rest
+
+
+def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
+    """Make an order that may make sense, or not."""
+    groups = len(table.robot.joints)
+    wild = float(random.choice([1.0, 1.0, 1.0, 3.0, math.nan]))
+    match int(random.integers(8)):
+        case 0:
+            return order("arm", float(random.random() < 0.8))
+        case 1:
+            return order("control", which=int(random.integers(4)))
+        case 2:
+            place = int(random.integers(len(table.parameters)))
+            parameter = table.parameters[place]
+            return order("parameter", random.uniform(parameter.low, parameter.high) * wild, which=place)
+        case 3:
+            numbers = (*random.uniform(-50, 50, 2), 3.0, 0.3, 4.0 * wild, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            return order("begin", *numbers)
+        case 4:
+            return order("waypoint", *random.uniform(-50, 50, 2), random.uniform(0, 3), 0.3 * wild, 3.0)
+        case 5:
+            return order("end")
+        case _:
+            bends = [float(j.bend_max or 0.0) for j in table.robot.joints]
+            kind = str(random.choice(["gait", "manual"]))
+            lags, fins = random.uniform(-3, 3, groups), random.uniform(-0.5, 0.5, 2)
+            beat = (random.uniform(0, 6) * wild, *random.uniform(0, bends), *lags, *random.uniform(-0.2, 0.2, groups))
+            return order(kind, *beat, *fins)
