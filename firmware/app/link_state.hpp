@@ -71,11 +71,12 @@ inline void tell_rarely(Link& link, std::uint32_t tick, Refusal refusal) {
     tell(link, MAV_SEVERITY_WARNING, sentence(refusal));
 }
 
-/// Count a refusal and say why. The text keeps one place free for the answer proper.
+/// Count a refusal and say why, unless its answer says it all: clients ask for much that a robot need not know. The text
+/// keeps one place free for the answer proper.
 inline void tell_refusal(Link& link, Refusal refusal) {
     if (refusal == Refusal::none) return;
     ++link.refused;
-    if (has_room(link.out, 2)) tell(link, MAV_SEVERITY_WARNING, sentence(refusal));
+    if (refusal != Refusal::unknown && has_room(link.out, 2)) tell(link, MAV_SEVERITY_WARNING, sentence(refusal));
 }
 
 inline std::uint8_t result_of(Refusal refusal) {

@@ -61,6 +61,8 @@ inline std::uint8_t take_bounds(Mission<float>& mission, const mavlink_mission_i
     if (0.0f < m.param1) mission.depth_most = m.param1;
     if (0.0f < m.param2) mission.reserve = m.param2;
     mission.duration = m.param3, mission.surface_every = m.param4, mission.stay = m.x != 0;
+    if (0 < m.y) mission.home_radius = 0.01f * float(m.y);
+    if (0.0f < m.z) mission.home_speed = m.z;
     return MAV_MISSION_ACCEPTED;
 }
 

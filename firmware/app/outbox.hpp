@@ -8,6 +8,9 @@
 
 namespace hypertuna::firmware {
 
+/// Bytes that a frame costs beside its own: the radio sends it as a packet, with preamble and header and a pause behind
+/// it. These are 12 bytes and 10 ms of a LoRa module at 4.8 kbit/s.
+inline constexpr int packet_cost = 18;
 inline constexpr int most_answers = 8, longest_answer = 80, outbox_size = 2 * longest_frame;
 
 struct Reply {
@@ -39,7 +42,7 @@ inline bool may_send(const Outbox& out) { return 0.0f < out.allowance && out.fil
 inline void send_payload(Outbox& out, Signing& signing, const MessageKind& kind, const std::uint8_t* payload) {
     int length = write_frame(out.bytes + out.fill, kind, payload, out.sender, signing.on);
     if (signing.on) length = sign(signing, out.bytes + out.fill, length);
-    out.fill += length, out.allowance -= float(length);
+    out.fill += length, out.allowance -= float(length + packet_cost);
     ++out.frames, out.sent += std::uint32_t(length);
 }
 

@@ -5,9 +5,12 @@
 
 namespace hypertuna::firmware {
 
+/// On the air names are in upper case, which clients expect; those that come may be in either.
+inline char upper(char c) { return 'a' <= c && c <= 'z' ? char(c - 'a' + 'A') : c; }
+
 inline bool same_name(const char* name, const char (&field)[16]) {
     for (int k = 0; k < 16; ++k) {
-        if (name[k] != field[k]) return false;
+        if (upper(name[k]) != upper(field[k])) return false;
         if (name[k] == 0) return true;
     }
     return name[16] == 0;
@@ -30,6 +33,7 @@ inline mavlink_param_value_t parameter_value(const Vehicle& vehicle, int k) {
     m.param_value = value(vehicle, k);
     m.param_count = std::uint16_t(parameter_count(vehicle)), m.param_index = std::uint16_t(k);
     put_text(m.param_id, parameter(vehicle, k).name);
+    for (char& c : m.param_id) c = upper(c);
     m.param_type = MAV_PARAM_TYPE_REAL32;
     return m;
 }

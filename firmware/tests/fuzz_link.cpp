@@ -30,7 +30,7 @@ static void check(const App& app) {
     const Snapshot& now = snapshot(app.vehicle);
     const Outbox& out = app.link.out;
     must(0 <= out.fill && out.fill <= outbox_size && 0 <= out.answers && out.answers <= most_answers);
-    must(out.allowance <= float(longest_frame) + out.rate && -float(longest_frame) <= out.allowance);
+    must(out.allowance <= float(longest_frame) + out.rate && -float(longest_frame + packet_cost) <= out.allowance);
     must(is_finite(now.command.frequency) && 0 <= now.command.frequency && now.command.frequency <= 8);
     const Mission<float>& m = mission(app.vehicle);
     must(0 <= m.waypoints && m.waypoints <= most_waypoints && 0 <= m.corners && m.corners <= most_corners);

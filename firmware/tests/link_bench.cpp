@@ -22,10 +22,10 @@ static BenchBoard board;
 
 struct Told {
     std::uint32_t tick, faults, orders, refused, replayed, frames, bad, skipped, frames_sent, bytes_sent;
-    float frequency, amplitude;
+    float frequency, amplitude, first;  // of the command; value of the first parameter
     std::uint8_t armed, control, most_waiting, waypoints;
 };
-static_assert(sizeof(Told) == 52);
+static_assert(sizeof(Told) == 56);
 
 static bool read_all(void* to, std::size_t count) { return std::fread(to, 1, count, stdin) == count; }
 
@@ -44,6 +44,7 @@ static Told told() {
             l.out.sent,
             now.command.frequency,
             now.command.amplitude[0],
+            value(app.vehicle, 0),
             now.armed,
             std::uint8_t(now.control),
             std::uint8_t(l.out.most_waiting),

@@ -1,0 +1,243 @@
+"""The radio: a model of two LoRa modules in transparent mode, which carry bytes in packets over one shared channel.
+
+One of them sends at a time. What is written waits in a module's buffer; packets take their time on the air and are
+lost, damaged or overtaken by chance. All of it follows from a seed, in simulated time.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hypertuna.errors import InputError
+
+__all__ = ["Air", "RadioModel"]
+
+SIDES = 2  # robot, ground
+
+
+@dataclass(frozen=True)
+class RadioModel:
+    """What a pair of modules does to bytes.
+
+    Attributes
+    ----------
+    rate : float
+        On the air [bit/s].
+    packet : int
+        Payload of a packet at most [bytes].
+    overhead : int
+        Preamble, header and checksum of a packet [bytes].
+    gap : float
+        Silence of the writer after which a packet that is not full is sent [s].
+    turn : float
+        From the end of a packet to the start of the next [s].
+    latency : float
+        From the end of a packet to its bytes at the other end [s].
+    buffer : int
+        Bytes that wait at most; what comes then is dropped.
+    loss : float
+        Part of the packets that is lost, evenly.
+    burst : float
+        Mean length of losses in a row [packets]: above 1 the same part is lost in bursts (Gilbert, 1960).
+    damage : float
+        Part of the packets that arrives with some bits flipped.
+    late : float
+        Part of the packets that arrives behind the next of its sender.
+
+    Raises
+    ------
+    InputError
+        If a number makes no sense.
+    """
+
+    rate: float = 4800.0
+    packet: int = 58
+    overhead: int = 12
+    gap: float = 0.005
+    turn: float = 0.01
+    latency: float = 0.02
+    buffer: int = 512
+    loss: float = 0.0
+    burst: float = 1.0
+    damage: float = 0.0
+    late: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("rate", "packet", "buffer"):
+            if not getattr(self, name) > 0:
+                fix = "give a positive number"
+                raise InputError("must be greater than 0", key=name, value=str(getattr(self, name)), fix=fix)
+        for name in ("loss", "damage", "late"):
+            if not 0 <= getattr(self, name) < 1:
+                fix = "give a part of the packets"
+                raise InputError("must be from 0 to below 1", key=name, value=str(getattr(self, name)), fix=fix)
+        if not self.burst >= 1:
+            raise InputError("must be 1 at least", key="burst", value=str(self.burst), fix="give a number of packets")
+
+    def airtime(self, payload: int) -> float:
+        """Compute how long a packet takes on the air.
+
+        Parameters
+        ----------
+        payload : int
+            Bytes.
+
+        Returns
+        -------
+        float
+            [s].
+        """
+        return 8 * (payload + self.overhead) / self.rate
+
+
+@dataclass
+class _Module:
+    """One end: bytes that wait, since when, and whether it is in a burst of losses."""
+
+    waiting: bytearray = field(default_factory=bytearray)
+    written: float = 0.0
+    fading: bool = False
+    held: tuple[float, bytes] | None = None  # a packet that the next one overtakes
+    sent: int = 0
+    lost: int = 0
+    damaged: int = 0
+    dropped: int = 0  # bytes
+    most_waiting: int = 0
+
+
+class Air:
+    """Two modules and the channel between them.
+
+    Parameters
+    ----------
+    model : RadioModel
+    seed : int
+        Of losses and damages.
+    """
+
+    def __init__(self, model: RadioModel, *, seed: int = 0) -> None:
+        self.model = model
+        self._random = np.random.default_rng(seed)
+        self._modules = tuple(_Module() for _ in range(SIDES))
+        self._free = 0.0  # the channel, from this time on
+        self._last = 0  # who sent last: the other one is first next
+        self._coming: tuple[list[tuple[float, int, bytes]], ...] = ([], [])
+        self._count = 0
+
+    def write(self, side: int, content: bytes, time: float) -> None:
+        """Give bytes to a module.
+
+        Parameters
+        ----------
+        side : int
+            0 for the robot's, 1 for the ground's.
+        content : bytes
+        time : float
+            [s], never before an earlier call's.
+        """
+        self._advance(time)
+        if not content:
+            return
+        module = self._modules[side]
+        room = self.model.buffer - len(module.waiting)
+        module.dropped += max(0, len(content) - room)
+        module.waiting += content[:room]
+        module.written = time
+        module.most_waiting = max(module.most_waiting, len(module.waiting))
+
+    def read(self, side: int, time: float) -> bytes:
+        """Take the bytes that have come to a module.
+
+        Parameters
+        ----------
+        side, time
+            As for `write`.
+
+        Returns
+        -------
+        bytes
+        """
+        self._advance(time)
+        found, coming = bytearray(), self._coming[side]
+        while coming and coming[0][0] <= time:
+            found += heapq.heappop(coming)[2]
+        return bytes(found)
+
+    def told(self, side: int) -> dict[str, int]:
+        """Say what became of what a module was given.
+
+        Parameters
+        ----------
+        side : int
+
+        Returns
+        -------
+        dict of str to int
+            Packets sent, lost and damaged, bytes dropped, and the most bytes that ever waited.
+        """
+        module = self._modules[side]
+        names = ("sent", "lost", "damaged", "dropped", "most_waiting")
+        return {name: getattr(module, name) for name in names}
+
+    def _ready(self, side: int) -> float:
+        """Time from which a module wants to send; infinite for never."""
+        module = self._modules[side]
+        if not module.waiting:
+            return float("inf")
+        full = len(module.waiting) >= self.model.packet
+        return module.written + (0.0 if full else self.model.gap)
+
+    def _advance(self, time: float) -> None:
+        """Send every packet that begins until a time."""
+        while True:
+            ready = [self._ready(side) for side in range(SIDES)]
+            starts = [max(one, self._free) for one in ready]
+            first = 1 - self._last
+            side = first if starts[first] <= starts[self._last] else self._last
+            if not starts[side] <= time:
+                return
+            module = self._modules[side]
+            content = bytes(module.waiting[: self.model.packet])
+            del module.waiting[: self.model.packet]
+            end = starts[side] + self.model.airtime(len(content))
+            self._free, self._last = end + self.model.turn, side
+            self._carry(side, content, end + self.model.latency)
+
+    def _carry(self, side: int, content: bytes, arrival: float) -> None:
+        """Lose, damage or delay a packet, or let it arrive."""
+        module, model = self._modules[side], self.model
+        module.sent += 1
+        # Two states with the mean length of a burst, and the same part of packets lost as without bursts.
+        leave = 1 / model.burst
+        enter = leave * model.loss / (1 - model.loss) if model.burst > 1 else model.loss
+        stays = model.burst > 1 and module.fading
+        module.fading = self._random.uniform() < ((1 - leave) if stays else enter)
+        lost = module.fading
+        damaged, late = self._random.uniform(size=2) < (model.damage, model.late)
+        if lost:
+            module.lost += 1
+        else:
+            if damaged:
+                module.damaged += 1
+                content = self._flip(content)
+            if late and module.held is None:
+                module.held = (arrival, content)
+                return
+            self._arrive(1 - side, content, arrival)
+        if module.held is not None:
+            held, module.held = module.held[1], None
+            self._arrive(1 - side, held, arrival)
+
+    def _flip(self, content: bytes) -> bytes:
+        """Flip one to eight bits."""
+        bits = np.unpackbits(np.frombuffer(content, dtype=np.uint8))
+        places = self._random.choice(len(bits), size=min(len(bits), int(self._random.integers(1, 9))), replace=False)
+        bits[places] ^= 1
+        return np.packbits(bits).tobytes()
+
+    def _arrive(self, side: int, content: bytes, time: float) -> None:
+        self._count += 1
+        heapq.heappush(self._coming[side], (time, self._count, content))

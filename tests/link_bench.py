@@ -1,0 +1,87 @@
+"""The firmware's radio on a bench board, in lock-step or by the clock, for tests; built when it is first needed."""
+
+import functools
+import shutil
+import struct
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+BUILD = ROOT / "build" / "firmware"
+TICK = 0.01
+
+
+@functools.cache
+def built(target: str) -> Path:
+    """A program of the firmware, for this machine."""
+    if shutil.which("c++") is None or shutil.which("cmake") is None:
+        pytest.skip("the firmware needs a C++ compiler and CMake")
+    pytest.importorskip("pymavlink", reason="the firmware's MAVLink headers need the extra radio")
+    options = ["-G", "Ninja", "-DHYPERTUNA_BUILD_FIRMWARE=ON"]
+    for command in (["cmake", "-S", ROOT, "-B", BUILD, *options], ["cmake", "--build", BUILD, "--target", target]):
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+    return BUILD / "firmware" / target
+
+
+@dataclass(frozen=True)
+class Told:
+    """What the vehicle is doing after a tick."""
+
+    tick: int
+    faults: int
+    orders: int
+    refused: int
+    replayed: int
+    frames: int
+    bad: int
+    skipped: int
+    frames_sent: int
+    bytes_sent: int
+    frequency: float
+    amplitude: float
+    first: float
+    armed: int
+    control: int
+    most_waiting: int
+    waypoints: int
+
+
+LAYOUT = struct.Struct("<10I3f4B")
+
+
+class LinkBench:
+    """The robot in simulated time: bytes in and out, tick by tick."""
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen([built("link_bench")], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._to, self._from = self._process.stdin, self._process.stdout
+
+    def tick(self, content: bytes = b"") -> tuple[bytes, Told]:
+        self._to.write(struct.pack("<H", len(content)) + content)
+        self._to.flush()
+        (count,) = struct.unpack("<H", self._from.read(2))
+        return self._from.read(count), Told(*LAYOUT.unpack(self._from.read(LAYOUT.size)))
+
+    def close(self) -> None:
+        self._to.close()
+        self._process.wait(timeout=10)
+        self._from.close()
+
+
+@contextmanager
+def running(port: int) -> Iterator[None]:
+    """The robot by the clock, on UDP."""
+    process = subprocess.Popen([built("link_bench"), str(port)])
+    try:
+        yield
+    finally:
+        process.kill()
+        process.wait()

@@ -1,0 +1,179 @@
+"""Real clients by the clock against the robot on UDP: our own, pymavlink's mavutil and MAVProxy."""
+
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
+
+import hypertuna as ht
+from hypertuna.dialect import mavutil
+from hypertuna.errors import InputError
+from hypertuna.gait import named_gait
+from hypertuna.link_client import connect
+from hypertuna.mission_file import read_mission
+from link_bench import running
+
+WIRE = 115200  # bit/s: as a cable, so that a test takes seconds
+
+
+@pytest.fixture
+def port() -> Iterator[int]:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        number = free.getsockname()[1]
+    with running(number):
+        yield number
+
+
+def test_our_own_client_from_connecting_to_disarming(port: int) -> None:
+    with connect(f"udp:{port}") as robot:
+        robot.set_parameter("link_rate", WIRE)
+        found = robot.parameters()
+        assert len(found) > 70
+        assert found["link_rate"] == WIRE
+        assert robot.set_parameter("proportional", 0.2) == pytest.approx(0.2)
+        with pytest.raises(InputError, match="a value is out of range"):
+            robot.set_parameter("proportional", 7)
+        with pytest.raises(InputError, match="no such parameter"):
+            robot.set_parameter("nonsense", 7)
+        mission = read_mission("lake").mission
+        robot.upload(mission)
+        items = robot.download()
+        assert sum(item.command == 16 for item in items) == len(mission.waypoints)
+        gait = named_gait(ht.load("hypertuna"), "unoptimised-0.3")
+        with pytest.raises(InputError, match="not while disarmed"):
+            robot.gait(gait)
+        robot.arm()
+        with pytest.raises(InputError, match="not while armed"):
+            robot.set_parameter("proportional", 0.1)
+        robot.gait(gait)
+        swims = robot.wait(lambda m: m.get_type() == "GAIT" and m.frequency == 2000, 5)
+        assert (swims.amplitude, swims.lag, swims.control) == ([1600, 2500], [0, 0], 1)
+        robot.mode("mission")
+        assert robot.wait(lambda m: m.get_type() == "HEARTBEAT" and m.custom_mode == 2, 5)
+        for _ in range(20):
+            robot.manual(0.5, 0.2, 0.0)
+            list(robot.poll(0.05))
+        assert robot.wait(lambda m: m.get_type() == "GAIT" and m.control == 0, 5)
+        robot.arm(False)
+        assert robot.wait(lambda m: m.get_type() == "HEARTBEAT" and not m.base_mode & 128, 5)
+        for kind in ("ATTITUDE", "HYDRAULICS", "LOCAL_POSITION_NED", "SERVO_OUTPUT_RAW", "SYS_STATUS", "PILOT"):
+            assert kind in robot.last or robot.wait(lambda m, kind=kind: m.get_type() == kind, 12)
+
+
+def test_a_signed_link(port: int) -> None:
+    """A key is set once; then nobody without it is heard, and the answers are signed."""
+    key = bytes(range(32))
+    with connect(f"udp:{port}") as robot:
+        robot.set_parameter("link_rate", WIRE)
+        robot.begin_signing(key)
+        robot.arm()
+        robot.arm(False)
+    with connect(f"udp:{port}", patience=3) as stranger, pytest.raises(InputError, match="must be answered"):
+        stranger.arm()
+    with connect(f"udp:{port}", key=key) as robot:
+        robot.arm()
+
+
+def mavutil_ask(line: object, kind: str, timeout: float = 5, **fields: object) -> object:
+    """Receive until a message has these fields."""
+    end = time.monotonic() + timeout
+    while time.monotonic() < end:
+        m = line.recv_match(type=kind, blocking=True, timeout=1)  # type: ignore[attr-defined]
+        if m is not None and all(getattr(m, name) == value for name, value in fields.items()):
+            return m
+    raise AssertionError(f"no {kind} with {fields}")
+
+
+def test_mavutil(port: int) -> None:
+    """The methods that pymavlink's users call, without a line of ours but the dialect."""
+    line = mavutil().mavlink_connection(f"udpin:127.0.0.1:{port}")
+    assert line.wait_heartbeat(timeout=5)
+    line.param_set_send("link_rate", WIRE)
+    mavutil_ask(line, "PARAM_VALUE", param_id="LINK_RATE", param_value=WIRE)
+    line.param_fetch_all()
+    count = mavutil_ask(line, "PARAM_VALUE", param_index=0).param_count  # type: ignore[attr-defined]
+    mavutil_ask(line, "PARAM_VALUE", param_index=count - 1)
+    line.param_set_send("proportional", 0.3)
+    mavutil_ask(line, "PARAM_VALUE", param_id="PROPORTIONAL", param_value=pytest.approx(0.3))
+    line.waypoint_count_send(1)
+    mavutil_ask(line, "MISSION_REQUEST_INT", seq=0)
+    line.mav.mission_item_int_send(1, 1, 0, 1, 16, 0, 1, 0, 3, 0, 0, 100000, 0, 1.0)
+    mavutil_ask(line, "MISSION_ACK", type=0)
+    time.sleep(1)  # until the parameter is stored: busy before
+    line.arducopter_arm()
+    line.motors_armed_wait()
+    line.mav.command_long_send(1, 1, 52510, 0, 2, 10, 15, 40, 0, 0, 0)
+    mavutil_ask(line, "COMMAND_ACK", command=52510, result=0)
+    mavutil_ask(line, "GAIT", frequency=2000)
+    line.set_mode(2)
+    mavutil_ask(line, "HEARTBEAT", custom_mode=2)
+    for _ in range(10):
+        line.mav.manual_control_send(1, 0, 0, 500, 0, 0)
+        time.sleep(0.05)
+    mavutil_ask(line, "GAIT", control=0)
+    line.arducopter_disarm()
+    line.motors_disarmed_wait()
+    line.close()
+
+
+WAYPOINTS = """QGC WPL 110
+0\t1\t3\t16\t0\t3\t0\t0\t50.0\t8.0\t-0.5\t1
+1\t0\t3\t178\t0\t0.3\t0\t0\t0\t0\t0\t1
+2\t0\t3\t16\t0\t3\t0\t0\t50.0001\t8.0\t-1.0\t1
+"""
+# What is typed, and what must be read before the next is.
+SCRIPT = (
+    ("", "online system 1"),
+    ("param set LINK_RATE 115200", ""),
+    ("param fetch", "Received 77 parameters"),
+    ("param set PROPORTIONAL 0.2", ""),
+    ("param show PROPORTIONAL", "PROPORTIONAL     0.2"),
+    ("wp load {waypoints}", "MISSION_ACK: TYPE_MISSION: ACCEPTED"),
+    ("wp list", "Saved 5 waypoints"),
+    ("arm throttle", "ARMED"),
+    ("long 52510 2 10 15 40 0 0 0", "COMMAND_ACK {{command : 52510, result : 0"),
+    ("long 176 1 2 0 0 0 0 0", "DO_SET_MODE: ACCEPTED"),
+    ("status HEARTBEAT", "custom_mode : 2"),
+    ("disarm", "DISARMED"),
+)
+
+
+def test_mavproxy(port: int, tmp_path: Path) -> None:
+    """A session of MAVProxy, typed by a script; its transcript is printed."""
+    program = Path(sys.executable).parent / "mavproxy.py"
+    if not program.exists() and shutil.which("mavproxy.py") is None:
+        pytest.skip("MAVProxy is not installed: pip install MAVProxy")
+    waypoints = tmp_path / "way.txt"
+    waypoints.write_text(WAYPOINTS)
+    modules = "--default-modules=param,wp,arm,mode,misc,cmdlong,log"
+    command = [program, f"--master=udpin:127.0.0.1:{port}", f"--state-basedir={tmp_path}", modules, "--mav20"]
+    transcript = tmp_path / "transcript.txt"
+    with transcript.open("wb") as out:
+        session = subprocess.Popen(
+            [sys.executable, "-W", "ignore", *command], stdin=subprocess.PIPE, stdout=out, stderr=subprocess.STDOUT
+        )
+    assert session.stdin is not None
+    try:
+        for typed, wanted in SCRIPT:
+            read = transcript.stat().st_size
+            if typed:
+                session.stdin.write(typed.format(waypoints=waypoints).encode() + b"\n")
+                session.stdin.flush()
+            time.sleep(1.0)
+            end, needle = time.monotonic() + 20, wanted.replace("{{", "{")
+            while needle not in transcript.read_bytes()[read if typed else 0 :].decode(errors="replace"):
+                assert time.monotonic() < end, f"{typed}: no '{needle}' in\n{transcript.read_text(errors='replace')}"
+                time.sleep(0.1)
+    finally:
+        session.kill()
+        session.wait()
+        session.stdin.close()
+    print(transcript.read_text(errors="replace"))
