@@ -81,9 +81,6 @@ def test_counts_are_the_inverse_of_the_calibration(table) -> None:
     wanted |= {"depth": 1.25, "field": 0.4}
     readings = np.array([wanted[name] for name in counts.names])
     samples = counts.of(readings)[counts.channels]
-    np.testing.assert_allclose(
-        counts.scale * (samples - counts.zero), readings, atol=0.51 * counts.scale.max(), rtol=1e-3
-    )
     assert (abs(counts.scale * (samples - counts.zero) - readings) <= 0.5001 * counts.scale).all()
 
 

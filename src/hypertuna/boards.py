@@ -155,25 +155,29 @@ def started(board: str, firmware: Path, serial: str = "null") -> Iterator[Board]
     ------
     Board
     """
-    with tempfile.TemporaryDirectory() as place, contextlib.ExitStack() as stack:
+    with tempfile.TemporaryDirectory() as place:
         if board == "pc":
             process = subprocess.Popen([firmware], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=place)
             assert process.stdin is not None
             assert process.stdout is not None
-            to_board, from_board = stack.enter_context(process.stdin), stack.enter_context(process.stdout)
+            to_board: IO[bytes] = process.stdin
+            from_board: IO[bytes] = process.stdout
         else:
             for name in ("to_board", "from_board"):
                 os.mkfifo(Path(place) / name)
             machine = ["-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", serial, "-icount", "shift=6"]
             hosting = ["-semihosting-config", "enable=on,target=native", "-kernel", str(firmware)]
             process = subprocess.Popen([EMULATOR, *machine, *hosting], cwd=place, stdin=subprocess.DEVNULL)
-            to_board = stack.enter_context(_opened(Path(place) / "to_board", process))
-            from_board = stack.enter_context((Path(place) / "from_board").open("rb"))
+            to_board = _opened(Path(place) / "to_board", process)
+            from_board = (Path(place) / "from_board").open("rb")
         try:
             yield Board(process, to_board, from_board)
         finally:
             process.kill()
             process.wait()
+            from_board.close()
+            with contextlib.suppress(BrokenPipeError):  # what it did not read any more
+                to_board.close()
 
 
 def _opened(fifo: Path, process: subprocess.Popen[bytes]) -> IO[bytes]:
