@@ -206,8 +206,10 @@ static void sensors_fail() {
     const struct {
         int channel;
         Fault fault;
-    } kinds[] = {{hypertuna::bend_channel + 1, Fault::bend_sensor}, {hypertuna::pressure_channel, Fault::pressure_sensor},
-                 {hypertuna::current_channel + 3, Fault::current_sensor}, {hypertuna::imu_channel + 2, Fault::imu},
+    } kinds[] = {{hypertuna::bend_channel + 1, Fault::bend_sensor},
+                 {hypertuna::pressure_channel, Fault::pressure_sensor},
+                 {hypertuna::current_channel + 3, Fault::current_sensor},
+                 {hypertuna::imu_channel + 2, Fault::imu},
                  {hypertuna::battery_channel, Fault::battery_sensor}};
     for (const auto& kind : kinds) {
         fail(kind.channel, 30);
