@@ -141,15 +141,15 @@ class Board:
 
 
 @contextlib.contextmanager
-def started(board: str, firmware: Path, serial: str = "null") -> Iterator[Board]:
+def started(board: str, firmware: Path, radio: int | None = None) -> Iterator[Board]:
     """Start firmware on a board, and end it.
 
     Parameters
     ----------
     board : {"pc", "qemu"}
     firmware : Path
-    serial : str
-        What is at the radio's end: for the emulator as its option -serial says it.
+    radio : int, optional
+        Port of 127.0.0.1: a pc speaks MAVLink to it by UDP, an emulated board listens there for TCP.
 
     Yields
     ------
@@ -157,7 +157,8 @@ def started(board: str, firmware: Path, serial: str = "null") -> Iterator[Board]
     """
     with tempfile.TemporaryDirectory() as place:
         if board == "pc":
-            process = subprocess.Popen([firmware], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=place)
+            udp = [] if radio is None else ["--udp", str(radio)]
+            process = subprocess.Popen([firmware, *udp], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=place)
             assert process.stdin is not None
             assert process.stdout is not None
             to_board: IO[bytes] = process.stdin
@@ -165,6 +166,7 @@ def started(board: str, firmware: Path, serial: str = "null") -> Iterator[Board]
         else:
             for name in ("to_board", "from_board"):
                 os.mkfifo(Path(place) / name)
+            serial = "null" if radio is None else f"tcp:127.0.0.1:{radio},server=on,wait=off"
             machine = ["-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", serial, "-icount", "shift=6"]
             hosting = ["-semihosting-config", "enable=on,target=native", "-kernel", str(firmware)]
             process = subprocess.Popen([EMULATOR, *machine, *hosting], cwd=place, stdin=subprocess.DEVNULL)
