@@ -160,22 +160,23 @@ def test_a_drive_from_a_terminal(tmp_path: Path) -> None:
         os.close(slave)
         screen = b""
 
-        def typed(keys: bytes, seconds: float) -> None:
+        def typed(keys: bytes, wanted: bytes) -> None:
+            """Type, and read the screen until it shows what is wanted."""
             nonlocal screen
             os.write(master, keys)
-            end = time.monotonic() + seconds
-            while time.monotonic() < end:
+            begin, end = len(screen), time.monotonic() + 20
+            while wanted not in screen[begin:] and time.monotonic() < end:
                 if select.select([master], [], [], 0.1)[0]:
                     try:
                         screen += os.read(master, 65536)
                     except OSError:  # the program has ended
                         return
 
-        typed(b"", 4)
-        typed(b"\n", 2)
-        typed(b"2", 3)
-        typed(b"wwwd", 3)
-        typed(b"q", 2)
+        typed(b"", b"deg")
+        typed(b"\n", b"yes")
+        typed(b"2", b"3.00 Hz")
+        typed(b"wwwd", b"manual")
+        typed(b"q", b"never shown")
         assert process.stdout is not None
         told = json.loads(process.stdout.read())
         assert process.wait(timeout=20) == 0

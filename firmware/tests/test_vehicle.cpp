@@ -91,7 +91,7 @@ static void commands_out_of_range() {
 }
 
 /// The joystick is asked for often; a gait goes on while the ground is heard; then the tail rests, and it stays armed.
-static void silence() {
+static void a_silent_ground() {
     begin_armed();
     CHECK(ask_manual(v, 1, 0, 0) == Refusal::none);
     for (int k = 0; k < 90; ++k) heard(v), float_on(v, board, 1);
@@ -290,7 +290,7 @@ static void samples() {
 int main() {
     arming();
     commands_out_of_range();
-    silence();
+    a_silent_ground();
     silence_on_a_mission();
     faults_and_answers();
     a_watchdog_and_a_slow_tick();
