@@ -41,7 +41,7 @@ $(VENV)/.installed-%: $(VENV)/.installed
 
 # --- what to run
 
-.PHONY: dev demo test test-cpp test-sanitized test-python test-fe bench bench-json firmware system-deps lint format stub
+.PHONY: dev demo test test-cpp test-sanitized test-python test-fe test-firmware bench bench-json firmware system-deps lint format stub
 .PHONY: docs clean
 dev: $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
@@ -96,6 +96,11 @@ firmware: firmware-pc ## firmware of a robot, ROBOT=name, for this machine and t
 .PHONY: firmware-pc
 firmware-pc: $(VENV)/.installed-radio ## the same for this machine alone
 	$(call build-firmware,build/firmware/pc,pc)
+
+test-firmware: firmware-pc ## tests of the firmware, on the emulated Cortex-M7 too where `make firmware` has made it
+	@cmake --build build/firmware/pc >&2
+	@ctest --test-dir build/firmware/pc --output-on-failure --no-tests=error -j $(JOBS)
+	@$(BIN)/python -m pytest -q $(wildcard tests/test_firmware*.py tests/test_fil*.py)
 
 system-deps: ## Arm compiler and emulator by apt, for firmware: 430 MB to fetch, 2.6 GB on disk; as root
 	apt-get update -qq

@@ -21,7 +21,8 @@ from hypertuna.mission_record import COLUMNS, MissionRecord, joined, mission_fro
 from voyage import voyage
 
 foxglove = pytest.importorskip("foxglove", reason="needs the extra log: pip install 'hypertuna[log]'")
-from hypertuna.mcap_log import CHUNK, LogWriter, write_log  # noqa: E402
+from hypertuna.mcap_file import CHUNK  # noqa: E402
+from hypertuna.mcap_log import LogWriter, write_log  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +148,7 @@ def test_transforms_are_forward_left_up(file: Path, record: MissionRecord) -> No
     """The x axis that viewers show is the way the head faces: minus our axis from nose to tail."""
     from mcap.reader import make_reader
 
-    from hypertuna.mcap_read import _wire
+    from hypertuna.mcap_file import wire as _wire
 
     with file.open("rb") as stream:
         _, _, message = next(iter(make_reader(stream).iter_messages(topics=["/tf"])))

@@ -3,15 +3,12 @@
 /// `link_bench` goes in lock-step over standard input and output: each tick takes the length (two bytes) and the bytes
 /// that the radio brought, and gives the length and the bytes that it sends, then what the vehicle is doing.
 /// `link_bench PORT` runs by the clock and speaks UDP to 127.0.0.1:PORT, and to whoever answered last.
-#include <arpa/inet.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <thread>
 
+#include "../boards/pc/radio.hpp"
 #include "bench_board.hpp"
 
 using namespace hypertuna::firmware;
@@ -69,23 +66,15 @@ static int lock_step() {
 }
 
 static int by_the_clock(int port) {
-    const int socket_ = socket(AF_INET, SOCK_DGRAM, 0);
-    sockaddr_in peer{};
-    peer.sin_family = AF_INET, peer.sin_port = htons(std::uint16_t(port));
-    inet_pton(AF_INET, "127.0.0.1", &peer.sin_addr);
+    UdpRadio radio;
+    if (!radio.open(port)) return 1;
     auto next = std::chrono::steady_clock::now();
     for (;;) {
         std::uint8_t bytes[2048];
-        sockaddr_in from{};
-        socklen_t length = sizeof from;
-        for (ssize_t got; (got = recvfrom(socket_, bytes, sizeof bytes, MSG_DONTWAIT,
-                                          reinterpret_cast<sockaddr*>(&from), &length)) > 0;) {
-            board.heard.insert(board.heard.end(), bytes, bytes + got);
-            peer = from;
-        }
+        const int got = radio.receive(bytes, int(sizeof bytes));
+        board.heard.insert(board.heard.end(), bytes, bytes + got);
         tick(app, board);
-        if (!board.said.empty())
-            sendto(socket_, board.said.data(), board.said.size(), 0, reinterpret_cast<sockaddr*>(&peer), sizeof peer);
+        if (!board.said.empty()) radio.send(board.said.data(), int(board.said.size()));
         board.said.clear();
         next += std::chrono::milliseconds(10);
         std::this_thread::sleep_until(next);

@@ -91,7 +91,7 @@ static void commands_out_of_range() {
 }
 
 /// The joystick is asked for often; a gait goes on while the ground is heard; then the tail rests, and it stays armed.
-static void silence() {
+static void a_silent_ground() {
     begin_armed();
     CHECK(ask_manual(v, 1, 0, 0) == Refusal::none);
     for (int k = 0; k < 90; ++k) heard(v), float_on(v, board, 1);
@@ -206,8 +206,10 @@ static void sensors_fail() {
     const struct {
         int channel;
         Fault fault;
-    } kinds[] = {{hypertuna::bend_channel + 1, Fault::bend_sensor}, {hypertuna::pressure_channel, Fault::pressure_sensor},
-                 {hypertuna::current_channel + 3, Fault::current_sensor}, {hypertuna::imu_channel + 2, Fault::imu},
+    } kinds[] = {{hypertuna::bend_channel + 1, Fault::bend_sensor},
+                 {hypertuna::pressure_channel, Fault::pressure_sensor},
+                 {hypertuna::current_channel + 3, Fault::current_sensor},
+                 {hypertuna::imu_channel + 2, Fault::imu},
                  {hypertuna::battery_channel, Fault::battery_sensor}};
     for (const auto& kind : kinds) {
         fail(kind.channel, 30);
@@ -288,7 +290,7 @@ static void samples() {
 int main() {
     arming();
     commands_out_of_range();
-    silence();
+    a_silent_ground();
     silence_on_a_mission();
     faults_and_answers();
     a_watchdog_and_a_slow_tick();

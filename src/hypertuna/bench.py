@@ -1,4 +1,4 @@
-"""Bench runs: how far a joint bends under pressure, as a test bench measured it, read from CSV files."""
+"""Bench runs: how far a joint bends under pressure, as a test bench measured it, read from CSV files and logs."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hypertuna.actuator import SIDES
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.link_trials import bench_rows
 from hypertuna.measured import check_width, read_rows
 
 __all__ = ["COLUMNS", "HIGHEST_PRESSURE", "Bench", "Loop", "joint_index", "read_bench"]
@@ -123,7 +124,7 @@ class _Row:
 
 
 def read_bench(paths: str | Path | Sequence[str | Path], robot: Robot) -> Bench:
-    """Read bench runs from CSV files; docs/bench.md tells the columns.
+    """Read bench runs from CSV files and logs of the radio; docs/bench.md tells the columns.
 
     Parameters
     ----------
@@ -169,8 +170,13 @@ def read_bench(paths: str | Path | Sequence[str | Path], robot: Robot) -> Bench:
 
 
 def _read(path: str | Path, robot: Robot) -> list[_Row]:
-    """Read one file."""
+    """Read one file: CSV, or a log of the radio."""
     file = str(path)
+    if Path(path).suffix.lower() == ".mcap":
+        return [
+            _Row(joint, side, pressure, angle, unload, math.nan, math.nan, run, file, k + 1)
+            for k, (joint, side, pressure, angle, unload, run) in enumerate(bench_rows(path, robot))
+        ]
     (line, head), *rows = read_rows(path)
     for k, column in enumerate(head):
         if column not in COLUMNS:

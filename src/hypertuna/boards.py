@@ -141,39 +141,45 @@ class Board:
 
 
 @contextlib.contextmanager
-def started(board: str, firmware: Path, serial: str = "null") -> Iterator[Board]:
+def started(board: str, firmware: Path, radio: int | None = None) -> Iterator[Board]:
     """Start firmware on a board, and end it.
 
     Parameters
     ----------
     board : {"pc", "qemu"}
     firmware : Path
-    serial : str
-        What is at the radio's end: for the emulator as its option -serial says it.
+    radio : int, optional
+        Port of 127.0.0.1: a pc speaks MAVLink to it by UDP, an emulated board listens there for TCP.
 
     Yields
     ------
     Board
     """
-    with tempfile.TemporaryDirectory() as place, contextlib.ExitStack() as stack:
+    with tempfile.TemporaryDirectory() as place:
         if board == "pc":
-            process = subprocess.Popen([firmware], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=place)
+            udp = [] if radio is None else ["--udp", str(radio)]
+            process = subprocess.Popen([firmware, *udp], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=place)
             assert process.stdin is not None
             assert process.stdout is not None
-            to_board, from_board = stack.enter_context(process.stdin), stack.enter_context(process.stdout)
+            to_board: IO[bytes] = process.stdin
+            from_board: IO[bytes] = process.stdout
         else:
             for name in ("to_board", "from_board"):
                 os.mkfifo(Path(place) / name)
+            serial = "null" if radio is None else f"tcp:127.0.0.1:{radio},server=on,wait=off"
             machine = ["-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", serial, "-icount", "shift=6"]
             hosting = ["-semihosting-config", "enable=on,target=native", "-kernel", str(firmware)]
             process = subprocess.Popen([EMULATOR, *machine, *hosting], cwd=place, stdin=subprocess.DEVNULL)
-            to_board = stack.enter_context(_opened(Path(place) / "to_board", process))
-            from_board = stack.enter_context((Path(place) / "from_board").open("rb"))
+            to_board = _opened(Path(place) / "to_board", process)
+            from_board = (Path(place) / "from_board").open("rb")
         try:
             yield Board(process, to_board, from_board)
         finally:
             process.kill()
             process.wait()
+            from_board.close()
+            with contextlib.suppress(BrokenPipeError):  # what it did not read any more
+                to_board.close()
 
 
 def _opened(fifo: Path, process: subprocess.Popen[bytes]) -> IO[bytes]:

@@ -25,9 +25,7 @@ def fil_command(
     board: Annotated[str, typer.Option("--board", help="pc, or qemu for an emulated Cortex-M7.")] = "pc",
     scenario: Annotated[
         str,
-        typer.Option(
-            "--scenario", help="A mission or its file, gait:NAME of the robot, or random messages without a twin."
-        ),
+        typer.Option("--scenario", help="A mission or its file, gait:NAME, afloat, or random messages without a twin."),
     ] = "random",
     robot: Annotated[
         str | None, typer.Option("--robot", help="Robot that the firmware is made for.  [default: the mission's]")
@@ -37,10 +35,12 @@ def fil_command(
         typer.Option("--ticks", help="Longest run in control ticks.  [default: until the mission is done, or 6000]"),
     ] = None,
     seed: Seed = "0",
-    serial: Annotated[
-        str,
-        typer.Option("--serial", help="What is at the radio's end, such as tcp:127.0.0.1:5760,server=on,wait=off."),
-    ] = "null",
+    radio: Annotated[
+        str | None,
+        typer.Option(
+            "--radio", help="Port of 127.0.0.1 for MAVLink: a pc speaks to it by UDP, qemu listens there for TCP."
+        ),
+    ] = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="Go no faster than the clock.")] = False,
     firmware: Annotated[
         str | None, typer.Option("--firmware", help="Folder of the programs.  [default: build/firmware]")
@@ -66,8 +66,7 @@ def fil_command(
             ticks=None if ticks is None else whole_number(ticks, "--ticks"),
             seed=whole_number(seed, "--seed"),
             folder=firmware,
-            serial=serial,
-            compare=serial == "null",
+            radio=None if radio is None else whole_number(radio, "--radio"),
             real_time=real_time,
             report=progress,
         )
@@ -87,7 +86,7 @@ def _record(done: FirmwareRun) -> dict[str, Any]:
         "board": done.board,
         "scenario": done.scenario.name,
         "ticks": done.ticks,
-        "mismatches": len(done.different),
+        "mismatches": len(done.different) if done.compared else None,
         "first_mismatch": int(done.different[0]) if len(done.different) else None,
         "instructions_per_tick_max": {part: done.instructions(part) for part in PARTS} if done.counts else None,
         "stack_bytes": int(done.answers["stack"].max()) if done.counts else None,

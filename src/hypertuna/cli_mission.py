@@ -27,7 +27,7 @@ from hypertuna.description import Robot, load
 from hypertuna.errors import InputError, shown
 from hypertuna.flight import Flight, Outcome, expected, fly, fly_seeds, outcome
 from hypertuna.gpx import check_origin, write_gpx
-from hypertuna.mcap_log import need_log
+from hypertuna.mcap_file import need_log
 from hypertuna.mission_file import MissionFile, missions, read_mission
 from hypertuna.mission_record import record_facts
 from hypertuna.results import provenance, write_atomically

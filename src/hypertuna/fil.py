@@ -118,8 +118,7 @@ def firmware_in_the_loop(
     ticks: int | None = None,
     seed: int = 0,
     folder: str | Path | None = None,
-    serial: str = "null",
-    compare: bool = True,
+    radio: int | None = None,
     real_time: bool = False,
     report: Callable[[int, int], None] | None = None,
 ) -> FirmwareRun:
@@ -137,10 +136,9 @@ def firmware_in_the_loop(
         Of the sensors' noise, or of random messages.
     folder : str or Path, optional
         Where `make firmware` put the programs.
-    serial : str
-        What is at the radio's end, as `boards.started` takes it.
-    compare : bool
-        Whether the same firmware runs on this machine beside it. Orders over the radio reach the board alone.
+    radio : int, optional
+        Port of the radio, as `boards.started` takes it. Orders over the radio reach the board alone: then the same
+        firmware does not run beside it, and the ground is heard over the radio or not at all.
     real_time : bool
         Whether a tick waits for the clock.
     report : callable, optional
@@ -156,10 +154,10 @@ def firmware_in_the_loop(
         If the firmware is missing, or does not run.
     """
     firmware = firmware_of(robot.name, board, folder)
-    beside = firmware_of(robot.name, "pc", folder) if compare else None
+    beside = firmware_of(robot.name, "pc", folder) if radio is None else None
     begun = time.perf_counter()
     with contextlib.ExitStack() as stack:
-        on = stack.enter_context(started(board, firmware, serial))
+        on = stack.enter_context(started(board, firmware, radio))
         other = stack.enter_context(started("pc", beside)) if beside is not None else None
         if scenario.mission is None:
             messages = random_messages(firmware_table(robot), USUAL if ticks is None else ticks, seed)
@@ -170,7 +168,7 @@ def firmware_in_the_loop(
             flown = _flown(robot, scenario, loop, ticks, seed, report)
             answers, different = np.array(loop.answers), loop.different
     took = time.perf_counter() - begun
-    return FirmwareRun(scenario, board, answers, np.array(different, dtype=np.int64), took, flown, compare)
+    return FirmwareRun(scenario, board, answers, np.array(different, dtype=np.int64), took, flown, radio is None)
 
 
 class _Loop:
@@ -196,7 +194,7 @@ class _Loop:
         message = self.orders[made].copy() if made in self.orders else order("none")
         sensed = len(self.counts.zero)
         message["sample"] = self.counts.of(np.asarray(readings[:sensed]))
-        message["flags"] = GROUND | STACK * (made % 1000 == 0)
+        message["flags"] = GROUND * (self.other is not None) | STACK * (made % 1000 == 0)
         if len(readings) > sensed:
             message["flags"] |= FIXED
             message["fix"] = self.counts.fix(readings[sensed], readings[sensed + 1])

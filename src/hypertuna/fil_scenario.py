@@ -57,7 +57,8 @@ def scenario_of(name: str, robot: Robot | None = None) -> Scenario:
     Parameters
     ----------
     name : str
-        ``random``, ``gait:NAME`` of a robot's gait, or a mission or its file.
+        ``random``, ``afloat`` for a robot at the surface that nothing is asked of, ``gait:NAME`` of a robot's gait, or
+        a mission or its file.
     robot : Robot, optional
         That has the gait.
 
@@ -72,13 +73,15 @@ def scenario_of(name: str, robot: Robot | None = None) -> Scenario:
     """
     if name == "random":
         return Scenario(name, None)
+    if name == "afloat":
+        return Scenario(name, Mission(()))
     if name.startswith("gait:"):
         if robot is None:
             raise InputError("must be given with a gait", key="--robot", fix="give --robot")
         gait = named_gait(robot, name.removeprefix("gait:"))
         return Scenario(name, Mission((), depth=BEAT), gait)
     if name not in missions() and not name.endswith(".toml"):
-        known = ["random", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
+        known = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
         raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, known))
     return _of_mission(name, read_mission(name))
 
@@ -111,6 +114,8 @@ def orders_of(scenario: Scenario) -> Iterator[tuple[int, Any]]:
         lag = [p - gait.phase[0] for p in gait.phase]
         yield START, order("arm", 1.0)
         yield START + 1, order("gait", gait.frequency, *gait.amplitude, *lag, *gait.bias, 0.0, 0.0)
+        return
+    if not mission.waypoints:
         return
     m = mission
     numbers = (*m.home, m.home_radius, m.home_speed, m.depth_max, m.reserve, m.duration, m.surface_every, m.stay)

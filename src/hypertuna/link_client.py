@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -436,7 +437,7 @@ class Client:
             item = items[min(answer.seq, len(items) - 1)]
             if progress is not None:
                 progress(answer.seq, len(items))
-            answer = self.ask(lambda item=item: item, answers, f"mission item {item.seq}")
+            answer = self.ask(functools.partial(_same, item), answers, f"mission item {item.seq}")
         if answer.type != 0:
             word = dialect().enums["MAV_MISSION_RESULT"][answer.type].name.removeprefix("MAV_MISSION_").lower()
             raise InputError("must be accepted by the robot", key="mission", value=word.replace("_", " "),
@@ -455,13 +456,20 @@ class Client:
         InputError
             If the robot does not answer.
         """
-        listing, request = dialect().MAVLink_mission_request_list_message, dialect().MAVLink_mission_request_int_message
+        listing = dialect().MAVLink_mission_request_list_message
         count = self.ask(lambda: listing(self.system, 1), lambda m: m.get_type() == "MISSION_COUNT", "mission").count
-        return [
-            self.ask(
-                lambda k=k: request(self.system, 1, k),
-                lambda m, k=k: m.get_type() == "MISSION_ITEM_INT" and m.seq == k,
-                f"mission item {k}",
-            )
-            for k in range(count)
-        ]
+        return [self._item(k) for k in range(count)]
+
+    def _item(self, seq: int) -> Any:
+        """Ask for one item of the mission on board."""
+        request = dialect().MAVLink_mission_request_int_message
+        return self.ask(
+            lambda: request(self.system, 1, seq),
+            lambda m: m.get_type() == "MISSION_ITEM_INT" and m.seq == seq,
+            f"mission item {seq}",
+        )
+
+
+def _same(message: Any) -> Any:
+    """Give the same message at every try."""
+    return message

@@ -9,7 +9,6 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any, Self
 
@@ -20,30 +19,13 @@ from hypertuna.errors import InputError
 from hypertuna.frames import attitude_to
 from hypertuna.geodesy import from_local
 from hypertuna.log_fields import DEGREES, DERIVED, Field, fields, schema
+from hypertuna.mcap_file import CHUNK, ENDING, METADATA, NANO, need_log
 from hypertuna.mission_record import MissionRecord, mission_table
 from hypertuna.results import write_atomically
 
-__all__ = ["CHUNK", "HOW", "LogWriter", "need_log", "write_log"]
+__all__ = ["LogWriter", "write_log"]
 
 Array = NDArray[np.float64]
-
-HOW = "pip install 'hypertuna[log]'"
-CHUNK = 64 * 1024  # bytes before compression: a few seconds of a mission
-NANO = 1_000_000_000
-METADATA, ENDING = "hypertuna", "hypertuna-end"
-
-
-def need_log() -> None:
-    """Check that the packages for logs are there.
-
-    Raises
-    ------
-    InputError
-        If one is not installed.
-    """
-    for name in ("foxglove", "mcap"):
-        if find_spec(name) is None:
-            raise InputError("is needed by logs and is not installed", key=name, fix=HOW)
 
 
 class LogWriter:

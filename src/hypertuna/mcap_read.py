@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,14 +14,12 @@ from numpy.typing import NDArray
 from hypertuna.errors import InputError
 from hypertuna.frames import attitude_from
 from hypertuna.log_fields import fields
-from hypertuna.mcap_log import ENDING, METADATA, NANO, need_log
+from hypertuna.mcap_file import NANO, Pile, pile_of, wire
 from hypertuna.mission_record import COLUMNS, MissionRecord, mission_from
 
 __all__ = ["Log", "read_log"]
 
 Array = NDArray[np.float64]
-
-MAGIC = b"\x89MCAP0\r\n"
 
 
 @dataclass(frozen=True)
@@ -51,17 +48,6 @@ class Log:
     size: int
 
 
-@dataclass
-class _Pile:
-    """What is taken from a file until its end or its first fault."""
-
-    times: dict[str, list[int]]
-    contents: dict[str, list[bytes]]
-    metadata: dict[str, str] | None = None
-    chunks: int = 0
-    fault: str = ""
-
-
 def read_log(path: str | Path) -> Log:
     """Read a log.
 
@@ -80,18 +66,8 @@ def read_log(path: str | Path) -> Log:
         If the extra `log` is missing, there is no such file, it is no MCAP file or none of hypertuna's, or it was cut
         short before its first whole chunk.
     """
-    need_log()
-    file = str(path)
-    try:
-        with Path(path).open("rb") as stream:
-            start = stream.read(len(MAGIC))
-        size = Path(path).stat().st_size
-    except OSError as error:
-        value, fix = f"not ({error.strerror})", "give the path of a .mcap file"
-        raise InputError("must be a readable file", file=file, value=value, fix=fix) from None
-    if start != MAGIC:
-        raise InputError("must be an MCAP file", file=file, value="something else", fix="give a .mcap file")
-    pile = _pile(Path(path), size)
+    file, size = str(path), Path(path).stat().st_size if Path(path).is_file() else 0
+    pile = pile_of(path)
     if pile.metadata is None or "record" not in pile.metadata:
         cut = f", and it is {pile.fault}" if pile.fault else ""
         raise InputError(f"must be a log of hypertuna: it has no such head{cut}", file=file, fix="give another file")
@@ -106,54 +82,7 @@ def read_log(path: str | Path) -> Log:
     return Log(record, not pile.fault, sentence, counts, pile.chunks, size)
 
 
-def _pile(path: Path, size: int) -> _Pile:
-    """Take the messages of whole chunks, by topic."""
-    from mcap.records import Channel, Message, Schema
-
-    pile = _Pile({}, {})
-    topics: dict[int, str] = {}
-    children: dict[int, bool] = {}  # channels of transforms
-    for part in _chunks(path, size, pile):
-        names: dict[int, str] = {}
-        for record in part:
-            if isinstance(record, Schema):
-                children[record.id] = record.name == "foxglove.FrameTransform"
-            elif isinstance(record, Channel):
-                names[record.id] = record.topic
-        topics |= names
-        for record in part:
-            if isinstance(record, Message) and record.channel_id in topics:
-                topic = topics[record.channel_id]
-                if topic == "/tf":
-                    topic = f"/tf {_child(record.data)}"
-                pile.times.setdefault(topic, []).append(record.log_time)
-                pile.contents.setdefault(topic, []).append(record.data)
-        pile.chunks += 1
-    return pile
-
-
-def _chunks(path: Path, size: int, pile: _Pile) -> Iterator[list[Any]]:
-    """Yield the records of every whole chunk; note metadata, and the first fault."""
-    from mcap.records import Chunk, Footer, Metadata
-    from mcap.stream_reader import StreamReader, breakup_chunk
-
-    ended = False
-    with path.open("rb") as stream:
-        try:
-            for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size).records:
-                if isinstance(record, Metadata) and record.name == METADATA:
-                    pile.metadata = dict(record.metadata)
-                elif isinstance(record, Metadata) and record.name == ENDING and pile.metadata is not None:
-                    pile.metadata |= {key: value for key, value in record.metadata.items() if key != "record"}
-                elif isinstance(record, Chunk):
-                    yield breakup_chunk(record, validate_crc=True)
-                ended = ended or isinstance(record, Footer)
-        except Exception as error:  # a damaged file ends the reader in any way whatever
-            short = stream.read(1) == b""
-            pile.fault = "cut short" if short else f"damaged ({type(error).__name__})"
-
-
-def _record(pile: _Pile) -> MissionRecord:
+def _record(pile: Pile) -> MissionRecord:
     """Make a record of the times that all topics have."""
     assert pile.metadata is not None
     try:
@@ -187,7 +116,7 @@ def _record(pile: _Pile) -> MissionRecord:
     )
 
 
-def _data(pile: _Pile, topics: dict[str, list[Any]], count: int) -> dict[str, Array]:
+def _data(pile: Pile, topics: dict[str, list[Any]], count: int) -> dict[str, Array]:
     """Read the numbers of all topics but the transforms."""
     data: dict[str, list[Array] | Array] = {}
     for topic, rows in topics.items():
@@ -209,48 +138,9 @@ def _poses(contents: list[bytes]) -> tuple[Array, Array]:
     """Read positions and attitudes of transforms, in our body axes."""
     place, turn = np.zeros((len(contents), 3)), np.zeros((len(contents), 4))
     for k, content in enumerate(contents):
-        parts = dict(_wire(content))
-        for number, value in _wire(parts[4]):
+        parts = dict(wire(content))
+        for number, value in wire(parts[4]):
             (place[k, number - 1],) = struct.unpack("<d", value)
-        for number, value in _wire(parts[5]):  # x, y, z, w
+        for number, value in wire(parts[5]):  # x, y, z, w
             (turn[k, number % 4],) = struct.unpack("<d", value)
     return place, attitude_from("enu", turn)
-
-
-def _child(content: bytes) -> str:
-    """Name of the child frame of a transform."""
-    return dict(_wire(content)).get(3, b"").decode(errors="replace")
-
-
-def _wire(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield the fields of a protobuf message (protobuf.dev/programming-guides/encoding): number and bytes."""
-    at = 0
-    while at < len(content):
-        tag, at = _varint(content, at)
-        kind = tag & 7
-        if kind == 0:
-            begin = at
-            _, at = _varint(content, at)
-            yield tag >> 3, content[begin:at]
-            continue
-        if kind == 2:
-            length, at = _varint(content, at)
-        elif kind in (1, 5):
-            length = 8 if kind == 1 else 4
-        else:
-            raise ValueError("no protobuf message")
-        if at + length > len(content):
-            raise ValueError("protobuf message cut short")
-        yield tag >> 3, content[at : at + length]
-        at += length
-
-
-def _varint(content: bytes, at: int) -> tuple[int, int]:
-    """Read a whole number of seven bits a byte: its value, and where it ends."""
-    value = shift = 0
-    while True:
-        byte = content[at]
-        value |= (byte & 127) << shift
-        at, shift = at + 1, shift + 7
-        if byte < 128:
-            return value, at

@@ -10,6 +10,7 @@ from pathlib import Path
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.importers import import_folder
+from hypertuna.link_trials import steady_runs
 from hypertuna.manifest import Recording, parse_manifest, read_manifest
 from hypertuna.steady import SteadyRun, read_steady
 
@@ -85,8 +86,8 @@ def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot) -> Trial
     Parameters
     ----------
     paths : str, Path or sequence of them
-        Each a CSV file of steady runs (`read_steady`), a TOML manifest of tracked ones (`read_manifest`), or a folder
-        of published files (`import_folder`).
+        Each a CSV file of steady runs (`read_steady`), a TOML manifest of tracked ones (`read_manifest`), a log of the
+        radio (`steady_runs`), or a folder of published files (`import_folder`).
     robot : Robot
         That swam.
 
@@ -117,7 +118,9 @@ def _read(path: Path, robot: Robot) -> Trials:
         return Trials(read_steady(path, robot))
     if suffix == ".toml":
         return Trials(*read_manifest(path, robot))
-    rule = "must be a CSV file of steady runs, a TOML manifest or a folder"
+    if suffix == ".mcap":
+        return Trials(steady_runs(path, robot))
+    rule = "must be a CSV file of steady runs, a TOML manifest, a .mcap log or a folder"
     raise InputError(rule, file=str(path), fix="rename it, or convert it to one of them")
 
 

@@ -1,12 +1,21 @@
-/// Board pc: the firmware as a program, in lock-step with a twin over standard input and output.
+/// Board pc: the firmware as a program, in lock-step with a twin over standard input and output, its radio on UDP
+/// to a ground station at 127.0.0.1:PORT:
+///
+///     hypertuna-pc [--udp PORT]
 #include <unistd.h>
 
+#include <cstdio>
+#include <cstdlib>
+
 #include "../lockstep.hpp"
+#include "radio.hpp"
 #include HYPERTUNA_ROBOT
 
 using namespace hypertuna::firmware;
 
 struct Pipes {
+    UdpRadio radio;
+
     bool read(void* to, std::size_t count) {
         auto* at = static_cast<std::uint8_t*>(to);
         while (count > 0) {
@@ -29,8 +38,8 @@ struct Pipes {
     std::uint32_t clock() { return 0; }
     std::uint32_t per_tick() { return 1; }
     std::uint32_t stack() { return 0; }
-    int receive(std::uint8_t*, int) { return 0; }
-    int send(const std::uint8_t*, int count) { return count; }
+    int receive(std::uint8_t* to, int count) { return radio.receive(to, count); }
+    int send(const std::uint8_t* from, int count) { return radio.send(from, count); }
 };
 
 static App app;
@@ -38,4 +47,15 @@ static Plan plan;
 static Pipes pipes;
 static Lockstep<Pipes> board{pipes, {}, {}, {}};
 
-int main() { run(app, plan, board, robot::description); }
+int main(int count, char** words) {
+    if (count == 3 && std::strcmp(words[1], "--udp") == 0) {
+        if (!pipes.radio.open(std::atoi(words[2]))) {
+            std::fprintf(stderr, "hypertuna-pc: no UDP socket to port %s\n", words[2]);
+            return 2;
+        }
+    } else if (count != 1) {
+        std::fprintf(stderr, "usage: hypertuna-pc [--udp PORT]\n");
+        return 2;
+    }
+    run(app, plan, board, robot::description);
+}

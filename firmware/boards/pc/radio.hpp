@@ -1,0 +1,43 @@
+/// The radio of a PC: a UDP socket. It speaks to 127.0.0.1:PORT, and from then on to whoever was heard last.
+#pragma once
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstdint>
+
+namespace hypertuna::firmware {
+
+struct UdpRadio {
+    int line = -1;  // none until opened: then nothing is heard, and what is sent is gone
+    sockaddr_in peer{};
+
+    bool open(int port) {
+        line = ::socket(AF_INET, SOCK_DGRAM, 0);
+        peer.sin_family = AF_INET, peer.sin_port = htons(std::uint16_t(port));
+        return line >= 0 && ::inet_pton(AF_INET, "127.0.0.1", &peer.sin_addr) == 1;
+    }
+    /// Whole datagrams: what does not fit is left for the next call.
+    int receive(std::uint8_t* to, int most) {
+        int count = 0;
+        while (line >= 0 && count < most) {
+            sockaddr_in from{};
+            socklen_t length = sizeof from;
+            auto* at = reinterpret_cast<sockaddr*>(&from);
+            const ssize_t waiting = ::recvfrom(line, to, 0, MSG_DONTWAIT | MSG_PEEK | MSG_TRUNC, at, &length);
+            if (waiting < 0 || (count > 0 && most - count < waiting)) break;
+            length = sizeof from;
+            const ssize_t got = ::recvfrom(line, to + count, std::size_t(most - count), MSG_DONTWAIT, at, &length);
+            if (got < 0) break;
+            count += int(got), peer = from;
+        }
+        return count;
+    }
+    int send(const std::uint8_t* from, int count) {
+        if (line >= 0) ::sendto(line, from, std::size_t(count), 0, reinterpret_cast<sockaddr*>(&peer), sizeof peer);
+        return count;
+    }
+};
+
+}  // namespace hypertuna::firmware

@@ -1,0 +1,10 @@
+# Tests of the app and of the boards, without exceptions and type information as on a microcontroller.
+enable_testing()
+function(add_firmware_test test)
+  add_executable(${test} tests/${test}.cpp ${app} ${ARGN})
+  target_link_libraries(${test} PRIVATE firmware)
+  target_compile_options(${test} PRIVATE -O1)
+  add_test(NAME ${test} COMMAND ${test})
+endfunction()
+add_firmware_test(test_store)
+add_firmware_test(test_vehicle)

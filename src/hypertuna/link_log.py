@@ -1,0 +1,183 @@
+"""Logs of the radio: every message that came, in MCAP files that Foxglove opens and `identify` reads.
+
+Topic /mavlink/NAME has the messages of that name as JSON, each field in the dialect's own unit, which its schema tells.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.errors import InputError
+from hypertuna.mcap_file import CHUNK, METADATA, NANO, need_log, pile_of
+
+__all__ = ["LinkLog", "LinkLogWriter", "read_link_log"]
+
+Array = NDArray[np.float64]
+
+TOPIC = "/mavlink/"
+KIND = "link"  # of log, in its head
+SKIPPED = ("mavpackettype",)
+
+
+class LinkLogWriter:
+    """A log that is written while messages come.
+
+    Parameters
+    ----------
+    path : Path
+        Where to write; a file that is there is written over.
+    robot : str
+        Its name.
+
+    Raises
+    ------
+    InputError
+        If the extra `log` is missing, or the file cannot be written.
+    """
+
+    def __init__(self, path: str | Path, robot: str) -> None:
+        need_log()
+        import foxglove
+        from foxglove.mcap import MCAPCompression, MCAPWriteOptions
+
+        self._context = foxglove.Context()
+        options = MCAPWriteOptions(chunk_size=CHUNK, compression=MCAPCompression.Zstd, profile="hypertuna")
+        try:
+            self._file = foxglove.open_mcap(
+                str(path), allow_overwrite=True, context=self._context, writer_options=options
+            )
+        except OSError as error:
+            fix = "choose a path that can be written"
+            raise InputError("must be a writable file", file=str(path), value=f"not ({error})", fix=fix) from None
+        self._file.write_metadata(METADATA, {KIND: json.dumps({"robot": robot})})
+        self._channels: dict[str, Any] = {}
+        self.messages = 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def write(self, message: Any, stamp: float | None = None) -> None:
+        """Put a message at the end.
+
+        Parameters
+        ----------
+        message : object
+            Of the dialect.
+        stamp : float, optional
+            When it came, in s since 1970; now if left out.
+        """
+        name = message.get_type()
+        if name not in self._channels:
+            self._channels[name] = self._channel(name, message)
+        content = {key: _plain(value) for key, value in message.to_dict().items() if key not in SKIPPED}
+        content["source"] = message.get_srcSystem()
+        text = json.dumps(content, allow_nan=False).encode()
+        self._channels[name].log(text, log_time=int((time.time() if stamp is None else stamp) * NANO))
+        self.messages += 1
+
+    def flush(self) -> None:
+        """Bring what was written to the disk."""
+        self._file.flush()
+
+    def close(self) -> None:
+        """End the file with its index."""
+        self._file.close()
+
+    def _channel(self, name: str, message: Any) -> Any:
+        import foxglove
+
+        units = getattr(message, "fieldunits_by_name", {})
+        properties = {field: {"description": units.get(field, "")} for field in message.get_fieldnames()}
+        told = {"title": f"mavlink.{name}", "type": "object", "properties": properties}
+        return foxglove.Channel(TOPIC + name, schema=told, context=self._context)
+
+
+@dataclass(frozen=True)
+class LinkLog:
+    """A log of the radio as it was read.
+
+    Attributes
+    ----------
+    robot : str
+    time : dict of str to ndarray
+        When the messages of each name came, in s since the first message of all.
+    fields : dict of str to dict of str to ndarray
+        Their fields in the dialect's units: of each name, by the field's; text is left out.
+    complete : bool
+        Whether the file is whole.
+    file : str
+    """
+
+    robot: str
+    time: dict[str, Array]
+    fields: dict[str, dict[str, Array]]
+    complete: bool
+    file: str
+
+    def has(self, *names: str) -> bool:
+        """Tell whether there are messages of all these names."""
+        return all(len(self.time.get(name, ())) for name in names)
+
+    def sent(self, name: str) -> Array:
+        """Return when messages were sent [s since the first of all]: by the robot's clock, set by the least delay."""
+        arrival, fields = self.time[name], self.fields[name]
+        if "time_boot_ms" not in fields:
+            return arrival
+        own = fields["time_boot_ms"] * 1e-3
+        return own + float(np.min(arrival - own))
+
+
+def read_link_log(path: str | Path) -> LinkLog:
+    """Read a log of the radio; of one that was cut short, all whole chunks.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    LinkLog
+
+    Raises
+    ------
+    InputError
+        If the extra `log` is missing, or the file is none.
+    """
+    pile = pile_of(path)
+    if pile.metadata is None or KIND not in pile.metadata:
+        fix = "give one that `hypertuna link log` or `hypertuna drive` wrote"
+        raise InputError("must be a log of the radio: it has no such head", file=str(path), fix=fix)
+    head = json.loads(pile.metadata[KIND])
+    topics = {topic.removeprefix(TOPIC): topic for topic in pile.times if topic.startswith(TOPIC)}
+    stamps = {name: np.array(pile.times[topic], dtype=np.int64) for name, topic in topics.items()}
+    first = min((int(times[0]) for times in stamps.values()), default=0)
+    fields = {
+        name: _columns([json.loads(content) for content in pile.contents[topic]]) for name, topic in topics.items()
+    }
+    seconds = {name: (times - first) / NANO for name, times in stamps.items()}
+    return LinkLog(str(head.get("robot", "")), seconds, fields, not pile.fault, str(path))
+
+
+def _columns(messages: list[dict[str, Any]]) -> dict[str, Array]:
+    """Return the fields that are numbers, each with one row per message."""
+    numbers = {key for key, value in messages[0].items() if not isinstance(value, str)}
+    return {key: np.array([message[key] for message in messages], dtype=np.float64) for key in numbers}
+
+
+def _plain(value: Any) -> Any:
+    """Return a field as JSON takes it; what is no number is null's stand-in, 0 never."""
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    if isinstance(value, (list, tuple)):
+        return [_plain(part) for part in value]
+    return value

@@ -1,0 +1,176 @@
+"""What a log of the radio tells `identify` and `actuator fit`: steady runs of a tank, rows of a bench."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.description import Robot
+from hypertuna.errors import InputError
+from hypertuna.gait import Gait
+from hypertuna.link_log import LinkLog, read_link_log
+from hypertuna.steady import SteadyRun
+
+__all__ = ["Row", "bench_rows", "steady_runs"]
+
+Array = NDArray[np.float64]
+
+CDEG = math.pi / 18000  # rad
+SETTLING = 6.0  # s of a gait that count as its start
+LEAST_BEATS, LEAST_PARTS, PART = 5, 4, 1.0  # of a settled run; s of whole beats that one speed is taken over
+SAMPLES = 4  # poses in a part
+VENTED, STEP, SLOW = 5e3, 5e3, 30e3  # Pa of the side without pressure; Pa between rows; Pa/s at which a joint follows
+
+Row = tuple[int, int, float, float, bool, str]  # joint, side, pressure [Pa], angle [rad], unloading, run
+
+
+def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
+    """Find the settled parts of a tank run: the gait as commanded, the speed as a camera measured it.
+
+    The robot's own position is dead reckoning by its gait table, so it tells nothing: speeds come from ATT_POS_MOCAP
+    alone, what a tank's cameras send to the ground station. A part of whole beats has one mean position; the
+    speed is the mean way from part to part, its deviation theirs over the root of their number.
+
+    Parameters
+    ----------
+    path : str or Path
+        Of a log that `hypertuna link log` or `hypertuna drive` wrote.
+    robot : Robot
+        That swam.
+
+    Returns
+    -------
+    tuple of SteadyRun
+
+    Raises
+    ------
+    InputError
+        If the log lacks gaits or poses, or no gait was swum for long enough.
+    """
+    log = read_link_log(path)
+    for name, fix in (
+        ("GAIT", "record while the robot swims"),
+        ("ATT_POS_MOCAP", "have the tank's camera send the robot's pose to the ground station"),
+    ):
+        if not log.has(name):
+            raise InputError("must have messages of this kind", file=log.file, key=name, value="without", fix=fix)
+    runs: list[SteadyRun] = []
+    for begin, end, gait in _gaits(log, len(robot.joints)):
+        found = _speed(log, begin + SETTLING, end, gait.frequency)
+        if found is not None:
+            name = f"{Path(path).stem}/{len(runs) + 1}"
+            runs.append(SteadyRun(name=name, gait=gait, speed=found[0], speed_sd=found[1], file=log.file))
+    if not runs:
+        least = SETTLING + LEAST_PARTS * PART
+        fix = f"swim each gait for {least:g} s at least, in view of the camera"
+        raise InputError("must have a gait that was swum until it settled", file=log.file, fix=fix)
+    return tuple(runs)
+
+
+def _gaits(log: LinkLog, joints: int) -> Iterator[tuple[float, float, Gait]]:
+    """Yield from when to when each gait was commanded, as far as messages say so."""
+    told, time = log.fields["GAIT"], log.sent("GAIT")
+
+    def angles(name: str) -> Array:
+        return np.concatenate([told[name], told[f"{name}_34"]], axis=1)[:, :joints] * CDEG
+
+    rows = np.column_stack([told["frequency"] * 1e-3, angles("amplitude"), angles("lag"), angles("bias")])
+    order = np.argsort(time, kind="stable")
+    time, rows = time[order], rows[order]
+    ends = np.flatnonzero(np.any(np.diff(rows, axis=0) != 0, axis=1)) + 1
+    for part in np.split(np.arange(len(rows)), ends):
+        frequency, amplitude, lag, bias = (rows[part[0], cut] for cut in _cuts(joints))
+        if frequency[0] > 0 and np.any(amplitude > 0):
+            yield (
+                float(time[part[0]]),
+                float(time[part[-1]]),
+                Gait(float(frequency[0]), tuple(amplitude.tolist()), tuple(lag.tolist()), tuple(bias.tolist())),
+            )
+
+
+def _cuts(joints: int) -> tuple[slice, ...]:
+    """Places of frequency, amplitudes, lags and biases in a row."""
+    return (slice(0, 1), *(slice(1 + k * joints, 1 + (k + 1) * joints) for k in range(3)))
+
+
+def _speed(log: LinkLog, begin: float, end: float, frequency: float) -> tuple[float, float] | None:
+    """Mean speed over ground [m/s] and its standard deviation; None for too short a part."""
+    time, fields = log.time["ATT_POS_MOCAP"], log.fields["ATT_POS_MOCAP"]
+    beats = max(1, math.ceil(PART * frequency))
+    width = beats / frequency
+    count = int((end - begin) / width)
+    if count < LEAST_PARTS or count * beats < LEAST_BEATS:
+        return None
+    means = []
+    for k in range(count):
+        inside = (begin + k * width <= time) & (time < begin + (k + 1) * width)
+        if np.count_nonzero(inside) < SAMPLES:
+            return None
+        means.append([np.mean(fields[axis][inside]) for axis in ("x", "y")] + [np.mean(time[inside])])
+    steps = np.diff(np.array(means), axis=0)
+    speeds = np.hypot(steps[:, 0], steps[:, 1]) / steps[:, 2]
+    return float(np.mean(speeds)), max(float(np.std(speeds, ddof=1)) / math.sqrt(len(speeds)), 1e-6)
+
+
+def bench_rows(path: str | Path, robot: Robot) -> list[Row]:
+    """Find the rows of a bench test: one side of a joint under a pressure that changes slowly, the other vented.
+
+    Parameters
+    ----------
+    path : str or Path
+        Of a log that `hypertuna link log` wrote.
+    robot : Robot
+        Whose joints were bent.
+
+    Returns
+    -------
+    list of Row
+        Joint, side (0 for left), pressure [Pa], bend away from that side [rad], whether pressure was falling, and the
+        run.
+
+    Raises
+    ------
+    InputError
+        If the log has no such rows.
+    """
+    log = read_link_log(path)
+    if not log.has("HYDRAULICS"):
+        raise InputError("must have messages of this kind", file=log.file, key="HYDRAULICS", value="without",
+                         fix="record while the bench is at work")  # fmt: skip
+    told, time = log.fields["HYDRAULICS"], log.sent("HYDRAULICS")
+    bend = np.concatenate([told["bend"], told["bend_34"]], axis=1) * CDEG
+    pressure = np.concatenate([told["pressure"], told["pressure_34"]], axis=1) * 100.0
+    rows: list[Row] = []
+    for joint in range(len(robot.joints)):
+        for side in (0, 1):
+            own, other = pressure[:, 2 * joint + side], pressure[:, 2 * joint + 1 - side]
+            away = bend[:, joint] * (1 if side == 0 else -1)
+            rows += _loading(joint, side, time, own, other, away)
+    if not rows:
+        kilo = 1e-3
+        rule = f"must have a joint with one side under pressure and the other below {VENTED * kilo:g} kPa"
+        fix = f"vent the other side, and change the pressure by less than {SLOW * kilo:g} kPa/s"
+        raise InputError(rule, file=log.file, fix=fix)
+    return rows
+
+
+def _loading(joint: int, side: int, time: Array, own: Array, other: Array, away: Array) -> list[Row]:
+    """Rows of one side: a step of pressure apart, up from rest and down again; each return to rest ends a run."""
+    rows: list[Row] = []
+    run, before, top, falling = 0, 0.0, 0.0, False
+    rate = np.abs(np.gradient(own, time)) if len(own) > 1 else np.zeros(len(own))
+    for k in range(len(own)):
+        if own[k] < VENTED:
+            run, before, top, falling = run + (before > 0), 0.0, 0.0, False
+            continue
+        top = max(top, float(own[k]))
+        falling = falling or own[k] < top - STEP
+        if abs(other[k]) > VENTED or rate[k] > SLOW or abs(own[k] - before) < STEP:
+            continue
+        before = float(own[k])
+        rows.append((joint, side, before, float(away[k]), falling, f"{joint}{side}-{run}"))
+    return rows

@@ -1,0 +1,156 @@
+"""Firmware in the loop: the same bits on this machine and on an emulated Cortex-M7, within its bounds.
+
+These tests need the programs of `make firmware`, and those of the emulator `make system-deps` too.
+"""
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna.boards import firmware_of, missing, started
+from hypertuna.errors import InputError
+from hypertuna.fil import firmware_in_the_loop
+from hypertuna.fil_scenario import random_messages, scenario_of
+from hypertuna.firmware_params import firmware_table
+from hypertuna.lockstep import order
+from program import Run
+
+MOST_INSTRUCTIONS, MOST_TEXT, MOST_STACK = 4000, 64 * 1024, 2048
+
+
+@pytest.fixture(scope="module")
+def fish() -> ht.Robot:
+    return ht.load("hypertuna")
+
+
+@pytest.fixture(scope="module")
+def pc() -> Path:
+    return _built("pc")
+
+
+@pytest.fixture(scope="module")
+def qemu(pc: Path) -> Path:
+    if (lack := missing("qemu")) is not None:
+        pytest.skip(lack)
+    return _built("qemu")
+
+
+def _built(board: str) -> Path:
+    try:
+        return firmware_of("hypertuna", board)
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+def test_hundred_thousand_ticks_have_the_same_bits(fish: ht.Robot, qemu: Path) -> None:
+    run = firmware_in_the_loop(fish, scenario_of("random"), board="qemu", ticks=100_000, seed=1)
+    assert run.ticks == 100_000
+    assert len(run.different) == 0
+    assert run.instructions("controller") <= MOST_INSTRUCTIONS
+    assert 0 < run.answers["stack"].max() <= MOST_STACK
+    # The messages went everywhere: other digests in nearly every tick, arming, all sources of commands, refusals.
+    assert len(np.unique(run.answers["digest"])) > 0.99 * run.ticks
+    assert {0, 1, 2} <= set(run.answers["control"].tolist())
+    assert {"armed", "disarmed", "out_of_range", "unknown", "faulty"} <= set(run.refused)
+    assert 0.1 < run.answers["armed"].mean() < 0.9
+
+
+def test_a_difference_is_found(fish: ht.Robot, pc: Path) -> None:
+    """Two programs that get different messages differ: the comparison can fail."""
+    messages = random_messages(firmware_table(fish), 300, 3)
+    other = messages.copy()
+    other["sample"][200, 0] += 1
+    with started("pc", pc) as a, started("pc", pc) as b:
+        answers = a.run(messages), b.run(other)
+    same = answers[0]["digest"] == answers[1]["digest"]
+    assert same[:200].all()
+    assert not same[200]
+
+
+def test_gait_on_the_twin(fish: ht.Robot, qemu: Path) -> None:
+    run = firmware_in_the_loop(fish, scenario_of("gait:unoptimised-0.3", fish), board="qemu", ticks=600)
+    assert len(run.different) == 0
+    assert not run.refused
+    assert run.instructions("controller") <= MOST_INSTRUCTIONS
+    assert run.answers["armed"][-1] == 1
+    assert run.flown is not None
+    # It swims: the tail bends as far as it is asked to, within its posture control's first beats.
+    assert abs(run.flown.data["angle"]).max() > np.radians(12)
+
+
+@pytest.mark.parametrize("board", ["pc", "qemu"])
+def test_mission_on_the_twin(fish: ht.Robot, pc: Path, board: str, request: pytest.FixtureRequest) -> None:
+    request.getfixturevalue(board)
+    ticks = 9000 if board == "pc" else 600
+    run = firmware_in_the_loop(fish, scenario_of("box"), board=board, ticks=ticks)
+    assert len(run.different) == 0
+    assert not run.refused
+    if board == "pc":  # after a minute of fixes it dives and goes its way
+        assert run.answers["mode"][-1] == 1
+        np.testing.assert_allclose(run.answers["depth"][-1], -run.flown.data["position"][-1, 2], atol=0.1)
+        assert run.answers["speed"][-1] > 0.2
+
+
+def test_sizes_and_symbols(qemu: Path) -> None:
+    text = int(subprocess.run(["arm-none-eabi-size", qemu], capture_output=True, text=True).stdout.split()[6])
+    assert text <= MOST_TEXT
+    symbols = subprocess.run(["arm-none-eabi-nm", "-C", qemu], capture_output=True, text=True).stdout
+    for word in ("malloc", "operator new", "free", "_sbrk", "unwind", "__cxa_throw", "personality"):
+        assert word not in symbols, word
+
+
+def test_no_arithmetic_in_double_precision(qemu: Path) -> None:
+    code = subprocess.run(["arm-none-eabi-objdump", "-d", qemu], capture_output=True, text=True).stdout
+    assert ".f32" in code
+    assert ".f64" not in code
+    assert "__aeabi_d" not in code
+
+
+def test_missing_programs_are_told(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    code, _, told = run("fil", "--board", "pc", "--firmware", str(tmp_path))
+    assert code == 2
+    assert "make firmware ROBOT=hypertuna" in told
+    monkeypatch.setattr(shutil, "which", lambda program: None)
+    code, _, told = run("fil", "--board", "qemu")
+    assert code == 2
+    assert "make system-deps" in told
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--board", "teensy"), "--board"),
+        (("--scenario", "bux"), "box"),
+        (("--scenario", "gait:nope"), "nope"),
+        (("--ticks", "many"), "--ticks"),
+    ],
+)
+def test_bad_input(run: Run, options: tuple[str, ...], words: str) -> None:
+    code, _, told = run("fil", *options)
+    assert code == 2
+    assert words in told
+
+
+def test_json(run: Run, pc: Path) -> None:
+    code, told, _ = run("fil", "--ticks", "500", "--json")
+    assert code == 0
+    found = json.loads(told)
+    assert found["ticks"] == 500
+    assert found["mismatches"] == 0
+    assert found["real_time_factor"] > 0
+    assert found["instructions_per_tick_max"] is None
+
+
+def test_firmware_that_dies_is_told(pc: Path, tmp_path: Path) -> None:
+    program = tmp_path / "hypertuna-pc"
+    program.write_text("#!/bin/sh\nexit 3\n")
+    program.chmod(0o755)
+    with started("pc", program) as board:
+        board.send(order("none").tobytes())
+        with pytest.raises(InputError, match="ended with status 3"):
+            board.answer()

@@ -1,0 +1,128 @@
+"""What the firmware is made with is what the robot's description says."""
+
+import dataclasses
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna.control import controller_columns
+from hypertuna.description import parse
+from hypertuna.errors import InputError
+from hypertuna.firmware_params import MOST_NAME, MOST_PARAMETERS, firmware_table, header
+from hypertuna.guidance import pilot_columns
+from hypertuna.lockstep import CHANNELS, NO_SAMPLE, Counts
+from program import Run
+
+FIRMWARE = Path(__file__).parents[1] / "firmware"
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?f?")
+
+
+@pytest.fixture(scope="module")
+def table():
+    return firmware_table(ht.load("hypertuna"))
+
+
+def test_committed_header_is_what_the_description_makes(table) -> None:
+    committed = (FIRMWARE / "robots" / "hypertuna.hpp").read_text()
+    # Another machine's linear algebra may round the last bit of a fit differently.
+    assert NUMBER.sub("#", committed) == NUMBER.sub("#", header(table)), "run `hypertuna firmware params -o ...` anew"
+    found, wanted = ([float(n.rstrip("f")) for n in NUMBER.findall(text)] for text in (committed, header(table)))
+    np.testing.assert_allclose(found, wanted, rtol=3e-7, atol=1e-12)
+
+
+def test_every_number_is_the_columns(table) -> None:
+    robot = table.robot
+    columns = {"controller": controller_columns(robot), "pilot": pilot_columns(robot)}
+    for (part, name, k), value in zip(table.fields, table.values, strict=True):
+        if part in columns:
+            assert value == np.float32(columns[part][name][k])
+    assert len(set(table.fields)) == len(table.fields)
+
+
+def test_fields_are_the_firmware_s_in_its_order(table) -> None:
+    """Of calibration and limits Python has its own list: it must be that of the C++ headers."""
+    sources = "".join((FIRMWARE / "app" / name).read_text() for name in ("convert.hpp", "parameters.hpp"))
+    limits = re.findall(r'visit\("(\w+)", 0, m\.\w+\)', sources)
+    assert [name for part, name, _ in table.fields if part == "limits"] == limits
+    pairs = re.findall(r'both\("(\w+)", "(\w+)"', sources)
+    calibration = dict.fromkeys(name for part, name, _ in table.fields if part == "calibration")
+    assert list(calibration) == [name for pair in pairs for name in pair] + ["servo_trim"]
+
+
+def test_parameters_fit_mavlink_and_the_memory(table) -> None:
+    assert len(table.parameters) <= MOST_PARAMETERS
+    names = [p.name for p in table.parameters]
+    assert len(set(names)) == len(names)
+    assert max(map(len, names)) <= MOST_NAME
+    for p in table.parameters:
+        assert p.low <= p.standard <= p.high
+        assert p.standard == table.values[p.field]
+
+
+def test_limits_can_only_be_made_tighter(table) -> None:
+    at = {p.name: p for p in table.parameters}
+    for name in ("pressure_soft", "pressure_hard", "frequency_most", "slew", "pulse_most", "amplitude_0", "tilt_most"):
+        assert at[name].high == at[name].standard, name
+    for name in ("pulse_least", "voltage_low", "voltage_empty"):
+        assert at[name].low == at[name].standard, name
+
+
+def test_layout_tells_other_parameters_apart(table) -> None:
+    fewer = dataclasses.replace(table, parameters=table.parameters[:-1])
+    assert fewer.layout != table.layout
+
+
+def test_counts_are_the_inverse_of_the_calibration(table) -> None:
+    counts = Counts(table, (0, 0))
+    wanted = {"bend": 0.2, "pressure": 80e3, "current": 1.5, "rate": -0.3, "acceleration": 9.0, "voltage": 15.0}
+    wanted |= {"depth": 1.25, "field": 0.4}
+    readings = np.array([wanted[name] for name in counts.names])
+    samples = counts.of(readings)[counts.channels]
+    assert (abs(counts.scale * (samples - counts.zero) - readings) <= 0.5001 * counts.scale).all()
+
+
+def test_open_wire_of_an_analog_sensor_reads_zero_counts(table) -> None:
+    """The twin's open sensor shows an eighth of its range below the live zero: no volts at the converter."""
+    counts = Counts(table, (0, 0))
+    readings = np.zeros(len(counts.names))
+    pressure = counts.names.index("pressure")
+    readings[pressure] = -100e3 - 600e3 / 8
+    assert counts.of(readings)[CHANNELS["bend"]] == 0
+    readings[pressure] = np.nan
+    assert counts.of(readings)[CHANNELS["bend"]] == NO_SAMPLE
+
+
+def test_robot_without_the_table_is_told(run: Run) -> None:
+    code, _, told = run("firmware", "params", "--robot", "rexeel")
+    assert code == 2
+    assert "[firmware]" in told
+
+
+def test_pins_have_one_use(table) -> None:
+    document = table.robot.document()
+    wrong = document["firmware"] | {"leak_pin": 26}
+    with pytest.raises(InputError, match="pin 26"):
+        parse(document | {"firmware": wrong})
+    with pytest.raises(InputError, match=r"firmware\.servo_pins"):
+        parse(document | {"firmware": document["firmware"] | {"servo_pins": [2, 3]}})
+
+
+def test_firmware_changes_no_hash(table) -> None:
+    document = table.robot.document()
+    assert parse(document | {"firmware": document["firmware"] | {"system_id": 7}}).hash == table.robot.hash
+
+
+def test_commands(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "hypertuna.hpp"
+    code, told, _ = run("firmware", "params", "--robot", "hypertuna", "-o", str(path))
+    assert code == 0
+    assert "written" in told
+    assert run("firmware", "params", "--robot", "hypertuna", "--check", str(path))[0] == 0
+    path.write_text(path.read_text().replace("0.01f", "0.02f"))
+    assert run("firmware", "params", "--robot", "hypertuna", "--check", str(path))[0] == 1
+    code, told, _ = run("firmware", "faults", "--json")
+    assert code == 0
+    assert "water in the hull" in told

@@ -1,0 +1,128 @@
+"""From the radio to coefficients: what a log of a tank run and of a bench test tells."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
+pytest.importorskip("foxglove", reason="logs need the extra log")
+
+import hypertuna as ht
+from hypertuna.bench import read_bench
+from hypertuna.dialect import dialect
+from hypertuna.errors import InputError
+from hypertuna.link_log import LinkLogWriter, read_link_log
+from models import changed
+
+START = 1_800_000_000.0  # s since 1970
+ROBOT, CAMERA = 1, 200
+
+
+def message(name: str, source: int, **fields: object) -> object:
+    """A message as it comes from the line."""
+    made = getattr(dialect(), f"MAVLink_{name.lower()}_message")(**fields)
+    made.pack(dialect().MAVLink(None, srcSystem=source))
+    return made
+
+
+def gait_message(gait: ht.Gait, time: float) -> object:
+    centi = [[round(math.degrees(value) * 100) for value in row] for row in (gait.amplitude, gait.phase, gait.bias)]
+    return message("GAIT", ROBOT, time_boot_ms=round(1000 * time), frequency=round(1000 * gait.frequency),
+                   amplitude=centi[0], lag=centi[1], bias=centi[2], fin=[0, 0], control=1)  # fmt: skip
+
+
+def tank_run(path: Path, robot: ht.Robot, gaits: list[ht.Gait]) -> None:
+    """Each gait for 20 s: it gathers speed in 2 s, and swims at the model's own then; a camera sees it to 3 mm."""
+    random, x, clock = np.random.default_rng(1), 0.0, 0.0
+    with LinkLogWriter(path, robot.name) as log:
+        for gait in gaits:
+            speed = ht.swim(robot, gait).speed
+            for k in range(400):
+                x += 0.05 * speed * (1 - math.exp(-k * 0.05 / 2))
+                clock += 0.05
+                if k % 40 == 0:
+                    log.write(gait_message(gait, clock), START + clock + 0.1 * random.uniform())
+                place = np.array([0.8 * x, 0.6 * x]) + 3e-3 * random.standard_normal(2)
+                pose = message("ATT_POS_MOCAP", CAMERA, time_usec=0, q=[1, 0, 0, 0], x=place[0], y=place[1], z=0.3)
+                log.write(pose, START + clock)
+
+
+def test_a_tank_run_gives_the_coefficients_back(tmp_path: Path) -> None:
+    """The tail fin has 0.8 times the drag described, which is 4 % of speed; identify reads the log, and finds it."""
+    fish = ht.load("hypertuna")
+    truth = list(fish.water.lumped.drag)  # type: ignore[union-attr]
+    truth[7] *= 0.8
+    swum = changed(fish, {"water.lumped.drag": truth})
+    gaits = [
+        ht.Gait.from_degrees(frequency=f, amplitude=a, phase=(0, 30)) for f in (1, 2, 4) for a in ((10, 15), (16, 25))
+    ]
+    path = tmp_path / "tank.mcap"
+    tank_run(path, swum, gaits)
+    trials = ht.read_trials(path, fish)
+    assert len(trials.steady) == len(gaits)
+    for run, gait in zip(trials.steady, gaits, strict=True):
+        assert run.gait.frequency == gait.frequency
+        assert run.gait.amplitude == pytest.approx(gait.amplitude, abs=1e-4)
+        assert run.gait.phase == pytest.approx(gait.phase, abs=1e-4)
+        assert run.speed == pytest.approx(ht.swim(swum, gait).speed, rel=0.02)
+    fit = ht.identify(fish, trials, free=["water.drag[7]"], seed=1)
+    found = np.asarray(fit.robot.water.lumped.drag)  # type: ignore[union-attr]
+    assert found[7] == pytest.approx(truth[7], rel=0.06)
+
+
+def test_a_bench_test_gives_the_rows_of_its_csv(tmp_path: Path) -> None:
+    """Up to 200 kPa and down again at 10 kPa/s, each side of joint I: bends away from the pressure, falling or not."""
+    fish, path = ht.load("hypertuna"), tmp_path / "bench.mcap"
+    with LinkLogWriter(path, fish.name) as log:
+        for side in (0, 1):
+            for k in range(401):
+                own = 10e3 * (20 - abs(k * 0.1 - 20))
+                pressure, bend = [0, 0, 0, 0], [0, 0]
+                pressure[side], bend[0] = round(own / 100), round((1 - 2 * side) * own / 1e4 * 100)
+                time = 50 * side + k * 0.1
+                log.write(message("HYDRAULICS", ROBOT, time_boot_ms=round(1000 * time), condition=0, bend=bend,
+                                  pressure=pressure, current=[0] * 4), START + time)  # fmt: skip
+    bench = read_bench(path, fish)
+    assert bench.joints == (0,)
+    assert bench.sides(0) == (0, 1)
+    assert np.all(np.degrees(bench.angle) == pytest.approx(bench.pressure / 1e4, abs=0.02))
+    assert bench.pressure.max() > 190e3
+    assert 0.4 < bench.unload.mean() < 0.6
+    assert len(bench.angle) > 100
+
+
+def test_what_lacks_is_told(tmp_path: Path) -> None:
+    path, fish = tmp_path / "empty.mcap", ht.load("hypertuna")
+    gait = ht.Gait.from_degrees(frequency=2, amplitude=(10, 15), phase=(0, 0))
+    with LinkLogWriter(path, fish.name) as log:
+        log.write(gait_message(gait, 0.0), START)
+    with pytest.raises(InputError, match=r"ATT_POS_MOCAP must have messages"):
+        ht.read_trials(path, fish)
+    with pytest.raises(InputError, match=r"HYDRAULICS must have messages"):
+        read_bench(path, fish)
+    assert read_link_log(path).fields["GAIT"]["frequency"] == 2000
+    whole = path.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match="must"):
+        ht.read_trials(tmp_path / "cut.mcap", fish)
+    (tmp_path / "other.mcap").write_bytes(b"nothing of the kind")
+    with pytest.raises(InputError, match="must be an MCAP file"):
+        ht.read_trials(tmp_path / "other.mcap", fish)
+
+
+def test_the_dialect_names_what_the_core_has() -> None:
+    """Bits and numbers of the enumerations are those of the tables on board, in their order."""
+    from hypertuna import _core
+
+    module = dialect()
+
+    def names(prefix: str) -> list[str]:
+        entries = sorted(module.enums[prefix].items())
+        return [entry.name.removeprefix(f"{prefix}_").lower() for _, entry in entries if "ENUM_END" not in entry.name]
+
+    assert names("HYPERTUNA_MODE") == _core.mode_names()
+    assert names("HYPERTUNA_REASON") == [row[0] for row in _core.reason_table()]
+    assert names("HYPERTUNA_CONDITION") == [row[0] for row in _core.condition_table()]
+    assert names("HYPERTUNA_FAULT") == [row[0] for row in _core.fault_table()]
