@@ -2,6 +2,7 @@
 
 import functools
 import shutil
+import socket
 import struct
 import subprocess
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-BUILD = ROOT / "build" / "firmware"
+BUILD = ROOT / "build" / "firmware" / "link"
 TICK = 0.01
 
 
@@ -74,6 +75,14 @@ class LinkBench:
         self._to.close()
         self._process.wait(timeout=10)
         self._from.close()
+
+
+def free_port() -> int:
+    """A port of UDP that nobody uses now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+        line.bind(("127.0.0.1", 0))
+        number: int = line.getsockname()[1]
+    return number
 
 
 @contextmanager

@@ -13,11 +13,13 @@ from hypertuna import _core
 from hypertuna.cli_actuator import actuator_app
 from hypertuna.cli_bend import bend_command
 from hypertuna.cli_dive import dive_command
+from hypertuna.cli_drive import drive_command
 from hypertuna.cli_experiment import ask_command, tell_command
 from hypertuna.cli_fe import fe_app
 from hypertuna.cli_fil import fil_command
 from hypertuna.cli_firmware import firmware_app
 from hypertuna.cli_identify import identify_command
+from hypertuna.cli_link import link_app
 from hypertuna.cli_log import log_app
 from hypertuna.cli_mission import mission_command
 from hypertuna.cli_optimize import optimize_app
@@ -50,6 +52,7 @@ app.command("turn")(turn_command)
 app.command("twin")(twin_command)
 app.command("dive")(dive_command)
 app.command("mission")(mission_command)
+app.command("drive")(drive_command)
 app.command("posture-test")(posture_command)
 app.command("identify")(identify_command)
 app.command("reproduce")(reproduce_command)
@@ -65,6 +68,7 @@ app.add_typer(firmware_app, name="firmware")
 app.command("pump")(pump_command)
 app.command("range")(range_command)
 app.add_typer(log_app, name="log")
+app.add_typer(link_app, name="link")
 app.add_typer(robot_app, name="robot")
 app.add_typer(trials_app, name="trials")
 

@@ -1,0 +1,248 @@
+"""Driving by hand: what keys and a gamepad's sticks ask for, and what the terminal shows of the robot."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from rich.columns import Columns
+from rich.console import Group, RenderableType
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from hypertuna.dialect import dialect
+
+__all__ = ["KEYS", "Stick", "gamepad", "moved", "pressed", "view"]
+
+STEP_AHEAD, STEP_TURN, STEP_CLIMB = 0.1, 0.2, 0.2
+KEYS = (
+    ("w s", "faster, slower"),
+    ("a d", "to port, to starboard"),
+    ("r f", "up, down"),
+    ("x", "straight and level"),
+    ("space", "stop"),
+    ("1-9", "gait"),
+    ("m", "mission"),
+    ("enter", "arm, disarm"),
+    ("q", "quit, disarmed"),
+)
+EVENT = struct.Struct("<IhBB")  # of Linux' joystick interface: time, value, kind, number
+AXIS, BUTTON, BEGIN = 2, 1, 0x80
+AXES = {0: "turn", 1: "ahead", 3: "turn", 4: "climb"}  # left stick x and y, right stick x and y
+DEAD = 0.1  # part of an axis about its middle
+
+
+@dataclass(frozen=True)
+class Stick:
+    """What is asked for.
+
+    Attributes
+    ----------
+    ahead : float
+        0 to 1 of the top speed [1].
+    turn : float
+        -1 to 1, starboard positive [1].
+    climb : float
+        -1 to 1 [1].
+    order : str
+        What else was asked for just now: arm, stop, mission, quit, or the number of a gait; empty for nothing.
+    """
+
+    ahead: float = 0.0
+    turn: float = 0.0
+    climb: float = 0.0
+    order: str = ""
+
+
+def pressed(stick: Stick, key: str) -> Stick:
+    """Follow a key.
+
+    Parameters
+    ----------
+    stick : Stick
+    key : str
+        One character.
+
+    Returns
+    -------
+    Stick
+
+    Examples
+    --------
+    >>> pressed(Stick(ahead=0.5), "w").ahead
+    0.6
+    >>> pressed(Stick(ahead=0.5), " ")
+    Stick(ahead=0.0, turn=0.0, climb=0.0, order='stop')
+    """
+    step = {
+        "w": ("ahead", STEP_AHEAD),
+        "s": ("ahead", -STEP_AHEAD),
+        "d": ("turn", STEP_TURN),
+        "a": ("turn", -STEP_TURN),
+        "r": ("climb", STEP_CLIMB),
+        "f": ("climb", -STEP_CLIMB),
+    }
+    if key in step:
+        name, change = step[key]
+        low = 0.0 if name == "ahead" else -1.0
+        value = round(max(low, min(1.0, getattr(stick, name) + change)), 6)
+        return replace(stick, order="", **{name: value})
+    if key == "x":
+        return replace(stick, turn=0.0, climb=0.0, order="")
+    if key == " ":
+        return Stick(order="stop")
+    orders = {"\r": "arm", "\n": "arm", "m": "mission", "q": "quit", "\x03": "quit"}
+    order = orders.get(key, key if key.isdigit() and key != "0" else "")
+    return replace(stick, order=order)
+
+
+def gamepad(content: bytes) -> list[tuple[str, float]]:
+    """Read events of Linux' joystick interface, /dev/input/js0.
+
+    Parameters
+    ----------
+    content : bytes
+        Events of 8 bytes.
+
+    Returns
+    -------
+    list of (str, float)
+        Axis and value from -1 to 1; or ``"arm"`` for the first button, ``"stop"`` for the second.
+    """
+    found = []
+    for k in range(0, len(content) - EVENT.size + 1, EVENT.size):
+        _, value, kind, number = EVENT.unpack_from(content, k)
+        if kind & AXIS and number in AXES:
+            part = value / 32767
+            part = 0.0 if abs(part) < DEAD else part
+            name = AXES[number]
+            found.append((name, max(-1.0, min(1.0, -part if name in ("ahead", "climb") else part))))
+        elif kind == BUTTON and value and number < 2:
+            found.append((("arm", "stop")[number], 1.0))
+    return found
+
+
+def moved(stick: Stick, event: tuple[str, float]) -> Stick:
+    """Follow an event of a gamepad.
+
+    Parameters
+    ----------
+    stick : Stick
+    event : tuple of (str, float)
+        As of `gamepad`.
+
+    Returns
+    -------
+    Stick
+    """
+    name, value = event
+    if name == "stop":
+        return Stick(order="stop")
+    if name == "arm":
+        return replace(stick, order="arm")
+    return replace(stick, order="", **{name: max(0.0, value) if name == "ahead" else value})
+
+
+def view(
+    last: Mapping[str, Any], texts: Sequence[str], stick: Stick, gaits: Sequence[str], age: float
+) -> RenderableType:
+    """Lay out what the robot says.
+
+    Parameters
+    ----------
+    last : mapping of str to object
+        Latest message of each kind.
+    texts : sequence of str
+        What it said in words.
+    stick : Stick
+    gaits : sequence of str
+        Names, for the keys from 1.
+    age : float
+        Since the last message [s].
+
+    Returns
+    -------
+    RenderableType
+    """
+    tables = [
+        Panel(_rows(_state(last, age)), title="robot"),
+        Panel(_rows(_motion(last)), title="motion"),
+        Panel(_rows(_tail(last)), title="tail"),
+        Panel(_rows(_asked(stick)), title="stick"),
+        Panel(_rows([*KEYS, *((str(k + 1), name) for k, name in enumerate(gaits[:9]))]), title="keys"),
+    ]
+    said = Text("\n".join(texts[-3:]) or " ", style="yellow")
+    return Group(Columns(tables), said)
+
+
+def _rows(rows: Sequence[tuple[str, str]]) -> Table:
+    """Lay out names and values."""
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(style="dim")
+    table.add_column()
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _state(last: Mapping[str, Any], age: float) -> list[tuple[str, str]]:
+    """Say whether it is armed, what it does, and how it is."""
+    heart, status, pilot = (last.get(kind) for kind in ("HEARTBEAT", "SYS_STATUS", "PILOT"))
+    armed = heart is not None and bool(heart.base_mode & 128)
+    controls = dialect().enums["HYPERTUNA_CONTROL"]
+    rows = [("link", f"{age:.1f} s ago" if age < 60 else "lost"), ("armed", "yes" if armed else "no")]
+    if heart is not None and heart.custom_mode in controls:
+        rows.append(("control", controls[heart.custom_mode].name.removeprefix("HYPERTUNA_CONTROL_").lower()))
+    if status is not None:
+        rows.append(("battery", f"{status.voltage_battery / 1000:.2f} V, {status.battery_remaining} %"))
+    if pilot is not None:
+        rows.append(("faults", _names("HYPERTUNA_FAULT", pilot.fault)))
+        rows.append(("pilot", _names("HYPERTUNA_REASON", pilot.reason)))
+    return rows
+
+
+def _names(enum: str, flags: int) -> str:
+    """Name the bits of flags."""
+    entries = dialect().enums[enum]
+    names = [entries[1 << k].name for k in range(32) if flags >> k & 1 and 1 << k in entries]
+    return ", ".join(name.removeprefix(f"{enum}_").lower() for name in names) or "none"
+
+
+def _motion(last: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Say where it is and how it lies."""
+    rows = []
+    if (place := last.get("LOCAL_POSITION_NED")) is not None:
+        rows += [("north", f"{place.x:.1f} m"), ("east", f"{place.y:.1f} m"), ("depth", f"{place.z:.2f} m")]
+        rows.append(("speed", f"{math.hypot(place.vx, place.vy):.2f} m/s"))
+    if (lies := last.get("ATTITUDE")) is not None:
+        rows += [
+            ("heading", f"{math.degrees(lies.yaw) % 360:.0f} deg"),
+            ("pitch", f"{math.degrees(lies.pitch):.1f} deg"),
+        ]
+        rows.append(("roll", f"{math.degrees(lies.roll):.1f} deg"))
+    return rows or [("", "nothing yet")]
+
+
+def _tail(last: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Say what the tail does."""
+    rows = []
+    if (gait := last.get("GAIT")) is not None:
+        rows.append(("frequency", f"{gait.frequency / 1000:.2f} Hz"))
+        rows.append(("amplitude", ", ".join(f"{a / 100:.1f}" for a in gait.amplitude) + " deg"))
+        rows.append(("bias", ", ".join(f"{a / 100:.1f}" for a in gait.bias) + " deg"))
+    if (oil := last.get("HYDRAULICS")) is not None:
+        rows.append(("bend", ", ".join(f"{a / 100:.1f}" for a in oil.bend) + " deg"))
+        rows.append(("pressure", ", ".join(f"{p / 10:.0f}" for p in oil.pressure) + " kPa"))
+        rows.append(("condition", _names("HYPERTUNA_CONDITION", oil.condition)))
+    return rows or [("", "nothing yet")]
+
+
+def _asked(stick: Stick) -> list[tuple[str, str]]:
+    """Say where the stick stands."""
+    side = "starboard" if stick.turn > 0 else "port"
+    turn = f"{abs(stick.turn):.0%} to {side}" if stick.turn else "straight"
+    return [("ahead", f"{stick.ahead:.0%}"), ("turn", turn), ("climb", f"{stick.climb:+.0%}")]

@@ -1,0 +1,169 @@
+"""Calibration: from readings beside a reference to the zero and the scale that the robot keeps."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hypertuna.errors import InputError, did_you_mean, finite, shown
+from hypertuna.measured import check_width, read_rows
+
+__all__ = ["KINDS", "Calibration", "Pair", "calibrate", "read_pairs", "sensor_of"]
+
+# What is calibrated: the reference's unit as people read it, and how much of it is 1 in SI.
+KINDS = {
+    "bend": ("deg", 180 / math.pi),
+    "pressure": ("kpa", 1e-3),
+    "current": ("a", 1.0),
+    "servo": ("deg", 180 / math.pi),
+}
+COLUMNS = ("sensor", "counts", "reference")
+MICRO = 1e-6
+
+Pair = tuple[str, float, float]  # sensor, counts of its converter (of a servo: pulse in us), reference [SI]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What a sensor's or a servo's readings say.
+
+    Attributes
+    ----------
+    sensor : str
+        Its name, such as ``bend_0``.
+    parameters : dict of str to float
+        What the robot is to keep [SI].
+    rms : float
+        Of what the straight line leaves, in SI of the reference.
+    points : int
+    """
+
+    sensor: str
+    parameters: dict[str, float]
+    rms: float
+    points: int
+
+
+def sensor_of(text: str) -> tuple[str, int]:
+    """Read the name of a sensor or servo.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``bend_0`` of joint I, ``pressure_3`` of the last circuit, ``servo_5``.
+
+    Returns
+    -------
+    str
+        Kind.
+    int
+        Number, from 0.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    found = re.fullmatch(r"([a-z]+)_(\d)", text)
+    if found is None or found[1] not in KINDS:
+        fix = did_you_mean(text, [f"{kind}_0" for kind in KINDS])
+        raise InputError("must name a sensor or a servo by kind and number", key="sensor", value=shown(text), fix=fix)
+    return found[1], int(found[2])
+
+
+def read_pairs(path: str | Path) -> list[Pair]:
+    """Read readings and references from a CSV file: sensor, counts, reference.
+
+    The reference is in deg (bend, servo), kPa (pressure) or A (current); the counts of a servo are its pulse in us.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    list of Pair
+
+    Raises
+    ------
+    InputError
+        If a column is missing, or a cell cannot be used: with file, line and column.
+    """
+    file = str(path)
+    (line, head), *rows = read_rows(path)
+    if sorted(head) != sorted(COLUMNS):
+        value = ", ".join(head)
+        raise InputError(
+            f"must be {', '.join(COLUMNS)}", file=file, key=f"line {line}", value=value, fix="name them so"
+        )
+    pairs = []
+    for number, cells in rows:
+        check_width(cells, head, file=file, line=number)
+        row = dict(zip(head, cells, strict=True))
+        try:
+            kind, _ = sensor_of(row["sensor"])
+            unit, factor = KINDS[kind]
+            counts = finite(_float(row["counts"]), "counts", "give a number")
+            reference = finite(_float(row["reference"]), "reference", f"give it in {unit}")
+        except InputError as error:
+            key = f"line {number}, {error.key}"
+            raise InputError(error.rule, file=file, key=key, value=error.value, fix=error.fix) from None
+        pairs.append((row["sensor"], counts, reference / factor))
+    return pairs
+
+
+def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[Calibration, ...]:
+    """Fit a straight line to each sensor: reference = scale (counts - zero).
+
+    Parameters
+    ----------
+    pairs : sequence of Pair
+        At two references at least of each sensor.
+    pulse_center : float
+        Pulse at which a servo without trim should stand at 0 [s].
+
+    Returns
+    -------
+    tuple of Calibration
+        In the order of the sensors' names.
+
+    Raises
+    ------
+    InputError
+        If a sensor has fewer than two different references, or its counts do not change with them.
+    """
+    found = []
+    for sensor in sorted({name for name, _, _ in pairs}):
+        kind, number = sensor_of(sensor)
+        table = np.array([(counts, reference) for name, counts, reference in pairs if name == sensor])
+        counts, reference = table[:, 0], table[:, 1]
+        if len(np.unique(reference)) < 2:
+            fix = "measure at two references at least"
+            raise InputError("must have different references", key=sensor, value=f"{len(table)} rows at one", fix=fix)
+        spread = counts - counts.mean()
+        if not np.any(np.abs(spread) > 0):
+            raise InputError("must change with the reference", key=sensor, value="stuck", fix="check its wires")
+        scale = float(spread @ (reference - reference.mean()) / (spread @ spread))
+        if scale == 0:
+            raise InputError("must change with the reference", key=sensor, value="noise alone", fix="check its wires")
+        zero = float(counts.mean() - reference.mean() / scale)
+        rms = float(np.sqrt(np.mean((scale * (counts - zero) - reference) ** 2)))
+        if kind == "servo":
+            keep = {f"servo_trim_{number}": zero * MICRO - pulse_center}
+        else:
+            keep = {f"{kind}_zero_{number}": zero, f"{kind}_scale_{number}": scale}
+        found.append(Calibration(sensor, keep, rms, len(table)))
+    return tuple(found)
+
+
+def _float(text: str) -> float:
+    """Read a number; NaN for what is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
