@@ -162,10 +162,11 @@ def test_mavutil(place: str) -> None:
     line.close()
 
 
+# A place, a speed, a place 11 m to the north.
 WAYPOINTS = """QGC WPL 110
-0\t1\t3\t16\t0\t3\t0\t0\t50.0\t8.0\t-0.5\t1
+0\t1\t3\t16\t0\t3\t0\t0\t{lat:.7f}\t{lon:.7f}\t-0.5\t1
 1\t0\t3\t178\t0\t0.3\t0\t0\t0\t0\t0\t1
-2\t0\t3\t16\t0\t3\t0\t0\t50.0001\t8.0\t-1.0\t1
+2\t0\t3\t16\t0\t3\t0\t0\t{north:.7f}\t{lon:.7f}\t-1.0\t1
 """
 # What is typed, and what must be read before the next is.
 SCRIPT = (
@@ -184,13 +185,15 @@ SCRIPT = (
 )
 
 
-def test_mavproxy(place: str, tmp_path: Path) -> None:
+def test_mavproxy(place: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     """A session of MAVProxy, typed by a script; its transcript is printed."""
     program = Path(sys.executable).parent / "mavproxy.py"
     if not program.exists() and shutil.which("mavproxy.py") is None:
         pytest.skip("MAVProxy is not installed: pip install MAVProxy")
     waypoints = tmp_path / "way.txt"
-    waypoints.write_text(WAYPOINTS)
+    on_the_bench = request.node.callspec.params["place"] == "bench"
+    lat, lon = (50.0, 8.0) if on_the_bench else (0.0, 0.0)  # where each robot has its origin
+    waypoints.write_text(WAYPOINTS.format(lat=lat, lon=lon, north=lat + 1e-4))
     modules = "--default-modules=param,wp,arm,mode,misc,cmdlong,log"
     command = [program, f"--master={place}", f"--state-basedir={tmp_path}", modules, "--mav20"]
     transcript = tmp_path / "transcript.txt"
