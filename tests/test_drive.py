@@ -189,4 +189,4 @@ def test_a_drive_from_a_terminal(tmp_path: Path) -> None:
     found = read_link_log(log)
     armed = found.fields["HEARTBEAT"]["base_mode"].astype(int) & 128
     assert armed.any()
-    assert set(found.fields["GAIT"]["control"]) >= {0, 1}
+    assert set(found.fields["HEARTBEAT"]["custom_mode"]) >= {0, 1}
