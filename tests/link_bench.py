@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-BUILD = ROOT / "build" / "firmware"
+BUILD = ROOT / "build" / "firmware" / "link"
 TICK = 0.01
 
 

@@ -1,4 +1,8 @@
-"""Real clients by the clock against the robot on UDP: our own, pymavlink's mavutil and MAVProxy."""
+"""Real clients by the clock: our own, pymavlink's mavutil and MAVProxy, against three robots.
+
+On a bench board on UDP; the firmware of the PC beside the twin, on UDP; and that of the emulated Cortex-M7 beside the
+twin, whose UART is a TCP socket.
+"""
 
 import shutil
 import socket
@@ -6,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -13,27 +18,60 @@ import pytest
 pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
 import hypertuna as ht
+from hypertuna.boards import firmware_of, missing
 from hypertuna.dialect import mavutil
 from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
 from hypertuna.link_client import connect
 from hypertuna.mission_file import read_mission
-from link_bench import running
+from link_bench import free_port, running
 
 WIRE = 115200  # bit/s: as a cable, so that a test takes seconds
 
 
+@contextmanager
+def in_the_loop(board: str, port: int) -> Iterator[None]:
+    """The twin in the water and the firmware on a board, no faster than the clock."""
+    if (sentence := missing(board)) is not None:
+        pytest.skip(sentence)
+    try:
+        firmware_of("hypertuna", board)
+    except InputError as error:
+        pytest.skip(str(error))
+    options = ["--scenario", "afloat", "--radio", str(port), "--real-time", "--ticks", "30000"]
+    command = [sys.executable, "-m", "hypertuna", "fil", "--board", board, *options]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        end = time.monotonic() + 30
+        while board == "qemu" and time.monotonic() < end:
+            with socket.socket() as line:
+                if line.connect_ex(("127.0.0.1", port)) == 0:
+                    break
+            time.sleep(0.5)
+        yield
+    finally:
+        process.terminate()
+        process.wait()
+
+
+@pytest.fixture(params=["bench", "pc", "qemu"])
+def place(request: pytest.FixtureRequest) -> Iterator[str]:
+    """Where a robot is, as pymavlink spells it."""
+    port = free_port()
+    with running(port) if request.param == "bench" else in_the_loop(request.param, port):
+        yield f"tcp:127.0.0.1:{port}" if request.param == "qemu" else f"udpin:127.0.0.1:{port}"
+
+
 @pytest.fixture
-def port() -> Iterator[int]:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        number = free.getsockname()[1]
-    with running(number):
-        yield number
+def bench() -> Iterator[str]:
+    """The bench board alone."""
+    port = free_port()
+    with running(port):
+        yield bench
 
 
-def test_our_own_client_from_connecting_to_disarming(port: int) -> None:
-    with connect(f"udp:{port}") as robot:
+def test_our_own_client_from_connecting_to_disarming(place: str) -> None:
+    with connect(place, patience=30) as robot:
         robot.set_parameter("link_rate", WIRE)
         found = robot.parameters()
         assert len(found) > 70
@@ -68,17 +106,17 @@ def test_our_own_client_from_connecting_to_disarming(port: int) -> None:
             assert kind in robot.last or robot.wait(lambda m, kind=kind: m.get_type() == kind, 12)
 
 
-def test_a_signed_link(port: int) -> None:
+def test_a_signed_link(bench: str) -> None:
     """A key is set once; then nobody without it is heard, and the answers are signed."""
     key = bytes(range(32))
-    with connect(f"udp:{port}") as robot:
+    with connect(bench) as robot:
         robot.set_parameter("link_rate", WIRE)
         robot.begin_signing(key)
         robot.arm()
         robot.arm(False)
-    with connect(f"udp:{port}", patience=3) as stranger, pytest.raises(InputError, match="must be answered"):
+    with connect(bench, patience=3) as stranger, pytest.raises(InputError, match="must be answered"):
         stranger.arm()
-    with connect(f"udp:{port}", key=key) as robot:
+    with connect(bench, key=key) as robot:
         robot.arm()
 
 
@@ -92,10 +130,10 @@ def mavutil_ask(line: object, kind: str, timeout: float = 5, **fields: object) -
     raise AssertionError(f"no {kind} with {fields}")
 
 
-def test_mavutil(port: int) -> None:
+def test_mavutil(place: str) -> None:
     """The methods that pymavlink's users call, without a line of ours but the dialect."""
-    line = mavutil().mavlink_connection(f"udpin:127.0.0.1:{port}")
-    assert line.wait_heartbeat(timeout=5)
+    line = mavutil().mavlink_connection(place)
+    assert line.wait_heartbeat(timeout=30)
     line.param_set_send("link_rate", WIRE)
     mavutil_ask(line, "PARAM_VALUE", param_id="LINK_RATE", param_value=WIRE)
     line.param_fetch_all()
@@ -124,10 +162,11 @@ def test_mavutil(port: int) -> None:
     line.close()
 
 
+# A place, a speed, a place 11 m to the north.
 WAYPOINTS = """QGC WPL 110
-0\t1\t3\t16\t0\t3\t0\t0\t50.0\t8.0\t-0.5\t1
+0\t1\t3\t16\t0\t3\t0\t0\t{lat:.7f}\t{lon:.7f}\t-0.5\t1
 1\t0\t3\t178\t0\t0.3\t0\t0\t0\t0\t0\t1
-2\t0\t3\t16\t0\t3\t0\t0\t50.0001\t8.0\t-1.0\t1
+2\t0\t3\t16\t0\t3\t0\t0\t{north:.7f}\t{lon:.7f}\t-1.0\t1
 """
 # What is typed, and what must be read before the next is.
 SCRIPT = (
@@ -146,15 +185,17 @@ SCRIPT = (
 )
 
 
-def test_mavproxy(port: int, tmp_path: Path) -> None:
+def test_mavproxy(place: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     """A session of MAVProxy, typed by a script; its transcript is printed."""
     program = Path(sys.executable).parent / "mavproxy.py"
     if not program.exists() and shutil.which("mavproxy.py") is None:
         pytest.skip("MAVProxy is not installed: pip install MAVProxy")
     waypoints = tmp_path / "way.txt"
-    waypoints.write_text(WAYPOINTS)
+    on_the_bench = request.node.callspec.params["place"] == "bench"
+    lat, lon = (50.0, 8.0) if on_the_bench else (0.0, 0.0)  # where each robot has its origin
+    waypoints.write_text(WAYPOINTS.format(lat=lat, lon=lon, north=lat + 1e-4))
     modules = "--default-modules=param,wp,arm,mode,misc,cmdlong,log"
-    command = [program, f"--master=udpin:127.0.0.1:{port}", f"--state-basedir={tmp_path}", modules, "--mav20"]
+    command = [program, f"--master={place}", f"--state-basedir={tmp_path}", modules, "--mav20"]
     transcript = tmp_path / "transcript.txt"
     with transcript.open("wb") as out:
         session = subprocess.Popen(

@@ -69,7 +69,7 @@ LAYERS = (
     *("firmware_params", "lockstep", "boards", "fil_scenario", "fil"),
     *("drawing", "style", "fe_pictures", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "published_twins", "ledger", "reproduce_*", "reproduce", "ledger_page"),
-    *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_fe_options", "cli_fe_reduce"),
+    *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_link", "cli_fe_options", "cli_fe_reduce"),
     *("cli_fe_validate", "cli_fe_compare", "cli_*", "cli", "__main__"),
 )
 

@@ -71,8 +71,8 @@ inline void tell_rarely(Link& link, std::uint32_t tick, Refusal refusal) {
     tell(link, MAV_SEVERITY_WARNING, sentence(refusal));
 }
 
-/// Count a refusal and say why, unless its answer says it all: clients ask for much that a robot need not know. The text
-/// keeps one place free for the answer proper.
+/// Count a refusal and say why, unless its answer says it all: clients ask for much that a robot need not know. The
+/// text keeps one place free for the answer proper.
 inline void tell_refusal(Link& link, Refusal refusal) {
     if (refusal == Refusal::none) return;
     ++link.refused;

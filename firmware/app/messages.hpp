@@ -162,6 +162,14 @@ inline mavlink_battery_status_t battery_status(const Snapshot& now) {
     return m;
 }
 
+/// Where local coordinates count from; all zeros before the first fix.
+inline mavlink_gps_global_origin_t global_origin(const Vehicle& vehicle) {
+    const Origin& at = origin(vehicle);
+    mavlink_gps_global_origin_t m{};
+    if (at.known) m.latitude = at.latitude, m.longitude = at.longitude;
+    return m;
+}
+
 inline mavlink_autopilot_version_t autopilot_version() {
     mavlink_autopilot_version_t m{};
     m.capabilities = MAV_PROTOCOL_CAPABILITY_MISSION_INT | MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST |

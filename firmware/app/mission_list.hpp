@@ -20,7 +20,8 @@ int visit_items(const Mission<float>& mission, const Visit& visit) {
         ++item.seq;
     };
     item.param3 = mission.duration, item.param4 = mission.surface_every;
-    const Corner<float> rest{0.01f * mission.home_radius, mission.stay ? 1e-4f : 0.0f};  // 100 cm, 1: as places are told
+    const Corner<float> rest{0.01f * mission.home_radius,
+                             mission.stay ? 1e-4f : 0.0f};  // 100 cm, 1: as places are told
     add(HYPERTUNA_CMD_BOUNDS, rest, mission.home_speed, mission.depth_most, mission.reserve);
     item.param3 = item.param4 = 0.0f;
     add(MAV_CMD_DO_SET_HOME, mission.home, 0.0f, 0.0f, 0.0f);

@@ -15,10 +15,18 @@ struct Schedule {
 
 /// Ticks of 10 ms. The heartbeat is first: it is never late for another message.
 inline constexpr Schedule schedules[] = {
-    {MAVLINK_MSG_ID_HEARTBEAT, 100},          {MAVLINK_MSG_ID_HYDRAULICS, 20},     {MAVLINK_MSG_ID_ATTITUDE, 25},
-    {MAVLINK_MSG_ID_LOCAL_POSITION_NED, 100}, {MAVLINK_MSG_ID_GAIT, 200},          {MAVLINK_MSG_ID_PILOT, 200},
-    {MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, 200},   {MAVLINK_MSG_ID_SYS_STATUS, 500},    {MAVLINK_MSG_ID_BATTERY_STATUS, 1000},
-    {MAVLINK_MSG_ID_MISSION_CURRENT, 1000},   {MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0},
+    {MAVLINK_MSG_ID_HEARTBEAT, 100},
+    {MAVLINK_MSG_ID_HYDRAULICS, 20},
+    {MAVLINK_MSG_ID_ATTITUDE, 25},
+    {MAVLINK_MSG_ID_LOCAL_POSITION_NED, 100},
+    {MAVLINK_MSG_ID_GAIT, 200},
+    {MAVLINK_MSG_ID_PILOT, 200},
+    {MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, 200},
+    {MAVLINK_MSG_ID_SYS_STATUS, 500},
+    {MAVLINK_MSG_ID_BATTERY_STATUS, 1000},
+    {MAVLINK_MSG_ID_MISSION_CURRENT, 1000},
+    {MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0},
+    {MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, 0},
 };
 inline constexpr int streams = int(sizeof(schedules) / sizeof(schedules[0]));
 
@@ -88,6 +96,8 @@ inline void send_stream(Outbox& out, Signing& signing, const Vehicle& vehicle, c
             return send(out, signing, mission_current(vehicle));
         case MAVLINK_MSG_ID_AUTOPILOT_VERSION:
             return send(out, signing, autopilot_version());
+        case MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
+            return send(out, signing, global_origin(vehicle));
         default:
             return;
     }

@@ -29,7 +29,9 @@ template <Board B>
     new (&vehicle.state) PilotState<float>(init(vehicle.model.pilot, vehicle.mission));  // in place, as above
     vehicle.now.control = Control::gait;
     vehicle.woken = board.woken();
-    vehicle.settled = true;
+    Record record(vehicle.box, Kind::robot);
+    record.put(robot.layout), record.put(std::uint32_t(robot.joints));
+    record.end();
 }
 
 /// The command that the answer to all faults leaves: null where guidance makes it.

@@ -58,7 +58,7 @@ struct Vehicle {
     Command<float> asked;           // by the link
     std::uint32_t heard, asked_at;  // ticks of the last sign of life of the ground, of its last beat
     bool key;                       // to sign with
-    bool defaults, woken, settled;  // no stored parameters; booted by the watchdog; nothing was being stored
+    bool defaults, woken;           // no stored parameters; booted by the watchdog
     std::uint32_t lost;             // records until the last tick
 };
 

@@ -11,9 +11,9 @@ struct MemoryBoard {
     Raw raw;
     float pulse[most_servos];
     std::uint8_t kept[2 * slot_size];
-    int power;        // bytes that can still be written; negative for ever
-    int torn;         // what the byte shows that the power went at: -1 for its old value
-    int card;         // bytes that the black box takes per tick
+    int power;  // bytes that can still be written; negative for ever
+    int torn;   // what the byte shows that the power went at: -1 for its old value
+    int card;   // bytes that the black box takes per tick
     std::uint8_t box[1 << 16];
     int logged, fed;
     bool reset;

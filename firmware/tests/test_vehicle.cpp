@@ -246,6 +246,29 @@ static void parameters_are_kept() {
     CHECK(value(v, soft) == 200e3f);
 }
 
+/// The black box: every tick in order, and where the card is too slow whole records are missing, no piece of one.
+static void the_black_box() {
+    for (int card : {1 << 16, 100}) {
+        begin();
+        board.card = card;
+        float_on(v, board, 200);
+        const auto word = [&](int at) { return word_at(board.box + 4 * at); };
+        std::uint32_t expected = 0, missing = 0;
+        int records = 0;
+        CHECK(word(0) == (record_mark | std::uint32_t(Kind::robot) << 8 | 2) && word(1) == robot::description.layout);
+        for (int at = 4; at + 54 <= board.logged / 4; at += 54, ++records) {
+            CHECK(word(at) == (record_mark | std::uint32_t(Kind::tick) << 8 | 52));
+            std::uint32_t sum = 0, sums = 0;
+            for (int k = 0; k < 53; ++k) sum += word(at + k), sums += sum;
+            CHECK(word(at + 53) == sums);
+            missing += word(at + 1) - expected, expected = word(at + 1) + 1;
+        }
+        CHECK((missing == 0) == (card == 1 << 16) && (v.box.lost == 0) == (missing == 0));
+        CHECK(snapshot(v).faults.has(Fault::black_box) == (missing != 0));
+        CHECK(records > 80);
+    }
+}
+
 /// Under a mission the vehicle is the pilot of the core, bit for bit.
 static void it_is_the_pilot_of_the_core() {
     begin_armed();
@@ -297,6 +320,7 @@ int main() {
     sensors_fail();
     parameters_are_kept();
     it_is_the_pilot_of_the_core();
+    the_black_box();
     places();
     samples();
     CHECK(allocations == 0);

@@ -1,0 +1,46 @@
+/// IMU of the JY931's kind: frames of 11 bytes on a serial line, 0x55, kind, four numbers of 16 bits, sum of all
+/// before.
+#pragma once
+
+#include <cstdint>
+
+namespace hypertuna::firmware {
+
+enum class ImuKind : std::uint8_t { acceleration = 0x51, rate = 0x52, field = 0x54 };
+
+struct ImuFrame {
+    ImuKind kind;
+    std::int16_t value[3];
+};
+
+/// Finds frames in a stream of bytes, and finds the next one after a broken one within its own length.
+struct ImuParser {
+    std::uint8_t bytes[11];
+    int count;
+
+    /// Take a byte; true when a whole frame of a kind that we know is there.
+    bool take(std::uint8_t byte, ImuFrame& frame) {
+        bytes[count++] = byte;
+        while (count > 0 && bytes[0] != 0x55) drop(1);
+        if (count < 11) return false;
+        std::uint8_t sum = 0;
+        for (int k = 0; k < 10; ++k) sum = std::uint8_t(sum + bytes[k]);
+        if (sum != bytes[10]) {
+            do drop(1);
+            while (count > 0 && bytes[0] != 0x55);
+            return false;
+        }
+        frame.kind = ImuKind(bytes[1]);
+        for (int k = 0; k < 3; ++k) frame.value[k] = std::int16_t(bytes[2 + 2 * k] | bytes[3 + 2 * k] << 8);
+        count = 0;
+        return frame.kind == ImuKind::acceleration || frame.kind == ImuKind::rate || frame.kind == ImuKind::field;
+    }
+
+  private:
+    void drop(int few) {
+        count -= few;
+        for (int k = 0; k < count; ++k) bytes[k] = bytes[k + few];
+    }
+};
+
+}  // namespace hypertuna::firmware
