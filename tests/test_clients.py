@@ -67,7 +67,7 @@ def bench() -> Iterator[str]:
     """The bench board alone."""
     port = free_port()
     with running(port):
-        yield bench
+        yield f"udp:{port}"
 
 
 def test_our_own_client_from_connecting_to_disarming(place: str) -> None:
