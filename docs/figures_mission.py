@@ -79,7 +79,7 @@ def lake_table() -> str:
 
 
 def seeds_table() -> str:
-    """Tabulate the stored swims of the lake with scattered currents and gaps: least, mean and largest of each number."""
+    """Tabulate the stored swims of the lake with scattered currents and gaps: least, mean, largest of each number."""
     text = (ROOT / "validation" / "missions" / "lake-seeds.csv").read_text()
     flights = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
     done = sum(flight["status"] == "done" for flight in flights)
