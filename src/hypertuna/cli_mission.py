@@ -172,7 +172,7 @@ def _sentence(one: Outcome) -> str:
     """Say how a flight ended."""
     ends = {
         "done": "The mission is done",
-        "home": f"The robot came home early, with {one.reached} waypoints reached,",
+        "home": f"The robot came home early (waypoints reached: {one.reached})",
         "hold": "The robot holds: it cannot go home",
         "given up": "The mission was given up",
         "diverged": "The run diverged: the twin's state is no longer a robot's",
