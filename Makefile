@@ -97,10 +97,9 @@ firmware: firmware-pc ## firmware of a robot, ROBOT=name, for this machine and t
 firmware-pc: $(VENV)/.installed-radio ## the same for this machine alone
 	$(call build-firmware,build/firmware/pc,pc)
 
-test-firmware: firmware-pc ## tests of the firmware, on the emulated Cortex-M7 too where `make firmware` has made it
+test-firmware: firmware-pc ## C++ tests of the firmware; those that run it, on the emulated Cortex-M7 too, are in test-python
 	@cmake --build build/firmware/pc >&2
 	@ctest --test-dir build/firmware/pc --output-on-failure --no-tests=error -j $(JOBS)
-	@$(BIN)/python -m pytest -q $(wildcard tests/test_firmware*.py tests/test_fil*.py)
 
 system-deps: ## Arm compiler and emulator by apt, for firmware: 430 MB to fetch, 2.6 GB on disk; as root
 	apt-get update -qq
