@@ -5,7 +5,9 @@ These tests need the programs of `make firmware`, and those of the emulator `mak
 
 import json
 import shutil
+import socket
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +19,10 @@ from hypertuna.errors import InputError
 from hypertuna.fil import firmware_in_the_loop
 from hypertuna.fil_scenario import random_messages, scenario_of
 from hypertuna.firmware_params import firmware_table
+from hypertuna.gait import named_gait
 from hypertuna.lockstep import order
+from hypertuna.radio import RadioModel
+from hypertuna.relay import radio_model
 from program import Run
 
 MOST_INSTRUCTIONS, MOST_TEXT, MOST_STACK = 4000, 64 * 1024, 2048
@@ -154,3 +159,50 @@ def test_firmware_that_dies_is_told(pc: Path, tmp_path: Path) -> None:
         board.send(order("none").tobytes())
         with pytest.raises(InputError, match="ended with status 3"):
             board.answer()
+
+
+@pytest.mark.parametrize("board", ["pc", "qemu"])
+def test_through_the_modelled_radio(fish: ht.Robot, pc: Path, board: str, request: pytest.FixtureRequest) -> None:
+    """A third of the packets is lost, in bursts, a tenth damaged: what is asked again and again arrives, once."""
+    pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
+    from hypertuna.link_client import connect
+
+    request.getfixturevalue(board)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    air = RadioModel(rate=57600, loss=0.3, burst=4, damage=0.1)
+    given = {"board": board, "ticks": 1500, "radio": port, "air": air, "real_time": True}
+    with ThreadPoolExecutor(1) as pool:
+        flight = pool.submit(firmware_in_the_loop, fish, scenario_of("afloat"), **given)
+        with connect(f"udp:{port}", patience=30) as robot:
+            robot.arm()
+            robot.gait(named_gait(fish, "unoptimised-0.3"))
+            assert robot.wait(lambda m: m.get_type() == "GAIT" and m.frequency == 2000, 10)
+        run = flight.result()
+    assert run.answers["armed"].any()
+    assert not run.compared
+    for side in ("robot", "ground"):
+        assert run.air[side]["sent"] > 10
+    assert run.air["robot"]["lost"] > 10
+    assert run.air["robot"]["damaged"] > 2
+
+
+def test_numbers_of_the_radio() -> None:
+    assert radio_model("") == RadioModel()
+    assert radio_model("rate=2400, loss=0.3,packet=40") == RadioModel(rate=2400, loss=0.3, packet=40)
+    for text, told in (
+        ("speed=1", r"air must be NAME=NUMBER of the radio, but is 'speed=1'"),
+        ("loss", "NAME=NUMBER"),
+        ("loss=much", "air.loss must be a number, but is 'much'"),
+        ("loss=1.5", "loss must be from 0 to below 1"),
+        ("rate=nan", "air.rate must be"),
+    ):
+        with pytest.raises(InputError, match=told):
+            radio_model(text)
+
+
+def test_a_modelled_radio_needs_a_ground_station(run: Run) -> None:
+    code, _, told = run("fil", "--air", "loss=0.1")
+    assert code == 2
+    assert "--air needs a ground station: give its port by --radio" in told

@@ -299,7 +299,7 @@ def test_other_files_are_told(tmp_path: Path) -> None:
 def test_without_the_extra_it_is_asked_for(
     monkeypatch: pytest.MonkeyPatch, record: MissionRecord, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("hypertuna.mcap_log.find_spec", lambda name: None)
+    monkeypatch.setattr("hypertuna.mcap_file.find_spec", lambda name: None)
     with pytest.raises(
         ht.InputError, match=r"foxglove is needed by logs and is not installed: pip install 'hypertuna\[log\]'"
     ):

@@ -16,6 +16,7 @@ from hypertuna.errors import InputError
 from hypertuna.fil import PARTS, FirmwareRun, firmware_in_the_loop
 from hypertuna.fil_scenario import scenario_of
 from hypertuna.options import AsJson, Seed, choice
+from hypertuna.relay import radio_model
 from hypertuna.results import provenance
 
 __all__ = ["fil_command"]
@@ -41,6 +42,14 @@ def fil_command(
             "--radio", help="Port of 127.0.0.1 for MAVLink: a pc speaks to it by UDP, qemu listens there for TCP."
         ),
     ] = None,
+    air: Annotated[
+        str | None,
+        typer.Option(
+            "--air",
+            help="Numbers of a modelled radio between --radio's port, then UDP for every board, and the robot, such as "
+            "rate=4800,loss=0.3.  [default: a cable]",
+        ),
+    ] = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="Go no faster than the clock.")] = False,
     firmware: Annotated[
         str | None, typer.Option("--firmware", help="Folder of the programs.  [default: build/firmware]")
@@ -53,6 +62,8 @@ def fil_command(
     The exit code is 0 if it did, 1 if not, 2 for bad input.
     """
     choice(board, tuple(BOARDS), "--board")
+    if air is not None and radio is None:
+        raise InputError("needs a ground station", key="--air", fix="give its port by --radio")
     if (lack := missing(board)) is not None:
         raise InputError("must be able to run here", key="--board", value=board, fix=lack)
     named = load(robot) if robot is not None else None
@@ -67,6 +78,7 @@ def fil_command(
             seed=whole_number(seed, "--seed"),
             folder=firmware,
             radio=None if radio is None else whole_number(radio, "--radio"),
+            air=None if air is None else radio_model(air),
             real_time=real_time,
             report=progress,
         )
@@ -91,6 +103,7 @@ def _record(done: FirmwareRun) -> dict[str, Any]:
         "instructions_per_tick_max": {part: done.instructions(part) for part in PARTS} if done.counts else None,
         "stack_bytes": int(done.answers["stack"].max()) if done.counts else None,
         "real_time_factor": done.real_time_factor,
+        "air": done.air or None,
         "refused": {reason: len(ticks) for reason, ticks in done.refused.items()},
         "mode": _core.mode_names()[last["mode"]],
         "armed": bool(last["armed"]),
@@ -114,6 +127,9 @@ def _print(done: FirmwareRun) -> None:
     if done.flown is not None:
         ended = f"{record['status']}, " if record["status"] is not None else ""
         lines["at the end"] = f"{ended}{record['distance_m']:.1f} m over ground, mode {record['mode']}"
+    for side, came in done.air.items():
+        lost = f"{came['sent']} packets, {came['lost']} lost, {came['damaged']} damaged"
+        lines[f"radio of the {side}"] = f"{lost}, {came['dropped']} bytes dropped"
     lines["faults at the end"] = ", ".join(record["faults"]) or "none"
     for label, value in lines.items():
         console.print(Text(f"{label}: {value}"))

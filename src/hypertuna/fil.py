@@ -23,6 +23,8 @@ from hypertuna.fil_scenario import Scenario, orders_of, random_messages
 from hypertuna.firmware_params import FirmwareTable, firmware_table
 from hypertuna.lockstep import COMPARED, FIXED, FROM_BOARD, GROUND, STACK, Counts, order
 from hypertuna.mission_run import MissionRun, fly_part, joined, mission_start
+from hypertuna.radio import RadioModel
+from hypertuna.relay import Relay
 
 __all__ = ["FirmwareRun", "firmware_in_the_loop"]
 
@@ -53,6 +55,8 @@ class FirmwareRun:
         What the twin made of it.
     compared : bool
         Whether the same firmware ran on this machine beside it.
+    air : dict of str to dict
+        What became of the packets of "robot" and "ground", as `Air.told` says it; empty without a modelled radio.
     """
 
     scenario: Scenario
@@ -62,6 +66,7 @@ class FirmwareRun:
     duration: float
     flown: MissionRun | None = field(repr=False)
     compared: bool = True
+    air: dict[str, dict[str, int]] = field(default_factory=dict)
 
     @property
     def real_time_factor(self) -> float:
@@ -119,6 +124,7 @@ def firmware_in_the_loop(
     seed: int = 0,
     folder: str | Path | None = None,
     radio: int | None = None,
+    air: RadioModel | None = None,
     real_time: bool = False,
     report: Callable[[int, int], None] | None = None,
 ) -> FirmwareRun:
@@ -139,6 +145,9 @@ def firmware_in_the_loop(
     radio : int, optional
         Port of the radio, as `boards.started` takes it. Orders over the radio reach the board alone: then the same
         firmware does not run beside it, and the ground is heard over the radio or not at all.
+    air : RadioModel, optional
+        Radio between board and ground, in simulated time; the ground then is spoken to by UDP, whatever the board. A
+        cable if left out.
     real_time : bool
         Whether a tick waits for the clock.
     report : callable, optional
@@ -156,29 +165,41 @@ def firmware_in_the_loop(
     firmware = firmware_of(robot.name, board, folder)
     beside = firmware_of(robot.name, "pc", folder) if radio is None else None
     begun = time.perf_counter()
+    relay: Relay | None = None
     with contextlib.ExitStack() as stack:
-        on = stack.enter_context(started(board, firmware, radio))
+        if radio is not None and air is not None:
+            relay = stack.enter_context(Relay(board, radio, air, seed=seed))
+        on = stack.enter_context(started(board, firmware, radio if relay is None else relay.board_port))
+        if relay is not None:
+            relay.connect()
         other = stack.enter_context(started("pc", beside)) if beside is not None else None
         if scenario.mission is None:
             messages = random_messages(firmware_table(robot), USUAL if ticks is None else ticks, seed)
             answers, different = _streamed(on, other, messages, report)
             flown = None
         else:
-            loop = _Loop(firmware_table(robot), scenario, on, other, real_time)
+            loop = _Loop(firmware_table(robot), scenario, on, other, relay, real_time)
             flown = _flown(robot, scenario, loop, ticks, seed, report)
             answers, different = np.array(loop.answers), loop.different
     took = time.perf_counter() - begun
-    return FirmwareRun(scenario, board, answers, np.array(different, dtype=np.int64), took, flown, radio is None)
+    told = {} if relay is None else {side: relay.air.told(k) for k, side in enumerate(("robot", "ground"))}
+    return FirmwareRun(scenario, board, answers, np.array(different, dtype=np.int64), took, flown, radio is None, told)
 
 
 class _Loop:
     """A board in the place of the twin's pilot: called with what the sensors show, it returns servo pulses."""
 
     def __init__(
-        self, table: FirmwareTable, scenario: Scenario, board: Board, other: Board | None, real_time: bool
+        self,
+        table: FirmwareTable,
+        scenario: Scenario,
+        board: Board,
+        other: Board | None,
+        relay: Relay | None,
+        real_time: bool,
     ) -> None:
         assert scenario.mission is not None
-        self.board, self.other = board, other
+        self.board, self.other, self.relay = board, other, relay
         self.counts = Counts(table, scenario.origin)
         self.orders = dict(orders_of(scenario))
         self.servos = 2 * len(table.robot.joints) + 2
@@ -200,6 +221,8 @@ class _Loop:
             message["fix"] = self.counts.fix(readings[sensed], readings[sensed + 1])
         if self.clock is not None:
             time.sleep(max(0.0, self.clock + made * self.tick - time.perf_counter()))
+        if self.relay is not None:
+            self.relay.carry(made * self.tick)
         sent = message.tobytes()
         for one in filter(None, (self.board, self.other)):
             one.send(sent)
