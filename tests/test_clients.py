@@ -181,6 +181,8 @@ SCRIPT = (
     ("long 52510 2 10 15 40 0 0 0", "COMMAND_ACK {{command : 52510, result : 0"),
     ("long 176 1 2 0 0 0 0 0", "DO_SET_MODE: ACCEPTED"),
     ("status HEARTBEAT", "custom_mode : 2"),
+    ("message MANUAL_CONTROL 1 500 0 0 0 0", ""),
+    ("status HEARTBEAT", "custom_mode : 0"),
     ("disarm", "DISARMED"),
 )
 
@@ -194,7 +196,7 @@ def test_mavproxy(place: str, tmp_path: Path, request: pytest.FixtureRequest) ->
     on_the_bench = request.node.callspec.params["place"] == "bench"
     lat, lon = (50.0, 8.0) if on_the_bench else (0.0, 0.0)  # where each robot has its origin
     waypoints.write_text(WAYPOINTS.format(lat=lat, lon=lon, north=lat + 1e-4))
-    modules = "--default-modules=param,wp,arm,mode,misc,cmdlong,log"
+    modules = "--default-modules=param,wp,arm,mode,misc,cmdlong,message,log"
     command = [program, f"--master={place}", f"--state-basedir={tmp_path}", modules, "--mav20"]
     transcript = tmp_path / "transcript.txt"
     with transcript.open("wb") as out:
@@ -210,9 +212,14 @@ def test_mavproxy(place: str, tmp_path: Path, request: pytest.FixtureRequest) ->
                 session.stdin.flush()
             time.sleep(1.0)
             end, needle = time.monotonic() + 20, wanted.replace("{{", "{")
+            asked = time.monotonic()
             while needle not in transcript.read_bytes()[read if typed else 0 :].decode(errors="replace"):
                 assert time.monotonic() < end, f"{typed}: no '{needle}' in\n{transcript.read_text(errors='replace')}"
                 time.sleep(0.1)
+                if typed.startswith("status") and time.monotonic() > asked + 2:  # it tells the last that came
+                    session.stdin.write(typed.encode() + b"\n")
+                    session.stdin.flush()
+                    asked = time.monotonic()
     finally:
         session.kill()
         session.wait()
