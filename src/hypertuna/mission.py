@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Mission", "Waypoint", "cross", "fence_distance"]
+__all__ = ["Mission", "Waypoint", "cross", "fence_distance", "sides"]
 
 Array = NDArray[np.float64]
 Point = tuple[float, float]
@@ -99,6 +100,22 @@ class Mission:
     gaps: tuple[tuple[float, float], ...] = field(default=())
 
 
+def sides(fence: Sequence[Point]) -> list[tuple[Point, Point]]:
+    """Return the sides of a fence, each from one corner to the next, the last one back to the first.
+
+    Parameters
+    ----------
+    fence : sequence of (float, float)
+        Corners.
+
+    Returns
+    -------
+    list of pairs of corners
+        None for no fence.
+    """
+    return list(zip(fence, (*fence[1:], *fence[:1]), strict=True))
+
+
 def fence_distance(mission: Mission, places: Array) -> Array:
     """Return how far inside the fence places are.
 
@@ -117,7 +134,7 @@ def fence_distance(mission: Mission, places: Array) -> Array:
     if not mission.fence:
         return np.full(len(x), math.inf)
     nearest, inside = np.full(len(x), math.inf), np.zeros(len(x), bool)
-    for (ax, ay), (bx, by) in zip(mission.fence, (*mission.fence[1:], mission.fence[0]), strict=True):
+    for (ax, ay), (bx, by) in sides(mission.fence):
         ex, ey = bx - ax, by - ay
         part = np.clip(((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey), 0, 1)
         nearest = np.minimum(nearest, np.hypot(x - ax - part * ex, y - ay - part * ey))

@@ -19,7 +19,7 @@ from hypertuna.errors import InputError, did_you_mean, shown, translate
 from hypertuna.frames import pose_from
 from hypertuna.geodesy import FARTHEST, to_local
 from hypertuna.measured import read_text
-from hypertuna.mission import Mission, Waypoint, cross, fence_distance
+from hypertuna.mission import Mission, Waypoint, cross, fence_distance, sides
 from hypertuna.reference import markdown
 from hypertuna.schema_mission import Document, Place, Scatter, too_far
 
@@ -202,9 +202,8 @@ def _check_mission(mission: Mission) -> None:
             fix = "move it, or widen the fence"
             raise InputError("must be inside limits.fence_m", key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)
     course = [places.pop("start"), *list(places.values())[1:], *([] if mission.stay else [mission.home])]
-    corners = list(zip(mission.fence, (*mission.fence[1:], *mission.fence[:1]), strict=True))
     for k, leg in enumerate(pairwise(course)):
-        if any(cross(leg, side) for side in corners):
+        if any(cross(leg, side) for side in sides(mission.fence)):
             key = f"waypoints[{k}]" if k < len(mission.waypoints) else "home"
             rule = "must be reached by a straight way inside limits.fence_m"
             raise InputError(rule, key=key, fix="add a waypoint on a way around, or widen the fence")

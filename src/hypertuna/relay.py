@@ -67,11 +67,11 @@ class Relay:
 
     def __init__(self, board: str, port: int, model: RadioModel, *, seed: int = 0) -> None:
         self.air = Air(model, seed=seed)
-        self.ground = _bound(0)
+        self.ground = _bound()
         self.ground_address = (HOST, port)
         self.stream = board == "qemu"
         # A port that is free now: a pc's firmware will speak to it, an emulated board will listen there.
-        self._board = _bound(0)
+        self._board = _bound()
         self.board_port: int = self._board.getsockname()[1]
         self._board_address: tuple[str, int] | None = None
         if self.stream:
@@ -139,10 +139,10 @@ class Relay:
         return bytes(found)
 
 
-def _bound(port: int) -> socket.socket:
-    """Open a port for datagrams that does not wait."""
+def _bound() -> socket.socket:
+    """Open a free port for datagrams that does not wait."""
     made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    made.bind((HOST, port))
+    made.bind((HOST, 0))
     made.setblocking(False)
     return made
 

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from hypertuna.errors import InputError
 from hypertuna.geodesy import FARTHEST
-from hypertuna.mission import cross
+from hypertuna.mission import cross, sides
 from hypertuna.schema_base import Degrees, NotNegative, Part, Positive, PositiveFraction, Real, Text, entry
 
 __all__ = ["Document", "Place", "Scatter", "too_far"]
@@ -209,19 +209,19 @@ def _check_fence(document: Document) -> None:
         fix = "give [[x, y], [x, y], [x, y], ...] in m, or leave it out"
         rule = f"must have 3 to {MOST_CORNERS} corners"
         raise InputError(rule, key="limits.fence_m", value=f"{len(fence)}", fix=fix)
-    sides = list(zip(fence, (*fence[1:], fence[0]), strict=True))
+    around = sides(fence)
     for i, (x, y) in enumerate(fence):
         if max(abs(x), abs(y)) > FARTHEST:
             raise too_far(f"limits.fence_m[{i}]", x, y)
-        if sides[i][0] == sides[i][1]:
+        if around[i][0] == around[i][1]:
             fix = "leave out one of the two; the last corner is joined to the first by itself"
             raise InputError("must not repeat the corner beside it", key=f"limits.fence_m[{i}]", fix=fix)
-    for i, first in enumerate(sides):
-        for k in range(i + 2, len(sides) - (i == 0)):
-            if cross(first, sides[k]):
+    for i, first in enumerate(around):
+        for k in range(i + 2, len(around) - (i == 0)):
+            if cross(first, around[k]):
                 rule, fix = f"must not have sides that cross, as those after corners {i} and {k} do", "reorder them"
                 raise InputError(rule, key="limits.fence_m", fix=fix)
-    if len({math.atan2(b[1] - a[1], b[0] - a[0]) % math.pi for a, b in sides}) == 1:
+    if len({math.atan2(b[1] - a[1], b[0] - a[0]) % math.pi for a, b in around}) == 1:
         raise InputError("must enclose an area", key="limits.fence_m", fix="move a corner off the line")
 
 
