@@ -193,10 +193,10 @@ def test_through_the_modelled_radio(fish: ht.Robot, pc: Path, board: str, reques
         run = flight.result()
     assert run.answers["armed"].any()
     assert not run.compared
-    for side in ("robot", "ground"):
-        assert run.air[side]["sent"] > 10
-    assert run.air["robot"]["lost"] > 5
-    assert run.air["robot"]["damaged"] > 0
+    assert run.air["ground"]["sent"] >= 2  # to arm and to swim, at the least
+    robot = run.air["robot"]  # a heartbeat a second alone is thirty packets
+    assert 0 < robot["lost"] < robot["sent"]
+    assert 0 < robot["damaged"] < robot["sent"]
 
 
 def test_numbers_of_the_radio() -> None:
