@@ -22,6 +22,7 @@ struct Upload {
     bool on;
     std::uint8_t system, component;  // of the sender
     int count, next;                 // items
+    std::uint8_t result;             // of the last that ended
     std::uint32_t asked;             // tick of the last request
     int tries;
     float speed;  // of the waypoints to come

@@ -9,10 +9,14 @@ namespace hypertuna::firmware {
 
 inline constexpr int stick_most = 1000;  // of a joystick's axes
 
-/// MANUAL_CONTROL: z is thrust, r turns to starboard (as ground stations send it), x pushed forward dives. It is not
-/// acknowledged, the next comes soon.
-inline void on_manual(Link& link, Vehicle& vehicle, const mavlink_manual_control_t& m) {
+/// MANUAL_CONTROL: z is thrust, r turns to starboard (as ground stations send it), x pushed forward dives. An axis of
+/// INT16_MAX is none. It is not acknowledged, the next comes soon.
+inline void on_manual(Link& link, Vehicle& vehicle, mavlink_manual_control_t m) {
+    ++link.orders;
     bool within = true;
+    if (m.x == INT16_MAX) m.x = 0;
+    if (m.z == INT16_MAX) m.z = 0;
+    if (m.r == INT16_MAX) m.r = 0;
     for (int axis : {int(m.x), int(m.z), int(m.r)}) within = within && -stick_most <= axis && axis <= stick_most;
     const auto part = [](int axis) { return float(axis) / float(stick_most); };
     const Refusal refusal =

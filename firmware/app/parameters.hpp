@@ -95,6 +95,11 @@ struct Filler {
     visit_fields(model, Filler{robot, parameter, at});
 }
 
+/// Whether a parameter may have a value.
+inline bool in_range(const ParameterInfo& info, float value) {
+    return info.low <= value && value <= info.high && (!info.whole || value == float(int(value)));
+}
+
 /// Whether limits that belong together keep their order.
 inline bool consistent(const Model& model) {
     const Controller<float>& c = model.pilot.controller;

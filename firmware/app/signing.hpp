@@ -10,6 +10,7 @@
 namespace hypertuna::firmware {
 
 inline constexpr int key_length = 32, most_streams = 8, digest_length = 6;
+inline constexpr int stamp_bits = 48;
 inline constexpr std::uint64_t stamp_minute = 6'000'000;  // of 10 us
 
 /// A sender on one channel, and its last stamp.

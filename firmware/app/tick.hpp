@@ -11,20 +11,32 @@
 
 namespace hypertuna::firmware {
 
+/// Take over the stored parameters; false where one is out of its range, or does not fit to another.
+[[gnu::cold]] inline bool restore(Vehicle& vehicle) {
+    const Description& robot = *vehicle.robot;
+    std::memcpy(vehicle.value, vehicle.store.kept, std::size_t(4 * robot.parameters));
+    for (int k = 0; k < robot.parameters; ++k)
+        if (!in_range(robot.parameter[k], vehicle.value[k])) return false;
+    configure(vehicle.model, robot, vehicle.value);
+    return consistent(vehicle.model);
+}
+
 /// As it boots: disarmed, everything at rest, parameters from the store or else from the description.
 template <Board B>
 [[gnu::cold]] void boot(Vehicle& vehicle, const Description& robot, B& board) {
     static_assert(std::is_trivially_copyable_v<Vehicle> && std::is_trivially_default_constructible_v<Vehicle>);
     std::memset(&vehicle, 0, sizeof(vehicle));  // a temporary one would not fit onto the stack
     vehicle.robot = &robot;
-    for (int k = 0; k < robot.parameters; ++k) vehicle.value[k] = robot.parameter[k].standard;
     Store& store = vehicle.store;
     store.layout = robot.layout, store.size = kept_size(robot);
-    std::memcpy(store.kept, vehicle.value, std::size_t(4 * robot.parameters));
-    vehicle.defaults = !open(store, board);
-    std::memcpy(vehicle.value, store.kept, std::size_t(4 * robot.parameters));
+    vehicle.defaults = !open(store, board) || !restore(vehicle);
+    if (vehicle.defaults) {  // nothing of a set that cannot be used
+        std::memset(store.kept, 0, sizeof(store.kept));
+        for (int k = 0; k < robot.parameters; ++k) vehicle.value[k] = robot.parameter[k].standard;
+        std::memcpy(store.kept, vehicle.value, std::size_t(4 * robot.parameters));
+        configure(vehicle.model, robot, vehicle.value);
+    }
     vehicle.key = store.kept[4 * robot.parameters] == 1;
-    configure(vehicle.model, robot, vehicle.value);
     vehicle.mission.home_radius = vehicle.mission.home_speed = 1;
     new (&vehicle.state) PilotState<float>(init(vehicle.model.pilot, vehicle.mission));  // in place, as above
     vehicle.now.control = Control::gait;
@@ -89,10 +101,7 @@ inline void supervise(Vehicle& vehicle) {
         vehicle.box.lost != vehicle.lost, now.armed,         silence};
     vehicle.lost = vehicle.box.lost;
     watch(vehicle.model, vehicle.memory, heard);
-    now.faults = all(vehicle.memory);
-    now.faults.set(Fault::watchdog, vehicle.woken);
-    now.faults.set(Fault::defaults, vehicle.defaults);
-    now.answer = answer_to(now.faults);
+    weigh_faults(vehicle);
     const Guidance<float>& guidance = vehicle.model.pilot.guidance;
     const float above = vehicle.state.controller.supply + guidance.battery_drop - guidance.battery_empty;
     now.battery_left = clamp(above / guidance.battery_span, 0.0f, 1.0f);
@@ -104,6 +113,7 @@ void control(Vehicle& vehicle, B& board) {
     Snapshot& now = vehicle.now;
     PilotState<float>& state = vehicle.state;
     const Pilot<float>& pilot = vehicle.model.pilot;
+    vehicle.raw.fixed = vehicle.raw.fixed && is_place(vehicle.raw.fix[0], vehicle.raw.fix[1]);
     if (vehicle.raw.fixed && !vehicle.origin.known) vehicle.origin = origin_at(vehicle.raw.fix[0], vehicle.raw.fix[1]);
     now.readings = convert(vehicle.model.calibration, pilot.controller.joints, vehicle.raw, vehicle.origin);
     const std::uint32_t start = board.clock();
@@ -152,7 +162,7 @@ void tick(Vehicle& vehicle, B& board) {
     ++vehicle.now.tick;
     vehicle.now.time = float(vehicle.now.tick) * vehicle.model.pilot.controller.tick;
     vehicle.profile.whole = board.clock() - start;
-    vehicle.now.load = float(vehicle.profile.whole) / float(board.per_tick());
+    vehicle.now.load = float(vehicle.profile.whole + vehicle.profile.link) / float(board.per_tick());
     board.feed();
 }
 

@@ -88,12 +88,11 @@ inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
     if (k < 0 || k >= robot.parameters) return Refusal::unknown;
     if (vehicle.now.armed) return Refusal::armed;
     const ParameterInfo& info = robot.parameter[k];
-    if (!(info.low <= to && to <= info.high)) return Refusal::out_of_range;
-    if (info.whole && to != float(int(to))) return Refusal::out_of_range;
+    if (!in_range(info, to)) return Refusal::out_of_range;
     const float before = vehicle.value[k];
     vehicle.value[k] = to;
     configure(vehicle.model, robot, vehicle.value);
-    if (!consistent(vehicle.model)) {
+    if (!consistent(vehicle.model) || (vehicle.model.limits.sign == 1.0f && !vehicle.key)) {
         vehicle.value[k] = before;
         configure(vehicle.model, robot, vehicle.value);
         return Refusal::inconsistent;
@@ -107,11 +106,13 @@ inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
 inline const std::uint8_t* key(const Vehicle& vehicle) {
     return vehicle.key ? vehicle.store.kept + kept_size(*vehicle.robot) - key_size : nullptr;
 }
+/// Keep a key; one of zeros is none.
 inline Refusal set_key(Vehicle& vehicle, const std::uint8_t (&to)[key_size]) {
     if (vehicle.now.armed) return Refusal::armed;
     std::uint8_t* at = vehicle.store.kept + kept_size(*vehicle.robot) - key_size - 4;
-    std::memset(at, 1, 4), std::memcpy(at + 4, to, key_size);
-    vehicle.key = true;
+    vehicle.key = false;
+    for (std::uint8_t byte : to) vehicle.key = vehicle.key || byte != 0;
+    std::memset(at, vehicle.key, 4), std::memcpy(at + 4, to, key_size);
     keep(vehicle.store);
     return Refusal::none;
 }
@@ -132,6 +133,15 @@ inline void begin_mission(Vehicle& vehicle) {
     vehicle.state.wait = 0;
 }
 
+/// All faults, and the answer to them.
+inline void weigh_faults(Vehicle& vehicle) {
+    Snapshot& now = vehicle.now;
+    now.faults = all(vehicle.memory);
+    now.faults.set(Fault::watchdog, vehicle.woken);
+    now.faults.set(Fault::defaults, vehicle.defaults);
+    now.answer = answer_to(now.faults);
+}
+
 /// Arm or disarm. Disarming is never refused.
 inline Refusal arm(Vehicle& vehicle, bool on) {
     if (!on) {
@@ -144,7 +154,9 @@ inline Refusal arm(Vehicle& vehicle, bool on) {
     if (forbid(vehicle.memory.present)) return Refusal::faulty;
     if (!vehicle.now.estimate.attitude) return Refusal::not_ready;
     vehicle.memory.latched = {};
+    vehicle.memory.present.set(Fault::link_gone, false);  // the ground is heard: it arms
     vehicle.woken = false;
+    weigh_faults(vehicle);
     vehicle.now.armed = true;
     vehicle.now.control = Control::gait;
     vehicle.asked = rest();
@@ -156,6 +168,7 @@ inline Refusal arm(Vehicle& vehicle, bool on) {
 inline Refusal ask_control(Vehicle& vehicle, Control control) {
     if (control >= Control::count) return Refusal::unknown;
     if (!vehicle.now.armed) return Refusal::disarmed;
+    if (control != Control::mission && Answer::home <= vehicle.now.answer) return Refusal::faulty;
     if (control == Control::mission) {
         if (!vehicle.has_mission) return Refusal::no_mission;
         if (vehicle.now.control != Control::mission) begin_mission(vehicle);
@@ -179,9 +192,10 @@ inline bool within(const Controller<float>& model, const Command<float>& command
     return good;
 }
 
-/// A beat of the ground.
+/// A beat of the ground. What is called home, or must rest, follows none.
 inline Refusal ask_beat(Vehicle& vehicle, const Command<float>& command, Control control) {
     if (!vehicle.now.armed) return Refusal::disarmed;
+    if (Answer::home <= vehicle.now.answer) return Refusal::faulty;
     if (!within(vehicle.model.pilot.controller, command)) return Refusal::out_of_range;
     vehicle.asked = command;
     vehicle.asked.armed = true;
@@ -200,14 +214,28 @@ inline Refusal ask_manual(Vehicle& vehicle, const Command<float>& command) {
     return ask_beat(vehicle, command, Control::manual);
 }
 
-/// The same by the gait table: ahead from 0 to 1 of the fastest speed, turn to port and climb from -1 to 1.
+/// The nearest command that a controller would follow to the letter.
+inline void bring_within(const Controller<float>& model, Command<float>& command) {
+    command.frequency = min(command.frequency, model.frequency_most);
+    for (int j = 0; j < model.joints; ++j) {
+        const float most = model.joint[j].amplitude;
+        command.amplitude[j] = min(command.amplitude[j], most);
+        command.bias[j] = clamp(command.bias[j], -most, most);
+    }
+    for (float& fin : command.fin) fin = clamp(fin, -model.fin_most, model.fin_most);
+}
+
+/// The same by the gait table: ahead from 0 to 1 of the fastest speed, turn to port and climb from -1 to 1. A limit that
+/// was made tighter holds it back; not asked ahead, the tail does not stop in mid-beat but straightens.
 inline Refusal ask_manual(Vehicle& vehicle, float ahead, float turn, float climb) {
     if (!(0 <= ahead && ahead <= 1 && abs(turn) <= 1 && abs(climb) <= 1)) return Refusal::out_of_range;
     const Steering<float>& steering = vehicle.model.pilot.guidance.steering;
     Command<float> command = rest();
     const float top = steering.table.speed[steering.table.gaits - 1];
     beat_into(steering, command, ahead * top, -turn);
+    for (int j = 0; j < most_joints && ahead == 0.0f; ++j) command.amplitude[j] = 0.0f;
     command.fin[0] = command.fin[1] = climb * steering.fin_most;
+    bring_within(vehicle.model.pilot.controller, command);
     return ask_manual(vehicle, command);
 }
 
@@ -225,7 +253,8 @@ inline bool sound(const Mission<float>& mission) {
                0 < to.radius && to.radius < 1e5f;
     }
     for (int k = 0; k < mission.corners; ++k) good = good && place(mission.corner[k].x, mission.corner[k].y);
-    return good;
+    // A fence is a polygon or a circle: the pilot keeps one of them.
+    return good && (mission.corners == 0 || (mission.corners >= 3 && mission.range == 0.0f));
 }
 
 /// Take over a mission: copied, checked as a whole, refused as a whole.
@@ -250,7 +279,7 @@ inline Refusal clear_mission(Vehicle& vehicle) {
 /// Say where local coordinates count from, and where the robot is; not before that the first fix does.
 inline Refusal set_origin(Vehicle& vehicle, std::int32_t latitude, std::int32_t longitude, float x = 0, float y = 0) {
     if (vehicle.now.armed) return Refusal::armed;
-    if (!(-900000000 < latitude && latitude < 900000000)) return Refusal::out_of_range;
+    if (!is_place(latitude, longitude)) return Refusal::out_of_range;
     if (!(abs(x) < 1e5f && abs(y) < 1e5f)) return Refusal::out_of_range;
     vehicle.origin = origin_at(latitude, longitude);
     const float start[2] = {x, y};

@@ -246,6 +246,133 @@ static void parameters_are_kept() {
     CHECK(value(v, soft) == 200e3f);
 }
 
+/// Arming anew forgets what called it home, in the same tick already: it does not set out once more.
+static void arming_anew_after_a_call_home() {
+    for (int between : {0, 5}) {
+        begin_armed();
+        CHECK(set_mission(v, plan()) == Refusal::none);
+        float_on(v, board, 6100);
+        CHECK(snapshot(v).faults.has(Fault::link_gone) && snapshot(v).control == Control::mission);
+        arm(v, false), float_on(v, board, between);
+        heard(v);
+        CHECK(arm(v, true) == Refusal::none);
+        heard(v), float_on(v, board, 3);
+        CHECK(snapshot(v).armed && snapshot(v).control == Control::gait && snapshot(v).answer == Answer::warn);
+        CHECK(ask_gait(v, beat()) == Refusal::none);
+    }
+    // A battery that was empty, and is not any more: the first order to arm counts.
+    begin_armed();
+    v.memory.latched.set(Fault::empty_battery, true);
+    float_on(v, board, 3);
+    CHECK(!snapshot(v).armed && arm(v, true) == Refusal::none);
+    float_on(v, board, 3);
+    CHECK(snapshot(v).armed);
+}
+
+/// What is called home follows nobody else: an order is refused, and does not begin the way home anew.
+static void orders_on_the_way_home() {
+    begin_armed();
+    CHECK(set_mission(v, plan()) == Refusal::none && ask_gait(v, beat()) == Refusal::none);
+    float_on(v, board, 6200);
+    const int ticks = v.state.guidance.ticks;
+    for (int k = 0; k < 100; ++k) {
+        heard(v);
+        CHECK(ask_manual(v, 0.5f, 0, 0) == Refusal::faulty && ask_gait(v, beat()) == Refusal::faulty);
+        CHECK(ask_control(v, Control::gait) == Refusal::faulty);
+        CHECK(ask_control(v, Control::mission) == Refusal::none);
+        float_on(v, board, 1);
+    }
+    CHECK(v.state.guidance.ticks >= ticks + 9 && snapshot(v).control == Control::mission);
+    CHECK(arm(v, false) == Refusal::none);
+}
+
+/// On its back it is no more upright than on its side.
+static void upside_down() {
+    begin_armed();
+    for (int k = 0; k < 4000; ++k) {
+        heard(v);
+        float_upright(board, v, int(snapshot(v).tick));
+        for (int axis : {1, 2}) {
+            auto& raw = board.raw.channel[hypertuna::imu_channel + 3 + axis];
+            raw.sum = -raw.sum, raw.least = raw.most = raw.sum;
+            auto& field = board.raw.channel[hypertuna::field_channel + axis];
+            field.sum = -field.sum, field.least = field.most = field.sum;
+        }
+        tick(v, board);
+    }
+    CHECK(snapshot(v).faults.has(Fault::tilt) && snapshot(v).answer == Answer::rest);
+}
+
+/// A joystick asks for a part of what is allowed: where a limit was made tighter, of less. Let go of, the tail is
+/// straight.
+static void joystick_within_tighter_limits() {
+    begin();
+    for (const char* name : {"amplitude_0", "amplitude_1", "fin_most", "frequency_most"})
+        CHECK(set_parameter(v, index_of(name), 0.5f * value(v, index_of(name))) == Refusal::none);
+    float_on(v, board, 300);
+    CHECK(arm(v, true) == Refusal::none);
+    CHECK(ask_manual(v, 1, 1, 1) == Refusal::none);
+    CHECK(within(v.model.pilot.controller, v.asked) && v.asked.amplitude[0] > 0.05f && v.asked.fin[0] > 0.5f);
+    CHECK(ask_manual(v, 0, 0, 0) == Refusal::none && v.asked.amplitude[0] == 0 && v.asked.amplitude[1] == 0);
+    CHECK(ask_manual(v, 0, 1, 0) == Refusal::none && v.asked.amplitude[0] == 0 && abs(v.asked.bias[0]) > 0.05f);
+}
+
+/// What is stored counts only if every value is within its range now: a description may have become stricter.
+static void stored_parameters_out_of_range() {
+    const float nan = std::bit_cast<float>(0x7fc00000u);
+    for (float stored : {nan, 1e9f, 249e3f}) {
+        begin();
+        const int soft = index_of("pressure_soft");
+        std::memcpy(v.store.kept + 4 * soft, &stored, 4);
+        keep(v.store), float_on(v, board, 200);
+        boot(v, robot::description, board);
+        const bool good = stored == 249e3f;
+        CHECK(value(v, soft) == (good ? stored : 250e3f) && v.defaults != good);
+        CHECK(v.model.pilot.controller.pressure_soft == value(v, soft));
+    }
+    begin();  // each in its range, but not together
+    const float soft = 250e3f, hard = 200e3f;
+    std::memcpy(v.store.kept + 4 * index_of("pressure_soft"), &soft, 4);
+    std::memcpy(v.store.kept + 4 * index_of("pressure_hard"), &hard, 4);
+    keep(v.store), float_on(v, board, 200);
+    boot(v, robot::description, board);
+    CHECK(v.defaults && v.model.pilot.controller.pressure_hard == 300e3f);
+}
+
+/// A fence of two corners is none, and one of both kinds is not one that the pilot keeps.
+static void fences() {
+    begin();
+    static const hypertuna::Corner<float> corner[3] = {{-50, -50}, {50, -50}, {0, 90}};
+    Mission<float> m = plan();
+    m.corner = corner;
+    for (int corners : {1, 2}) m.corners = corners, CHECK(set_mission(v, m) == Refusal::out_of_range);
+    m.corners = 3, m.range = 100;
+    CHECK(set_mission(v, m) == Refusal::out_of_range);
+    m.range = 0;
+    CHECK(set_mission(v, m) == Refusal::none);
+    CHECK(set_origin(v, 0, 1800000001) == Refusal::out_of_range);
+    CHECK(set_origin(v, 0, INT32_MIN) == Refusal::out_of_range);
+}
+
+/// A ring that is full to the last word keeps what is in it.
+static void a_full_ring() {
+    static BlackBox box;
+    box = {};
+    while (box.in + 54 <= ring_words) {
+        Record record(box, Kind::tick);
+        for (int k = 0; k < 52; ++k) record.put(std::uint32_t(k));
+        record.end();
+    }
+    Record last(box, Kind::tick);
+    while (box.in < ring_words - 1) last.put(0.0f);
+    last.end();
+    CHECK(box.in == ring_words && box.lost == 0);
+    const std::uint32_t first = box.ring[0];
+    Record more(box, Kind::tick);
+    more.put(1.0f), more.end();
+    CHECK(box.ring[0] == first && box.in == ring_words && box.lost == 1);
+}
+
 /// The black box: every tick in order, and where the card is too slow whole records are missing, no piece of one.
 static void the_black_box() {
     for (int card : {1 << 16, 100}) {
@@ -296,6 +423,8 @@ static void places() {
     const Origin north = origin_at(600000000, 1799999000);
     CHECK_NEAR(local(north, 600000000, -1799999000).x, 2000 * 111319e-7 * 0.5 * 1.0025, 0.02);
     CHECK_NEAR(local(north, 600010000, 1799999000).y, 111.41, 0.02);
+    CHECK(is_place(-899999999, 1800000000) && !is_place(INT32_MIN, 0) && !is_place(0, INT32_MAX));
+    CHECK(abs(local(north, INT32_MIN, INT32_MAX).y) > 1e6f);  // no place at all, and no overflow
 }
 
 /// Within a tick the extremes of three or more samples are left out; none at all is no reading.
@@ -320,6 +449,13 @@ int main() {
     sensors_fail();
     parameters_are_kept();
     it_is_the_pilot_of_the_core();
+    arming_anew_after_a_call_home();
+    orders_on_the_way_home();
+    upside_down();
+    joystick_within_tighter_limits();
+    stored_parameters_out_of_range();
+    fences();
+    a_full_ring();
     the_black_box();
     places();
     samples();
