@@ -15,8 +15,15 @@ inline constexpr int most_answers_of_one = 3;  // order
 /// Sign from now on, or not any more, as the parameters say.
 inline void adopt_key(Signing& signing, const Vehicle& vehicle) {
     const bool wanted = key(vehicle) != nullptr && limits(vehicle).sign == 1.0f;
-    if (wanted && !signing.on) begin_signing(signing, key(vehicle), signing.stamp);
-    if (!wanted) signing.on = false;
+    if (wanted && !signing.on) std::memcpy(signing.key, key(vehicle), key_length);
+    signing.on = wanted;
+}
+
+/// What lasts is a minute ahead of all stamps so far: one write a minute, and no recording is believed after a restart.
+inline void keep_ahead(const Signing& signing, Vehicle& vehicle) {
+    if (!signing.on || signing.stamp < vehicle.stamp) return;
+    vehicle.stamp = signing.stamp + stamp_minute;
+    keep(vehicle.stamps);
 }
 
 /// As the robot boots.
@@ -25,6 +32,7 @@ inline void boot(Link& link, const Vehicle& vehicle) {
     begin(link.telemetry);
     link.told = link.told_refusal = 0u - 1000u;  // long ago
     link.out.sender = {std::uint8_t(limits(vehicle).system_id), own_component, 0};
+    link.signing.stamp = link.signing.floor = vehicle.stamp;
     adopt_key(link.signing, vehicle);
 }
 
@@ -42,6 +50,7 @@ inline void on_setup_signing(Link& link, Vehicle& vehicle, const mavlink_setup_s
     if (refusal != Refusal::none) return;
     link.signing = {};
     link.signing.stamp = m.initial_timestamp;
+    vehicle.stamp = 0;  // another key: nothing was recorded with it
     adopt_key(link.signing, vehicle);
 }
 
@@ -158,6 +167,7 @@ inline void tick(Link& link, Vehicle& vehicle, const std::uint8_t* bytes, int co
         at += feed(link.parser, bytes + at, most - at);
         while (next(link.parser, frame)) on_frame(link, vehicle, frame);
     }
+    keep_ahead(link.signing, vehicle);
     wait_for_item(link, now);
     tell_faults(link, snapshot(vehicle));
     speak(link, vehicle);

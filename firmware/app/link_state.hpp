@@ -92,6 +92,7 @@ inline std::uint8_t result_of(Refusal refusal) {
         case Refusal::faulty:
         case Refusal::busy:
         case Refusal::no_mission:
+        case Refusal::elsewhere:
             return MAV_RESULT_TEMPORARILY_REJECTED;
         default:
             return MAV_RESULT_DENIED;

@@ -67,7 +67,8 @@ inline void on_mission_item(Link& link, Vehicle& vehicle, Peer from, const mavli
     Upload& upload = link.upload;
     if (upload.system != from.system || upload.component != from.component) return;
     // The one that ended it, once more: its answer was lost.
-    if (!upload.on && upload.next > 0 && m.seq == upload.next - 1) return acknowledge_mission(link, from, upload.result);
+    if (!upload.on && upload.next > 0 && m.seq == upload.next - 1)
+        return acknowledge_mission(link, from, upload.result);
     if (!upload.on || m.seq != upload.next) return;  // came twice, or is not what was asked for
     upload.result = take_item(upload, vehicle, m);
     upload.tries = 0, ++upload.next;

@@ -14,11 +14,24 @@ namespace hypertuna::firmware {
 /// Take over the stored parameters; false where one is out of its range, or does not fit to another.
 [[gnu::cold]] inline bool restore(Vehicle& vehicle) {
     const Description& robot = *vehicle.robot;
-    std::memcpy(vehicle.value, vehicle.store.kept, std::size_t(4 * robot.parameters));
+    std::memcpy(vehicle.value, vehicle.kept, std::size_t(4 * robot.parameters));
     for (int k = 0; k < robot.parameters; ++k)
         if (!in_range(robot.parameter[k], vehicle.value[k])) return false;
     configure(vehicle.model, robot, vehicle.value);
     return consistent(vehicle.model);
+}
+
+/// Take over the kept mission and its origin, if it can still be followed.
+[[gnu::cold]] inline void restore_mission(Vehicle& vehicle) {
+    const KeptMission& plan = vehicle.plan;
+    if (plan.waypoints < 1 || !fits(plan.waypoints, plan.corners)) return;
+    const Mission<float> mission = mission_of(plan);
+    if (!sound(mission) || !is_place(plan.latitude, plan.longitude)) return;
+    vehicle.mission = mission;
+    vehicle.has_mission = true;
+    if (plan.placed == 0) return;
+    vehicle.origin = origin_at(plan.latitude, plan.longitude);
+    vehicle.remembered = true;
 }
 
 /// As it boots: disarmed, everything at rest, parameters from the store or else from the description.
@@ -27,17 +40,20 @@ template <Board B>
     static_assert(std::is_trivially_copyable_v<Vehicle> && std::is_trivially_default_constructible_v<Vehicle>);
     std::memset(&vehicle, 0, sizeof(vehicle));  // a temporary one would not fit onto the stack
     vehicle.robot = &robot;
-    Store& store = vehicle.store;
-    store.layout = robot.layout, store.size = kept_size(robot);
-    vehicle.defaults = !open(store, board) || !restore(vehicle);
+    vehicle.store = {0, kept_size(robot), robot.layout, 0, -1, false, false, {}};
+    vehicle.missions = {missions_at, int(sizeof(KeptMission)), mission_layout, 0, -1, false, false, {}};
+    vehicle.stamps = {stamps_at, 8, stamp_layout, 0, -1, false, false, {}};
+    vehicle.defaults = !open(vehicle.store, vehicle.kept, board) || !restore(vehicle);
     if (vehicle.defaults) {  // nothing of a set that cannot be used
-        std::memset(store.kept, 0, sizeof(store.kept));
+        std::memset(vehicle.kept, 0, sizeof(vehicle.kept));
         for (int k = 0; k < robot.parameters; ++k) vehicle.value[k] = robot.parameter[k].standard;
-        std::memcpy(store.kept, vehicle.value, std::size_t(4 * robot.parameters));
+        std::memcpy(vehicle.kept, vehicle.value, std::size_t(4 * robot.parameters));
         configure(vehicle.model, robot, vehicle.value);
     }
-    vehicle.key = store.kept[4 * robot.parameters] == 1;
+    vehicle.key = vehicle.kept[4 * robot.parameters] == 1;
+    open(vehicle.stamps, reinterpret_cast<std::uint8_t*>(&vehicle.stamp), board);
     vehicle.mission.home_radius = vehicle.mission.home_speed = 1;
+    if (open(vehicle.missions, reinterpret_cast<std::uint8_t*>(&vehicle.plan), board)) restore_mission(vehicle);
     new (&vehicle.state) PilotState<float>(init(vehicle.model.pilot, vehicle.mission));  // in place, as above
     vehicle.now.control = Control::gait;
     vehicle.woken = board.woken();
@@ -114,7 +130,7 @@ void control(Vehicle& vehicle, B& board) {
     PilotState<float>& state = vehicle.state;
     const Pilot<float>& pilot = vehicle.model.pilot;
     vehicle.raw.fixed = vehicle.raw.fixed && is_place(vehicle.raw.fix[0], vehicle.raw.fix[1]);
-    if (vehicle.raw.fixed && !vehicle.origin.known) vehicle.origin = origin_at(vehicle.raw.fix[0], vehicle.raw.fix[1]);
+    if (vehicle.raw.fixed && (vehicle.remembered || !vehicle.origin.known)) meet_fix(vehicle, vehicle.raw.fix);
     now.readings = convert(vehicle.model.calibration, pilot.controller.joints, vehicle.raw, vehicle.origin);
     const std::uint32_t start = board.clock();
     now.estimate = perceive(pilot, state, now.readings);
@@ -147,6 +163,14 @@ void send_pulses(const Vehicle& vehicle, B& board) {
     board.drive(pulse, servos);
 }
 
+/// Parameters change while disarmed alone; a mission that came while armed waits until then. The stamp does not wait.
+template <Board B>
+void write_stores(Vehicle& vehicle, B& board) {
+    write_some(vehicle.store, vehicle.kept, board);
+    if (!vehicle.now.armed) write_some(vehicle.missions, reinterpret_cast<std::uint8_t*>(&vehicle.plan), board);
+    write_some(vehicle.stamps, reinterpret_cast<std::uint8_t*>(&vehicle.stamp), board);
+}
+
 /// One tick, after the link took in what it was told.
 template <Board B>
 void tick(Vehicle& vehicle, B& board) {
@@ -158,7 +182,7 @@ void tick(Vehicle& vehicle, B& board) {
     supervise(vehicle);
     note(vehicle);
     flush(vehicle.box, board);
-    write_some(vehicle.store, board);
+    write_stores(vehicle, board);
     ++vehicle.now.tick;
     vehicle.now.time = float(vehicle.now.tick) * vehicle.model.pilot.controller.tick;
     vehicle.profile.whole = board.clock() - start;

@@ -2,14 +2,22 @@
 #pragma once
 
 #include "black_box.hpp"
+#include "kept_mission.hpp"
 #include "refusal.hpp"
 #include "store.hpp"
 #include "supervisor.hpp"
 
 namespace hypertuna::firmware {
 
-inline constexpr int most_waypoints = 64, most_corners = 32;
 inline constexpr int key_size = 32;
+inline constexpr float far_away = 2e4f;  // m from its origin, where a kept mission is of another water
+
+/// What lasts, and where: parameters with the key, a mission, the stamp of signatures; two slots of each.
+inline constexpr int most_kept = 4 * most_parameters + 4 + key_size;
+inline constexpr int missions_at = 2 * (slot_head + most_kept);
+inline constexpr int stamps_at = missions_at + 2 * (slot_head + int(sizeof(KeptMission)));
+inline constexpr int memory_size = stamps_at + 2 * (slot_head + 8);
+inline constexpr std::uint32_t stamp_layout = 0x73746d01;
 
 /// Who makes the command that the controller follows.
 enum class Control : std::uint8_t { manual, gait, mission, count };
@@ -46,14 +54,16 @@ struct Vehicle {
     Raw raw;
     PilotState<float> state;
     SupervisorMemory memory;
-    Store store;
+    std::uint8_t kept[most_kept];  // the parameters, whether there is a key, and the key
+    KeptMission plan;
+    std::uint64_t stamp;  // of signatures: later than all that were believed
+    Store store, missions, stamps;
     BlackBox box;
     Snapshot now;
     Profile profile;
-    Waypoint<float> waypoint[most_waypoints];
-    Corner<float> corner[most_corners];
     Mission<float> mission;
-    bool has_mission, fixed;  // a mission is on board; a fix came since boot
+    bool has_mission;
+    bool remembered;  // the origin is a kept mission's, and no fix came since boot
     Origin origin;
     Command<float> asked;           // by the link
     std::uint32_t heard, asked_at;  // ticks of the last sign of life of the ground, of its last beat
@@ -80,7 +90,6 @@ inline float value(const Vehicle& vehicle, int k) { return vehicle.value[k]; }
 
 /// Bytes that are kept: the parameters, whether there is a key, and the key.
 inline int kept_size(const Description& robot) { return 4 * robot.parameters + 4 + key_size; }
-static_assert(4 * most_parameters + 4 + key_size <= most_kept);
 
 /// Set a parameter; the store keeps it. Only while disarmed.
 inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
@@ -89,6 +98,7 @@ inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
     if (vehicle.now.armed) return Refusal::armed;
     const ParameterInfo& info = robot.parameter[k];
     if (!in_range(info, to)) return Refusal::out_of_range;
+    if (to == vehicle.value[k] && !vehicle.store.failed) return Refusal::none;  // the memory wears
     const float before = vehicle.value[k];
     vehicle.value[k] = to;
     configure(vehicle.model, robot, vehicle.value);
@@ -97,19 +107,19 @@ inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
         configure(vehicle.model, robot, vehicle.value);
         return Refusal::inconsistent;
     }
-    std::memcpy(vehicle.store.kept + 4 * k, &to, 4);
+    std::memcpy(vehicle.kept + 4 * k, &to, 4);
     keep(vehicle.store);
     return Refusal::none;
 }
 
 /// Key that orders are signed with; null where there is none.
 inline const std::uint8_t* key(const Vehicle& vehicle) {
-    return vehicle.key ? vehicle.store.kept + kept_size(*vehicle.robot) - key_size : nullptr;
+    return vehicle.key ? vehicle.kept + kept_size(*vehicle.robot) - key_size : nullptr;
 }
 /// Keep a key; one of zeros is none.
 inline Refusal set_key(Vehicle& vehicle, const std::uint8_t (&to)[key_size]) {
     if (vehicle.now.armed) return Refusal::armed;
-    std::uint8_t* at = vehicle.store.kept + kept_size(*vehicle.robot) - key_size - 4;
+    std::uint8_t* at = vehicle.kept + kept_size(*vehicle.robot) - key_size - 4;
     vehicle.key = false;
     for (std::uint8_t byte : to) vehicle.key = vehicle.key || byte != 0;
     std::memset(at, vehicle.key, 4), std::memcpy(at + 4, to, key_size);
@@ -139,6 +149,7 @@ inline void weigh_faults(Vehicle& vehicle) {
     now.faults = all(vehicle.memory);
     now.faults.set(Fault::watchdog, vehicle.woken);
     now.faults.set(Fault::defaults, vehicle.defaults);
+    now.faults.set(Fault::memory, vehicle.store.failed || vehicle.missions.failed || vehicle.stamps.failed);
     now.answer = answer_to(now.faults);
 }
 
@@ -150,8 +161,8 @@ inline Refusal arm(Vehicle& vehicle, bool on) {
         return Refusal::none;
     }
     if (vehicle.now.armed) return Refusal::none;
-    if (!settled(vehicle.store)) return Refusal::busy;
     if (forbid(vehicle.memory.present)) return Refusal::faulty;
+    if (!settled(vehicle.store) || !settled(vehicle.missions)) return Refusal::busy;
     if (!vehicle.now.estimate.attitude) return Refusal::not_ready;
     vehicle.memory.latched = {};
     vehicle.memory.present.set(Fault::link_gone, false);  // the ground is heard: it arms
@@ -225,8 +236,8 @@ inline void bring_within(const Controller<float>& model, Command<float>& command
     for (float& fin : command.fin) fin = clamp(fin, -model.fin_most, model.fin_most);
 }
 
-/// The same by the gait table: ahead from 0 to 1 of the fastest speed, turn to port and climb from -1 to 1. A limit that
-/// was made tighter holds it back; not asked ahead, the tail does not stop in mid-beat but straightens.
+/// The same by the gait table: ahead from 0 to 1 of the fastest speed, turn to port and climb from -1 to 1. A limit
+/// that was made tighter holds it back; not asked ahead, the tail does not stop in mid-beat but straightens.
 inline Refusal ask_manual(Vehicle& vehicle, float ahead, float turn, float climb) {
     if (!(0 <= ahead && ahead <= 1 && abs(turn) <= 1 && abs(climb) <= 1)) return Refusal::out_of_range;
     const Steering<float>& steering = vehicle.model.pilot.guidance.steering;
@@ -239,52 +250,71 @@ inline Refusal ask_manual(Vehicle& vehicle, float ahead, float turn, float climb
     return ask_manual(vehicle, command);
 }
 
-/// Whether a mission is made of numbers that make sense.
-inline bool sound(const Mission<float>& mission) {
-    const auto place = [](float x, float y) { return abs(x) < 1e5f && abs(y) < 1e5f; };
-    bool good = place(mission.home.x, mission.home.y) && place(mission.center.x, mission.center.y);
-    good = good && 0 < mission.home_radius && mission.home_radius < 1e5f && 0 < mission.home_speed;
-    good = good && mission.home_speed < 10 && 0 <= mission.depth_most && mission.depth_most < 1e4f;
-    good = good && 0 <= mission.reserve && mission.reserve <= 1 && 0 <= mission.duration && 0 <= mission.surface_every;
-    good = good && 0 <= mission.range && mission.range < 1e6f;
-    for (int k = 0; k < mission.waypoints; ++k) {
-        const Waypoint<float>& to = mission.waypoint[k];
-        good = good && place(to.x, to.y) && 0 <= to.depth && to.depth < 1e4f && 0 < to.speed && to.speed < 10 &&
-               0 < to.radius && to.radius < 1e5f;
-    }
-    for (int k = 0; k < mission.corners; ++k) good = good && place(mission.corner[k].x, mission.corner[k].y);
-    // A fence is a polygon or a circle: the pilot keeps one of them.
-    return good && (mission.corners == 0 || (mission.corners >= 3 && mission.range == 0.0f));
+/// Keep the mission on board, and where it counts from. It is written while disarmed.
+inline void keep_mission(Vehicle& vehicle) {
+    const Origin& origin = vehicle.origin;
+    vehicle.plan.placed = origin.known, vehicle.plan.latitude = origin.latitude;
+    vehicle.plan.longitude = origin.longitude;
+    keep(vehicle.missions);
 }
 
 /// Take over a mission: copied, checked as a whole, refused as a whole.
 inline Refusal set_mission(Vehicle& vehicle, const Mission<float>& mission) {
     if (vehicle.now.armed && vehicle.now.control == Control::mission) return Refusal::busy;
     if (mission.waypoints > most_waypoints || mission.corners > most_corners) return Refusal::too_many;
-    if (mission.waypoints < 0 || mission.corners < 0 || !sound(mission)) return Refusal::out_of_range;
-    vehicle.mission = mission;
-    for (int k = 0; k < mission.waypoints; ++k) vehicle.waypoint[k] = mission.waypoint[k];
-    for (int k = 0; k < mission.corners; ++k) vehicle.corner[k] = mission.corner[k];
-    vehicle.mission.waypoint = vehicle.waypoint, vehicle.mission.corner = vehicle.corner;
+    if (!fits(mission.waypoints, mission.corners) || !sound(mission)) return Refusal::out_of_range;
+    take_mission(vehicle.plan, mission);
+    vehicle.mission = mission_of(vehicle.plan);
     vehicle.has_mission = true;
+    keep_mission(vehicle);
     return Refusal::none;
 }
 
+/// Forget the mission on board, and the one that is kept.
 inline Refusal clear_mission(Vehicle& vehicle) {
     if (vehicle.now.armed && vehicle.now.control == Control::mission) return Refusal::busy;
+    if (!vehicle.has_mission) return Refusal::none;
     vehicle.has_mission = false, vehicle.mission = {};
+    std::memset(static_cast<void*>(&vehicle.plan), 0, sizeof(vehicle.plan));
+    keep(vehicle.missions);
     return Refusal::none;
 }
 
-/// Say where local coordinates count from, and where the robot is; not before that the first fix does.
+/// Begin at a place.
+inline void place_at(Vehicle& vehicle, float x, float y) {
+    const float start[2] = {x, y};
+    vehicle.state.estimator.way = init(vehicle.model.pilot.estimator, start).way;
+    vehicle.remembered = false;
+}
+
+/// Say where local coordinates count from, and where the robot is; not before that the first fix does. Those of a
+/// mission on board stay what they are.
 inline Refusal set_origin(Vehicle& vehicle, std::int32_t latitude, std::int32_t longitude, float x = 0, float y = 0) {
     if (vehicle.now.armed) return Refusal::armed;
     if (!is_place(latitude, longitude)) return Refusal::out_of_range;
     if (!(abs(x) < 1e5f && abs(y) < 1e5f)) return Refusal::out_of_range;
+    const Origin& before = vehicle.origin;
+    const bool same = before.known && before.latitude == latitude && before.longitude == longitude;
+    if (vehicle.has_mission && before.known && !same) return Refusal::elsewhere;
     vehicle.origin = origin_at(latitude, longitude);
-    const float start[2] = {x, y};
-    vehicle.state.estimator.way = init(vehicle.model.pilot.estimator, start).way;
+    if (vehicle.has_mission && !same) keep_mission(vehicle);
+    place_at(vehicle, x, y);
     return Refusal::none;
+}
+
+/// The first fix since boot: coordinates count from it, unless a mission was kept with an origin of its own. Where that
+/// is too far away the mission is not on board any more.
+inline void meet_fix(Vehicle& vehicle, const std::int32_t (&fix)[2]) {
+    if (vehicle.remembered) {
+        const Corner<float> at = local(vehicle.origin, fix[0], fix[1]);
+        const bool near = abs(at.x) < far_away && abs(at.y) < far_away;
+        place_at(vehicle, near ? at.x : 0.0f, near ? at.y : 0.0f);
+        if (near) return;
+        vehicle.has_mission = vehicle.origin.known = false, vehicle.mission = {};
+    }
+    if (vehicle.origin.known) return;
+    vehicle.origin = origin_at(fix[0], fix[1]);
+    if (vehicle.has_mission) keep_mission(vehicle);
 }
 
 }  // namespace hypertuna::firmware

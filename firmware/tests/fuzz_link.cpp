@@ -62,7 +62,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::uint8_t choice = data[0];
     if (choice & 1) arm(app.vehicle, false);
     if ((choice & 2) && size > key_length) {
-        std::memcpy(app.vehicle.store.kept + kept_size(robot::description) - key_size, data, key_size);
+        std::memcpy(app.vehicle.kept + kept_size(robot::description) - key_size, data, key_size);
         app.vehicle.key = true, app.vehicle.model.limits.sign = 1.0f;
     }
     std::size_t at = 1;

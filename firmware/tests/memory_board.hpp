@@ -10,7 +10,7 @@ namespace hypertuna::firmware {
 struct MemoryBoard {
     Raw raw;
     float pulse[most_servos];
-    std::uint8_t kept[2 * slot_size];
+    std::uint8_t kept[memory_size];
     int power;  // bytes that can still be written; negative for ever
     int torn;   // what the byte shows that the power went at: -1 for its old value
     int card;   // bytes that the black box takes per tick
@@ -28,7 +28,6 @@ struct MemoryBoard {
     std::uint32_t clock() { return took += ticking; }
     std::uint32_t per_tick() { return 1000; }
     bool woken() { return reset; }
-    int memory() { return int(sizeof(kept)); }
     std::uint8_t load(int at) { return kept[at]; }
     void save(int at, std::uint8_t byte) {
         if (power == 0) {
@@ -37,7 +36,7 @@ struct MemoryBoard {
             return;
         }
         --power;
-        kept[at] = byte;
+        if (at != worn) kept[at] = byte;
     }
     int log(const std::uint8_t* from, int count) {
         const int take = count < card ? count : card;
@@ -47,6 +46,7 @@ struct MemoryBoard {
     int receive(std::uint8_t*, int) { return 0; }
     int send(const std::uint8_t*, int count) { return count; }
 
+    int worn = -1;              // address that cannot be written any more
     std::uint32_t ticking = 0;  // counts that the clock goes on at every look
 };
 static_assert(Board<MemoryBoard>);

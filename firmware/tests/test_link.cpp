@@ -373,6 +373,43 @@ static void test_signing() {
     CHECK(!snapshot(bench.vehicle()).armed);
 }
 
+/// After a restart no recording is believed, not even the last one; the owner is, who hears the robot's stamps.
+static void test_a_recording_after_a_restart() {
+    Bench bench;
+    mavlink_setup_signing_t setup{};
+    setup.target_system = 1, setup.secret_key[3] = 5, setup.initial_timestamp = 1'000'000'000;
+    bench.say(setup);
+    begin_signing(bench.key, setup.secret_key, setup.initial_timestamp);
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    CHECK(snapshot(bench.vehicle()).armed);
+    bench.key.stamp += 100 * stamp_minute;  // a clock that is far ahead
+    const Bytes recorded = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    bench.hear(recorded), bench.run(40);
+    const std::uint64_t kept = bench.vehicle().stamp;
+    CHECK(kept > bench.key.stamp && kept <= bench.key.stamp + stamp_minute + 100'000);
+    int writes = 0;
+    for (int k = 0; k < 6500; ++k) {
+        const std::uint32_t turn = bench.vehicle().stamps.turn;
+        bench.run(1);
+        writes += bench.vehicle().stamps.turn != turn;
+    }
+    CHECK(writes == 1);  // in 65 s
+
+    for (int restart = 0; restart < 2; ++restart) {
+        boot(bench.app, robot::description, bench.board);
+        bench.run(60);
+        bench.hear(recorded), bench.run(40);
+        CHECK(!snapshot(bench.vehicle()).armed && bench.app.link.not_signed == 1);
+        bench.key.stamp = bench.app.link.signing.stamp;  // as the robot's own frames say
+        bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+        CHECK(snapshot(bench.vehicle()).armed);
+    }
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 0));
+    setup.secret_key[3] = 6, setup.initial_timestamp = 1000;  // with another key another time may begin
+    bench.say(setup);
+    CHECK(bench.vehicle().stamp < 2 * stamp_minute);
+}
+
 /// The parameter that asks for signatures needs a key, and counts at once.
 static void test_signing_by_parameter() {
     Bench bench;
@@ -480,6 +517,7 @@ int main() {
     test_unused_axes();
     test_who_is_heard();
     test_signing();
+    test_a_recording_after_a_restart();
     test_signing_by_parameter();
     test_radio_budget();
     test_radio_status();

@@ -249,8 +249,10 @@ static void parameters_are_kept() {
 /// Arming anew forgets what called it home, in the same tick already: it does not set out once more.
 static void arming_anew_after_a_call_home() {
     for (int between : {0, 5}) {
-        begin_armed();
+        begin();
         CHECK(set_mission(v, plan()) == Refusal::none);
+        float_on(v, board, 100);
+        CHECK(arm(v, true) == Refusal::none);
         float_on(v, board, 6100);
         CHECK(snapshot(v).faults.has(Fault::link_gone) && snapshot(v).control == Control::mission);
         arm(v, false), float_on(v, board, between);
@@ -323,7 +325,7 @@ static void stored_parameters_out_of_range() {
     for (float stored : {nan, 1e9f, 249e3f}) {
         begin();
         const int soft = index_of("pressure_soft");
-        std::memcpy(v.store.kept + 4 * soft, &stored, 4);
+        std::memcpy(v.kept + 4 * soft, &stored, 4);
         keep(v.store), float_on(v, board, 200);
         boot(v, robot::description, board);
         const bool good = stored == 249e3f;
@@ -332,8 +334,8 @@ static void stored_parameters_out_of_range() {
     }
     begin();  // each in its range, but not together
     const float soft = 250e3f, hard = 200e3f;
-    std::memcpy(v.store.kept + 4 * index_of("pressure_soft"), &soft, 4);
-    std::memcpy(v.store.kept + 4 * index_of("pressure_hard"), &hard, 4);
+    std::memcpy(v.kept + 4 * index_of("pressure_soft"), &soft, 4);
+    std::memcpy(v.kept + 4 * index_of("pressure_hard"), &hard, 4);
     keep(v.store), float_on(v, board, 200);
     boot(v, robot::description, board);
     CHECK(v.defaults && v.model.pilot.controller.pressure_hard == 300e3f);
@@ -352,6 +354,143 @@ static void fences() {
     CHECK(set_mission(v, m) == Refusal::none);
     CHECK(set_origin(v, 0, 1800000001) == Refusal::out_of_range);
     CHECK(set_origin(v, 0, INT32_MIN) == Refusal::out_of_range);
+}
+
+/// A mission with its fence, every number of it another one than those of the other.
+static Mission<float> numbered(int which) {
+    static Waypoint<float> to[most_waypoints];
+    static hypertuna::Corner<float> corner[most_corners];
+    Mission<float> m = plan();
+    m.waypoint = to, m.corner = corner;
+    m.waypoints = 3 + 40 * which, m.corners = 4 + which, m.stay = which == 1;
+    m.home = {1.0f + float(which), 2.0f + float(which)}, m.reserve = 0.2f + 0.1f * float(which);
+    for (int k = 0; k < m.waypoints; ++k)
+        to[k] = {float(k + which), float(2 * k - which), 1.0f + float(which), 0.3f, 2.0f + float(which)};
+    for (int k = 0; k < m.corners; ++k) corner[k] = {float(50 * k + which), float(k * k + which)};
+    return m;
+}
+
+static bool same(const Mission<float>& a, const Mission<float>& b) {
+    return a.waypoints == b.waypoints && a.corners == b.corners && a.stay == b.stay && a.home.x == b.home.x &&
+           a.home.y == b.home.y && a.reserve == b.reserve && a.depth_most == b.depth_most &&
+           std::memcmp(a.waypoint, b.waypoint, sizeof(a.waypoint[0]) * std::size_t(a.waypoints)) == 0 &&
+           std::memcmp(a.corner, b.corner, sizeof(a.corner[0]) * std::size_t(a.corners)) == 0;
+}
+
+/// A mission survives a restart, as a whole, and so does that there is none.
+static void missions_are_kept() {
+    begin();
+    float_on(v, board, 100);
+    CHECK(set_mission(v, numbered(1)) == Refusal::none);
+    float_on(v, board, 10);
+    CHECK(arm(v, true) == Refusal::busy);  // until it is stored
+    float_on(v, board, 300);
+    boot(v, robot::description, board);
+    CHECK(v.has_mission && same(mission(v), numbered(1)));
+    float_on(v, board, 100);
+    CHECK(arm(v, true) == Refusal::none && ask_control(v, Control::mission) == Refusal::none);
+    CHECK(ask_control(v, Control::gait) == Refusal::none && set_mission(v, numbered(0)) == Refusal::none);
+    static MemoryBoard before;
+    before = board;
+    float_on(v, board, 300);  // not written while armed
+    CHECK(std::memcmp(before.kept, board.kept, sizeof(board.kept)) == 0 && !settled(v.missions));
+    arm(v, false), float_on(v, board, 300);
+    boot(v, robot::description, board);
+    CHECK(same(mission(v), numbered(0)));
+    CHECK(clear_mission(v) == Refusal::none);
+    float_on(v, board, 300);
+    boot(v, robot::description, board);
+    CHECK(!v.has_mission && mission(v).waypoints == 0);
+}
+
+/// What is stored must be sound today.
+static void stored_missions_out_of_range() {
+    const auto stored = [](auto spoil) {
+        begin();
+        CHECK(set_mission(v, numbered(1)) == Refusal::none);
+        spoil(v.plan), float_on(v, board, 300);
+        boot(v, robot::description, board);
+        return v.has_mission;
+    };
+    CHECK(stored([](KeptMission&) {}));
+    CHECK(!stored([](KeptMission& m) { m.waypoint[2].speed = std::bit_cast<float>(0x7fc00000u); }));
+    CHECK(!stored([](KeptMission& m) { m.waypoints = most_waypoints + 1; }));
+    CHECK(!stored([](KeptMission& m) { m.corners = -1; }));
+    CHECK(!stored([](KeptMission& m) { m.placed = 1, m.latitude = INT32_MIN; }));
+}
+
+/// Cut the power at every byte of a mission's write: it boots with the old one or the new one.
+static void power_cuts_of_a_mission() {
+    begin();
+    set_mission(v, numbered(0)), float_on(v, board, 300);
+    static MemoryBoard first;
+    first = board;
+    int old_ones = 0, new_ones = 0;
+    for (int cut = 0; cut <= 4 + slot_head + int(sizeof(KeptMission)); ++cut) {
+        board = first;
+        boot(v, robot::description, board);
+        CHECK(set_mission(v, numbered(1)) == Refusal::none);
+        board.power = cut, board.torn = 0x5a;
+        for (int k = 0; k < 300; ++k) write_stores(v, board);
+        board.power = -1;
+        boot(v, robot::description, board);
+        const bool is_old = v.has_mission && same(mission(v), numbered(0));
+        const bool is_new = v.has_mission && same(mission(v), numbered(1));
+        CHECK(is_old != is_new);
+        old_ones += is_old, new_ones += is_new;
+    }
+    CHECK(old_ones > 1500 && new_ones > 0);
+    std::printf("power cuts of a mission: %d, old %d, new %d\n", old_ones + new_ones, old_ones, new_ones);
+}
+
+/// Places of a kept mission count from the origin that it had, wherever the robot boots.
+static void a_kept_mission_has_its_place() {
+    const auto fix = [](std::int32_t latitude, std::int32_t longitude) {
+        float_upright(board, v, int(snapshot(v).tick));
+        board.raw.fixed = true, board.raw.fix[0] = latitude, board.raw.fix[1] = longitude;
+        tick(v, board);
+        board.raw.fixed = false;
+    };
+    begin();
+    float_on(v, board, 50);
+    CHECK(set_mission(v, numbered(1)) == Refusal::none);  // before there is a fix
+    fix(500000000, 80000000);
+    float_on(v, board, 300);
+    CHECK(set_origin(v, 500000000, 80000001) == Refusal::elsewhere);
+    CHECK(set_origin(v, 500000000, 80000000) == Refusal::none);
+
+    boot(v, robot::description, board);  // 111.2 m to the north
+    CHECK(v.has_mission && origin(v).known && origin(v).latitude == 500000000);
+    float_on(v, board, 50);
+    fix(500010000, 80000000);
+    float_on(v, board, 2);
+    CHECK(origin(v).latitude == 500000000);
+    CHECK_NEAR(snapshot(v).estimate.y, 111.2, 0.2);
+
+    boot(v, robot::description, board);  // a hundred kilometers away: another lake
+    float_on(v, board, 50);
+    fix(510000000, 80000000);
+    CHECK(!v.has_mission && origin(v).latitude == 510000000);
+    CHECK(ask_control(v, Control::mission) != Refusal::none);
+    boot(v, robot::description, board);  // and back again
+    CHECK(v.has_mission);
+}
+
+/// The same value once more is not written once more, and memory that does not hold is told.
+static void the_memory_wears() {
+    begin();
+    const int soft = index_of("pressure_soft");
+    CHECK(set_parameter(v, soft, 200e3f) == Refusal::none && !settled(v.store));
+    float_on(v, board, 200);
+    CHECK(set_parameter(v, soft, 200e3f) == Refusal::none && settled(v.store));
+    board.worn = int(~v.store.turn & 1) * (slot_head + v.store.size);  // a byte of the next mark
+    CHECK(set_parameter(v, soft, 201e3f) == Refusal::none);
+    float_on(v, board, 200);
+    CHECK(snapshot(v).faults.has(Fault::memory));
+    board.worn = -1;
+    CHECK(set_parameter(v, soft, 201e3f) == Refusal::none && !settled(v.store));  // once more
+    float_on(v, board, 200);
+    CHECK(!snapshot(v).faults.has(Fault::memory));
 }
 
 /// A ring that is full to the last word keeps what is in it.
@@ -455,6 +594,11 @@ int main() {
     joystick_within_tighter_limits();
     stored_parameters_out_of_range();
     fences();
+    missions_are_kept();
+    stored_missions_out_of_range();
+    power_cuts_of_a_mission();
+    a_kept_mission_has_its_place();
+    the_memory_wears();
     a_full_ring();
     the_black_box();
     places();

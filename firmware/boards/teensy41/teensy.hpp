@@ -16,6 +16,7 @@
 namespace hypertuna::firmware {
 
 inline constexpr std::uint32_t tick_us = 10'000, sample_us = 1'000;
+static_assert(memory_size <= 4284, "the EEPROM of a Teensy 4.1");
 inline constexpr int flush_bytes = 32'768;  // of the black box: a second and a half
 inline constexpr std::uint8_t depth_address = 0x76;
 inline constexpr int depth_reset = 0x1e, depth_pressure = 0x44, depth_temperature = 0x54, depth_memory = 0xa0;
@@ -73,7 +74,6 @@ struct Teensy {
     }
     std::uint32_t clock() { return std::uint32_t(micros()); }
     std::uint32_t per_tick() { return tick_us; }
-    int memory() { return 2 * slot_size; }
     std::uint8_t load(int at) { return EEPROM.read(at); }
     /// Now and then a byte takes the erasure of a whole sector, up to 0.4 s.
     void save(int at, std::uint8_t byte) { EEPROM.update(at, byte), feed(); }
