@@ -89,6 +89,20 @@ def test_gait_on_the_twin(fish: ht.Robot, qemu: Path) -> None:
     assert abs(run.flown.data["angle"]).max() > np.radians(12)
 
 
+def test_a_robot_that_is_lost_comes_up(fish: ht.Robot, pc: Path) -> None:
+    """Three meters deep the ground falls silent: the tail rests after 5 s, and after a minute the robot comes up."""
+    run = firmware_in_the_loop(fish, scenario_of("lost:unoptimised-0.3", fish), board="pc", ticks=14_000)
+    assert len(run.different) == 0
+    depth = run.answers["depth"]
+    assert (depth[1500:7000] > 2).all()
+    assert depth[-1] < 0.5
+    assert run.answers["armed"][-1] == 1
+    np.testing.assert_allclose(depth[-1], -run.flown.data["position"][-1, 2], atol=0.1)
+    # It goes round about the place: no further than a few lengths of its own.
+    way = run.flown.data["position"][7000:, :2] - run.flown.data["position"][7000, :2]
+    assert np.hypot(*way.T).max() < 6
+
+
 @pytest.mark.parametrize("board", ["pc", "qemu"])
 def test_mission_on_the_twin(fish: ht.Robot, pc: Path, board: str, request: pytest.FixtureRequest) -> None:
     request.getfixturevalue(board)

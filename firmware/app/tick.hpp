@@ -62,6 +62,21 @@ template <Board B>
     record.end();
 }
 
+/// Whether a robot without a way home must come up: it is deeper than a tank, and not up yet. The depth is the last
+/// that was believed.
+inline bool ascends(Vehicle& vehicle) {
+    const Estimate<float>& at = vehicle.now.estimate;
+    const Guidance<float>& guidance = vehicle.model.pilot.guidance;
+    if (vehicle.ascent == Ascent::none && vehicle.model.limits.rise_depth < at.depth) {
+        vehicle.ascent = Ascent::on;
+        begin_ascent(vehicle);
+    } else if (vehicle.ascent == Ascent::on) {
+        const bool up = at.depth < guidance.surface_depth, late = vehicle.now.tick == vehicle.ascent_ends;
+        if (up || late || vehicle.state.guidance.mode == Mode::hold) vehicle.ascent = up ? Ascent::none : Ascent::vain;
+    }
+    return vehicle.ascent == Ascent::on;
+}
+
 /// The command that the answer to all faults leaves: null where guidance makes it.
 inline const Command<float>* chosen(Vehicle& vehicle, Command<float>& made) {
     Snapshot& now = vehicle.now;
@@ -70,7 +85,7 @@ inline const Command<float>* chosen(Vehicle& vehicle, Command<float>& made) {
     made = rest();
     made.armed = now.armed;
     if (!now.armed || answer >= Answer::rest) return &made;
-    if (answer == Answer::home && !vehicle.has_mission) return &made;
+    if (answer == Answer::home && !vehicle.has_mission) return ascends(vehicle) ? nullptr : &made;
     if (answer == Answer::home && now.control != Control::mission) ask_control(vehicle, Control::mission);
     if (now.control == Control::mission) {
         if (answer == Answer::home) vehicle.state.guidance.reasons.tell(Reason::recalled);
@@ -144,7 +159,8 @@ void control(Vehicle& vehicle, B& board) {
     vehicle.profile.controller = board.clock() - middle;
     vehicle.profile.pilot = middle - start;
     now.command = state.command;
-    now.mode = now.control == Control::mission ? state.guidance.mode : Mode::idle;
+    const bool guided = now.control == Control::mission || command == nullptr;
+    now.mode = guided ? state.guidance.mode : Mode::idle;
     now.reasons = state.guidance.reasons;
     now.leg = state.guidance.leg;
 }

@@ -23,6 +23,9 @@ inline constexpr std::uint32_t stamp_layout = 0x73746d01;
 enum class Control : std::uint8_t { manual, gait, mission, count };
 inline constexpr const char* control_names[int(Control::count)] = {"manual", "gait", "mission"};
 
+/// Whether a robot that is called home, and has no way home, comes up; in vain it does so once.
+enum class Ascent : std::uint8_t { none, on, vain };
+
 /// What everybody may know of the vehicle: as it was at the end of the last tick.
 struct Snapshot {
     std::uint32_t tick;
@@ -63,7 +66,9 @@ struct Vehicle {
     Profile profile;
     Mission<float> mission;
     bool has_mission;
-    bool remembered;  // the origin is a kept mission's, and no fix came since boot
+    Ascent ascent;
+    std::uint32_t ascent_ends;  // tick at which it is in vain
+    bool remembered;            // the origin is a kept mission's, and no fix came since boot
     Origin origin;
     Command<float> asked;           // by the link
     std::uint32_t heard, asked_at;  // ticks of the last sign of life of the ground, of its last beat
@@ -101,10 +106,10 @@ inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
     if (to == vehicle.value[k] && !vehicle.store.failed) return Refusal::none;  // the memory wears
     const float before = vehicle.value[k];
     vehicle.value[k] = to;
-    configure(vehicle.model, robot, vehicle.value);
+    configure(vehicle.model, robot, vehicle.value, info.field);
     if (!consistent(vehicle.model) || (vehicle.model.limits.sign == 1.0f && !vehicle.key)) {
         vehicle.value[k] = before;
-        configure(vehicle.model, robot, vehicle.value);
+        configure(vehicle.model, robot, vehicle.value, info.field);
         return Refusal::inconsistent;
     }
     std::memcpy(vehicle.kept + 4 * k, &to, 4);
@@ -136,7 +141,7 @@ inline Command<float> rest() {
     return command;
 }
 
-/// Guidance begins anew, from where the robot is.
+/// Guidance begins anew, from where the robot is, and with what it is told.
 inline void begin_mission(Vehicle& vehicle) {
     vehicle.mission.start = {vehicle.now.estimate.x, vehicle.now.estimate.y};
     vehicle.state.guidance = init(vehicle.model.pilot.guidance, vehicle.mission);
@@ -151,6 +156,21 @@ inline void weigh_faults(Vehicle& vehicle) {
     now.faults.set(Fault::defaults, vehicle.defaults);
     now.faults.set(Fault::memory, vehicle.store.failed || vehicle.missions.failed || vehicle.stamps.failed);
     now.answer = answer_to(now.faults);
+}
+
+/// Up from here, with a mission that has no waypoints and is at home everywhere: guidance circles about the place,
+/// slowly and with its fins up, and knows what to do without IMU, depth or a fin.
+inline void begin_ascent(Vehicle& vehicle) {
+    Mission<float>& up = vehicle.mission;
+    up = {};
+    up.home = {vehicle.now.estimate.x, vehicle.now.estimate.y};
+    up.home_radius = up.depth_most = 1e4f, up.home_speed = vehicle.model.pilot.guidance.slow;
+    begin_mission(vehicle);
+    vehicle.state.guidance.rising = false;  // without waiting for a fix
+    vehicle.state.guidance.reasons.tell(Reason::recalled);
+    const Guidance<float>& guidance = vehicle.model.pilot.guidance;
+    const float most = clamp(time_home(guidance, vehicle.now.estimate, up), 0.0f, 3600.0f);
+    vehicle.ascent_ends = vehicle.now.tick + std::uint32_t(most / vehicle.model.pilot.controller.tick);
 }
 
 /// Arm or disarm. Disarming is never refused.
@@ -170,6 +190,7 @@ inline Refusal arm(Vehicle& vehicle, bool on) {
     weigh_faults(vehicle);
     vehicle.now.armed = true;
     vehicle.now.control = Control::gait;
+    vehicle.ascent = Ascent::none;
     vehicle.asked = rest();
     vehicle.asked_at = vehicle.heard = vehicle.now.tick;
     return Refusal::none;
@@ -265,7 +286,7 @@ inline Refusal set_mission(Vehicle& vehicle, const Mission<float>& mission) {
     if (!fits(mission.waypoints, mission.corners) || !sound(mission)) return Refusal::out_of_range;
     take_mission(vehicle.plan, mission);
     vehicle.mission = mission_of(vehicle.plan);
-    vehicle.has_mission = true;
+    vehicle.has_mission = true, vehicle.ascent = Ascent::none;
     keep_mission(vehicle);
     return Refusal::none;
 }

@@ -46,6 +46,7 @@ struct MemoryBoard {
     int receive(std::uint8_t*, int) { return 0; }
     int send(const std::uint8_t*, int count) { return count; }
 
+    float depth = 0.05f;        // m
     int worn = -1;              // address that cannot be written any more
     std::uint32_t ticking = 0;  // counts that the clock goes on at every look
 };
@@ -62,7 +63,7 @@ inline void float_upright(MemoryBoard& board, const Vehicle& vehicle, int tick) 
     for (int j = 0; j < 2; ++j) show(bend_channel + j, 0);
     for (int k = 0; k < 4; ++k) show(pressure_channel + k, 60e3f), show(current_channel + k, 0.3f);
     for (int k = 0; k < 3; ++k) show(imu_channel + k, 0), show(imu_channel + 3 + k, k == 2 ? 9.81f : 0.0f);
-    show(battery_channel, 15.0f), show(depth_channel, 0.05f);
+    show(battery_channel, 15.0f), show(depth_channel, board.depth);
     for (int k = 0; k < 3; ++k) show(field_channel + k, k == 1 ? 0.7f : k == 2 ? -0.7f : 0.0f);
 }
 

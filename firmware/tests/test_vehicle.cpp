@@ -288,6 +288,68 @@ static void orders_on_the_way_home() {
     CHECK(arm(v, false) == Refusal::none);
 }
 
+/// Called home without a mission: from deeper than rise_depth it comes up, slowly, and rests there; in a tank it rests.
+static void up_without_a_mission() {
+    for (float deep : {1.2f, 3.0f}) {
+        begin_armed();
+        board.depth = deep;
+        float_on(v, board, 5990);
+        CHECK(!beats());
+        float_on(v, board, 300);
+        CHECK(snapshot(v).answer == Answer::home && !v.has_mission && snapshot(v).armed);
+        CHECK(beats() == (deep > 1.5f) && (snapshot(v).command.fin[0] > 0.1f) == (deep > 1.5f));
+        CHECK(snapshot(v).mode == (deep > 1.5f ? Mode::home : Mode::idle));
+    }
+    CHECK_NEAR(snapshot(v).command.frequency, 2 * 0.25 / 0.3, 0.6);  // a slow one
+    CHECK(ask_gait(v, beat()) == Refusal::faulty && mission(v).waypoints == 0);
+    board.depth = 0.5f, float_on(v, board, 200);
+    CHECK(beats());  // once on its way it comes up
+    board.depth = 0.05f, float_on(v, board, 300);
+    CHECK(!beats() && snapshot(v).mode == Mode::idle && snapshot(v).command.fin[0] == 0);
+    board.depth = 1.0f, float_on(v, board, 300);
+    CHECK(!beats());
+    board.depth = 2.0f, float_on(v, board, 300);
+    CHECK(beats());  // it sank
+    heard(v);
+    CHECK(set_mission(v, plan()) == Refusal::none);  // then that is the way home
+    float_on(v, board, 20);
+    CHECK(snapshot(v).control == Control::mission && v.ascent == Ascent::none);
+
+    // A leak at depth, and the depth cannot be read any more: up for as long as the way may take, then it rests.
+    begin_armed();
+    board.depth = 3, float_on(v, board, 200);
+    board.raw.leak = true;
+    const auto blind = [](int ticks) {
+        for (int k = 0; k < ticks; ++k) {
+            heard(v), float_upright(board, v, int(snapshot(v).tick));
+            board.raw.leak = true, board.raw.channel[hypertuna::depth_channel] = {};
+            tick(v, board);
+        }
+    };
+    blind(300);
+    CHECK(snapshot(v).faults.has(Fault::leak) && beats() && snapshot(v).command.fin[0] > 0.1f);
+    blind(int(v.ascent_ends - snapshot(v).tick) - 10);
+    CHECK(beats() && 10'000 < snapshot(v).tick && snapshot(v).tick < 60'000);
+    blind(100);
+    CHECK(!beats() && v.ascent == Ascent::vain && snapshot(v).armed);
+    blind(1000);
+    CHECK(!beats());
+}
+
+/// A parameter that is set changes its own field alone, and all others are what they were.
+static void one_field_is_filled() {
+    begin();
+    static Model filled;
+    for (int k = 0; k < parameter_count(v); ++k) {
+        const ParameterInfo& info = parameter(v, k);
+        const float to = info.low + (info.whole ? 0.0f : 0.4f) * (info.high - info.low);
+        set_parameter(v, k, to);
+    }
+    std::memcpy(&filled, &v.model, sizeof filled);
+    configure(filled, robot::description, v.value);
+    CHECK(std::memcmp(&filled, &v.model, sizeof filled) == 0);
+}
+
 /// On its back it is no more upright than on its side.
 static void upside_down() {
     begin_armed();
@@ -590,6 +652,8 @@ int main() {
     it_is_the_pilot_of_the_core();
     arming_anew_after_a_call_home();
     orders_on_the_way_home();
+    up_without_a_mission();
+    one_field_is_filled();
     upside_down();
     joystick_within_tighter_limits();
     stored_parameters_out_of_range();

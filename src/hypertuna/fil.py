@@ -137,7 +137,7 @@ def firmware_in_the_loop(
     scenario : Scenario
     board : {"pc", "qemu"}
     ticks : int, optional
-        Longest run; until the mission is done, or 6000, if left out.
+        Longest run; until the mission is done, or 6000, or 18000 of a robot that is lost, if left out.
     seed : int
         Of the sensors' noise, or of random messages.
     folder : str or Path, optional
@@ -201,7 +201,7 @@ class _Loop:
         assert scenario.mission is not None
         self.board, self.other, self.relay = board, other, relay
         self.counts = Counts(table, scenario.origin)
-        self.orders = dict(orders_of(scenario))
+        self.orders, self.silent = dict(orders_of(scenario)), scenario.silent
         self.servos = 2 * len(table.robot.joints) + 2
         self.center = float(table.values[[name for _, name, _ in table.fields].index("pulse_center")])
         self.tick = float(table.values[0])
@@ -215,7 +215,8 @@ class _Loop:
         message = self.orders[made].copy() if made in self.orders else order("none")
         sensed = len(self.counts.zero)
         message["sample"] = self.counts.of(np.asarray(readings[:sensed]))
-        message["flags"] = GROUND * (self.other is not None) | STACK * (made % 1000 == 0)
+        hears = self.other is not None and (self.silent is None or made < self.silent)
+        message["flags"] = GROUND * hears | STACK * (made % 1000 == 0)
         if len(readings) > sensed:
             message["flags"] |= FIXED
             message["fix"] = self.counts.fix(readings[sensed], readings[sensed + 1])
@@ -250,7 +251,8 @@ def _flown(
     start = mission_start(robot, scenario.mission, seed=seed)
     core = {**start.core, "board": loop}
     start = replace(start, core=core)
-    most = (USUAL if scenario.gait is not None else round(start.duration / start.tick)) if ticks is None else ticks
+    usual = USUAL if scenario.silent is None else 3 * USUAL
+    most = (usual if scenario.gait is not None else round(start.duration / start.tick)) if ticks is None else ticks
     records: list[dict[str, Array]] = []
     state, made = None, 0
     done = _core.mode_names().index("done")

@@ -24,6 +24,7 @@ START = 100  # ticks until the orders begin: the attitude settles
 Messages = NDArray[Any]
 
 BEAT = 1.0  # m below the surface, where a gait is swum
+LOST, SILENT = 3.0, 1000  # m, ticks: where and when a robot is lost
 MISSION = 2  # Control::mission of firmware/app/vehicle.hpp
 
 
@@ -42,6 +43,8 @@ class Scenario:
         Latitude and longitude of x = y = 0 [1e-7 deg].
     robot : str or None
         That it names.
+    silent : int or None
+        Tick from which the ground is not heard any more.
     """
 
     name: str
@@ -49,6 +52,7 @@ class Scenario:
     gait: Gait | None = None
     origin: tuple[int, int] = (0, 0)
     robot: str | None = None
+    silent: int | None = None
 
 
 def scenario_of(name: str, robot: Robot | None = None) -> Scenario:
@@ -57,8 +61,8 @@ def scenario_of(name: str, robot: Robot | None = None) -> Scenario:
     Parameters
     ----------
     name : str
-        ``random``, ``afloat`` for a robot at the surface that nothing is asked of, ``gait:NAME`` of a robot's gait, or
-        a mission or its file.
+        ``random``, ``afloat`` for a robot at the surface that nothing is asked of, ``gait:NAME`` of a robot's gait,
+        ``lost:NAME`` for the same 3 m deep, where the ground falls silent after 10 s, or a mission or its file.
     robot : Robot, optional
         That has the gait.
 
@@ -75,10 +79,12 @@ def scenario_of(name: str, robot: Robot | None = None) -> Scenario:
         return Scenario(name, None)
     if name == "afloat":
         return Scenario(name, Mission(()))
-    if name.startswith("gait:"):
+    if name.startswith(("gait:", "lost:")):
         if robot is None:
             raise InputError("must be given with a gait", key="--robot", fix="give --robot")
-        gait = named_gait(robot, name.removeprefix("gait:"))
+        gait = named_gait(robot, name[5:])
+        if name.startswith("lost:"):
+            return Scenario(name, Mission((), depth=LOST), gait, silent=SILENT)
         return Scenario(name, Mission((), depth=BEAT), gait)
     if name not in missions() and not name.endswith(".toml"):
         known = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]

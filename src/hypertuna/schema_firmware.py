@@ -40,6 +40,9 @@ class Firmware(Part):
     tilt_max: PositiveDegrees = entry("tilt_max_deg", "roll or pitch beyond which the tail rests", "deg")
     tilt_after: Positive = entry("tilt_after_s", "time that such a tilt must last to count", "s")
     leak_after: Positive = entry("leak_after_s", "time that a leak must last to count", "s")
+    rise_depth: Positive = entry(
+        "rise_depth_m", "depth from which a robot comes up that is called home and has no mission", "m"
+    )
     watchdog: Positive = entry("watchdog_s", "time without a tick after which the watchdog restarts the firmware", "s")
     link_rate: Positive = entry("link_rate_bit_s", "rate of the radio over the air", "bit/s")
     link_share: PositiveFraction = entry("link_share", "part of that rate which telemetry may take")
