@@ -82,8 +82,10 @@ inline void on_order(Link& link, Vehicle& vehicle, const Frame& frame) {
     const Peer from{frame.system, frame.component};
     switch (frame.id) {
         case MAVLINK_MSG_ID_COMMAND_LONG:
-            return follow_order<mavlink_command_long_t>(
-                link, frame, [&](const auto& m) { acknowledge(link, from, m.command, carry_out(link, vehicle, m)); });
+        case MAVLINK_MSG_ID_COMMAND_INT:
+            return follow_message(link, command_of(frame), [&](const auto& m) {
+                acknowledge(link, from, m.command, carry_out(link, vehicle, m));
+            });
         case MAVLINK_MSG_ID_GAIT_SET:
             return follow_order<mavlink_gait_set_t>(link, frame,
                                                     [&](const auto& m) { on_gait_set(link, vehicle, from, m); });

@@ -135,13 +135,18 @@ bool is_for(const Link& link, const Message& m) {
            (m.target_component == own_component || m.target_component == 0);
 }
 
-/// Read an order and follow it, if it is for this robot.
+/// Follow an order, if it is for this robot.
 template <class Message, class Follow>
-void follow_order(Link& link, const Frame& frame, const Follow& follow) {
-    const auto m = message_of<Message>(frame);
+void follow_message(Link& link, const Message& m, const Follow& follow) {
     if (!is_for(link, m)) return;
     ++link.orders;
     follow(m);
+}
+
+/// Read an order and follow it, if it is for this robot.
+template <class Message, class Follow>
+void follow_order(Link& link, const Frame& frame, const Follow& follow) {
+    follow_message(link, message_of<Message>(frame), follow);
 }
 
 }  // namespace hypertuna::firmware

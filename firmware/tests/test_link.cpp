@@ -290,6 +290,29 @@ static void test_lost_acknowledgement_of_a_mission() {
     CHECK(said<mavlink_mission_ack_t>(bench.board.said).empty());
 }
 
+/// COMMAND_INT is COMMAND_LONG; a bias that it has no place for is refused, not left out.
+static void test_command_int() {
+    Bench bench;
+    mavlink_command_int_t m{};
+    m.target_system = 1, m.command = MAV_CMD_COMPONENT_ARM_DISARM, m.param1 = 1, m.x = 500000000;
+    bench.say(m);
+    CHECK(last_answer(bench) == Refusal::none && snapshot(bench.vehicle()).armed);
+    m.command = HYPERTUNA_CMD_GAIT, m.param1 = 2, m.param2 = 10, m.param3 = 15, m.param4 = 40;
+    bench.say(m);
+    CHECK(last_answer(bench) == Refusal::out_of_range);
+    m.x = 0;
+    bench.say(m);
+    CHECK(last_answer(bench) == Refusal::none);
+    CHECK_NEAR(snapshot(bench.vehicle()).command.amplitude[1], 15 * pi / 180, 1e-6);
+    m.command = MAV_CMD_COMPONENT_ARM_DISARM, m.param1 = 0;
+    while (has_room(bench.app.link.out)) reply(bench.app.link.out, mavlink_command_ack_t{});
+    bench.say(m, 1);  // disarming waits for no place
+    CHECK(!snapshot(bench.vehicle()).armed);
+    m.target_system = 2, m.param1 = 1;
+    bench.say(m);
+    CHECK(!snapshot(bench.vehicle()).armed);
+}
+
 /// An axis of INT16_MAX is one that the joystick does not have.
 static void test_unused_axes() {
     Bench bench;
@@ -514,6 +537,7 @@ int main() {
     test_missions();
     test_mission_in_degrees();
     test_lost_acknowledgement_of_a_mission();
+    test_command_int();
     test_unused_axes();
     test_who_is_heard();
     test_signing();

@@ -21,6 +21,7 @@ from hypertuna.mission_file import MissionFile, missions, read_mission
 __all__ = ["Scenario", "orders_of", "random_messages", "scenario_of"]
 
 START = 100  # ticks until the orders begin: the attitude settles
+STORED = 250  # ticks in which the longest mission is stored; it arms after that
 Messages = NDArray[Any]
 
 BEAT = 1.0  # m below the surface, where a gait is swum
@@ -128,8 +129,9 @@ def orders_of(scenario: Scenario) -> Iterator[tuple[int, Any]]:
     steps = [order("begin", *numbers, 0.0, 0.0, 0.0, *m.start)]
     steps += [order("waypoint", *waypoint) for waypoint in m.waypoints]
     steps += [order("corner", *corner) for corner in m.fence]
-    steps += [order("end"), order("arm", 1.0), order("control", which=MISSION)]
-    yield from enumerate(steps, START)
+    yield from enumerate([*steps, order("end")], START)
+    stored = START + len(steps) + STORED
+    yield from enumerate([order("arm", 1.0), order("control", which=MISSION)], stored)
 
 
 def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
@@ -186,7 +188,7 @@ def _at_rest(counts: Counts) -> NDArray[np.float64]:
 
 def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
     """Make an order that may make sense, or not."""
-    groups = len(table.robot.joints)
+    groups, part = len(table.robot.joints), 0.01
     wild = float(random.choice([1.0, 1.0, 1.0, 3.0, math.nan]))
     match int(random.integers(8)):
         case 0:
@@ -196,7 +198,10 @@ def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
         case 2:
             place = int(random.integers(len(table.parameters)))
             parameter = table.parameters[place]
-            return order("parameter", random.uniform(parameter.low, parameter.high) * wild, which=place)
+            low, high = parameter.low, parameter.high
+            if table.fields[parameter.field][0] == "calibration":  # sensors stay sound, or it would never arm again
+                low, high = (parameter.standard + part * (end - parameter.standard) for end in (low, high))
+            return order("parameter", random.uniform(low, high) * wild, which=place)
         case 3:
             numbers = (*random.uniform(-50, 50, 2), 3.0, 0.3, 4.0 * wild, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
             return order("begin", *numbers)
