@@ -71,7 +71,8 @@ inline bool ascends(Vehicle& vehicle) {
         vehicle.ascent = Ascent::on;
         begin_ascent(vehicle);
     } else if (vehicle.ascent == Ascent::on) {
-        const bool up = at.depth < guidance.surface_depth, late = vehicle.now.tick == vehicle.ascent_ends;
+        const bool up = at.depth < guidance.surface_depth,
+                   late = 0 <= std::int32_t(vehicle.now.tick - vehicle.ascent_ends);
         if (up || late || vehicle.state.guidance.mode == Mode::hold) vehicle.ascent = up ? Ascent::none : Ascent::vain;
     }
     return vehicle.ascent == Ascent::on;
@@ -85,7 +86,7 @@ inline const Command<float>* chosen(Vehicle& vehicle, Command<float>& made) {
     made = rest();
     made.armed = now.armed;
     if (!now.armed || answer >= Answer::rest) return &made;
-    if (answer == Answer::home && !vehicle.has_mission) return ascends(vehicle) ? nullptr : &made;
+    if (answer == Answer::home && !(vehicle.has_mission && vehicle.way_home)) return ascends(vehicle) ? nullptr : &made;
     if (answer == Answer::home && now.control != Control::mission) ask_control(vehicle, Control::mission);
     if (now.control == Control::mission) {
         if (answer == Answer::home) vehicle.state.guidance.reasons.tell(Reason::recalled);
@@ -152,7 +153,8 @@ void control(Vehicle& vehicle, B& board) {
     Command<float> made;
     const Command<float>* command = chosen(vehicle, made);
     const bool decision = due(pilot, state);
-    if (command == nullptr && decision) decide(pilot, state, now.estimate, vehicle.mission);
+    if (command == nullptr && decision)
+        decide(pilot, state, now.estimate, now.control == Control::mission ? vehicle.mission : vehicle.up);
     if (command != nullptr) state.command = *command;
     const std::uint32_t middle = board.clock();
     follow(pilot, state, now.estimate, now.readings.robot, now.output);

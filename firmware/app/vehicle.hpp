@@ -65,7 +65,8 @@ struct Vehicle {
     Snapshot now;
     Profile profile;
     Mission<float> mission;
-    bool has_mission;
+    bool has_mission, way_home;  // on board; sent or begun since boot, so that it is a way home
+    Mission<float> up;           // of an ascent
     Ascent ascent;
     std::uint32_t ascent_ends;  // tick at which it is in vain
     bool remembered;            // the origin is a kept mission's, and no fix came since boot
@@ -141,10 +142,10 @@ inline Command<float> rest() {
     return command;
 }
 
-/// Guidance begins anew, from where the robot is, and with what it is told.
-inline void begin_mission(Vehicle& vehicle) {
-    vehicle.mission.start = {vehicle.now.estimate.x, vehicle.now.estimate.y};
-    vehicle.state.guidance = init(vehicle.model.pilot.guidance, vehicle.mission);
+/// Guidance begins a mission anew, from where the robot is.
+inline void begin_mission(Vehicle& vehicle, Mission<float>& mission) {
+    mission.start = {vehicle.now.estimate.x, vehicle.now.estimate.y};
+    vehicle.state.guidance = init(vehicle.model.pilot.guidance, mission);
     vehicle.state.wait = 0;
 }
 
@@ -161,11 +162,11 @@ inline void weigh_faults(Vehicle& vehicle) {
 /// Up from here, with a mission that has no waypoints and is at home everywhere: guidance circles about the place,
 /// slowly and with its fins up, and knows what to do without IMU, depth or a fin.
 inline void begin_ascent(Vehicle& vehicle) {
-    Mission<float>& up = vehicle.mission;
+    Mission<float>& up = vehicle.up;
     up = {};
     up.home = {vehicle.now.estimate.x, vehicle.now.estimate.y};
     up.home_radius = up.depth_most = 1e4f, up.home_speed = vehicle.model.pilot.guidance.slow;
-    begin_mission(vehicle);
+    begin_mission(vehicle, up);
     vehicle.state.guidance.rising = false;  // without waiting for a fix
     vehicle.state.guidance.reasons.tell(Reason::recalled);
     const Guidance<float>& guidance = vehicle.model.pilot.guidance;
@@ -203,7 +204,8 @@ inline Refusal ask_control(Vehicle& vehicle, Control control) {
     if (control != Control::mission && Answer::home <= vehicle.now.answer) return Refusal::faulty;
     if (control == Control::mission) {
         if (!vehicle.has_mission) return Refusal::no_mission;
-        if (vehicle.now.control != Control::mission) begin_mission(vehicle);
+        if (vehicle.now.control != Control::mission) begin_mission(vehicle, vehicle.mission);
+        vehicle.way_home = true;
     }
     vehicle.asked = rest();
     vehicle.asked_at = vehicle.now.tick;
@@ -286,7 +288,7 @@ inline Refusal set_mission(Vehicle& vehicle, const Mission<float>& mission) {
     if (!fits(mission.waypoints, mission.corners) || !sound(mission)) return Refusal::out_of_range;
     take_mission(vehicle.plan, mission);
     vehicle.mission = mission_of(vehicle.plan);
-    vehicle.has_mission = true, vehicle.ascent = Ascent::none;
+    vehicle.has_mission = vehicle.way_home = true, vehicle.ascent = Ascent::none;
     keep_mission(vehicle);
     return Refusal::none;
 }
@@ -332,6 +334,7 @@ inline void meet_fix(Vehicle& vehicle, const std::int32_t (&fix)[2]) {
         place_at(vehicle, near ? at.x : 0.0f, near ? at.y : 0.0f);
         if (near) return;
         vehicle.has_mission = vehicle.origin.known = false, vehicle.mission = {};
+        if (vehicle.now.control == Control::mission) vehicle.now.control = Control::gait;  // of which none is asked
     }
     if (vehicle.origin.known) return;
     vehicle.origin = origin_at(fix[0], fix[1]);

@@ -288,6 +288,27 @@ static void orders_on_the_way_home() {
     CHECK(arm(v, false) == Refusal::none);
 }
 
+/// A mission with its fence, every number of it another one than those of the other.
+static Mission<float> numbered(int which) {
+    static Waypoint<float> to[most_waypoints];
+    static hypertuna::Corner<float> corner[most_corners];
+    Mission<float> m = plan();
+    m.waypoint = to, m.corner = corner;
+    m.waypoints = 3 + 40 * which, m.corners = 4 + which, m.stay = which == 1;
+    m.home = {1.0f + float(which), 2.0f + float(which)}, m.reserve = 0.2f + 0.1f * float(which);
+    for (int k = 0; k < m.waypoints; ++k)
+        to[k] = {float(k + which), float(2 * k - which), 1.0f + float(which), 0.3f, 2.0f + float(which)};
+    for (int k = 0; k < m.corners; ++k) corner[k] = {float(50 * k + which), float(k * k + which)};
+    return m;
+}
+
+static bool same(const Mission<float>& a, const Mission<float>& b) {
+    return a.waypoints == b.waypoints && a.corners == b.corners && a.stay == b.stay && a.home.x == b.home.x &&
+           a.home.y == b.home.y && a.reserve == b.reserve && a.depth_most == b.depth_most &&
+           std::memcmp(a.waypoint, b.waypoint, sizeof(a.waypoint[0]) * std::size_t(a.waypoints)) == 0 &&
+           std::memcmp(a.corner, b.corner, sizeof(a.corner[0]) * std::size_t(a.corners)) == 0;
+}
+
 /// Called home without a mission: from deeper than rise_depth it comes up, slowly, and rests there; in a tank it rests.
 static void up_without_a_mission() {
     for (float deep : {1.2f, 3.0f}) {
@@ -334,6 +355,24 @@ static void up_without_a_mission() {
     CHECK(!beats() && v.ascent == Ascent::vain && snapshot(v).armed);
     blind(1000);
     CHECK(!beats());
+}
+
+/// A mission from before the restart may be of another water, and a tank has no fixes that tell: it is no way home
+/// until the ground begins it or sends it anew.
+static void a_kept_mission_is_no_way_home() {
+    for (bool begun : {false, true}) {
+        begin();
+        set_mission(v, numbered(1)), float_on(v, board, 300);
+        boot(v, robot::description, board);
+        float_on(v, board, 100);
+        CHECK(arm(v, true) == Refusal::none);
+        if (begun) CHECK(ask_control(v, Control::mission) == Refusal::none && ask_gait(v, beat()) == Refusal::none);
+        float_on(v, board, 6200);
+        CHECK(snapshot(v).answer == Answer::home && beats() == begun);
+        CHECK((snapshot(v).control == Control::mission) == begun);
+        board.depth = 3, float_on(v, board, 300);  // but up it comes
+        CHECK(beats() && same(mission(v), numbered(1)));
+    }
 }
 
 /// A parameter that is set changes its own field alone, and all others are what they were.
@@ -416,27 +455,6 @@ static void fences() {
     CHECK(set_mission(v, m) == Refusal::none);
     CHECK(set_origin(v, 0, 1800000001) == Refusal::out_of_range);
     CHECK(set_origin(v, 0, INT32_MIN) == Refusal::out_of_range);
-}
-
-/// A mission with its fence, every number of it another one than those of the other.
-static Mission<float> numbered(int which) {
-    static Waypoint<float> to[most_waypoints];
-    static hypertuna::Corner<float> corner[most_corners];
-    Mission<float> m = plan();
-    m.waypoint = to, m.corner = corner;
-    m.waypoints = 3 + 40 * which, m.corners = 4 + which, m.stay = which == 1;
-    m.home = {1.0f + float(which), 2.0f + float(which)}, m.reserve = 0.2f + 0.1f * float(which);
-    for (int k = 0; k < m.waypoints; ++k)
-        to[k] = {float(k + which), float(2 * k - which), 1.0f + float(which), 0.3f, 2.0f + float(which)};
-    for (int k = 0; k < m.corners; ++k) corner[k] = {float(50 * k + which), float(k * k + which)};
-    return m;
-}
-
-static bool same(const Mission<float>& a, const Mission<float>& b) {
-    return a.waypoints == b.waypoints && a.corners == b.corners && a.stay == b.stay && a.home.x == b.home.x &&
-           a.home.y == b.home.y && a.reserve == b.reserve && a.depth_most == b.depth_most &&
-           std::memcmp(a.waypoint, b.waypoint, sizeof(a.waypoint[0]) * std::size_t(a.waypoints)) == 0 &&
-           std::memcmp(a.corner, b.corner, sizeof(a.corner[0]) * std::size_t(a.corners)) == 0;
 }
 
 /// A mission survives a restart, as a whole, and so does that there is none.
@@ -530,9 +548,13 @@ static void a_kept_mission_has_its_place() {
     CHECK_NEAR(snapshot(v).estimate.y, 111.2, 0.2);
 
     boot(v, robot::description, board);  // a hundred kilometers away: another lake
-    float_on(v, board, 50);
+    float_on(v, board, 100);
+    CHECK(arm(v, true) == Refusal::none && ask_control(v, Control::mission) == Refusal::none);
+    float_on(v, board, 100);
     fix(510000000, 80000000);
-    CHECK(!v.has_mission && origin(v).latitude == 510000000);
+    CHECK(!v.has_mission && origin(v).latitude == 510000000 && snapshot(v).control == Control::gait);
+    float_on(v, board, 100);
+    CHECK(!beats() && snapshot(v).armed);
     CHECK(ask_control(v, Control::mission) != Refusal::none);
     boot(v, robot::description, board);  // and back again
     CHECK(v.has_mission);
@@ -653,6 +675,7 @@ int main() {
     arming_anew_after_a_call_home();
     orders_on_the_way_home();
     up_without_a_mission();
+    a_kept_mission_is_no_way_home();
     one_field_is_filled();
     upside_down();
     joystick_within_tighter_limits();

@@ -26,7 +26,9 @@ def fil_command(
     board: Annotated[str, typer.Option("--board", help="pc, or qemu for an emulated Cortex-M7.")] = "pc",
     scenario: Annotated[
         str,
-        typer.Option("--scenario", help="A mission or its file, gait:NAME, lost:NAME, afloat, or random messages without a twin."),
+        typer.Option(
+            "--scenario", help="A mission or its file, gait:NAME, lost:NAME, afloat, or random messages without a twin."
+        ),
     ] = "random",
     robot: Annotated[
         str | None, typer.Option("--robot", help="Robot that the firmware is made for.  [default: the mission's]")
