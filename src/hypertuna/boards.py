@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import socket
 import subprocess
 import tempfile
 import threading
@@ -69,9 +70,9 @@ def firmware_of(robot: str, board: str, folder: str | Path | None = None) -> Pat
         If it is not there.
     """
     path = Path(FOLDER if folder is None else folder) / f"{robot}-{BOARDS[board]}"
-    if not path.exists():
+    if not path.is_file():
         fix = f"run `make firmware ROBOT={robot}`" if missing(board) is None else str(missing(board))
-        raise InputError("must be there", key="firmware", value=str(path), fix=fix)
+        raise InputError("is no firmware: it does not exist", file=str(path), fix=fix)
     return path
 
 
@@ -154,7 +155,14 @@ def started(board: str, firmware: Path, radio: int | None = None) -> Iterator[Bo
     Yields
     ------
     Board
+
+    Raises
+    ------
+    InputError
+        If the firmware does not start, or an emulated board's port is taken.
     """
+    if board == "qemu" and radio is not None:
+        _check_free(radio)
     with tempfile.TemporaryDirectory() as place:
         if board == "pc":
             udp = [] if radio is None else ["--udp", str(radio)]
@@ -180,6 +188,17 @@ def started(board: str, firmware: Path, radio: int | None = None) -> Iterator[Bo
             from_board.close()
             with contextlib.suppress(BrokenPipeError):  # what it did not read any more
                 to_board.close()
+
+
+def _check_free(port: int) -> None:
+    """Check that nobody listens at a port yet."""
+    with socket.socket() as one:
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            one.bind(("127.0.0.1", port))
+        except OSError as error:
+            fix = "choose another one"
+            raise InputError(f"must be a free port ({error.strerror})", key="radio", value=str(port), fix=fix) from None
 
 
 def _opened(fifo: Path, process: subprocess.Popen[bytes]) -> IO[bytes]:

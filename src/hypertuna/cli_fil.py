@@ -31,11 +31,11 @@ def fil_command(
         ),
     ] = "random",
     robot: Annotated[
-        str | None, typer.Option("--robot", help="Robot that the firmware is made for.  [default: the mission's]")
+        str | None, typer.Option("--robot", help="Robot that the firmware is made for. (default: the mission's)")
     ] = None,
     ticks: Annotated[
         str | None,
-        typer.Option("--ticks", help="Longest run in control ticks.  [default: until the mission is done, or 6000]"),
+        typer.Option("--ticks", help="Longest run in control ticks. (default: until the mission is done, or 6000)"),
     ] = None,
     seed: Seed = "0",
     radio: Annotated[
@@ -49,12 +49,12 @@ def fil_command(
         typer.Option(
             "--air",
             help="Numbers of a modelled radio between --radio's port, then UDP for every board, and the robot, such as "
-            "rate=4800,loss=0.3.  [default: a cable]",
+            "rate=4800,loss=0.3. (default: a cable)",
         ),
     ] = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="Go no faster than the clock.")] = False,
     firmware: Annotated[
-        str | None, typer.Option("--firmware", help="Folder of the programs.  [default: build/firmware]")
+        str | None, typer.Option("--firmware", help="Folder of the programs. (default: build/firmware)")
     ] = None,
     as_json: AsJson = False,
 ) -> None:

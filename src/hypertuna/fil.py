@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.boards import INSTRUCTIONS, Board, firmware_of, started
 from hypertuna.description import Robot
+from hypertuna.errors import InputError
 from hypertuna.fil_scenario import Scenario, orders_of, random_messages
 from hypertuna.firmware_params import FirmwareTable, firmware_table
 from hypertuna.lockstep import COMPARED, FIXED, FROM_BOARD, GROUND, STACK, Counts, order
@@ -35,6 +36,7 @@ PART = 3000  # ticks that the twin makes at a time
 PARTS = ("controller", "pilot", "link", "whole")  # of a tick, that instructions are counted of
 TICK = 0.01  # s
 USUAL = 6000  # ticks of what does not end by itself
+MOST_TICKS = 100_000_000  # eleven days
 
 
 @dataclass(frozen=True)
@@ -80,8 +82,8 @@ class FirmwareRun:
 
     @property
     def status(self) -> str | None:
-        """How a mission ended: what the pilot on board says, unless the twin diverged."""
-        if self.flown is None or self.scenario.gait is not None:
+        """How a mission ended: what the pilot on board says, unless the twin diverged; None without a way to go."""
+        if self.flown is None or not self.flown.start.mission.waypoints:
             return None
         if self.flown.status == "diverged":
             return "diverged"
@@ -160,10 +162,15 @@ def firmware_in_the_loop(
     Raises
     ------
     InputError
-        If the firmware is missing, or does not run.
+        If the firmware is missing, was made of another description, or does not run; if ticks, seed or radio are out
+        of range.
     """
-    firmware = firmware_of(robot.name, board, folder)
-    beside = firmware_of(robot.name, "pc", folder) if radio is None else None
+    _check_between(ticks, "ticks", 1, MOST_TICKS)
+    _check_between(seed, "seed", 0, 2**64 - 1)
+    _check_between(radio, "radio", 1, 65535)
+    table = firmware_table(robot)
+    firmware = _firmware(table, board, folder)
+    beside = _firmware(table, "pc", folder) if radio is None else None
     begun = time.perf_counter()
     relay: Relay | None = None
     with contextlib.ExitStack() as stack:
@@ -174,16 +181,35 @@ def firmware_in_the_loop(
             relay.connect()
         other = stack.enter_context(started("pc", beside)) if beside is not None else None
         if scenario.mission is None:
-            messages = random_messages(firmware_table(robot), USUAL if ticks is None else ticks, seed)
+            messages = random_messages(table, USUAL if ticks is None else ticks, seed)
             answers, different = _streamed(on, other, messages, report)
             flown = None
         else:
-            loop = _Loop(firmware_table(robot), scenario, on, other, relay, real_time)
+            loop = _Loop(table, scenario, on, other, relay, real_time)
             flown = _flown(robot, scenario, loop, ticks, seed, report)
             answers, different = np.array(loop.answers), loop.different
     took = time.perf_counter() - begun
     told = {} if relay is None else {side: relay.air.told(k) for k, side in enumerate(("robot", "ground"))}
     return FirmwareRun(scenario, board, answers, np.array(different, dtype=np.int64), took, flown, radio is None, told)
+
+
+def _check_between(number: int | None, key: str, least: int, most: int) -> None:
+    """Check a whole number that may be left out."""
+    if number is not None and not least <= number <= most:
+        fix = f"give {'less' if number > most else 'more'}"
+        raise InputError(f"must be from {least} to {most}", key=key, value=str(number), fix=fix)
+
+
+def _firmware(table: FirmwareTable, board: str, folder: str | Path | None) -> Path:
+    """Find the firmware of a robot, and check that it has the numbers of the description as it is now."""
+    name = table.robot.name
+    path = firmware_of(name, board, folder)
+    if table.values.astype("<f4").tobytes() not in path.read_bytes():
+        source = table.robot.file or name
+        written = f"hypertuna firmware params --robot {source} -o firmware/robots/{name}.hpp"
+        fix = f"run `{written}` and `make firmware ROBOT={name}`"
+        raise InputError(f"has other numbers than {source}", file=str(path), fix=fix)
+    return path
 
 
 class _Loop:
