@@ -9,6 +9,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -28,7 +29,7 @@ from hypertuna.gait import named_gait
 from hypertuna.lockstep import order
 from hypertuna.radio import RadioModel
 from hypertuna.relay import radio_model
-from program import PROGRAM, Run
+from program import Run
 
 MOST_INSTRUCTIONS, MOST_TEXT, MOST_STACK = 4000, 64 * 1024, 2048
 
@@ -274,7 +275,7 @@ def test_a_modelled_radio_needs_a_ground_station(run: Run) -> None:
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_closed_terminal_ends_it_as_ctrl_c_does(pc: Path, tmp_path: Path, number: signal.Signals) -> None:
     """Its firmware ends with it, and no folder of pipes is left behind."""
-    command = [*PROGRAM, "fil", "--board", "pc", "--scenario", "afloat", "--ticks", "100000"]
+    command = [sys.executable, "-m", "hypertuna", "fil", "--board", "pc", "--scenario", "afloat", "--ticks", "100000"]
     place = {"TMPDIR": str(tmp_path)}
     process = subprocess.Popen(command, env=os.environ | place, stderr=subprocess.PIPE, text=True)
     end = time.monotonic() + 30
