@@ -66,7 +66,7 @@ LAYERS = (
     *("twin_run", "twin_parts", "twin", "posture", "sobol", "sea", "sea_run", "sea_twin", "dive", "mission_run"),
     *("geodesy", "schema_mission", "mission_file", "mission_record", "gpx", "log_fields", "mcap_log", "mcap_read"),
     *("flight", "link_items", "link_client", "link_calibrate", "drive"),
-    *("firmware_params", "lockstep", "boards", "relay", "fil_scenario", "fil"),
+    *("firmware_params", "black_box", "lockstep", "boards", "relay", "fil_scenario", "fil"),
     *("drawing", "style", "fe_pictures", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "published_twins", "ledger", "reproduce_*", "reproduce", "ledger_page"),
     *("__init__", "console", "options", "cli_optimize", "cli_bench", "cli_link", "cli_fe_options", "cli_fe_reduce"),

@@ -126,6 +126,7 @@ def firmware_in_the_loop(
     radio: int | None = None,
     air: RadioModel | None = None,
     real_time: bool = False,
+    black_box: str | Path | None = None,
     report: Callable[[int, int], None] | None = None,
 ) -> FirmwareRun:
     """Run the firmware of a robot on a board.
@@ -150,6 +151,8 @@ def firmware_in_the_loop(
         cable if left out.
     real_time : bool
         Whether a tick waits for the clock.
+    black_box : str or Path, optional
+        File that gets the board's black box.
     report : callable, optional
         Is told ticks done, and all.
 
@@ -169,7 +172,7 @@ def firmware_in_the_loop(
     with contextlib.ExitStack() as stack:
         if radio is not None and air is not None:
             relay = stack.enter_context(Relay(board, radio, air, seed=seed))
-        on = stack.enter_context(started(board, firmware, radio if relay is None else relay.board_port))
+        on = stack.enter_context(started(board, firmware, radio if relay is None else relay.board_port, black_box))
         if relay is not None:
             relay.connect()
         other = stack.enter_context(started("pc", beside)) if beside is not None else None

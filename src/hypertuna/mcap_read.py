@@ -93,18 +93,21 @@ def _record(pile: Pile) -> MissionRecord:
         mission = mission_from(head["mission"])
         texts = (str(head["name"]), str(head["robot"]))
         modes, reasons = tuple(head["modes"]), tuple(head["reasons"])
+        controls, faults = tuple(head.get("controls", ())), tuple(head.get("faults", ()))
     except (ValueError, KeyError, TypeError, IndexError):
         raise InputError("must have a head as hypertuna writes it", key="record", fix="write the log anew") from None
     topics = fields(known, joints, circuits)
-    needed = ["/tf robot", *(["/tf estimate"] if "attitude_estimated" in known else []), *topics]
+    frames = {"/tf robot": "attitude", "/tf estimate": "attitude_estimated"}
+    needed = [*(topic for topic, name in frames.items() if name in known), *topics]
     count = min(len(pile.times.get(topic, [])) for topic in needed)
     if not count:
         rule = "has no time that all topics have" + (f": it is {pile.fault}" if pile.fault else "")
         raise InputError(rule, key=next(t for t in needed if not pile.times.get(t)), fix="nothing is left to read")
-    stamps = np.array(pile.times["/tf robot"][:count], dtype=np.int64)
+    stamps = np.array(pile.times[needed[0]][:count], dtype=np.int64)
     try:
         data = _data(pile, topics, count)
-        data["position"], data["attitude"] = _poses(pile.contents["/tf robot"][:count])
+        if "/tf robot" in needed:
+            data["position"], data["attitude"] = _poses(pile.contents["/tf robot"][:count])
         if "/tf estimate" in needed:
             data["attitude_estimated"] = _poses(pile.contents["/tf estimate"][:count])[1]
     except (ValueError, KeyError, TypeError, IndexError, struct.error):
@@ -112,7 +115,7 @@ def _record(pile: Pile) -> MissionRecord:
         raise InputError("must have messages as hypertuna writes them", key="topics", fix=fix) from None
     facts = {key: value for key, value in pile.metadata.items() if key != "record"}
     return MissionRecord(
-        *texts, mission, stamps / NANO, data, joints, circuits, modes, reasons, origin=origin, facts=facts
+        *texts, mission, stamps / NANO, data, joints, circuits, modes, reasons, origin, facts, controls, faults
     )
 
 
