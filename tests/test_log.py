@@ -42,7 +42,19 @@ def same(read: MissionRecord, written: MissionRecord) -> None:
     assert set(read.data) == set(written.data)
     for name, values in written.data.items():
         np.testing.assert_allclose(read.data[name], values[:count], rtol=1e-14, atol=1e-15, err_msg=name)
-    for name in ("name", "robot", "mission", "joints", "circuits", "modes", "reasons", "origin", "facts"):
+    for name in (
+        "name",
+        "robot",
+        "mission",
+        "joints",
+        "circuits",
+        "modes",
+        "reasons",
+        "origin",
+        "facts",
+        "controls",
+        "faults",
+    ):
         assert getattr(read, name) == getattr(written, name), name
 
 

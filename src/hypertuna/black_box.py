@@ -1,8 +1,8 @@
 """Black box: what the firmware took down of every tick, read from the card.
 
 A box is a row of little-endian words (firmware/app/black_box.hpp). Every record has a mark with its kind and the number
-of its words, and ends with the sum of all partial sums of the words before. What of a record is in which word is told by
-the firmware's own list (firmware/app/record.hpp), which is bound to `hypertuna._core`.
+of its words, and ends with the sum of all partial sums of the words before. Which word has what is told by the firmware's
+own list (firmware/app/record.hpp), which is bound to `hypertuna._core`.
 """
 
 from __future__ import annotations

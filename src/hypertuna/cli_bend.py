@@ -19,7 +19,7 @@ from hypertuna.console import check_suffix, command_line, print_json, tell_writt
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.options import AsJson, Joint, Name, Pressure, Side, pressures
-from hypertuna.results import provenance, write_atomically, write_netcdf
+from hypertuna.results import provenance, rows_csv, write_atomically, write_netcdf
 
 __all__ = ["bend_command"]
 
@@ -160,12 +160,15 @@ def _csv(first: Bend, sets: Mapping[str, Bend]) -> str:
     """Write bends as comma-separated values, a row per pressure, below comments that say what made them."""
     facts = provenance(first.robot) | {"command": command_line(), "joint": first.joint, "side": first.side}
     facts |= {"law": first.law, "status": first.status_text}
-    lines = [f"# {key}: {value}" for key, value in facts.items()] + ["material,branch,pressure_kpa,angle_deg"]
+    rows = []
     for name, found in sets.items():
         columns = [column.tolist() for column in _branches(found).values()]
-        for branch, pressure, angle in zip(("load", "unload"), columns[::2], columns[1::2], strict=False):
-            lines += [f"{name},{branch},{p},{a}" for p, a in zip(pressure, angle, strict=True)]
-    return "\n".join(lines) + "\n"
+        for branch, *ways in zip(("load", "unload"), columns[::2], columns[1::2], strict=False):
+            rows += [
+                {"material": name, "branch": branch, "pressure_kpa": pressure, "angle_deg": angle}
+                for pressure, angle in zip(*ways, strict=True)
+            ]
+    return rows_csv(facts, rows)
 
 
 def _plot(first: Bend, sets: Mapping[str, Bend], plot: str) -> None:

@@ -21,7 +21,7 @@ from hypertuna.mcap_read import Log, read_log
 from hypertuna.mission_file import read_mission
 from hypertuna.mission_record import MissionRecord, record_facts
 from hypertuna.options import Name
-from hypertuna.results import write_atomically
+from hypertuna.results import columns_csv, write_atomically
 
 __all__ = ["log_app"]
 
@@ -183,8 +183,5 @@ def _csv(record: MissionRecord, *, complete: bool) -> str:
         for row in rows:
             values = record.data[row.name] if row.part is None else record.data[row.name][:, row.part]
             columns[row.key] = values * row.factor
-    lines = [f"# mission: {record.name}", f"# robot: {record.robot}", *(f"# {k}: {v}" for k, v in record.facts.items())]
-    lines.append(f"# complete: {str(complete).lower()}")
-    lines.append(",".join(columns))
-    lines += [",".join(f"{value + 0.0:.9g}" for value in row) for row in zip(*columns.values(), strict=True)]
-    return "\n".join(lines) + "\n"
+    facts = {"mission": record.name, "robot": record.robot, **record.facts, "complete": str(complete).lower()}
+    return columns_csv(facts, columns, digits=9)

@@ -30,7 +30,7 @@ from hypertuna.gpx import check_origin, write_gpx
 from hypertuna.mcap_file import need_log
 from hypertuna.mission_file import MissionFile, missions, read_mission
 from hypertuna.mission_record import record_facts
-from hypertuna.results import provenance, write_atomically
+from hypertuna.results import provenance, rows_csv, write_atomically
 
 __all__ = ["mission_command"]
 
@@ -269,11 +269,11 @@ def _print_many(file: MissionFile, robot: Robot, done: Sequence[Outcome]) -> Non
 def _csv(file: MissionFile, robot: Robot, done: Sequence[Outcome]) -> str:
     """Write many flights as comma-separated values, below comments that say what made them."""
     facts = provenance(robot) | {"mission": file.name, "mission_hash": file.hash, "command": command_line()}
-    lines = [f"# {key}: {value}" for key, value in facts.items()]
-    for k, one in enumerate(done):
-        row = _told(one) | {"reasons_s": " ".join(f"{name}@{time:g}" for name, time in one.reasons.items())}
-        lines += [",".join(row)] * (not k) + [",".join(str(value) for value in row.values())]
-    return "\n".join(lines) + "\n"
+    rows = []
+    for one in done:
+        when = " ".join(f"{name}@{time:g}" for name, time in one.reasons.items())
+        rows.append(_told(one) | {"reasons_s": when})
+    return rows_csv(facts, rows)
 
 
 def _plot(flight: Flight, plot: str) -> None:

@@ -39,7 +39,7 @@ from hypertuna.console import (
 from hypertuna.description import load
 from hypertuna.objective import OBJECTIVES
 from hypertuna.pareto import SLOW, Front, pareto
-from hypertuna.results import provenance, write_atomically, write_netcdf
+from hypertuna.results import provenance, rows_csv, write_atomically, write_netcdf
 from hypertuna.robust import WAYS
 
 __all__ = ["pareto_command"]
@@ -175,18 +175,15 @@ def _csv(front: Front) -> str:
     """Write a front as comma-separated values, below comments that say what made it."""
     facts = {str(key): value for key, value in front.points.attrs.items()} | {"command": command_line()}
     groups = [group.name for group in front.robot.joints]
-    lines = [f"# {key}: {value}" for key, value in facts.items()]
-    for k, row in enumerate(_rows(front)):
+    rows = []
+    for row in _rows(front):
         gait = row.pop("gait")
         flat = {"frequency_hz": gait.pop("frequency_hz")}
         for name, angles in gait.items():
             kind = name.removesuffix("_deg")
             flat |= {f"{kind}_{group}_deg": angle for group, angle in zip(groups, angles, strict=True)}
-        flat |= row
-        if not k:
-            lines.append(",".join(flat))
-        lines.append(",".join(str(value) for value in flat.values()))
-    return "\n".join(lines) + "\n"
+        rows.append(flat | row)
+    return rows_csv(facts, rows)
 
 
 def _plot(front: Front, plot: str) -> None:

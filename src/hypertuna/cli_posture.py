@@ -27,7 +27,7 @@ from hypertuna.description import Robot
 from hypertuna.hydraulics import ZERO_CELSIUS
 from hypertuna.options import MEDIA, Bore, Medium, Name, Seed, Temperature, celsius, choice, robot_of
 from hypertuna.posture import CLOSE, EASED, PostureTest, posture_test
-from hypertuna.results import provenance, write_atomically, write_netcdf
+from hypertuna.results import provenance, rows_csv, write_atomically, write_netcdf
 
 __all__ = ["posture_command"]
 
@@ -166,15 +166,19 @@ def _record(done: PostureTest) -> dict[str, Any]:
 def _csv(done: PostureTest) -> str:
     """Write one row per beat as comma-separated values, below comments that say what made it."""
     facts = provenance(done.robot) | {"medium": done.fish_in, "seed": done.seed, "command": command_line()}
-    lines = [f"# {key}: {value}" for key, value in facts.items()]
-    columns = ("time", "peak_left", "peak_right", "error", "error_measured")
-    lines.append(",".join(["frequency_hz,joint,angle_set_deg,time_s", *(f"{name}_deg" for name in columns[1:])]))
+    names = ("peak_left_deg", "peak_right_deg", "error_deg", "error_measured_deg")
+    rows = []
     for one in done.held:
         angles = np.degrees(np.column_stack([one.peaks, one.error, one.measured_error]))
+        case = {
+            "frequency_hz": f"{one.frequency:g}",
+            "joint": one.name,
+            "angle_set_deg": f"{math.degrees(one.angle):g}",
+        }
         for time, row in zip(one.time, angles, strict=True):
-            head = f"{one.frequency:g},{one.name},{math.degrees(one.angle):g},{time:.6g}"
-            lines.append(",".join([head, *(f"{value:.6g}" for value in row)]))
-    return "\n".join(lines) + "\n"
+            beat = dict(zip(("time_s", *names), (time, *row), strict=True))
+            rows.append(case | {name: f"{value:.6g}" for name, value in beat.items()})
+    return rows_csv(facts, rows)
 
 
 def _plot(done: PostureTest, plot: str) -> None:

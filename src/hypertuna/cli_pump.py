@@ -25,7 +25,7 @@ from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
 from hypertuna.hydraulics import ZERO_CELSIUS, circuits
 from hypertuna.options import BORES
-from hypertuna.results import dataset, provenance, write_atomically, write_netcdf
+from hypertuna.results import dataset, provenance, rows_csv, write_atomically, write_netcdf
 from hypertuna.sizing import Size, largest_beat, size_pump
 
 __all__ = ["COLUMNS", "pump_command"]
@@ -195,10 +195,7 @@ def _variables(sizes: list[Size]) -> dict[str, Any]:
 
 def _csv(fish: Robot, sizes: list[Size]) -> str:
     """Write sizes as comma-separated values, below comments that say what made them."""
-    rows = [_flat(size) for size in sizes]
-    facts = provenance(fish) | {"command": command_line()}
-    lines = [f"# {key}: {value}" for key, value in facts.items()] + [",".join(rows[0])]
-    return "\n".join([*lines, *(",".join(str(value) for value in row.values()) for row in rows)]) + "\n"
+    return rows_csv(provenance(fish) | {"command": command_line()}, (_flat(size) for size in sizes))
 
 
 def _print(fish: Robot, sizes: list[Size]) -> None:

@@ -25,7 +25,7 @@ from hypertuna.console import (
 from hypertuna.description import load
 from hypertuna.errors import InputError
 from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, gait_axes, one_gait, spelled
-from hypertuna.results import provenance, write_atomically, write_netcdf
+from hypertuna.results import provenance, rows_csv, write_atomically, write_netcdf
 from hypertuna.sweep import Gaits, sweep
 from hypertuna.swim import Swim, swim
 
@@ -160,9 +160,7 @@ def sweep_command(
     if output is not None and kind == ".csv":
         write_atomically(output, _csv(found).encode())
     if as_json:
-        columns = _columns(found)
-        gaits = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-        print_json(provenance(fish) | {"gaits": gaits})
+        print_json(provenance(fish) | {"gaits": _gaits(found)})
     else:
         _print_sweep(found)
         tell_written(plot, output)
@@ -267,14 +265,16 @@ def _columns(found: xr.Dataset) -> dict[str, Any]:
     )
 
 
+def _gaits(found: xr.Dataset) -> list[dict[str, Any]]:
+    """Return gaits and results of a sweep as rows."""
+    columns = _columns(found)
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
 def _csv(found: xr.Dataset) -> str:
     """Write a sweep as comma-separated values, below comments that say what made it."""
     made_by = {str(key): value for key, value in found.attrs.items()} | {"command": command_line()}
-    columns = _columns(found)
-    lines = [f"# {key}: {value}" for key, value in made_by.items()]
-    lines.append(",".join(columns))
-    lines += [",".join(str(value) for value in row) for row in zip(*columns.values(), strict=True)]
-    return "\n".join(lines) + "\n"
+    return rows_csv(made_by, _gaits(found))
 
 
 def _print_sweep(found: xr.Dataset) -> None:

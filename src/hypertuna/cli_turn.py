@@ -26,7 +26,7 @@ from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
 from hypertuna.options import Name, Named, gait_axes, one_gait, spelled
-from hypertuna.results import provenance, write_atomically, write_netcdf
+from hypertuna.results import provenance, rows_csv, write_atomically, write_netcdf
 from hypertuna.sweep import Gaits
 from hypertuna.turn import KINDS, Tightest, Turning, gait_at, turn
 
@@ -177,14 +177,14 @@ def _sentences(turning: Turning) -> list[str]:
 def _csv(turning: Turning) -> str:
     """Write the turns as comma-separated values, below comments that say what made them."""
     groups = [group.name for group in turning.robot.joints]
-    lines = [f"# {key}: {value}" for key, value in turning.found.attrs.items()] + [f"# command: {command_line()}"]
-    for k, row in enumerate(_rows(turning)):
+    rows = []
+    for row in _rows(turning):
         flat: dict[str, Any] = {"frequency_hz": row.pop("frequency_hz")}
         for key in KINDS:
             flat |= {f"{key}_{name}_deg": a for name, a in zip(groups, row.pop(f"{key}_deg"), strict=True)}
-        flat |= row
-        lines += [",".join(flat)] * (not k) + [",".join(str(value) for value in flat.values())]
-    return "\n".join(lines) + "\n"
+        rows.append(flat | row)
+    facts = {str(key): value for key, value in turning.found.attrs.items()} | {"command": command_line()}
+    return rows_csv(facts, rows)
 
 
 def _plot(turning: Turning, plot: str) -> None:

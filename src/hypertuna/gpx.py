@@ -98,7 +98,7 @@ def gpx_text(record: MissionRecord) -> str:
         place = from_local(record.origin, [point.x, point.y])
         node = _point(root, "wpt", place, -point.depth)
         SubElement(node, "name").text = f"{k + 1}"
-    seconds = np.unique(np.searchsorted(record.time, np.arange(record.time[0], record.time[-1] + 1e-9)))
+    seconds = record.every(1.0)
     if record.true:
         _track(root, record.name, record, record.position[:, :2], record.position[:, 2], seconds)
     if {"position_estimated", "depth_estimated"} <= set(record.data):

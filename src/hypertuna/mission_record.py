@@ -191,6 +191,11 @@ class MissionRecord:
         """Roll, pitch and heading (T, 3) [rad], starboard down, nose up, clockwise from north."""
         return angles_of(self.attitude)
 
+    def every(self, seconds: float) -> NDArray[np.int64]:
+        """Return the places in the record at every so many seconds, each once."""
+        wished = np.arange(self.time[0], self.time[-1] + 1e-9, seconds)
+        return np.unique(np.searchsorted(self.time, wished).clip(max=len(self.time) - 1))
+
     @property
     def depth(self) -> Array:
         """Depth of the nose (T,) [m]."""

@@ -102,7 +102,7 @@ def _draw_plan(axes: Axes, record: MissionRecord, low: Array, high: Array) -> No
     if record.true:
         axes.plot(*record.path[:, :2].T, color=TRUE, lw=1.5, label="true")
     if "position_estimated" in record.data:
-        axes.plot(*record.data["position_estimated"][_seconds(record)].T, color=BELIEVED, lw=1.0, label="believed")
+        axes.plot(*record.data["position_estimated"][record.every(1.0)].T, color=BELIEVED, lw=1.0, label="believed")
     for k, point in enumerate(mission.waypoints):
         axes.add_patch(Circle((point.x, point.y), point.radius, fill=False, ec=INK, lw=0.9))
         axes.annotate(f"{k + 1}", (point.x, point.y), (5, 5), textcoords="offset points", fontsize=8)
@@ -118,7 +118,7 @@ def _draw_depth(axes: Axes, record: MissionRecord) -> None:
     if record.true:
         axes.plot(record.time / scale, record.depth, color=TRUE, lw=1.2)
     if "depth_estimated" in record.data:
-        at = _seconds(record)
+        at = record.every(1.0)
         axes.plot(record.time[at] / scale, record.data["depth_estimated"][at], color=BELIEVED, lw=0.8)
     deepest = max(float(record.depth.max()), *(point.depth for point in mission.waypoints), 0.2)
     for level, color, text in ((mission.depth_max, COLORS[3], "depth limit"), (mission.bottom, INK, "ground")):
@@ -152,12 +152,6 @@ def _draw_energy(axes: Axes, record: MissionRecord) -> None:
             f"charge left: {100 * record.data['charge_left'][-1]:.0f} %",
             (0, 1), (4, -4), "axes fraction", "offset points", va="top", fontsize=8.5, bbox={"fc": "white", "ec": GRID},
         )  # fmt: skip
-
-
-def _seconds(record: MissionRecord) -> NDArray[np.int64]:
-    """Return a place in the record for every second."""
-    wished = np.arange(record.time[0], record.time[-1] + 1e-9)
-    return np.unique(np.searchsorted(record.time, wished).clip(max=len(record.time) - 1))
 
 
 def _clock(record: MissionRecord) -> tuple[float, str]:

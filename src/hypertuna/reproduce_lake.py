@@ -115,7 +115,7 @@ def lake_record(flight: Flight) -> dict[str, Any]:
 
 def _rows(record: MissionRecord) -> dict[str, Any]:
     """Take what is drawn of a record, to four digits after the point."""
-    at = np.unique(np.searchsorted(record.time, np.arange(0, record.time[-1], EVERY)).clip(max=len(record.time) - 1))
+    at = record.every(EVERY)
     columns = {name: np.round(record.data[name][at], 4).tolist() for name in DRAWN}
     return {"modes": list(record.modes), "time": np.round(record.time[at], 4).tolist(), **columns}
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import functools
 import importlib.metadata
+import io
 import os
 import tempfile
 from collections.abc import Iterable, Mapping
@@ -21,8 +23,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
-    *("body_points", "columns_csv", "dataset", "provenance", "trajectory", "version"),
-    *("write_atomically", "write_netcdf"),
+    *("body_points", "columns_csv", "dataset", "provenance", "rows_csv", "trajectory"),
+    *("version", "write_atomically", "write_netcdf"),
 ]
 
 Array = NDArray[np.float64]
@@ -176,22 +178,49 @@ def body_points(robot: Robot, pose: Array, angles: Array) -> Array:
     return np.concatenate([pose[:, np.newaxis, :2], pose[:, np.newaxis, :2] + np.cumsum(steps, axis=1)], axis=1)
 
 
-def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[float]]) -> str:
-    """Write columns as comma-separated values with six digits, below comments that say what made them.
+def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[float]], *, digits: int = 6) -> str:
+    """Write columns as comma-separated values, below comments that say what made them.
 
     Parameters
     ----------
     facts : mapping of str
     columns : mapping of str to iterable of float
-        By their heads, all of one length.
+        By their heads, all of one length; a value that is not a number leaves its cell empty.
+    digits : int
+        Of every number.
 
     Returns
     -------
     str
     """
-    lines = [f"# {key}: {value}" for key, value in facts.items()] + [",".join(columns)]
-    lines += [",".join(f"{value:.6g}" for value in row) for row in zip(*columns.values(), strict=True)]
-    return "\n".join(lines) + "\n"
+    cells = ([f"{value + 0.0:.{digits}g}" if value == value else "" for value in column] for column in columns.values())
+    rows = zip(*cells, strict=True)
+    return _csv(facts, [list(columns), *rows])
+
+
+def rows_csv(facts: Mapping[str, Any], rows: Iterable[Mapping[str, Any]]) -> str:
+    """Write rows as comma-separated values, numbers in full, below comments that say what made them.
+
+    Parameters
+    ----------
+    facts : mapping of str
+    rows : iterable of mapping of str
+        All of the same keys, which become the head.
+
+    Returns
+    -------
+    str
+    """
+    rows = list(rows)
+    return _csv(facts, [list(row) for row in rows[:1]] + [list(row.values()) for row in rows])
+
+
+def _csv(facts: Mapping[str, Any], rows: Iterable[Iterable[Any]]) -> str:
+    """Write comments and rows; what holds a comma is quoted."""
+    text = io.StringIO()
+    text.writelines("# " + f"{key}: {value}".replace("\n", " ") + "\n" for key, value in facts.items())
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 def write_atomically(path: str | Path, content: bytes) -> Path:
