@@ -1,8 +1,8 @@
 """Black box: what the firmware took down of every tick, read from the card.
 
-A box is a row of little-endian words (firmware/app/black_box.hpp). Every record has a mark with its kind and the number
-of its words, and ends with the sum of all partial sums of the words before. Which word has what is told by the firmware's
-own list (firmware/app/record.hpp), which is bound to `hypertuna._core`.
+A box is a row of little-endian words (firmware/app/black_box.hpp). Every record has a mark with its kind and number of
+words, and ends with the sum of all partial sums of the words before. Which word has what, the firmware's own list tells
+(firmware/app/record.hpp), which is bound to `hypertuna._core`.
 """
 
 from __future__ import annotations
@@ -135,9 +135,11 @@ def boxes_of(path: str | Path, report: Callable[[int, int], None] | None = None)
         raise InputError("must be a readable file", file=file, value=value, fix=fix) from None
     boots: list[_Boot] = []
     for piece in _pieces(content, report):
-        kind = None if isinstance(piece, bytes) else int(piece[0, 0]) >> 8 & 0xFF
-        if kind == _core.RECORD_ROBOT:
-            boots += [_Boot(*_head(piece[-1, 1:-1], file))]
+        if isinstance(piece, bytes):
+            if boots:
+                boots[-1].skip(piece)
+        elif (kind := int(piece[0, 0]) >> 8 & 0xFF) == _core.RECORD_ROBOT:
+            boots.append(_Boot(*_head(piece[-1, 1:-1], file)))
         elif boots:
             boots[-1].take(piece, tick=kind == _core.RECORD_TICK)
     if not boots:
@@ -202,17 +204,19 @@ class _Boot:
     skipped: int = 0
     cut: int = 0
 
-    def take(self, piece: Ticks | bytes, *, tick: bool) -> None:
-        """Take records of ticks; count what is something else."""
+    def take(self, table: Ticks, *, tick: bool) -> None:
+        """Take records of ticks; others are none that this version knows."""
         dtype = record_dtype(self.joints)
+        if not tick or WORD * (table.shape[1] - FRAME) != dtype.itemsize:
+            return self.skip(table.tobytes())
         self.cut = 0
-        if tick and not isinstance(piece, bytes) and WORD * (piece.shape[1] - FRAME) == dtype.itemsize:
-            self.tables.append(np.ascontiguousarray(piece[:, 1:-1]).view(dtype)[:, 0])
-            return
-        content = bytes(piece)
+        self.tables.append(np.ascontiguousarray(table[:, 1:-1]).view(dtype)[:, 0])
+
+    def skip(self, content: bytes) -> None:
+        """Count what is no whole record."""
         self.damaged, self.skipped = self.damaged + 1, self.skipped + len(content)
-        width = int.from_bytes(content[:2], "little") & 0xFF  # words, of what begins as a record and is too short
-        begins = content[2:4] == MARK and len(content) < WORD * (width + FRAME)
+        # It may be the record that the file ends in: its beginning, shorter than it says to be.
+        begins = content[2:WORD] == MARK and len(content) < WORD * (content[0] + FRAME)
         self.cut = len(content) if begins or len(content) < WORD else 0
 
     def box(self) -> Box:
@@ -253,6 +257,7 @@ def record_of(
             f"must have the {box.joints} joints of the box", key=f"robot {robot.name}", value=value, fix=fix
         )
     table = firmware_table(robot)
+    assert robot.controller is not None  # the table has its numbers
     made = {"source": "black box", "status_text": box.sentence, "parameters": _parameters(box, table)}
     joints = tuple(group.name for group in robot.joints)
     data = {name: box.ticks[name].astype(float) for name in box.ticks.dtype.names or () if name in COLUMNS}
@@ -261,7 +266,7 @@ def record_of(
         name="black box" if file is None else file.name,
         robot=robot.name,
         mission=Mission((), start=start, home=start) if file is None else file.mission,
-        time=box.ticks["tick"] * float(table.values[0]),
+        time=box.ticks["tick"] / robot.controller.rate,
         data=data,
         joints=joints,
         circuits=tuple(f"{joint}-{side}" for joint in joints for side in ("left", "right")),

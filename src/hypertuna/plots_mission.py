@@ -121,7 +121,8 @@ def _draw_depth(axes: Axes, record: MissionRecord) -> None:
         at = record.every(1.0)
         axes.plot(record.time[at] / scale, record.data["depth_estimated"][at], color=BELIEVED, lw=0.8)
     deepest = max(float(record.depth.max()), *(point.depth for point in mission.waypoints), 0.2)
-    for level, color, text in ((mission.depth_max, COLORS[3], "depth limit"), (mission.bottom, INK, "ground")):
+    levels = ((mission.depth_max, COLORS[3], "depth limit"), (mission.bottom, INK, "ground"))
+    for level, color, text in levels if mission.waypoints else ():
         if level < 2.5 * deepest:
             axes.axhline(level, color=color, lw=1.0, ls=DASHES, label=text)
             deepest = max(deepest, level)
