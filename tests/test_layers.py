@@ -65,7 +65,7 @@ LAYERS = (
     *("hydraulics", "sizing", "control", "sensing", "energy", "mission", "guidance"),
     *("twin_run", "twin_parts", "twin", "posture", "sobol", "sea", "sea_run", "sea_twin", "dive", "mission_run"),
     *("geodesy", "schema_mission", "mission_file", "mission_record", "gpx", "log_fields", "mcap_log", "mcap_read"),
-    *("flight", "link_items", "link_client", "link_calibrate", "drive"),
+    *("flight", "link_client", "link_parameters", "link_mission", "link_calibrate", "drive"),
     *("firmware_params", "black_box", "lockstep", "boards", "relay", "fil_scenario", "fil"),
     *("drawing", "style", "fe_pictures", "plots", "plots_*", "animation", "report", "fit_page", "results_page"),
     *("published_swims", "published_twins", "ledger", "reproduce_*", "reproduce", "ledger_page"),

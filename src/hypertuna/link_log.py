@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hypertuna.errors import InputError
 from hypertuna.mcap_file import CHUNK, METADATA, NANO, need_log, pile_of
 
-__all__ = ["LinkLog", "LinkLogWriter", "read_link_log"]
+__all__ = ["LinkLog", "LinkLogWriter", "check_new", "read_link_log"]
 
 Array = NDArray[np.float64]
 
@@ -32,18 +32,19 @@ class LinkLogWriter:
     Parameters
     ----------
     path : Path
-        Where to write; a file that is there is written over.
+        Where to write: a new file, since what was measured cannot be made again.
     robot : str
-        Its name.
+        Its name, empty if it is not known.
 
     Raises
     ------
     InputError
-        If the extra `log` is missing, or the file cannot be written.
+        If the extra `log` is missing, or the file is there or cannot be written.
     """
 
     def __init__(self, path: str | Path, robot: str) -> None:
         need_log()
+        check_new(path)
         import foxglove
         from foxglove.mcap import MCAPCompression, MCAPWriteOptions
 
@@ -51,7 +52,7 @@ class LinkLogWriter:
         options = MCAPWriteOptions(chunk_size=CHUNK, compression=MCAPCompression.Zstd, profile="hypertuna")
         try:
             self._file = foxglove.open_mcap(
-                str(path), allow_overwrite=True, context=self._context, writer_options=options
+                str(path), allow_overwrite=False, context=self._context, writer_options=options
             )
         except OSError as error:
             fix = "choose a path that can be written"
@@ -100,6 +101,22 @@ class LinkLogWriter:
         properties = {field: {"description": units.get(field, "")} for field in message.get_fieldnames()}
         told = {"title": f"mavlink.{name}", "type": "object", "properties": properties}
         return foxglove.Channel(TOPIC + name, schema=told, context=self._context)
+
+
+def check_new(path: str | Path) -> None:
+    """Check that a log is written over nothing: what was measured cannot be made again.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Raises
+    ------
+    InputError
+        If something is there.
+    """
+    if Path(path).exists():
+        raise InputError("must be a new file", file=str(path), value="there already", fix="choose another name")
 
 
 @dataclass(frozen=True)
