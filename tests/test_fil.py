@@ -85,6 +85,7 @@ def test_gait_on_the_twin(fish: ht.Robot, qemu: Path) -> None:
     assert run.instructions("controller") <= MOST_INSTRUCTIONS
     assert run.answers["armed"][-1] == 1
     assert run.flown is not None
+    assert run.status is None  # there is no mission that could end
     # It swims: the tail bends as far as it is asked to, within its posture control's first beats.
     assert abs(run.flown.data["angle"]).max() > np.radians(12)
 
@@ -134,6 +135,8 @@ def test_missing_programs_are_told(run: Run, tmp_path: Path, monkeypatch: pytest
         (("--scenario", "bux"), "box"),
         (("--scenario", "gait:nope"), "nope"),
         (("--ticks", "many"), "--ticks"),
+        (("--radio", "99999"), "--radio must be a port from 1024 to 65535, but is 99999"),
+        (("--black-box", "box.txt"), "--black-box must end in .bin"),
     ],
 )
 def test_bad_input(run: Run, options: tuple[str, ...], words: str) -> None:
@@ -150,6 +153,14 @@ def test_json(run: Run, pc: Path) -> None:
     assert found["mismatches"] == 0
     assert found["real_time_factor"] > 0
     assert found["instructions_per_tick_max"] is None
+
+
+def test_a_taken_port_is_told(run: Run, qemu: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        code, _, told = run("fil", "--board", "qemu", "--scenario", "afloat", "--radio", port)
+    assert code == 2
+    assert f"radio must be a free port, but is {port}" in told
 
 
 def test_firmware_that_dies_is_told(pc: Path, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import socket
 import subprocess
 import tempfile
 import threading
@@ -160,6 +161,11 @@ def started(
     Yields
     ------
     Board
+
+    Raises
+    ------
+    InputError
+        If an emulated board's port is taken, or it does not start.
     """
     with tempfile.TemporaryDirectory() as place:
         if board == "pc":
@@ -173,6 +179,8 @@ def started(
         else:
             for name in ("to_board", "from_board"):
                 os.mkfifo(Path(place) / name)
+            if radio is not None:
+                _check_free(radio)
             serial = "null" if radio is None else f"tcp:127.0.0.1:{radio},server=on,wait=off"
             machine = ["-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", serial, "-icount", "shift=6"]
             hosting = ["-semihosting-config", "enable=on,target=native", "-kernel", str(firmware)]
@@ -189,6 +197,15 @@ def started(
                 to_board.close()
             if black_box is not None and (Path(place) / BOX).exists():
                 write_atomically(black_box, (Path(place) / BOX).read_bytes())
+
+
+def _check_free(port: int) -> None:
+    """Check that a port of TCP can be listened at."""
+    try:
+        socket.create_server(("127.0.0.1", port)).close()
+    except OSError as error:
+        value, fix = f"{port} ({error.strerror})", "end who has it, or take another"
+        raise InputError("must be a free port", key="radio", value=value, fix=fix) from None
 
 
 def _opened(fifo: Path, process: subprocess.Popen[bytes]) -> IO[bytes]:

@@ -27,7 +27,7 @@ from hypertuna.gait import named_gait
 from hypertuna.link_client import Client, connect
 from hypertuna.link_log import LinkLogWriter, check_new
 
-__all__ = ["drive_command"]
+__all__ = ["Pad", "drive_command"]
 
 FLUSH = 2.0  # s of a log that a crash may cost
 PERIOD = 0.2  # s between two words of the stick: two fit into a timeout of half a second even if one is lost
@@ -55,7 +55,7 @@ def drive_command(
         client = stack.enter_context(connect(place, key=read_key(key)))
         writer = stack.enter_context(LinkLogWriter(log, fish.name)) if log is not None else None
         client.listener = None if writer is None else writer.write
-        stick = None if pad is None else stack.enter_context(_Pad(pad, client.texts))
+        stick = None if pad is None else stack.enter_context(Pad(pad, client.texts))
         stack.enter_context(_raw())
         disarmed = _drive(client, fish, stick, writer)
         messages = client.messages
@@ -69,7 +69,7 @@ def drive_command(
         raise InputError("must be answered by the robot", key="disarm", value="silent", fix=fix)
 
 
-def _drive(client: Client, fish: Robot, pad: _Pad | None, writer: LinkLogWriter | None) -> bool:
+def _drive(client: Client, fish: Robot, pad: Pad | None, writer: LinkLogWriter | None) -> bool:
     """Follow the keys until it is to end, then disarm; whether the robot said that it is."""
     gaits, stick = tuple(fish.gaits), Stick()
     heard, spoken, kept, manual = time.monotonic(), 0.0, 0.0, False
@@ -123,7 +123,7 @@ def _follow(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> 
         client.texts.append(str(error))
 
 
-def _asked(stick: Stick, pad: _Pad | None) -> Stick:
+def _asked(stick: Stick, pad: Pad | None) -> Stick:
     """Take what keys and sticks ask for since the last time."""
     stick = Stick(stick.ahead, stick.turn, stick.climb)
     if select.select([sys.stdin], [], [], 0)[0]:
@@ -161,7 +161,7 @@ def _raw() -> Iterator[None]:
             signal.signal(one, handler)
 
 
-class _Pad:
+class Pad:
     """A gamepad that may go away: the stick then rests.
 
     Parameters

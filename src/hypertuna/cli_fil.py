@@ -68,6 +68,9 @@ def fil_command(
     check_suffix(black_box, (".bin",), "--black-box")
     if air is not None and radio is None:
         raise InputError("needs a ground station", key="--air", fix="give its port by --radio")
+    port = None if radio is None else whole_number(radio, "--radio")
+    if port is not None and not 1024 <= port < 65536:
+        raise InputError("must be a port from 1024 to 65535", key="--radio", value=str(port), fix="give 14550")
     if (lack := missing(board)) is not None:
         raise InputError("must be able to run here", key="--board", value=board, fix=lack)
     named = load(robot) if robot is not None else None
@@ -81,7 +84,7 @@ def fil_command(
             ticks=None if ticks is None else whole_number(ticks, "--ticks"),
             seed=whole_number(seed, "--seed"),
             folder=firmware,
-            radio=None if radio is None else whole_number(radio, "--radio"),
+            radio=port,
             air=None if air is None else radio_model(air),
             real_time=real_time,
             black_box=black_box,

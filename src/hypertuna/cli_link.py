@@ -208,7 +208,12 @@ def calibrate_command(
 def _record(one: Calibration) -> dict[str, Any]:
     """Tell a calibration, for programs."""
     unit, factor = KINDS[sensor_of(one.sensor)[0]]
-    return {"sensor": one.sensor, "points": one.points, f"rms_{unit.lower()}": one.rms * factor, "parameters": one.parameters}
+    return {
+        "sensor": one.sensor,
+        "points": one.points,
+        f"rms_{unit.lower()}": one.rms * factor,
+        "parameters": one.parameters,
+    }
 
 
 def _references(kind: str, text: str | None) -> list[float]:

@@ -80,11 +80,13 @@ class FirmwareRun:
 
     @property
     def status(self) -> str | None:
-        """How a mission ended: what the pilot on board says, unless the twin diverged."""
-        if self.flown is None or self.scenario.gait is not None:
+        """How a mission ended: what the pilot on board says, unless the twin diverged; None where there is none."""
+        if self.flown is None:
             return None
         if self.flown.status == "diverged":
             return "diverged"
+        if self.scenario.mission is None or not self.scenario.mission.waypoints:
+            return None
         mode = _core.mode_names()[self.answers[-1]["mode"]]
         return mode if mode in ("done", "hold") else "given up"
 
@@ -283,11 +285,8 @@ def _streamed(
         part = messages[begin : begin + PART]
         answers.append(board.run(part))
         if other is not None:
-            bits = [
-                np.frombuffer(a.tobytes(), np.uint8).reshape(len(part), -1)[:, :COMPARED]
-                for a in (answers[-1], other.run(part))
-            ]
-            different += (begin + np.flatnonzero((bits[0] != bits[1]).any(axis=1))).tolist()
+            differ = _bits(answers[-1]) != _bits(other.run(part))
+            different += (begin + np.flatnonzero(differ.any(axis=1))).tolist()
         if report is not None:
             report(begin + len(part), len(messages))
     return np.concatenate(answers), different

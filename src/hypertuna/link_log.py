@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
-from hypertuna.mcap_file import CHUNK, METADATA, NANO, need_log, pile_of
+from hypertuna.mcap_file import CHUNK, LINK, METADATA, NANO, need_log, pile_of
+from hypertuna.results import version
 
 __all__ = ["LinkLog", "LinkLogWriter", "check_new", "read_link_log"]
 
 Array = NDArray[np.float64]
 
 TOPIC = "/mavlink/"
-KIND = "link"  # of log, in its head
 SKIPPED = ("mavpackettype",)
 
 
@@ -57,7 +57,7 @@ class LinkLogWriter:
         except OSError as error:
             fix = "choose a path that can be written"
             raise InputError("must be a writable file", file=str(path), value=f"not ({error})", fix=fix) from None
-        self._file.write_metadata(METADATA, {KIND: json.dumps({"robot": robot})})
+        self._file.write_metadata(METADATA, {LINK: json.dumps({"robot": robot, "hypertuna_version": version()})})
         self._channels: dict[str, Any] = {}
         self.messages = 0
 
@@ -171,10 +171,10 @@ def read_link_log(path: str | Path) -> LinkLog:
         If the extra `log` is missing, or the file is none.
     """
     pile = pile_of(path)
-    if pile.metadata is None or KIND not in pile.metadata:
+    if pile.metadata is None or LINK not in pile.metadata:
         fix = "give one that `hypertuna link log` or `hypertuna drive` wrote"
         raise InputError("must be a log of the radio: it has no such head", file=str(path), fix=fix)
-    head = json.loads(pile.metadata[KIND])
+    head = json.loads(pile.metadata[LINK])
     topics = {topic.removeprefix(TOPIC): topic for topic in pile.times if topic.startswith(TOPIC)}
     stamps = {name: np.array(pile.times[topic], dtype=np.int64) for name, topic in topics.items()}
     first = min((int(times[0]) for times in stamps.values()), default=0)

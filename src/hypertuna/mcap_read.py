@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hypertuna.errors import InputError
 from hypertuna.frames import attitude_from
 from hypertuna.log_fields import fields
-from hypertuna.mcap_file import NANO, Pile, pile_of, wire
+from hypertuna.mcap_file import LINK, NANO, Pile, pile_of, wire
 from hypertuna.mission_record import COLUMNS, MissionRecord, mission_from
 
 __all__ = ["Log", "read_log"]
@@ -68,6 +68,9 @@ def read_log(path: str | Path) -> Log:
     """
     file, size = str(path), Path(path).stat().st_size if Path(path).is_file() else 0
     pile = pile_of(path)
+    if pile.metadata is not None and LINK in pile.metadata:
+        fix = "open it in Foxglove, or give it to identify or actuator fit; the robot's card has a black box"
+        raise InputError("must be a log of a mission or a black box", file=file, value="one of the radio", fix=fix)
     if pile.metadata is None or "record" not in pile.metadata:
         cut = f", and it is {pile.fault}" if pile.fault else ""
         raise InputError(f"must be a log of hypertuna: it has no such head{cut}", file=file, fix="give another file")
