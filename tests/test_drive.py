@@ -25,6 +25,7 @@ from hypertuna.errors import InputError
 from hypertuna.link_calibrate import calibrate, read_pairs
 from hypertuna.link_client import address
 from link_bench import free_port, running
+from program import Run
 
 PROGRAM = [sys.executable, "-m", "hypertuna"]
 
@@ -183,7 +184,7 @@ def test_parameters_and_logs_by_the_command(tmp_path: Path) -> None:
 
 
 def test_a_servo_and_a_sensor_live() -> None:
-    """2 deg at neutral are taken off in one step, or asked for; a sensor that stands still is no line."""
+    """2 deg at neutral are taken off in one step, or asked for; what a sensor's noise makes is refused whole."""
     port = free_port()
     with running(port):
         place = ["--connect", f"udp:{port}", "--json"]
@@ -197,11 +198,23 @@ def test_a_servo_and_a_sensor_live() -> None:
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["sensors"][0]["parameters"] == {"servo_trim_2": pytest.approx(0, abs=1e-9)}
         done = subprocess.run([*call, "bend_0", "--at=0,9"], capture_output=True, text=True, input="\n\n")
-        assert (done.returncode, "must change with the reference" in done.stderr) == (2, True), done.stderr
-        done = subprocess.run([*call, "bend_0", "--at=0,9"], capture_output=True, text=True, input="\n")
-        assert (done.returncode, "standard input must answer" in done.stderr) == (2, True), done.stderr
-        done = subprocess.run([*call, "bend_0", "--at=0"], capture_output=True, text=True)
-        assert (done.returncode, "--at must name two references at least" in done.stderr) == (2, True), done.stderr
+        assert (done.returncode, "bend_scale_0 must be accepted by the robot" in done.stderr) == (2, True), done.stderr
+        found = subprocess.run([*PROGRAM, "link", "params", *place], capture_output=True)
+        assert json.loads(found.stdout)["parameters"]["bend_zero_0"] == 32768  # that was new, and is as before
+
+
+def test_what_a_live_calibration_needs_is_told_before_it_connects(run: Run) -> None:
+    place = ("--connect", f"udp:{free_port()}")
+    for options, told in (
+        (("--sensor", "bend_0", "--at=0", *place), "--at must name two references at least, but is 0"),
+        (("--sensor", "bend_0", *place), "--at must name two references at least, but is missing"),
+        (("--sensor", "servo_2", "--at=0,1", *place), "--at must be one angle of a servo"),
+        (("--sensor", "bond_0", "--at=0,1", *place), "sensor must name a sensor or a servo"),
+        (("--sensor", "bend_0", "--at=0,1"), "--connect must say where the robot is"),
+        ((), "--csv must be given, or --sensor"),
+    ):
+        code, _, errors = run("link", "calibrate", *options)
+        assert (code, told in errors) == (2, True), errors
 
 
 def test_a_drive_from_a_terminal(tmp_path: Path) -> None:

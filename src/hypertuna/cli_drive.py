@@ -17,7 +17,7 @@ import typer
 from rich.console import Console
 from rich.live import Live
 
-from hypertuna.cli_link import Connect, Key, read_key
+from hypertuna.cli_link import FLUSH, Connect, Key, read_key
 from hypertuna.console import check_suffix, print_json, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.dialect import need_radio
@@ -29,7 +29,6 @@ from hypertuna.link_log import LinkLogWriter, check_new
 
 __all__ = ["Pad", "drive_command"]
 
-FLUSH = 2.0  # s of a log that a crash may cost
 PERIOD = 0.2  # s between two words of the stick: two fit into a timeout of half a second even if one is lost
 
 

@@ -7,7 +7,7 @@ import os
 import select
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,7 +27,7 @@ from hypertuna.link_parameters import read_parameter, read_parameters, set_param
 from hypertuna.mission_file import read_mission
 from hypertuna.results import write_atomically
 
-__all__ = ["Connect", "Key", "link_app", "read_key"]
+__all__ = ["FLUSH", "Connect", "Key", "link_app", "read_key"]
 
 link_app = typer.Typer(no_args_is_help=True, help="A robot over the radio: needs the extra radio, and log for logs.")
 
@@ -36,6 +36,7 @@ Connect = Annotated[
 ]
 Key = Annotated[str | None, typer.Option("--key", help="File of 32 bytes to sign with.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+FLUSH = 2.0  # s of a log that a crash may cost
 SAMPLING = 2.0  # s of readings that one reference is taken over
 
 
@@ -113,23 +114,33 @@ def log_command(
     most = math.inf if duration is None else number(duration, "--duration", "s")
     with connect(place, key=read_key(key)) as robot, LinkLogWriter(output, "") as log:
         robot.listener = log.write
-        begun = last = time.monotonic()
+        begun, lost = time.monotonic(), None
         with progress_bar("seconds") as progress:
             try:
-                while (now := time.monotonic()) - begun < most:
-                    list(robot.poll(min(0.2, begun + most - now)))
-                    if now - last > 2:
-                        last = now
-                        log.flush()
-                        progress(int(now - begun), int(most) if most < math.inf else int(now - begun) + 1)
+                _record_all(robot, log, begun + most, lambda done: progress(done, int(min(most, done + 1))))
             except KeyboardInterrupt:
                 pass
+            except InputError as error:
+                lost = error
         facts = {"messages": log.messages, "kinds": sorted(robot.last), "seconds": time.monotonic() - begun}
     if as_json:
         print_json({"written": output, **facts})
-        return
-    typer.echo(f"{facts['messages']} messages in {facts['seconds']:.0f} s: {', '.join(sorted(robot.last))}")
-    tell_written(output)
+    else:
+        typer.echo(f"{facts['messages']} messages in {facts['seconds']:.0f} s: {', '.join(sorted(robot.last))}")
+        tell_written(output)
+    if lost is not None:
+        raise lost
+
+
+def _record_all(robot: Client, log: LinkLogWriter, end: float, report: Callable[[int], None]) -> None:
+    """Listen until a time; every two seconds what has come is on the disk."""
+    begun = last = time.monotonic()
+    while (now := time.monotonic()) < end:
+        list(robot.poll(min(0.2, end - now)))
+        if now - last > FLUSH:
+            last = now
+            log.flush()
+            report(int(now - begun))
 
 
 @link_app.command("mission")
