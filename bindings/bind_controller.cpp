@@ -28,7 +28,7 @@ static void fill(double (&to)[N], const std::vector<double>& from, const char* n
 }
 
 /// Columns of readings and commands by name, as core controller.hpp has them.
-static Readings<double> readings_of(const Columns& columns, int joints) {
+static Readings<double> readings_of(const NamedColumns& columns, int joints) {
     const std::size_t j = joints, c = 2 * j;
     Readings<double> r{};
     const auto take = [&](const char* name, auto& to, std::size_t wanted) {
@@ -42,7 +42,7 @@ static Readings<double> readings_of(const Columns& columns, int joints) {
     return r;
 }
 
-static Columns columns_of(const Readings<double>& r, int joints) {
+static NamedColumns columns_of(const Readings<double>& r, int joints) {
     const int j = joints, c = 2 * j;
     return {{"bend", {r.bend, r.bend + j}},
             {"pressure", {r.pressure, r.pressure + c}},
@@ -52,7 +52,7 @@ static Columns columns_of(const Readings<double>& r, int joints) {
             {"voltage", {r.voltage}}};
 }
 
-static Command<double> command_of(const Columns& columns, int joints, bool fresh, bool armed) {
+static Command<double> command_of(const NamedColumns& columns, int joints, bool fresh, bool armed) {
     Command<double> command{};
     command.frequency = column_at(columns, "frequency", 0);
     const auto take = [&](const char* name, auto& to, std::size_t wanted) {
@@ -90,7 +90,7 @@ struct Senses {
 
 using FaultRow = std::tuple<std::string, int, int, double, double>;
 
-static Columns sense_row(Senses& senses, const Columns& truth, const std::vector<FaultRow>& rows) {
+static NamedColumns sense_row(Senses& senses, const NamedColumns& truth, const std::vector<FaultRow>& rows) {
     std::vector<Fault<double>> faults;
     for (const auto& [kind, first, last, start, end] : rows)
         faults.push_back({fault_kind(kind), first, last, start, end});
@@ -119,14 +119,14 @@ void bind_controller(nb::module_& m) {
     nb::class_<Pilot>(m, "Controller", "The controller on board with its state, in double precision.")
         .def(
             "__init__",
-            [](Pilot* self, const Columns& columns) {
+            [](Pilot* self, const NamedColumns& columns) {
                 const Controller<double> model = read_controller<double>(columns);
                 new (self) Pilot{model, init(model)};
             },
             nb::arg("columns"), "At rest, from the columns of hypertuna.control.controller_columns.")
         .def(
             "step",
-            [](Pilot& self, const Columns& readings, const Columns& command, bool fresh, bool armed) {
+            [](Pilot& self, const NamedColumns& readings, const NamedColumns& command, bool fresh, bool armed) {
                 const int joints = self.model.joints;
                 const auto next = step(self.model, self.state, readings_of(readings, joints),
                                        command_of(command, joints, fresh, armed));
@@ -139,7 +139,7 @@ void bind_controller(nb::module_& m) {
     nb::class_<Senses>(m, "Sensors", "The sensors of a robot with what they get wrong.")
         .def(
             "__init__",
-            [](Senses* self, const Columns& columns, std::uint64_t seed) {
+            [](Senses* self, const NamedColumns& columns, std::uint64_t seed) {
                 new (self) Senses{read_sensors<double>(columns, seed), {}, column_at(columns, "tick", 0)};
             },
             nb::arg("columns"), nb::arg("seed"), "From the columns of hypertuna.sensing.sensor_columns.")

@@ -10,10 +10,9 @@
 namespace hypertuna {
 
 using NamedColumns = std::map<std::string, std::vector<double>>;
-using Columns = NamedColumns;
 
 /// One number of the columns.
-inline double column_at(const Columns& columns, const std::string& name, std::size_t index) {
+inline double column_at(const NamedColumns& columns, const std::string& name, std::size_t index) {
     const auto found = columns.find(name);
     if (found == columns.end()) throw nb::value_error(("columns: lacks " + name).c_str());
     if (found->second.size() <= index) check_extent(name.c_str(), found->second.size(), index + 1);
@@ -21,7 +20,7 @@ inline double column_at(const Columns& columns, const std::string& name, std::si
 }
 
 template <class T>
-Controller<T> read_controller(const Columns& columns) {
+Controller<T> read_controller(const NamedColumns& columns) {
     Controller<T> model{};
     const double joints = column_at(columns, "joints", 0);
     if (!(joints >= 1 && joints <= most_joints)) throw nb::value_error("columns: joints must be from 1 to 4");
@@ -42,7 +41,7 @@ inline FaultKind fault_kind(const std::string& name) {
 }
 
 template <class T>
-Sensors<T> read_sensors(const Columns& columns, std::uint64_t seed) {
+Sensors<T> read_sensors(const NamedColumns& columns, std::uint64_t seed) {
     Sensors<T> sensors{};
     sensors.joints = int(column_at(columns, "joints", 0));
     sensors.root_tick = T(std::sqrt(column_at(columns, "tick", 0)));

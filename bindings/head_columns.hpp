@@ -1,8 +1,8 @@
 /// Columns of the record of a run in space that tell how the head moves.
 #pragma once
 
-#include "hypertuna/twin6.hpp"
 #include "owned_twin.hpp"
+#include "plant6.hpp"
 
 namespace hypertuna {
 

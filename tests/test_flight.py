@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import signal
 import subprocess
 import sys
@@ -166,6 +167,10 @@ def test_the_lake_takes_800_m_at_half_a_meter_a_second() -> None:
     assert expected(read_mission("lake").mission) == pytest.approx(1600)
 
 
+def test_no_mission_is_swum_faster_than_the_fastest_gait() -> None:
+    assert expected(read_mission("lake").mission, fastest=0.25) == pytest.approx(3200)
+
+
 # --- the command
 
 
@@ -216,6 +221,16 @@ def test_what_is_not_done_is_exit_code_1(run: Run, path: Path) -> None:
     assert told["status"] == "given up"
     assert told["duration_s"] == pytest.approx(10, abs=0.2)
     assert run("mission", str(path), "--duration", "10", "--seeds", "0:1")[0] == 1
+
+
+def test_more_speed_than_the_gaits_have_is_told(path: Path, run: Run, tmp_path: Path) -> None:
+    hasty = tmp_path / "hasty.toml"
+    hasty.write_text(re.sub(r"speed_m_s = .*", "speed_m_s = 2.5", path.read_text()))
+    told, usual = (json.loads(run("mission", str(p), "--duration", "2", "--json")[1]) for p in (hasty, path))
+    found = re.search(r" It asked for 2.5 m/s; the fastest gait swims (0\.\d+)\.$", told["status_text"])
+    assert found
+    assert told["expected_s"] == pytest.approx(usual["expected_s"] * 0.4 / float(found[1]), rel=5e-3)
+    assert "asked" not in usual["status_text"]
 
 
 def test_a_killed_command_goes_on(path: Path, run: Run, tmp_path: Path, flight: Flight) -> None:

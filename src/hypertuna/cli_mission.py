@@ -27,6 +27,7 @@ from hypertuna.description import Robot, load
 from hypertuna.errors import InputError, shown
 from hypertuna.flight import Flight, Outcome, expected, fly, fly_seeds, outcome
 from hypertuna.gpx import check_origin, write_gpx
+from hypertuna.guidance import gait_table
 from hypertuna.mcap_file import need_log
 from hypertuna.mission_file import MissionFile, missions, read_mission
 from hypertuna.mission_record import record_facts
@@ -163,13 +164,21 @@ def _record(flight: Flight) -> dict[str, Any]:
     return (
         _told(outcome(flight))
         | record_facts(flight.record)
-        | {"expected_s": expected(flight.record.mission), "status_text": _sentence(outcome(flight))}
+        | {"expected_s": expected(flight.record.mission, _fastest(flight)), "status_text": _sentence(flight)}
         | {"command": command_line()}
     )
 
 
-def _sentence(one: Outcome) -> str:
-    """Say how a flight ended."""
+def _fastest(flight: Flight) -> float:
+    """Return the speed of the robot's fastest gait [m/s]."""
+    return gait_table(flight.robot).speed[-1]
+
+
+def _sentence(flight: Flight) -> str:
+    """Say how a flight ended, and whether more was asked of the robot than its gaits can."""
+    one, mission, fastest = outcome(flight), flight.record.mission, _fastest(flight)
+    asked = max([point.speed for point in mission.waypoints] + [mission.home_speed] * (not mission.stay))
+    beyond = f" It asked for {asked:.3g} m/s; the fastest gait swims {fastest:.3g}." if fastest < asked else ""
     ends = {
         "done": "The mission is done",
         "home": f"The robot came home early (waypoints reached: {one.reached})",
@@ -178,7 +187,7 @@ def _sentence(one: Outcome) -> str:
         "diverged": "The run diverged: the twin's state is no longer a robot's",
     }
     why = f"; it told {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""
-    return f"{ends.get(one.status, one.status)} after {one.duration:.4g} s{why}."
+    return f"{ends.get(one.status, one.status)} after {one.duration:.4g} s{why}.{beyond}"
 
 
 def _print(flight: Flight) -> None:
@@ -198,7 +207,7 @@ def _print(flight: Flight) -> None:
     console.print(table)
     for reason, time in one.reasons.items():
         console.print(Text(f"{time:8.1f} s  {reason.replace('_', ' ')}", style="dim"))
-    console.print(Text(_sentence(one), style="green" if flight.status in GOOD else "yellow"))
+    console.print(Text(_sentence(flight), style="green" if flight.status in GOOD else "yellow"))
 
 
 def _many(

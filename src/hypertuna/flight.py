@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -261,12 +262,14 @@ def outcome(flight: Flight) -> Outcome:
     )
 
 
-def expected(mission: Mission) -> float:
+def expected(mission: Mission, fastest: float = math.inf) -> float:
     """Return how long a mission takes at its speeds through still water.
 
     Parameters
     ----------
     mission : Mission
+    fastest : float
+        Of the robot's gaits [m/s]: it swims no faster, whatever the mission asks for.
 
     Returns
     -------
@@ -279,7 +282,7 @@ def expected(mission: Mission) -> float:
         places.append(mission.home)
         speeds.append(mission.home_speed)
     legs = np.hypot(*np.diff(np.array(places), axis=0).T)
-    return float((legs / np.array(speeds)).sum())
+    return float((legs / np.minimum(speeds, fastest)).sum())
 
 
 def _told(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str], duration: float | None) -> dict[str, Any]:
@@ -293,7 +296,7 @@ def _parts(
     """Fly part after part: each with the time at its start [s]."""
     ticks, length = start.ticks, part_ticks(start)
     state: bytes | None = None
-    made, total = 0, max(1, round(expected(start.mission)))
+    made, total = 0, max(1, round(expected(start.mission, start.table.speed[-1])))
     while made < ticks:
         asked, begin = min(length, ticks - made), made * start.tick
         record, state = _part(start, journal, asked, made, state) if keep else fly_part(start, asked, state)
