@@ -91,6 +91,8 @@ def _drive(client: Client, fish: Robot, pad: Pad | None, writer: LinkLogWriter |
                 if writer is not None and now - kept > FLUSH:
                     kept = now
                     writer.flush()
+        except KeyboardInterrupt:  # Ctrl-C, or a terminal that is closed: as q
+            pass
         finally:
             client.texts.append("disarming")
             disarmed = _disarmed(client)

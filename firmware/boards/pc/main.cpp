@@ -57,8 +57,7 @@ int main(int count, char** words) {
     for (int k = 1; k < count; k += 2) {
         const char* value = k + 1 < count ? words[k + 1] : "";
         if (std::strcmp(words[k], "--udp") == 0 && pipes.radio.open(std::atoi(value))) continue;
-        if (std::strcmp(words[k], "--box") == 0 &&
-            (pipes.box = ::open(value, O_WRONLY | O_CREAT | O_TRUNC, 0666)) >= 0)
+        if (std::strcmp(words[k], "--box") == 0 && (pipes.box = ::open(value, O_WRONLY | O_CREAT | O_TRUNC, 0666)) >= 0)
             continue;
         std::fprintf(stderr, "hypertuna-pc: cannot take %s %s\nusage: hypertuna-pc [--udp PORT] [--box FILE]\n",
                      words[k], value);
