@@ -4,6 +4,7 @@ import errno
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,9 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from typer.main import get_command
 
 import hypertuna as ht
-from hypertuna import _core
+from hypertuna import _core, cli
 from hypertuna.console import number_list, plain, progress_bar, ranges
 from hypertuna.results import version
 from program import Run
@@ -295,6 +297,17 @@ def test_help_names_every_command() -> None:
         check=True,
     )
     assert all(name in done.stdout for name in ("swim", "sweep", "replay", "reproduce", "robot", "version"))
+
+
+def test_help_shows_all_that_it_says() -> None:
+    """Text in brackets would be taken as markup, and vanish."""
+    groups, texts = [get_command(cli.app)], []
+    while groups:
+        command = groups.pop()
+        groups += getattr(command, "commands", {}).values()
+        texts += [getattr(option, "help", None) or "" for option in command.params]
+    assert len(texts) > 200
+    assert [text for text in texts if re.search(r"\[[a-z]", text)] == []
 
 
 def test_ranges_and_lists() -> None:

@@ -174,7 +174,7 @@ WAYPOINTS = """QGC WPL 110
 SCRIPT = (
     ("", "online system 1"),
     ("param set LINK_RATE 115200", ""),
-    ("param fetch", "Received 77 parameters"),
+    ("param fetch", "Received 78 parameters"),
     ("param set PROPORTIONAL 0.2", ""),
     ("param show PROPORTIONAL", "PROPORTIONAL     0.2"),
     ("wp load {waypoints}", "MISSION_ACK: TYPE_MISSION: ACCEPTED"),

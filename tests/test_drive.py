@@ -18,10 +18,12 @@ pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
 from rich.console import Console
 
+import hypertuna as ht
 from hypertuna.cli_drive import Pad
 from hypertuna.dialect import dialect
 from hypertuna.drive import Stick, gamepad, keys, moved, pressed, view
 from hypertuna.errors import InputError
+from hypertuna.firmware_params import firmware_table
 from hypertuna.link_calibrate import calibrate, read_pairs
 from hypertuna.link_client import address
 from link_bench import free_port, running
@@ -167,7 +169,8 @@ def test_parameters_and_logs_by_the_command(tmp_path: Path) -> None:
         assert json.loads(done.stdout)["parameters"] == {"link_rate": 115200}
         done = subprocess.run([*PROGRAM, "link", "params", *place, "-o", tmp_path / "all.csv"], capture_output=True)
         assert done.returncode == 0, done.stderr
-        assert len((tmp_path / "all.csv").read_text().splitlines()) == 78
+        table = firmware_table(ht.load("hypertuna"))
+        assert len((tmp_path / "all.csv").read_text().splitlines()) == 1 + len(table.parameters)
         done = subprocess.run(
             [*PROGRAM, "link", "params", *place, "--set", "link_rate=1"], capture_output=True, text=True
         )

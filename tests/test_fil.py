@@ -16,6 +16,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.boards import firmware_of, missing, started
+from hypertuna.description import robot_path
 from hypertuna.errors import InputError
 from hypertuna.fil import firmware_in_the_loop
 from hypertuna.fil_scenario import random_messages, scenario_of
@@ -90,6 +91,20 @@ def test_gait_on_the_twin(fish: ht.Robot, qemu: Path) -> None:
     assert abs(run.flown.data["angle"]).max() > np.radians(12)
 
 
+def test_a_robot_that_is_lost_comes_up(fish: ht.Robot, pc: Path) -> None:
+    """Three meters deep the ground falls silent: the tail rests after 5 s, and after a minute the robot comes up."""
+    run = firmware_in_the_loop(fish, scenario_of("lost:unoptimised-0.3", fish), board="pc", ticks=14_000)
+    assert len(run.different) == 0
+    depth = run.answers["depth"]
+    assert (depth[1500:7000] > 2).all()
+    assert depth[-1] < 0.5
+    assert run.answers["armed"][-1] == 1
+    np.testing.assert_allclose(depth[-1], -run.flown.data["position"][-1, 2], atol=0.1)
+    # It goes round about the place: no further than a few lengths of its own.
+    way = run.flown.data["position"][700:, :2] - run.flown.data["position"][700, :2]  # of each tenth tick
+    assert np.hypot(*way.T).max() < 6
+
+
 @pytest.mark.parametrize("board", ["pc", "qemu"])
 def test_mission_on_the_twin(fish: ht.Robot, pc: Path, board: str, request: pytest.FixtureRequest) -> None:
     request.getfixturevalue(board)
@@ -135,7 +150,11 @@ def test_missing_programs_are_told(run: Run, tmp_path: Path, monkeypatch: pytest
         (("--scenario", "bux"), "box"),
         (("--scenario", "gait:nope"), "nope"),
         (("--ticks", "many"), "--ticks"),
-        (("--radio", "99999"), "--radio must be a port from 1024 to 65535, but is 99999"),
+        (("--ticks", "0"), "ticks must be from 1 to"),
+        (("--ticks", "-5"), "ticks must be from 1 to"),
+        (("--seed", "-1"), "seed must be from 0 to"),
+        (("--radio", "99999"), "radio must be from 1 to 65535, but is 99999"),
+        (("--robot", "rexeel"), "[firmware]"),
         (("--black-box", "box.txt"), "--black-box must end in .bin"),
     ],
 )
@@ -155,12 +174,33 @@ def test_json(run: Run, pc: Path) -> None:
     assert found["instructions_per_tick_max"] is None
 
 
-def test_a_taken_port_is_told(run: Run, qemu: Path) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = str(taken.getsockname()[1])
-        code, _, told = run("fil", "--board", "qemu", "--scenario", "afloat", "--radio", port)
+def test_a_run_without_a_way_to_go_is_not_given_up(fish: ht.Robot, pc: Path) -> None:
+    assert firmware_in_the_loop(fish, scenario_of("afloat"), ticks=20).status is None
+    assert firmware_in_the_loop(fish, scenario_of("box"), ticks=20).status == "given up"
+
+
+def test_firmware_of_another_description_is_told(run: Run, pc: Path, tmp_path: Path) -> None:
+    """Else two programs with the same old numbers would agree, and the new ones would never have been tried."""
+    changed = tmp_path / "mine.toml"
+    changed.write_text(
+        robot_path(ht.load("hypertuna").file).read_text().replace("proportional = 0.1\n", "proportional = 0.12\n")
+    )
+    code, _, told = run("fil", "--robot", str(changed), "--ticks", "10")
     assert code == 2
-    assert f"radio must be a free port, but is {port}" in told
+    assert "has other numbers than" in told
+    assert f"hypertuna firmware params --robot {changed} -o firmware/robots/hypertuna.hpp" in told
+
+
+def test_a_port_that_is_taken_is_told(qemu: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with (
+            pytest.raises(InputError, match=f"radio must be a free port .* but is {port}"),
+            started("qemu", qemu, port),
+        ):
+            pass
 
 
 def test_firmware_that_dies_is_told(pc: Path, tmp_path: Path) -> None:
@@ -215,7 +255,7 @@ def test_numbers_of_the_radio() -> None:
     assert radio_model("rate=2400, loss=0.3,packet=40") == RadioModel(rate=2400, loss=0.3, packet=40)
     for text, told in (
         ("speed=1", r"air must be NAME=NUMBER of the radio, but is 'speed=1'"),
-        ("loss", "NAME=NUMBER"),
+        ("loss", "NAME=NUMBER of the radio, but is 'loss': write loss=NUMBER"),
         ("loss=much", "air.loss must be a number, but is 'much'"),
         ("loss=1.5", "loss must be from 0 to below 1"),
         ("rate=nan", "air.rate must be"),

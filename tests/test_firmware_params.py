@@ -110,6 +110,23 @@ def test_pins_have_one_use(table) -> None:
         parse(document | {"firmware": document["firmware"] | {"servo_pins": [2, 3]}})
 
 
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"leak_pin": 99}, "leak_pin must be from 0 to 41, but is 99"),
+        ({"bend_pins": [14, 30]}, "bend_pins must be one of 14 to 27 or 38 to 41, but is 30"),
+        ({"leak_pin": 18}, "leak_pin must leave pin 18 to the depth sensor"),
+        ({"leak_pin": 0}, "leak_pin must leave pin 0 to imu_serial"),
+        ({"imu_serial": 2}, "radio_serial must leave pin 7 to imu_serial"),
+        ({"imu_serial": 9}, "imu_serial must be from 1 to 8, but is 9"),
+    ],
+)
+def test_pins_and_ports_are_those_of_the_board(table, wrong: dict, told: str) -> None:
+    document = table.robot.document()
+    with pytest.raises(InputError, match=told):
+        parse(document | {"firmware": document["firmware"] | wrong})
+
+
 def test_firmware_changes_no_hash(table) -> None:
     document = table.robot.document()
     assert parse(document | {"firmware": document["firmware"] | {"system_id": 7}}).hash == table.robot.hash

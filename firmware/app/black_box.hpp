@@ -43,11 +43,13 @@ class Record {
     }
     /// Close it, or take it back where it did not fit.
     void end() {
-        const std::uint32_t words = box_.in - begin_ - 1;
-        box_.ring[begin_ % ring_words] = record_mark | std::uint32_t(kind_) << 8 | words;
-        std::uint32_t sum = 0, sums = 0;
-        for (std::uint32_t k = begin_; k != box_.in; ++k) sum += box_.ring[k % ring_words], sums += sum;
-        put(sums);
+        if (!box_.full) {
+            const std::uint32_t words = box_.in - begin_ - 1;
+            box_.ring[begin_ % ring_words] = record_mark | std::uint32_t(kind_) << 8 | words;
+            std::uint32_t sum = 0, sums = 0;
+            for (std::uint32_t k = begin_; k != box_.in; ++k) sum += box_.ring[k % ring_words], sums += sum;
+            put(sums);
+        }
         if (!box_.full) return;
         box_.in = begin_;
         ++box_.lost;

@@ -44,8 +44,7 @@ concept Board = requires(B& board, Raw& raw, const float (&pulse)[most_servos], 
     { board.clock() } -> std::same_as<std::uint32_t>;     // counts up, wraps
     { board.per_tick() } -> std::same_as<std::uint32_t>;  // counts of that clock in a control tick
     { board.woken() } -> std::same_as<bool>;              // the watchdog caused this boot
-    { board.memory() } -> std::same_as<int>;              // bytes of non-volatile memory
-    { board.load(count) } -> std::same_as<std::uint8_t>;  // one of them
+    { board.load(count) } -> std::same_as<std::uint8_t>;  // a byte of non-volatile memory
     { board.save(count, *from) };                         // lasts when it returns
     { board.log(from, count) } -> std::same_as<int>;      // black box: how many of the bytes it took
     { board.receive(to, count) } -> std::same_as<int>;    // radio: how many bytes came, without waiting

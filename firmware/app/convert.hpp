@@ -20,6 +20,11 @@ struct Origin {
     bool known;
 };
 
+/// Whether there is such a place: a pole has no east.
+inline bool is_place(std::int32_t latitude, std::int32_t longitude) {
+    return -900000000 < latitude && latitude < 900000000 && -1800000000 <= longitude && longitude <= 1800000000;
+}
+
 /// On the WGS 84 ellipsoid, radii of curvature by the series of the meridian's and the parallel's arc.
 inline Origin origin_at(std::int32_t latitude, std::int32_t longitude) {
     const SinCos<float> at = sincos(float(latitude) * 1.745329252e-9f);
@@ -32,7 +37,8 @@ inline Corner<float> local(const Origin& origin, std::int32_t latitude, std::int
     std::int64_t east = std::int64_t(longitude) - origin.longitude;
     const std::int64_t turn = 3600000000, half = turn / 2;
     east += east < -half ? turn : half < east ? -turn : 0;
-    return {origin.east * float(std::int32_t(east)), origin.north * float(latitude - origin.latitude)};
+    const std::int32_t north = std::int32_t(std::uint32_t(latitude) - std::uint32_t(origin.latitude));
+    return {origin.east * float(std::int32_t(east)), origin.north * float(north)};
 }
 
 /// Mean of the samples, without the least and the most where there are three or more; NaN where there are none.

@@ -57,7 +57,7 @@ inline constexpr FaultText fault_texts[faults] = {
     {"watchdog", "the watchdog restarted the firmware", Answer::warn, true, false},
     {"overrun", "a tick took longer than there is time", Answer::warn, false, false},
     {"defaults", "no stored parameters: the description's are used", Answer::warn, false, false},
-    {"memory", "the parameters could not be stored", Answer::warn, false, false},
+    {"memory", "what should last could not be stored", Answer::warn, false, false},
     {"black_box", "the black box lost records", Answer::warn, true, false},
 };
 

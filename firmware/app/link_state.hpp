@@ -22,6 +22,7 @@ struct Upload {
     bool on;
     std::uint8_t system, component;  // of the sender
     int count, next;                 // items
+    std::uint8_t result;             // of the last that ended
     std::uint32_t asked;             // tick of the last request
     int tries;
     float speed;  // of the waypoints to come
@@ -91,6 +92,7 @@ inline std::uint8_t result_of(Refusal refusal) {
         case Refusal::faulty:
         case Refusal::busy:
         case Refusal::no_mission:
+        case Refusal::elsewhere:
             return MAV_RESULT_TEMPORARILY_REJECTED;
         default:
             return MAV_RESULT_DENIED;
@@ -133,13 +135,18 @@ bool is_for(const Link& link, const Message& m) {
            (m.target_component == own_component || m.target_component == 0);
 }
 
-/// Read an order and follow it, if it is for this robot.
+/// Follow an order, if it is for this robot.
 template <class Message, class Follow>
-void follow_order(Link& link, const Frame& frame, const Follow& follow) {
-    const auto m = message_of<Message>(frame);
+void follow_message(Link& link, const Message& m, const Follow& follow) {
     if (!is_for(link, m)) return;
     ++link.orders;
     follow(m);
+}
+
+/// Read an order and follow it, if it is for this robot.
+template <class Message, class Follow>
+void follow_order(Link& link, const Frame& frame, const Follow& follow) {
+    follow_message(link, message_of<Message>(frame), follow);
 }
 
 }  // namespace hypertuna::firmware

@@ -172,8 +172,8 @@ inline mavlink_gps_global_origin_t global_origin(const Vehicle& vehicle) {
 
 inline mavlink_autopilot_version_t autopilot_version() {
     mavlink_autopilot_version_t m{};
-    m.capabilities = MAV_PROTOCOL_CAPABILITY_MISSION_INT | MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST |
-                     MAV_PROTOCOL_CAPABILITY_MAVLINK2;
+    m.capabilities = MAV_PROTOCOL_CAPABILITY_MISSION_INT | MAV_PROTOCOL_CAPABILITY_COMMAND_INT |
+                     MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST | MAV_PROTOCOL_CAPABILITY_MAVLINK2;
     return m;
 }
 

@@ -71,6 +71,8 @@ inline std::uint8_t take_item(Upload& upload, const Vehicle& vehicle, const mavl
     Corner<float> place{};
     if (!is_finite(m.param1) || !is_finite(m.param2) || !is_finite(m.param3) || !is_finite(m.z))
         return MAV_MISSION_INVALID;  // param4 may be NaN: no heading is asked for
+    if (has_place(m.command) && m.frame != MAV_FRAME_LOCAL_NED && !is_place(m.x, m.y))
+        return MAV_MISSION_INVALID_PARAM5_X;
     if (has_place(m.command) && !place_of(vehicle, m, place)) return MAV_MISSION_UNSUPPORTED_FRAME;
     Mission<float>& mission = upload.mission;
     switch (m.command) {

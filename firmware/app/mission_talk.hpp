@@ -65,19 +65,23 @@ inline std::uint8_t mission_result(Refusal refusal) {
 
 inline void on_mission_item(Link& link, Vehicle& vehicle, Peer from, const mavlink_mission_item_int_t& m) {
     Upload& upload = link.upload;
-    if (!upload.on || upload.system != from.system || upload.component != from.component) return;
-    if (m.seq != upload.next) return;  // came twice, or is not what was asked for
-    const std::uint8_t result = take_item(upload, vehicle, m);
-    if (result != MAV_MISSION_ACCEPTED) {
+    if (upload.system != from.system || upload.component != from.component) return;
+    // The one that ended it, once more: its answer was lost.
+    if (!upload.on && upload.next > 0 && m.seq == upload.next - 1)
+        return acknowledge_mission(link, from, upload.result);
+    if (!upload.on || m.seq != upload.next) return;  // came twice, or is not what was asked for
+    upload.result = take_item(upload, vehicle, m);
+    upload.tries = 0, ++upload.next;
+    if (upload.result != MAV_MISSION_ACCEPTED) {
         upload.on = false, ++link.refused;
-        return acknowledge_mission(link, from, result);
+        return acknowledge_mission(link, from, upload.result);
     }
-    upload.tries = 0;
-    if (++upload.next < upload.count) return ask_item(link, snapshot(vehicle).tick);
+    if (upload.next < upload.count) return ask_item(link, snapshot(vehicle).tick);
     upload.on = false;
     const Refusal refusal = upload.mission.waypoints == 0 ? Refusal::no_mission : set_mission(vehicle, upload.mission);
     tell_refusal(link, refusal);
-    acknowledge_mission(link, from, mission_result(refusal));
+    upload.result = mission_result(refusal);
+    acknowledge_mission(link, from, upload.result);
 }
 
 /// Ask for the item once more where it did not come, and give up at last.
@@ -85,7 +89,7 @@ inline void wait_for_item(Link& link, std::uint32_t tick) {
     Upload& upload = link.upload;
     if (!upload.on || tick - upload.asked < ask_again || !has_room(link.out)) return;
     if (upload.tries < most_tries) return ask_item(link, tick);
-    upload.on = false, ++link.refused;
+    upload.on = false, upload.next = 0, ++link.refused;
     acknowledge_mission(link, {upload.system, upload.component}, MAV_MISSION_OPERATION_CANCELLED);
 }
 
@@ -121,7 +125,8 @@ inline void on_mission_clear(Link& link, Vehicle& vehicle, Peer from, const mavl
 /// The ground breaks an upload off.
 inline void on_mission_ack(Link& link, Peer from, const mavlink_mission_ack_t&) {
     Upload& upload = link.upload;
-    if (upload.on && upload.system == from.system && upload.component == from.component) upload.on = false;
+    if (upload.on && upload.system == from.system && upload.component == from.component)
+        upload.on = false, upload.next = 0;
 }
 
 inline void on_mission_order(Link& link, Vehicle& vehicle, const Frame& frame) {

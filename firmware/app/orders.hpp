@@ -9,10 +9,14 @@ namespace hypertuna::firmware {
 
 inline constexpr int stick_most = 1000;  // of a joystick's axes
 
-/// MANUAL_CONTROL: z is thrust, r turns to starboard (as ground stations send it), x pushed forward dives. It is not
-/// acknowledged, the next comes soon.
-inline void on_manual(Link& link, Vehicle& vehicle, const mavlink_manual_control_t& m) {
+/// MANUAL_CONTROL: z is thrust, r turns to starboard (as ground stations send it), x pushed forward dives. An axis of
+/// INT16_MAX is none. It is not acknowledged, the next comes soon.
+inline void on_manual(Link& link, Vehicle& vehicle, mavlink_manual_control_t m) {
+    ++link.orders;
     bool within = true;
+    if (m.x == INT16_MAX) m.x = 0;
+    if (m.z == INT16_MAX) m.z = 0;
+    if (m.r == INT16_MAX) m.r = 0;
     for (int axis : {int(m.x), int(m.z), int(m.r)}) within = within && -stick_most <= axis && axis <= stick_most;
     const auto part = [](int axis) { return float(axis) / float(stick_most); };
     const Refusal refusal =
@@ -101,9 +105,27 @@ inline Refusal carry_out(Link& link, Vehicle& vehicle, const mavlink_command_lon
     }
 }
 
+/// The same with whole numbers in the place of two parameters: coordinates, which no command here has.
+inline mavlink_command_long_t long_of(const mavlink_command_int_t& m) {
+    const auto number = [](std::int32_t x) { return x == 0 ? 0.0f : std::numeric_limits<float>::quiet_NaN(); };
+    mavlink_command_long_t out{};
+    out.command = m.command, out.target_system = m.target_system, out.target_component = m.target_component;
+    out.param1 = m.param1, out.param2 = m.param2, out.param3 = m.param3, out.param4 = m.param4;
+    out.param5 = number(m.x), out.param6 = number(m.y), out.param7 = m.z;
+    return out;
+}
+
+inline bool is_command(const Frame& frame) {
+    return frame.id == MAVLINK_MSG_ID_COMMAND_LONG || frame.id == MAVLINK_MSG_ID_COMMAND_INT;
+}
+inline mavlink_command_long_t command_of(const Frame& frame) {
+    return frame.id == MAVLINK_MSG_ID_COMMAND_INT ? long_of(message_of<mavlink_command_int_t>(frame))
+                                                  : message_of<mavlink_command_long_t>(frame);
+}
+
 inline bool is_disarm(const Frame& frame) {
-    if (frame.id != MAVLINK_MSG_ID_COMMAND_LONG) return false;
-    const auto m = message_of<mavlink_command_long_t>(frame);
+    if (!is_command(frame)) return false;
+    const mavlink_command_long_t m = command_of(frame);
     return m.command == MAV_CMD_COMPONENT_ARM_DISARM && m.param1 == 0.0f;
 }
 

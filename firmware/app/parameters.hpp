@@ -18,6 +18,7 @@ struct Limits {
     float voltage_empty, voltage_after;                // V; s that a low voltage must last
     float tilt_most, tilt_after;                       // sine of roll or pitch; s
     float leak_after;                                  // s
+    float rise_depth;                                  // m: from deeper it comes up when it has no way home
     float link_rate, link_share;                       // bit/s of the radio; part of it that telemetry may take
     float system_id;                                   // of MAVLink
     float sign;                                        // 1: orders must be signed
@@ -36,6 +37,7 @@ void visit_fields(Limits& m, const Visit& visit) {
     visit("home_timeout", 0, m.home_timeout), visit("voltage_empty", 0, m.voltage_empty);
     visit("voltage_after", 0, m.voltage_after), visit("tilt_most", 0, m.tilt_most);
     visit("tilt_after", 0, m.tilt_after), visit("leak_after", 0, m.leak_after);
+    visit("rise_depth", 0, m.rise_depth);
     visit("link_rate", 0, m.link_rate), visit("link_share", 0, m.link_share);
     visit("system_id", 0, m.system_id), visit("sign", 0, m.sign);
 }
@@ -75,24 +77,35 @@ inline float number_at(const Description& robot, const float* parameter, int fie
     return field < robot.values ? robot.value[field] : 0.0f;
 }
 
-/// Fills one field after another. Not inlined into each of them: that would take a quarter of the program.
+inline constexpr int all_fields = -1;
+
+/// Fills one field after another, or a single one of them. Not inlined into each of them: that would take a quarter of
+/// the program.
 struct Filler {
     const Description& robot;
     const float* parameter;
+    int only;
     int& at;
 
     template <class Field>
     HYPERTUNA_NOINLINE void operator()(const char*, int, Field& field) const {
-        field = Field(number_at(robot, parameter, at++));
+        const int here = at++;
+        if (only == all_fields || only == here) field = Field(number_at(robot, parameter, here));
     }
 };
 
-/// Fill a model from the row of all numbers, and the parameters among them.
-[[gnu::cold]] inline void configure(Model& model, const Description& robot, const float* parameter) {
+/// Fill a model from the row of all numbers, and the parameters among them; or only one field of it.
+[[gnu::cold]] inline void configure(Model& model, const Description& robot, const float* parameter,
+                                    int only = all_fields) {
     model.pilot.controller.joints = model.pilot.guidance.steering.joints = robot.joints;
     model.pilot.guidance.steering.table.gaits = robot.gaits;
     int at = 0;
-    visit_fields(model, Filler{robot, parameter, at});
+    visit_fields(model, Filler{robot, parameter, only, at});
+}
+
+/// Whether a parameter may have a value.
+inline bool in_range(const ParameterInfo& info, float value) {
+    return info.low <= value && value <= info.high && (!info.whole || value == float(int(value)));
 }
 
 /// Whether limits that belong together keep their order.

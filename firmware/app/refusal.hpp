@@ -19,6 +19,7 @@ enum class Refusal : std::uint8_t {
     too_many,
     replayed,
     not_signed,
+    elsewhere,
     count
 };
 inline constexpr int refusals = int(Refusal::count);
@@ -41,6 +42,7 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"too_many", "more waypoints or corners than there is room"},
     {"replayed", "the order is older than the last one"},
     {"not_signed", "orders must be signed"},
+    {"elsewhere", "the mission on board counts from another origin"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }

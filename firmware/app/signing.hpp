@@ -10,6 +10,7 @@
 namespace hypertuna::firmware {
 
 inline constexpr int key_length = 32, most_streams = 8, digest_length = 6;
+inline constexpr int stamp_bits = 48;
 inline constexpr std::uint64_t stamp_minute = 6'000'000;  // of 10 us
 
 /// A sender on one channel, and its last stamp.
@@ -23,6 +24,7 @@ struct Signing {
     bool on;
     std::uint8_t key[key_length];
     std::uint64_t stamp;  // 10 us since 2015: own clock, never behind what was heard
+    std::uint64_t floor;  // of all that was heard before the last boot: nobody older is believed
     Stream stream[most_streams];
     std::uint32_t refused;
 };
@@ -57,7 +59,7 @@ inline Stream* stream_of(Signing& signing, const Frame& frame, std::uint8_t chan
         if (stream.used && stream.system == frame.system && stream.component == frame.component &&
             stream.channel == channel)
             return stamp > stream.stamp ? &stream : nullptr;
-    if (stamp + stamp_minute < signing.stamp) return nullptr;
+    if (stamp + stamp_minute < signing.stamp || stamp < signing.floor) return nullptr;
     for (Stream& stream : signing.stream)
         if (!stream.used) return &stream;
     return nullptr;

@@ -57,7 +57,9 @@ inline void watch(const Model& model, SupervisorMemory& memory, const Heard& hea
     now.set(Fault::link_lost, limits.link_timeout < heard.silence);
     now.set(Fault::link_gone, heard.armed && limits.home_timeout < heard.silence);
     const float pitch = heard.at.facing.z, roll = heard.at.tilt, most = limits.tilt_most;
-    const bool tilted = heard.at.attitude && !(abs(pitch) <= most && abs(roll) <= most);
+    const Quaternion<float>& q = heard.at.q;
+    const bool over = 0.5f < q.x * q.x + q.y * q.y;  // on its back, where both sines are small again
+    const bool tilted = heard.at.attitude && (over || !(abs(pitch) <= most && abs(roll) <= most));
     now.set(Fault::tilt, lasting(memory.tilted, tilted, limits.tilt_after, tick));
     now.set(Fault::leak, lasting(memory.leaking, heard.leak, limits.leak_after, tick));
     now.set(Fault::overrun, heard.overrun);

@@ -39,7 +39,8 @@ struct TelemetryStream {
 
 struct Telemetry {
     TelemetryStream stream[streams];
-    int slow;  // part of the rate that a radio with a full buffer leaves, in percent
+    int slow;                // part of the rate that a radio with a full buffer leaves, in percent
+    std::uint32_t reported;  // tick of its last report
 };
 
 inline void begin(Telemetry& telemetry) {
@@ -120,10 +121,13 @@ inline bool telemeter(Telemetry& telemetry, Outbox& out, Signing& signing, const
     return true;
 }
 
+inline constexpr std::uint32_t report_lasts = 1000;  // ticks
+
 /// A radio that reports a buffer that fills up gets less, one whose buffer is empty more. RADIO_STATUS.txbuf in
 /// percent.
-inline void adapt(Telemetry& telemetry, int room) {
+inline void adapt(Telemetry& telemetry, int room, std::uint32_t tick) {
     if (room > 100) return;
+    telemetry.reported = tick;
     const int change = room < 20 ? -20 : room < 50 ? -5 : room > 90 ? 5 : 0;
     const int slow = telemetry.slow + change;
     telemetry.slow = slow < 10 ? 10 : slow > 100 ? 100 : slow;

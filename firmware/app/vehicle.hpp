@@ -2,18 +2,29 @@
 #pragma once
 
 #include "black_box.hpp"
+#include "kept_mission.hpp"
 #include "refusal.hpp"
 #include "store.hpp"
 #include "supervisor.hpp"
 
 namespace hypertuna::firmware {
 
-inline constexpr int most_waypoints = 64, most_corners = 32;
 inline constexpr int key_size = 32;
+inline constexpr float far_away = 2e4f;  // m from its origin, where a kept mission is of another water
+
+/// What lasts, and where: parameters with the key, a mission, the stamp of signatures; two slots of each.
+inline constexpr int most_kept = 4 * most_parameters + 4 + key_size;
+inline constexpr int missions_at = 2 * (slot_head + most_kept);
+inline constexpr int stamps_at = missions_at + 2 * (slot_head + int(sizeof(KeptMission)));
+inline constexpr int memory_size = stamps_at + 2 * (slot_head + 8);
+inline constexpr std::uint32_t stamp_layout = 0x73746d01;
 
 /// Who makes the command that the controller follows.
 enum class Control : std::uint8_t { manual, gait, mission, count };
 inline constexpr const char* control_names[int(Control::count)] = {"manual", "gait", "mission"};
+
+/// Whether a robot that is called home, and has no way home, comes up; in vain it does so once.
+enum class Ascent : std::uint8_t { none, on, vain };
 
 /// What everybody may know of the vehicle: as it was at the end of the last tick.
 struct Snapshot {
@@ -46,14 +57,19 @@ struct Vehicle {
     Raw raw;
     PilotState<float> state;
     SupervisorMemory memory;
-    Store store;
+    std::uint8_t kept[most_kept];  // the parameters, whether there is a key, and the key
+    KeptMission plan;
+    std::uint64_t stamp;  // of signatures: later than all that were believed
+    Store store, missions, stamps;
     BlackBox box;
     Snapshot now;
     Profile profile;
-    Waypoint<float> waypoint[most_waypoints];
-    Corner<float> corner[most_corners];
     Mission<float> mission;
-    bool has_mission, fixed;  // a mission is on board; a fix came since boot
+    bool has_mission, way_home;  // on board; sent or begun since boot, so that it is a way home
+    Mission<float> up;           // of an ascent
+    Ascent ascent;
+    std::uint32_t ascent_ends;  // tick at which it is in vain
+    bool remembered;            // the origin is a kept mission's, and no fix came since boot
     Origin origin;
     Command<float> asked;           // by the link
     std::uint32_t heard, asked_at;  // ticks of the last sign of life of the ground, of its last beat
@@ -80,7 +96,6 @@ inline float value(const Vehicle& vehicle, int k) { return vehicle.value[k]; }
 
 /// Bytes that are kept: the parameters, whether there is a key, and the key.
 inline int kept_size(const Description& robot) { return 4 * robot.parameters + 4 + key_size; }
-static_assert(4 * most_parameters + 4 + key_size <= most_kept);
 
 /// Set a parameter; the store keeps it. Only while disarmed.
 inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
@@ -88,30 +103,32 @@ inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
     if (k < 0 || k >= robot.parameters) return Refusal::unknown;
     if (vehicle.now.armed) return Refusal::armed;
     const ParameterInfo& info = robot.parameter[k];
-    if (!(info.low <= to && to <= info.high)) return Refusal::out_of_range;
-    if (info.whole && to != float(int(to))) return Refusal::out_of_range;
+    if (!in_range(info, to)) return Refusal::out_of_range;
+    if (to == vehicle.value[k] && !vehicle.store.failed) return Refusal::none;  // the memory wears
     const float before = vehicle.value[k];
     vehicle.value[k] = to;
-    configure(vehicle.model, robot, vehicle.value);
-    if (!consistent(vehicle.model)) {
+    configure(vehicle.model, robot, vehicle.value, info.field);
+    if (!consistent(vehicle.model) || (vehicle.model.limits.sign == 1.0f && !vehicle.key)) {
         vehicle.value[k] = before;
-        configure(vehicle.model, robot, vehicle.value);
+        configure(vehicle.model, robot, vehicle.value, info.field);
         return Refusal::inconsistent;
     }
-    std::memcpy(vehicle.store.kept + 4 * k, &to, 4);
+    std::memcpy(vehicle.kept + 4 * k, &to, 4);
     keep(vehicle.store);
     return Refusal::none;
 }
 
 /// Key that orders are signed with; null where there is none.
 inline const std::uint8_t* key(const Vehicle& vehicle) {
-    return vehicle.key ? vehicle.store.kept + kept_size(*vehicle.robot) - key_size : nullptr;
+    return vehicle.key ? vehicle.kept + kept_size(*vehicle.robot) - key_size : nullptr;
 }
+/// Keep a key; one of zeros is none.
 inline Refusal set_key(Vehicle& vehicle, const std::uint8_t (&to)[key_size]) {
     if (vehicle.now.armed) return Refusal::armed;
-    std::uint8_t* at = vehicle.store.kept + kept_size(*vehicle.robot) - key_size - 4;
-    std::memset(at, 1, 4), std::memcpy(at + 4, to, key_size);
-    vehicle.key = true;
+    std::uint8_t* at = vehicle.kept + kept_size(*vehicle.robot) - key_size - 4;
+    vehicle.key = false;
+    for (std::uint8_t byte : to) vehicle.key = vehicle.key || byte != 0;
+    std::memset(at, vehicle.key, 4), std::memcpy(at + 4, to, key_size);
     keep(vehicle.store);
     return Refusal::none;
 }
@@ -125,11 +142,36 @@ inline Command<float> rest() {
     return command;
 }
 
-/// Guidance begins anew, from where the robot is.
-inline void begin_mission(Vehicle& vehicle) {
-    vehicle.mission.start = {vehicle.now.estimate.x, vehicle.now.estimate.y};
-    vehicle.state.guidance = init(vehicle.model.pilot.guidance, vehicle.mission);
+/// Guidance begins a mission anew, from where the robot is.
+inline void begin_mission(Vehicle& vehicle, Mission<float>& mission) {
+    mission.start = {vehicle.now.estimate.x, vehicle.now.estimate.y};
+    vehicle.state.guidance = init(vehicle.model.pilot.guidance, mission);
     vehicle.state.wait = 0;
+}
+
+/// All faults, and the answer to them.
+inline void weigh_faults(Vehicle& vehicle) {
+    Snapshot& now = vehicle.now;
+    now.faults = all(vehicle.memory);
+    now.faults.set(Fault::watchdog, vehicle.woken);
+    now.faults.set(Fault::defaults, vehicle.defaults);
+    now.faults.set(Fault::memory, vehicle.store.failed || vehicle.missions.failed || vehicle.stamps.failed);
+    now.answer = answer_to(now.faults);
+}
+
+/// Up from here, with a mission that has no waypoints and is at home everywhere: guidance circles about the place,
+/// slowly and with its fins up, and knows what to do without IMU, depth or a fin.
+inline void begin_ascent(Vehicle& vehicle) {
+    Mission<float>& up = vehicle.up;
+    up = {};
+    up.home = {vehicle.now.estimate.x, vehicle.now.estimate.y};
+    up.home_radius = up.depth_most = 1e4f, up.home_speed = vehicle.model.pilot.guidance.slow;
+    begin_mission(vehicle, up);
+    vehicle.state.guidance.rising = false;  // without waiting for a fix
+    vehicle.state.guidance.reasons.tell(Reason::recalled);
+    const Guidance<float>& guidance = vehicle.model.pilot.guidance;
+    const float most = clamp(time_home(guidance, vehicle.now.estimate, up), 0.0f, 3600.0f);
+    vehicle.ascent_ends = vehicle.now.tick + std::uint32_t(most / vehicle.model.pilot.controller.tick);
 }
 
 /// Arm or disarm. Disarming is never refused.
@@ -140,13 +182,16 @@ inline Refusal arm(Vehicle& vehicle, bool on) {
         return Refusal::none;
     }
     if (vehicle.now.armed) return Refusal::none;
-    if (!settled(vehicle.store)) return Refusal::busy;
     if (forbid(vehicle.memory.present)) return Refusal::faulty;
+    if (!settled(vehicle.store) || !settled(vehicle.missions)) return Refusal::busy;
     if (!vehicle.now.estimate.attitude) return Refusal::not_ready;
     vehicle.memory.latched = {};
+    vehicle.memory.present.set(Fault::link_gone, false);  // the ground is heard: it arms
     vehicle.woken = false;
+    weigh_faults(vehicle);
     vehicle.now.armed = true;
     vehicle.now.control = Control::gait;
+    vehicle.ascent = Ascent::none;
     vehicle.asked = rest();
     vehicle.asked_at = vehicle.heard = vehicle.now.tick;
     return Refusal::none;
@@ -156,9 +201,11 @@ inline Refusal arm(Vehicle& vehicle, bool on) {
 inline Refusal ask_control(Vehicle& vehicle, Control control) {
     if (control >= Control::count) return Refusal::unknown;
     if (!vehicle.now.armed) return Refusal::disarmed;
+    if (control != Control::mission && Answer::home <= vehicle.now.answer) return Refusal::faulty;
     if (control == Control::mission) {
         if (!vehicle.has_mission) return Refusal::no_mission;
-        if (vehicle.now.control != Control::mission) begin_mission(vehicle);
+        if (vehicle.now.control != Control::mission) begin_mission(vehicle, vehicle.mission);
+        vehicle.way_home = true;
     }
     vehicle.asked = rest();
     vehicle.asked_at = vehicle.now.tick;
@@ -179,9 +226,10 @@ inline bool within(const Controller<float>& model, const Command<float>& command
     return good;
 }
 
-/// A beat of the ground.
+/// A beat of the ground. What is called home, or must rest, follows none.
 inline Refusal ask_beat(Vehicle& vehicle, const Command<float>& command, Control control) {
     if (!vehicle.now.armed) return Refusal::disarmed;
+    if (Answer::home <= vehicle.now.answer) return Refusal::faulty;
     if (!within(vehicle.model.pilot.controller, command)) return Refusal::out_of_range;
     vehicle.asked = command;
     vehicle.asked.armed = true;
@@ -200,62 +248,97 @@ inline Refusal ask_manual(Vehicle& vehicle, const Command<float>& command) {
     return ask_beat(vehicle, command, Control::manual);
 }
 
-/// The same by the gait table: ahead from 0 to 1 of the fastest speed, turn to port and climb from -1 to 1.
+/// The nearest command that a controller would follow to the letter.
+inline void bring_within(const Controller<float>& model, Command<float>& command) {
+    command.frequency = min(command.frequency, model.frequency_most);
+    for (int j = 0; j < model.joints; ++j) {
+        const float most = model.joint[j].amplitude;
+        command.amplitude[j] = min(command.amplitude[j], most);
+        command.bias[j] = clamp(command.bias[j], -most, most);
+    }
+    for (float& fin : command.fin) fin = clamp(fin, -model.fin_most, model.fin_most);
+}
+
+/// The same by the gait table: ahead from 0 to 1 of the fastest speed, turn to port and climb from -1 to 1. A limit
+/// that was made tighter holds it back; not asked ahead, the tail does not stop in mid-beat but straightens.
 inline Refusal ask_manual(Vehicle& vehicle, float ahead, float turn, float climb) {
     if (!(0 <= ahead && ahead <= 1 && abs(turn) <= 1 && abs(climb) <= 1)) return Refusal::out_of_range;
     const Steering<float>& steering = vehicle.model.pilot.guidance.steering;
     Command<float> command = rest();
     const float top = steering.table.speed[steering.table.gaits - 1];
     beat_into(steering, command, ahead * top, -turn);
+    for (int j = 0; j < most_joints && ahead == 0.0f; ++j) command.amplitude[j] = 0.0f;
     command.fin[0] = command.fin[1] = climb * steering.fin_most;
+    bring_within(vehicle.model.pilot.controller, command);
     return ask_manual(vehicle, command);
 }
 
-/// Whether a mission is made of numbers that make sense.
-inline bool sound(const Mission<float>& mission) {
-    const auto place = [](float x, float y) { return abs(x) < 1e5f && abs(y) < 1e5f; };
-    bool good = place(mission.home.x, mission.home.y) && place(mission.center.x, mission.center.y);
-    good = good && 0 < mission.home_radius && mission.home_radius < 1e5f && 0 < mission.home_speed;
-    good = good && mission.home_speed < 10 && 0 <= mission.depth_most && mission.depth_most < 1e4f;
-    good = good && 0 <= mission.reserve && mission.reserve <= 1 && 0 <= mission.duration && 0 <= mission.surface_every;
-    good = good && 0 <= mission.range && mission.range < 1e6f;
-    for (int k = 0; k < mission.waypoints; ++k) {
-        const Waypoint<float>& to = mission.waypoint[k];
-        good = good && place(to.x, to.y) && 0 <= to.depth && to.depth < 1e4f && 0 < to.speed && to.speed < 10 &&
-               0 < to.radius && to.radius < 1e5f;
-    }
-    for (int k = 0; k < mission.corners; ++k) good = good && place(mission.corner[k].x, mission.corner[k].y);
-    return good;
+/// Keep the mission on board, and where it counts from. It is written while disarmed.
+inline void keep_mission(Vehicle& vehicle) {
+    const Origin& origin = vehicle.origin;
+    vehicle.plan.placed = origin.known, vehicle.plan.latitude = origin.latitude;
+    vehicle.plan.longitude = origin.longitude;
+    keep(vehicle.missions);
 }
 
 /// Take over a mission: copied, checked as a whole, refused as a whole.
 inline Refusal set_mission(Vehicle& vehicle, const Mission<float>& mission) {
     if (vehicle.now.armed && vehicle.now.control == Control::mission) return Refusal::busy;
     if (mission.waypoints > most_waypoints || mission.corners > most_corners) return Refusal::too_many;
-    if (mission.waypoints < 0 || mission.corners < 0 || !sound(mission)) return Refusal::out_of_range;
-    vehicle.mission = mission;
-    for (int k = 0; k < mission.waypoints; ++k) vehicle.waypoint[k] = mission.waypoint[k];
-    for (int k = 0; k < mission.corners; ++k) vehicle.corner[k] = mission.corner[k];
-    vehicle.mission.waypoint = vehicle.waypoint, vehicle.mission.corner = vehicle.corner;
-    vehicle.has_mission = true;
+    if (!fits(mission.waypoints, mission.corners) || !sound(mission)) return Refusal::out_of_range;
+    take_mission(vehicle.plan, mission);
+    vehicle.mission = mission_of(vehicle.plan);
+    vehicle.has_mission = vehicle.way_home = true, vehicle.ascent = Ascent::none;
+    keep_mission(vehicle);
     return Refusal::none;
 }
 
+/// Forget the mission on board, and the one that is kept.
 inline Refusal clear_mission(Vehicle& vehicle) {
     if (vehicle.now.armed && vehicle.now.control == Control::mission) return Refusal::busy;
+    if (!vehicle.has_mission) return Refusal::none;
     vehicle.has_mission = false, vehicle.mission = {};
+    std::memset(static_cast<void*>(&vehicle.plan), 0, sizeof(vehicle.plan));
+    keep(vehicle.missions);
     return Refusal::none;
 }
 
-/// Say where local coordinates count from, and where the robot is; not before that the first fix does.
-inline Refusal set_origin(Vehicle& vehicle, std::int32_t latitude, std::int32_t longitude, float x = 0, float y = 0) {
-    if (vehicle.now.armed) return Refusal::armed;
-    if (!(-900000000 < latitude && latitude < 900000000)) return Refusal::out_of_range;
-    if (!(abs(x) < 1e5f && abs(y) < 1e5f)) return Refusal::out_of_range;
-    vehicle.origin = origin_at(latitude, longitude);
+/// Begin at a place.
+inline void place_at(Vehicle& vehicle, float x, float y) {
     const float start[2] = {x, y};
     vehicle.state.estimator.way = init(vehicle.model.pilot.estimator, start).way;
+    vehicle.remembered = false;
+}
+
+/// Say where local coordinates count from, and where the robot is; not before that the first fix does. Those of a
+/// mission on board stay what they are.
+inline Refusal set_origin(Vehicle& vehicle, std::int32_t latitude, std::int32_t longitude, float x = 0, float y = 0) {
+    if (vehicle.now.armed) return Refusal::armed;
+    if (!is_place(latitude, longitude)) return Refusal::out_of_range;
+    if (!(abs(x) < 1e5f && abs(y) < 1e5f)) return Refusal::out_of_range;
+    const Origin& before = vehicle.origin;
+    const bool same = before.known && before.latitude == latitude && before.longitude == longitude;
+    if (vehicle.has_mission && before.known && !same) return Refusal::elsewhere;
+    vehicle.origin = origin_at(latitude, longitude);
+    if (vehicle.has_mission && !same) keep_mission(vehicle);
+    place_at(vehicle, x, y);
     return Refusal::none;
+}
+
+/// The first fix since boot: coordinates count from it, unless a mission was kept with an origin of its own. Where that
+/// is too far away the mission is not on board any more.
+inline void meet_fix(Vehicle& vehicle, const std::int32_t (&fix)[2]) {
+    if (vehicle.remembered) {
+        const Corner<float> at = local(vehicle.origin, fix[0], fix[1]);
+        const bool near = abs(at.x) < far_away && abs(at.y) < far_away;
+        place_at(vehicle, near ? at.x : 0.0f, near ? at.y : 0.0f);
+        if (near) return;
+        vehicle.has_mission = vehicle.origin.known = false, vehicle.mission = {};
+        if (vehicle.now.control == Control::mission) vehicle.now.control = Control::gait;  // of which none is asked
+    }
+    if (vehicle.origin.known) return;
+    vehicle.origin = origin_at(fix[0], fix[1]);
+    if (vehicle.has_mission) keep_mission(vehicle);
 }
 
 }  // namespace hypertuna::firmware

@@ -44,6 +44,7 @@ HYPERTUNA_MESSAGE(mission_ack, MISSION_ACK)
 HYPERTUNA_MESSAGE(set_gps_global_origin, SET_GPS_GLOBAL_ORIGIN)
 HYPERTUNA_MESSAGE(manual_control, MANUAL_CONTROL)
 HYPERTUNA_MESSAGE(command_long, COMMAND_LONG)
+HYPERTUNA_MESSAGE(command_int, COMMAND_INT)
 HYPERTUNA_MESSAGE(radio_status, RADIO_STATUS)
 HYPERTUNA_MESSAGE(setup_signing, SETUP_SIGNING)
 HYPERTUNA_MESSAGE(gait_set, GAIT_SET)
@@ -62,6 +63,7 @@ inline constexpr MessageKind heard_kinds[] = {
     kind_of<mavlink_mission_ack_t>,
     kind_of<mavlink_manual_control_t>,
     kind_of<mavlink_command_long_t>,
+    kind_of<mavlink_command_int_t>,
     kind_of<mavlink_radio_status_t>,
     kind_of<mavlink_setup_signing_t>,
     kind_of<mavlink_gait_set_t>,

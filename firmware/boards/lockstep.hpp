@@ -163,7 +163,7 @@ struct Lockstep {
     Wire& wire;
     ToBoard request;
     float pulse[most_servos];
-    std::uint8_t kept[2 * slot_size];
+    std::uint8_t kept[memory_size];
 
     bool wait() { return wire.read(&request, sizeof(request)); }
     void read(Raw& raw) {
@@ -179,7 +179,6 @@ struct Lockstep {
     std::uint32_t clock() { return wire.clock(); }
     std::uint32_t per_tick() { return wire.per_tick(); }
     bool woken() { return false; }
-    int memory() { return int(sizeof(kept)); }
     std::uint8_t load(int at) { return kept[at]; }
     void save(int at, std::uint8_t byte) { kept[at] = byte; }
     int log(const std::uint8_t* from, int count) { return wire.log(from, count); }

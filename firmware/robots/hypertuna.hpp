@@ -236,6 +236,7 @@ inline constexpr float values[] = {
     0.8660254f,  // limits tilt_most[0]
     3.0f,  // limits tilt_after[0]
     1.0f,  // limits leak_after[0]
+    1.5f,  // limits rise_depth[0]
     4800.0f,  // limits link_rate[0]
     0.75f,  // limits link_share[0]
     1.0f,  // limits system_id[0]
@@ -316,14 +317,15 @@ inline constexpr ParameterInfo parameters[] = {
     {"home_timeout", 12.0f, 600.0f, 60.0f, false, 223},
     {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 224},
     {"tilt_most", 0.4330127f, 0.8660254f, 0.8660254f, false, 226},
-    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 229},
-    {"link_share", 0.05f, 1.0f, 0.75f, false, 230},
-    {"system_id", 1.0f, 250.0f, 1.0f, true, 231},
-    {"sign", 0.0f, 1.0f, 0.0f, true, 232},
+    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 229},
+    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 230},
+    {"link_share", 0.05f, 1.0f, 0.75f, false, 231},
+    {"system_id", 1.0f, 250.0f, 1.0f, true, 232},
+    {"sign", 0.0f, 1.0f, 0.0f, true, 233},
 };
 
 inline constexpr Description description = {
-    "hypertuna", 2, 3, values, 233, parameters, 77, 0xb82fc33c};
+    "hypertuna", 2, 3, values, 234, parameters, 78, 0x9ec700b5};
 
 inline constexpr struct {
     int servo[6];

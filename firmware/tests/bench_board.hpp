@@ -10,7 +10,7 @@
 namespace hypertuna::firmware {
 
 struct BenchBoard {
-    std::uint8_t memory_[2 * slot_size] = {};
+    std::uint8_t memory[memory_size] = {};
     float bend[most_joints] = {}, pulse[most_servos] = {};
     std::uint32_t ticks = 0;
     bool leak = false;
@@ -46,9 +46,8 @@ struct BenchBoard {
     std::uint32_t clock() { return 0; }
     std::uint32_t per_tick() { return 1; }
     bool woken() { return false; }
-    int memory() { return int(sizeof memory_); }
-    std::uint8_t load(int at) { return memory_[at]; }
-    void save(int at, std::uint8_t byte) { memory_[at] = byte; }
+    std::uint8_t load(int at) { return memory[at]; }
+    void save(int at, std::uint8_t byte) { memory[at] = byte; }
     int log(const std::uint8_t*, int count) { return count; }
     int receive(std::uint8_t* to, int most) {
         const int count = std::min(most, int(heard.size()));

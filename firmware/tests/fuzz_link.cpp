@@ -61,7 +61,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     app = fresh_app, board = fresh_board;
     const std::uint8_t choice = data[0];
     if (choice & 1) arm(app.vehicle, false);
-    if ((choice & 2) && size > key_length) begin_signing(app.link.signing, data, 0);
+    if ((choice & 2) && size > key_length) {
+        std::memcpy(app.vehicle.kept + kept_size(robot::description) - key_size, data, key_size);
+        app.vehicle.key = true, app.vehicle.model.limits.sign = 1.0f;
+    }
     std::size_t at = 1;
     for (int portion = 0; at < size && portion < 64; ++portion) {
         const std::size_t wished = 1 + std::size_t(data[at++] % 96);

@@ -10,7 +10,7 @@ namespace hypertuna::firmware {
 struct MemoryBoard {
     Raw raw;
     float pulse[most_servos];
-    std::uint8_t kept[2 * slot_size];
+    std::uint8_t kept[memory_size];
     int power;  // bytes that can still be written; negative for ever
     int torn;   // what the byte shows that the power went at: -1 for its old value
     int card;   // bytes that the black box takes per tick
@@ -28,7 +28,6 @@ struct MemoryBoard {
     std::uint32_t clock() { return took += ticking; }
     std::uint32_t per_tick() { return 1000; }
     bool woken() { return reset; }
-    int memory() { return int(sizeof(kept)); }
     std::uint8_t load(int at) { return kept[at]; }
     void save(int at, std::uint8_t byte) {
         if (power == 0) {
@@ -37,7 +36,7 @@ struct MemoryBoard {
             return;
         }
         --power;
-        kept[at] = byte;
+        if (at != worn) kept[at] = byte;
     }
     int log(const std::uint8_t* from, int count) {
         const int take = count < card ? count : card;
@@ -47,6 +46,8 @@ struct MemoryBoard {
     int receive(std::uint8_t*, int) { return 0; }
     int send(const std::uint8_t*, int count) { return count; }
 
+    float depth = 0.05f;        // m
+    int worn = -1;              // address that cannot be written any more
     std::uint32_t ticking = 0;  // counts that the clock goes on at every look
 };
 static_assert(Board<MemoryBoard>);
@@ -62,7 +63,7 @@ inline void float_upright(MemoryBoard& board, const Vehicle& vehicle, int tick) 
     for (int j = 0; j < 2; ++j) show(bend_channel + j, 0);
     for (int k = 0; k < 4; ++k) show(pressure_channel + k, 60e3f), show(current_channel + k, 0.3f);
     for (int k = 0; k < 3; ++k) show(imu_channel + k, 0), show(imu_channel + 3 + k, k == 2 ? 9.81f : 0.0f);
-    show(battery_channel, 15.0f), show(depth_channel, 0.05f);
+    show(battery_channel, 15.0f), show(depth_channel, board.depth);
     for (int k = 0; k < 3; ++k) show(field_channel + k, k == 1 ? 0.7f : k == 2 ? -0.7f : 0.0f);
 }
 

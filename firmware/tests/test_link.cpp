@@ -267,6 +267,81 @@ static void test_missions() {
     CHECK(mission(bench.vehicle()).waypoints == 3);
 }
 
+/// The last item once more, because its answer was lost: the same answer once more.
+static void test_lost_acknowledgement_of_a_mission() {
+    Bench bench;
+    auto items = box();
+    CHECK(upload(bench, items) == MAV_MISSION_ACCEPTED);
+    bench.board.said.clear();
+    items.back().seq = std::uint16_t(items.size() - 1), items.back().target_system = 1;
+    bench.say(items.back());
+    auto acks = said<mavlink_mission_ack_t>(bench.board.said);
+    CHECK(acks.size() == 1 && acks[0].type == MAV_MISSION_ACCEPTED);
+    auto bad = box();
+    bad[9].z = -1;  // the whole is refused at its last item
+    CHECK(upload(bench, bad) == MAV_MISSION_INVALID);
+    bench.board.said.clear();
+    bench.say(items.back());
+    acks = said<mavlink_mission_ack_t>(bench.board.said);
+    CHECK(acks.size() == 1 && acks[0].type == MAV_MISSION_INVALID);
+    bench.board.said.clear();
+    bench.ground.system = 254;  // not somebody else's
+    bench.say(items.back());
+    CHECK(said<mavlink_mission_ack_t>(bench.board.said).empty());
+}
+
+/// COMMAND_INT is COMMAND_LONG; a bias that it has no place for is refused, not left out.
+static void test_command_int() {
+    Bench bench;
+    mavlink_command_int_t m{};
+    m.target_system = 1, m.command = MAV_CMD_COMPONENT_ARM_DISARM, m.param1 = 1, m.x = 500000000;
+    bench.say(m);
+    CHECK(last_answer(bench) == Refusal::none && snapshot(bench.vehicle()).armed);
+    m.command = HYPERTUNA_CMD_GAIT, m.param1 = 2, m.param2 = 10, m.param3 = 15, m.param4 = 40;
+    bench.say(m);
+    CHECK(last_answer(bench) == Refusal::out_of_range);
+    m.x = 0;
+    bench.say(m);
+    CHECK(last_answer(bench) == Refusal::none);
+    CHECK_NEAR(snapshot(bench.vehicle()).command.amplitude[1], 15 * pi / 180, 1e-6);
+    m.command = MAV_CMD_COMPONENT_ARM_DISARM, m.param1 = 0;
+    while (has_room(bench.app.link.out)) reply(bench.app.link.out, mavlink_command_ack_t{});
+    bench.say(m, 1);  // disarming waits for no place
+    CHECK(!snapshot(bench.vehicle()).armed);
+    m.target_system = 2, m.param1 = 1;
+    bench.say(m);
+    CHECK(!snapshot(bench.vehicle()).armed);
+}
+
+/// An axis of INT16_MAX is one that the joystick does not have.
+static void test_unused_axes() {
+    Bench bench;
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    mavlink_manual_control_t stick{};
+    stick.target = 1, stick.z = 500;
+    stick.x = stick.y = stick.r = INT16_MAX;
+    bench.say(stick, 2);
+    CHECK(snapshot(bench.vehicle()).command.frequency > 0.5f && snapshot(bench.vehicle()).command.fin[0] == 0);
+    stick.r = INT16_MIN;
+    const std::uint32_t before = bench.app.link.refused;
+    bench.say(stick, 2);
+    CHECK(bench.app.link.refused == before + 1);
+}
+
+/// What is said to another robot is no sign of life of this one's ground; what is said to all is.
+static void test_who_is_heard() {
+    Bench bench;
+    for (int target : {2, 0}) {
+        auto order = command(MAV_CMD_NAV_LAND);
+        mavlink_manual_control_t stick{};
+        mavlink_set_gps_global_origin_t place{};
+        order.target_system = stick.target = place.target_system = std::uint8_t(target);
+        const std::uint32_t before = bench.vehicle().heard;
+        bench.say(order, 1), bench.say(stick, 1), bench.say(place, 1);
+        CHECK((bench.vehicle().heard == before) == (target == 2));
+    }
+}
+
 /// A place in degrees counts from the first fix: a thousandth of a degree of latitude is 111.2 m.
 static void test_mission_in_degrees() {
     Bench bench;
@@ -279,6 +354,10 @@ static void test_mission_in_degrees() {
     CHECK_NEAR(mission(bench.vehicle()).waypoint[0].y, 111.2, 0.1);
     CHECK_NEAR(mission(bench.vehicle()).waypoint[0].x, 0, 1e-3);
     CHECK(mission(bench.vehicle()).waypoint[0].depth == 1.0f);
+    point.x = INT32_MIN;
+    CHECK(upload(bench, {point}) == MAV_MISSION_INVALID_PARAM5_X);
+    point.x = 0, point.y = INT32_MAX;
+    CHECK(upload(bench, {point}) == MAV_MISSION_INVALID_PARAM5_X);
 }
 
 static void test_signing() {
@@ -315,6 +394,74 @@ static void test_signing() {
     bench.key.on = false;
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
     CHECK(!snapshot(bench.vehicle()).armed);
+}
+
+/// After a restart no recording is believed, not even the last one; the owner is, who hears the robot's stamps.
+static void test_a_recording_after_a_restart() {
+    Bench bench;
+    mavlink_setup_signing_t setup{};
+    setup.target_system = 1, setup.secret_key[3] = 5, setup.initial_timestamp = 1'000'000'000;
+    bench.say(setup);
+    begin_signing(bench.key, setup.secret_key, setup.initial_timestamp);
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    CHECK(snapshot(bench.vehicle()).armed);
+    bench.key.stamp += 100 * stamp_minute;  // a clock that is far ahead
+    const Bytes recorded = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    bench.hear(recorded), bench.run(40);
+    const std::uint64_t kept = bench.vehicle().stamp;
+    CHECK(kept > bench.key.stamp && kept <= bench.key.stamp + stamp_minute + 100'000);
+    int writes = 0;
+    for (int k = 0; k < 6500; ++k) {
+        const std::uint32_t turn = bench.vehicle().stamps.turn;
+        bench.run(1);
+        writes += bench.vehicle().stamps.turn != turn;
+    }
+    CHECK(writes == 1);  // in 65 s
+
+    for (int restart = 0; restart < 2; ++restart) {
+        boot(bench.app, robot::description, bench.board);
+        bench.run(60);
+        bench.hear(recorded), bench.run(40);
+        CHECK(!snapshot(bench.vehicle()).armed && bench.app.link.not_signed == 1);
+        bench.key.stamp = bench.app.link.signing.stamp;  // as the robot's own frames say
+        bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+        CHECK(snapshot(bench.vehicle()).armed);
+    }
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 0));
+    setup.secret_key[3] = 6, setup.initial_timestamp = 1000;  // with another key another time may begin
+    bench.say(setup);
+    CHECK(bench.vehicle().stamp < 2 * stamp_minute);
+}
+
+/// The parameter that asks for signatures needs a key, and counts at once.
+static void test_signing_by_parameter() {
+    Bench bench;
+    mavlink_param_set_t sign{};
+    sign.target_system = 1, sign.param_type = MAV_PARAM_TYPE_REAL32, sign.param_value = 1;
+    put_text(sign.param_id, "SIGN");
+    bench.say(sign);
+    CHECK(!bench.app.link.signing.on && told(bench, Refusal::inconsistent) == 1);
+    mavlink_setup_signing_t setup{};
+    setup.target_system = 1, setup.secret_key[3] = 5, setup.initial_timestamp = std::uint64_t(1) << 48;
+    bench.say(setup);
+    CHECK(!bench.app.link.signing.on && told(bench, Refusal::out_of_range) == 1);  // a stamp has 48 bits
+    setup.initial_timestamp = 1000;
+    bench.say(setup);
+    CHECK(bench.app.link.signing.on);
+    begin_signing(bench.key, setup.secret_key, 2000);
+    sign.param_value = 0;
+    bench.say(sign);
+    CHECK(!bench.app.link.signing.on);
+    bench.key.on = false, sign.param_value = 1;
+    bench.run(100), bench.say(sign);
+    CHECK(bench.app.link.signing.on);
+    bench.key.on = true;
+    setup.secret_key[3] = 0;  // a key of zeros ends it, and is none
+    bench.say(setup), bench.run(100);
+    CHECK(!bench.app.link.signing.on && key(bench.vehicle()) == nullptr);
+    bench.key.on = false;
+    bench.say(sign);
+    CHECK(!bench.app.link.signing.on);
 }
 
 /// At 4.8 kbit/s: no more than its share, whatever is asked for, no answer waits behind telemetry, and no queue grows.
@@ -358,6 +505,12 @@ static void test_radio_status() {
     status.txbuf = 100;
     for (int k = 0; k < 20; ++k) bench.say(status, 10);
     CHECK(bench.app.link.telemetry.slow == 100);
+    // A radio that does not report any more may be another one.
+    status.txbuf = 0;
+    for (int k = 0; k < 10; ++k) bench.say(status, 10);
+    CHECK(bench.app.link.telemetry.slow == 10);
+    bench.run(1100);
+    CHECK(bench.app.link.telemetry.slow == 100);
 }
 
 /// Angles for the compass rose, against the C library.
@@ -383,7 +536,13 @@ int main() {
     test_parameters();
     test_missions();
     test_mission_in_degrees();
+    test_lost_acknowledgement_of_a_mission();
+    test_command_int();
+    test_unused_axes();
+    test_who_is_heard();
     test_signing();
+    test_a_recording_after_a_restart();
+    test_signing_by_parameter();
     test_radio_budget();
     test_radio_status();
     test_angles();

@@ -100,6 +100,33 @@ static void silent_sensors_and_a_leak() {
     Wire.silent = false, stand_in::digital.clear();
 }
 
+/// A card keeps what was written to it up to the last flush: all but the last two seconds. Without a card the black box
+/// says so.
+static void the_black_box_lasts() {
+    setup();
+    SD.content.clear(), SD.lasting = 0;
+    float_on(1000);
+    CHECK(SD.content.size() > 200'000 && SD.content.size() - SD.lasting < 2 * 22'000);
+    SD.missing = true;
+    setup();
+    float_on(100);
+    CHECK(snapshot(app.vehicle).faults.has(firmware::Fault::black_box));
+    SD.missing = false;
+    setup();
+}
+
+/// After a long tick no samples are made up for: those of one moment say nothing of the others, and the depth sensor's
+/// conversions take their time.
+static void after_a_long_tick() {
+    float_on(10);
+    stand_in::now_us += 80'000;
+    float_on(1);
+    CHECK(app.vehicle.raw.channel[bend_channel].count <= 2);
+    float_on(1);
+    CHECK(app.vehicle.raw.channel[bend_channel].count <= 11);
+    CHECK(app.vehicle.raw.channel[depth_channel].count == 1);
+}
+
 /// Noise on every line: nothing but good frames gets through, and the next good one does.
 static void noise_on_the_lines() {
     ImuParser imu{};
@@ -128,6 +155,8 @@ int main() {
     it_boots_and_reads();
     it_drives_servos();
     parameters_survive_a_reset();
+    the_black_box_lasts();
+    after_a_long_tick();
     silent_sensors_and_a_leak();
     noise_on_the_lines();
     return failures();

@@ -72,9 +72,9 @@ def firmware_of(robot: str, board: str, folder: str | Path | None = None) -> Pat
         If it is not there.
     """
     path = Path(FOLDER if folder is None else folder) / f"{robot}-{BOARDS[board]}"
-    if not path.exists():
+    if not path.is_file():
         fix = f"run `make firmware ROBOT={robot}`" if missing(board) is None else str(missing(board))
-        raise InputError("must be there", key="firmware", value=str(path), fix=fix)
+        raise InputError("is no firmware: it does not exist", file=str(path), fix=fix)
     return path
 
 
@@ -165,8 +165,10 @@ def started(
     Raises
     ------
     InputError
-        If an emulated board's port is taken, or it does not start.
+        If the firmware does not start, or an emulated board's port is taken.
     """
+    if board == "qemu" and radio is not None:
+        _check_free(radio)
     with tempfile.TemporaryDirectory() as place:
         if board == "pc":
             given = [] if radio is None else ["--udp", str(radio)]
@@ -179,8 +181,6 @@ def started(
         else:
             for name in ("to_board", "from_board"):
                 os.mkfifo(Path(place) / name)
-            if radio is not None:
-                _check_free(radio)
             serial = "null" if radio is None else f"tcp:127.0.0.1:{radio},server=on,wait=off"
             machine = ["-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", serial, "-icount", "shift=6"]
             hosting = ["-semihosting-config", "enable=on,target=native", "-kernel", str(firmware)]
@@ -200,12 +200,14 @@ def started(
 
 
 def _check_free(port: int) -> None:
-    """Check that a port of TCP can be listened at."""
-    try:
-        socket.create_server(("127.0.0.1", port)).close()
-    except OSError as error:
-        value, fix = f"{port} ({error.strerror})", "end who has it, or take another"
-        raise InputError("must be a free port", key="radio", value=value, fix=fix) from None
+    """Check that nobody listens at a port yet."""
+    with socket.socket() as one:
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            one.bind(("127.0.0.1", port))
+        except OSError as error:
+            fix = "choose another one"
+            raise InputError(f"must be a free port ({error.strerror})", key="radio", value=str(port), fix=fix) from None
 
 
 def _opened(fifo: Path, process: subprocess.Popen[bytes]) -> IO[bytes]:

@@ -51,7 +51,7 @@ def reduce_command(
         typer.Option(
             "--fill",
             help="Fill pressure in kPa: the right side has twice that less the left's, or none; 0 for one side alone.  "
-            "[default: that of the robot's line]",
+            "(default: that of the robot's line)",
         ),
     ] = None,
     material: Material = None,

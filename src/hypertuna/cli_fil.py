@@ -26,14 +26,16 @@ def fil_command(
     board: Annotated[str, typer.Option("--board", help="pc, or qemu for an emulated Cortex-M7.")] = "pc",
     scenario: Annotated[
         str,
-        typer.Option("--scenario", help="A mission or its file, gait:NAME, afloat, or random messages without a twin."),
+        typer.Option(
+            "--scenario", help="A mission or its file, gait:NAME, lost:NAME, afloat, or random messages without a twin."
+        ),
     ] = "random",
     robot: Annotated[
-        str | None, typer.Option("--robot", help="Robot that the firmware is made for.  [default: the mission's]")
+        str | None, typer.Option("--robot", help="Robot that the firmware is made for. (default: the mission's)")
     ] = None,
     ticks: Annotated[
         str | None,
-        typer.Option("--ticks", help="Longest run in control ticks.  [default: until the mission is done, or 6000]"),
+        typer.Option("--ticks", help="Longest run in control ticks. (default: until the mission is done, or 6000)"),
     ] = None,
     seed: Seed = "0",
     radio: Annotated[
@@ -47,7 +49,7 @@ def fil_command(
         typer.Option(
             "--air",
             help="Numbers of a modelled radio between --radio's port, then UDP for every board, and the robot, such as "
-            "rate=4800,loss=0.3.  [default: a cable]",
+            "rate=4800,loss=0.3. (default: a cable)",
         ),
     ] = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="Go no faster than the clock.")] = False,
@@ -55,7 +57,7 @@ def fil_command(
         str | None, typer.Option("--black-box", help="Write the board's black box to this .bin file.")
     ] = None,
     firmware: Annotated[
-        str | None, typer.Option("--firmware", help="Folder of the programs.  [default: build/firmware]")
+        str | None, typer.Option("--firmware", help="Folder of the programs. (default: build/firmware)")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -68,9 +70,6 @@ def fil_command(
     check_suffix(black_box, (".bin",), "--black-box")
     if air is not None and radio is None:
         raise InputError("needs a ground station", key="--air", fix="give its port by --radio")
-    port = None if radio is None else whole_number(radio, "--radio")
-    if port is not None and not 1024 <= port < 65536:
-        raise InputError("must be a port from 1024 to 65535", key="--radio", value=str(port), fix="give 14550")
     if (lack := missing(board)) is not None:
         raise InputError("must be able to run here", key="--board", value=board, fix=lack)
     named = load(robot) if robot is not None else None
@@ -84,7 +83,7 @@ def fil_command(
             ticks=None if ticks is None else whole_number(ticks, "--ticks"),
             seed=whole_number(seed, "--seed"),
             folder=firmware,
-            radio=port,
+            radio=None if radio is None else whole_number(radio, "--radio"),
             air=None if air is None else radio_model(air),
             real_time=real_time,
             black_box=black_box,

@@ -50,11 +50,15 @@ def params(
         _print(table)
     else:
         tell_written(output)
-    if check is not None and Path(check).read_text() != header(table):
+    if check is None:
+        return
+    if Path(check).read_text() != header(table):
         typer.echo(
             f"{check} differs: write it anew with hypertuna firmware params --robot {robot} -o {check}", err=True
         )
         raise typer.Exit(1)
+    if not as_json:
+        print(f"{check} is what the description makes")
 
 
 @firmware_app.command()

@@ -55,15 +55,15 @@ def mission_command(
     file: Annotated[
         str, typer.Argument(metavar="FILE.toml", help=f"A mission, or one that comes along: {', '.join(missions())}.")
     ],
-    robot: Annotated[str | None, typer.Option("--robot", help="Robot to send.  [default: the file's]")] = None,
+    robot: Annotated[str | None, typer.Option("--robot", help="Robot to send. (default: the file's)")] = None,
     seed: Annotated[
         str | None,
-        typer.Option("--seed", help="Seed of noise, and of what the file scatters; 0 scatters nothing.  [default: 0]"),
+        typer.Option("--seed", help="Seed of noise, and of what the file scatters; 0 scatters nothing. (default: 0)"),
     ] = None,
     seeds: Annotated[
         str | None, typer.Option("--seeds", help="Fly many seeds, FROM:TO without the last, such as 0:100.")
     ] = None,
-    threads: Annotated[str | None, typer.Option("--threads", help="Threads for --seeds  [default: all]")] = None,
+    threads: Annotated[str | None, typer.Option("--threads", help="Threads for --seeds (default: all)")] = None,
     fault: Annotated[
         list[str] | None,
         typer.Option(
@@ -74,7 +74,7 @@ def mission_command(
     ] = None,
     duration: Annotated[
         str | None,
-        typer.Option("--duration", help="Give it up after so many s.  [default: 10 min after it should be home]"),
+        typer.Option("--duration", help="Give it up after so many s. (default: 10 min after it should be home)"),
     ] = None,
     checkpoint: Annotated[
         str | None, typer.Option("--checkpoint", help="Keep a journal here; the same command resumes from it.")

@@ -43,20 +43,20 @@ def turn_command(
     gait: Named = None,
     frequency: Annotated[str | None, typer.Option("--frequency", help=f"{RANGE} in Hz.")] = None,
     amplitude: Annotated[
-        str | None, typer.Option("--amplitude", help=f"{RANGE} per joint group in degrees.  [default: the gait's]")
+        str | None, typer.Option("--amplitude", help=f"{RANGE} per joint group in degrees. (default: the gait's)")
     ] = None,
     phase: Annotated[
         str | None,
-        typer.Option("--phase", help=f"{RANGE} per joint group in degrees.  [default: the last group {AROUND}]"),
+        typer.Option("--phase", help=f"{RANGE} per joint group in degrees. (default: the last group {AROUND})"),
     ] = None,
     bias: Annotated[
-        str | None, typer.Option("--bias", help=f"{RANGE} per joint group in degrees.  [default: the gait's]")
+        str | None, typer.Option("--bias", help=f"{RANGE} per joint group in degrees. (default: the gait's)")
     ] = None,
     joints: Joints = None,
     areas: Areas = None,
     water: Water = None,
     steps: Annotated[str, typer.Option("--steps", help="Runge-Kutta steps per beat.")] = str(DEFAULT_STEPS),
-    threads: Annotated[str | None, typer.Option("--threads", help="Threads to use  [default: all]")] = None,
+    threads: Annotated[str | None, typer.Option("--threads", help="Threads to use (default: all)")] = None,
     plot: Annotated[
         str | None, typer.Option("--plot", help="Draw radius and paths to this .svg, .png or .pdf file.")
     ] = None,

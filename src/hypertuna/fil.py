@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.boards import INSTRUCTIONS, Board, firmware_of, started
 from hypertuna.description import Robot
+from hypertuna.errors import InputError
 from hypertuna.fil_scenario import Scenario, orders_of, random_messages
 from hypertuna.firmware_params import FirmwareTable, firmware_table
 from hypertuna.lockstep import COMPARED, FIXED, FROM_BOARD, GROUND, STACK, Counts, order
@@ -35,6 +36,7 @@ PART = 3000  # ticks that the twin makes at a time
 PARTS = ("controller", "pilot", "link", "whole")  # of a tick, that instructions are counted of
 TICK = 0.01  # s
 USUAL = 6000  # ticks of what does not end by itself
+MOST_TICKS = 100_000_000  # eleven days
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ class FirmwareRun:
             return None
         if self.flown.status == "diverged":
             return "diverged"
-        if self.scenario.mission is None or not self.scenario.mission.waypoints:
+        if not self.flown.start.mission.waypoints:
             return None
         mode = _core.mode_names()[self.answers[-1]["mode"]]
         return mode if mode in ("done", "hold") else "given up"
@@ -140,7 +142,7 @@ def firmware_in_the_loop(
     scenario : Scenario
     board : {"pc", "qemu"}
     ticks : int, optional
-        Longest run; until the mission is done, or 6000, if left out.
+        Longest run; until the mission is done, or 6000, or 18000 of a robot that is lost, if left out.
     seed : int
         Of the sensors' noise, or of random messages.
     folder : str or Path, optional
@@ -165,10 +167,15 @@ def firmware_in_the_loop(
     Raises
     ------
     InputError
-        If the firmware is missing, or does not run.
+        If the firmware is missing, was made of another description, or does not run; if ticks, seed or radio are out
+        of range.
     """
-    firmware = firmware_of(robot.name, board, folder)
-    beside = firmware_of(robot.name, "pc", folder) if radio is None else None
+    _check_between(ticks, "ticks", 1, MOST_TICKS)
+    _check_between(seed, "seed", 0, 2**64 - 1)
+    _check_between(radio, "radio", 1, 65535)
+    table = firmware_table(robot)
+    firmware = _firmware(table, board, folder)
+    beside = _firmware(table, "pc", folder) if radio is None else None
     begun = time.perf_counter()
     relay: Relay | None = None
     with contextlib.ExitStack() as stack:
@@ -179,16 +186,35 @@ def firmware_in_the_loop(
             relay.connect()
         other = stack.enter_context(started("pc", beside)) if beside is not None else None
         if scenario.mission is None:
-            messages = random_messages(firmware_table(robot), USUAL if ticks is None else ticks, seed)
+            messages = random_messages(table, USUAL if ticks is None else ticks, seed)
             answers, different = _streamed(on, other, messages, report)
             flown = None
         else:
-            loop = _Loop(firmware_table(robot), scenario, on, other, relay, real_time)
+            loop = _Loop(table, scenario, on, other, relay, real_time)
             flown = _flown(robot, scenario, loop, ticks, seed, report)
             answers, different = np.array(loop.answers), loop.different
     took = time.perf_counter() - begun
     told = {} if relay is None else {side: relay.air.told(k) for k, side in enumerate(("robot", "ground"))}
     return FirmwareRun(scenario, board, answers, np.array(different, dtype=np.int64), took, flown, radio is None, told)
+
+
+def _check_between(number: int | None, key: str, least: int, most: int) -> None:
+    """Check a whole number that may be left out."""
+    if number is not None and not least <= number <= most:
+        fix = f"give {'less' if number > most else 'more'}"
+        raise InputError(f"must be from {least} to {most}", key=key, value=str(number), fix=fix)
+
+
+def _firmware(table: FirmwareTable, board: str, folder: str | Path | None) -> Path:
+    """Find the firmware of a robot, and check that it has the numbers of the description as it is now."""
+    name = table.robot.name
+    path = firmware_of(name, board, folder)
+    if table.values.astype("<f4").tobytes() not in path.read_bytes():
+        source = table.robot.file or name
+        written = f"hypertuna firmware params --robot {source} -o firmware/robots/{name}.hpp"
+        fix = f"run `{written}` and `make firmware ROBOT={name}`"
+        raise InputError(f"has other numbers than {source}", file=str(path), fix=fix)
+    return path
 
 
 class _Loop:
@@ -206,7 +232,7 @@ class _Loop:
         assert scenario.mission is not None
         self.board, self.other, self.relay = board, other, relay
         self.counts = Counts(table, scenario.origin)
-        self.orders = dict(orders_of(scenario))
+        self.orders, self.silent = dict(orders_of(scenario)), scenario.silent
         self.servos = 2 * len(table.robot.joints) + 2
         self.center = float(table.values[[name for _, name, _ in table.fields].index("pulse_center")])
         self.tick = float(table.values[0])
@@ -220,7 +246,8 @@ class _Loop:
         message = self.orders[made].copy() if made in self.orders else order("none")
         sensed = len(self.counts.zero)
         message["sample"] = self.counts.of(np.asarray(readings[:sensed]))
-        message["flags"] = GROUND * (self.other is not None) | STACK * (made % 1000 == 0)
+        hears = self.other is not None and (self.silent is None or made < self.silent)
+        message["flags"] = GROUND * hears | STACK * (made % 1000 == 0)
         if len(readings) > sensed:
             message["flags"] |= FIXED
             message["fix"] = self.counts.fix(readings[sensed], readings[sensed + 1])
@@ -255,7 +282,8 @@ def _flown(
     start = mission_start(robot, scenario.mission, seed=seed)
     core = {**start.core, "board": loop}
     start = replace(start, core=core)
-    most = (USUAL if scenario.gait is not None else round(start.duration / start.tick)) if ticks is None else ticks
+    usual = USUAL if scenario.silent is None else 3 * USUAL
+    most = (usual if scenario.gait is not None else round(start.duration / start.tick)) if ticks is None else ticks
     records: list[dict[str, Array]] = []
     state, made = None, 0
     done = _core.mode_names().index("done")

@@ -21,9 +21,11 @@ from hypertuna.mission_file import MissionFile, missions, read_mission
 __all__ = ["Scenario", "orders_of", "random_messages", "scenario_of"]
 
 START = 100  # ticks until the orders begin: the attitude settles
+STORED = 250  # ticks in which the longest mission is stored; it arms after that
 Messages = NDArray[Any]
 
 BEAT = 1.0  # m below the surface, where a gait is swum
+LOST, SILENT = 3.0, 1000  # m, ticks: where and when a robot is lost
 MISSION = 2  # Control::mission of firmware/app/vehicle.hpp
 
 
@@ -42,6 +44,8 @@ class Scenario:
         Latitude and longitude of x = y = 0 [1e-7 deg].
     robot : str or None
         That it names.
+    silent : int or None
+        Tick from which the ground is not heard any more.
     """
 
     name: str
@@ -49,6 +53,7 @@ class Scenario:
     gait: Gait | None = None
     origin: tuple[int, int] = (0, 0)
     robot: str | None = None
+    silent: int | None = None
 
 
 def scenario_of(name: str, robot: Robot | None = None) -> Scenario:
@@ -57,8 +62,8 @@ def scenario_of(name: str, robot: Robot | None = None) -> Scenario:
     Parameters
     ----------
     name : str
-        ``random``, ``afloat`` for a robot at the surface that nothing is asked of, ``gait:NAME`` of a robot's gait, or
-        a mission or its file.
+        ``random``, ``afloat`` for a robot at the surface that nothing is asked of, ``gait:NAME`` of a robot's gait,
+        ``lost:NAME`` for the same 3 m deep, where the ground falls silent after 10 s, or a mission or its file.
     robot : Robot, optional
         That has the gait.
 
@@ -75,10 +80,12 @@ def scenario_of(name: str, robot: Robot | None = None) -> Scenario:
         return Scenario(name, None)
     if name == "afloat":
         return Scenario(name, Mission(()))
-    if name.startswith("gait:"):
+    if name.startswith(("gait:", "lost:")):
         if robot is None:
             raise InputError("must be given with a gait", key="--robot", fix="give --robot")
-        gait = named_gait(robot, name.removeprefix("gait:"))
+        gait = named_gait(robot, name[5:])
+        if name.startswith("lost:"):
+            return Scenario(name, Mission((), depth=LOST), gait, silent=SILENT)
         return Scenario(name, Mission((), depth=BEAT), gait)
     if name not in missions() and not name.endswith(".toml"):
         known = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
@@ -122,8 +129,9 @@ def orders_of(scenario: Scenario) -> Iterator[tuple[int, Any]]:
     steps = [order("begin", *numbers, 0.0, 0.0, 0.0, *m.start)]
     steps += [order("waypoint", *waypoint) for waypoint in m.waypoints]
     steps += [order("corner", *corner) for corner in m.fence]
-    steps += [order("end"), order("arm", 1.0), order("control", which=MISSION)]
-    yield from enumerate(steps, START)
+    yield from enumerate([*steps, order("end")], START)
+    stored = START + len(steps) + STORED
+    yield from enumerate([order("arm", 1.0), order("control", which=MISSION)], stored)
 
 
 def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
@@ -180,7 +188,7 @@ def _at_rest(counts: Counts) -> NDArray[np.float64]:
 
 def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
     """Make an order that may make sense, or not."""
-    groups = len(table.robot.joints)
+    groups, part = len(table.robot.joints), 0.01
     wild = float(random.choice([1.0, 1.0, 1.0, 3.0, math.nan]))
     match int(random.integers(8)):
         case 0:
@@ -190,7 +198,10 @@ def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
         case 2:
             place = int(random.integers(len(table.parameters)))
             parameter = table.parameters[place]
-            return order("parameter", random.uniform(parameter.low, parameter.high) * wild, which=place)
+            low, high = parameter.low, parameter.high
+            if table.fields[parameter.field][0] == "calibration":  # sensors stay sound, or it would never arm again
+                low, high = (parameter.standard + part * (end - parameter.standard) for end in (low, high))
+            return order("parameter", random.uniform(low, high) * wild, which=place)
         case 3:
             numbers = (*random.uniform(-50, 50, 2), 3.0, 0.3, 4.0 * wild, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
             return order("begin", *numbers)

@@ -20,6 +20,8 @@ PATIENCE = 2.0  # s for an answer: a LoRa link of 4.8 kbit/s needs a fifth of th
 TRIES = 5
 HEARTBEAT = 1.0  # s
 BAUD = 9600
+STORED, PAUSE = 6, 0.5  # times and s to wait until a robot has stored a mission: two seconds for the longest
+BUSY = [name for name, _ in _core.refusal_table()].index("busy")
 EPOCH = 1420070400  # 2015-01-01, from which stamps of signatures count
 PART = 0.2  # s that nothing else is done while a message is waited for
 GROUND, NO_AUTOPILOT, OURS = 6, 8, 0  # MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_AUTOPILOT_GENERIC
@@ -288,8 +290,13 @@ class Client:
         self._acknowledged(lambda: make(self.system, 1, what, 0, *numbers), what, name)
 
     def _acknowledged(self, make: Callable[[], Any], what: int, name: str) -> None:
-        """Send an order until COMMAND_ACK comes, and say why it is refused."""
+        """Send an order until COMMAND_ACK comes, also while the robot stores something, and say why it is refused."""
         answer = self.ask(make, lambda m: m.get_type() == "COMMAND_ACK" and m.command == what, name)
+        for _ in range(STORED):
+            if answer.result_param2 != BUSY:
+                break
+            self.wait(lambda m: False, PAUSE)
+            answer = self.ask(make, lambda m: m.get_type() == "COMMAND_ACK" and m.command == what, name)
         if answer.result != 0:
             refusals = [sentence for _, sentence in _core.refusal_table()]
             known = 0 < answer.result_param2 < len(refusals)

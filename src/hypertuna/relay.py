@@ -40,7 +40,7 @@ def radio_model(text: str) -> RadioModel:
     for part in filter(None, (part.strip() for part in text.split(","))):
         name, equals, value = part.partition("=")
         if name not in known or not equals:
-            fix = did_you_mean(name, known)
+            fix = did_you_mean(name, known) if name not in known else f"write {name}=NUMBER"
             raise InputError("must be NAME=NUMBER of the radio", key="air", value=shown(part), fix=fix)
         try:
             number = finite(float(value), f"air.{name}", "give a number")

@@ -9,6 +9,12 @@ from pydantic import model_validator
 from hypertuna.errors import InputError
 from hypertuna.schema_base import Count, Fraction, Index, Part, Positive, PositiveDegrees, PositiveFraction, entry
 
+# Teensy 4.1, by PJRC's card of its pins. Pins 42 to 47 are the card's, and those above lie under the board.
+PINS = range(42)
+ANALOG = (*range(14, 28), *range(38, 42))
+PORTS = {1: (0, 1), 2: (7, 8), 3: (15, 14), 4: (16, 17), 5: (21, 20), 6: (25, 24), 7: (28, 29), 8: (34, 35)}  # RX, TX
+DEPTH = {18: "the depth sensor", 19: "the depth sensor"}  # its bus, Wire: SDA, SCL
+
 
 class Firmware(Part):
     """The firmware: what is wired to which pin, and when the supervisor on board acts. No simulation depends on it."""
@@ -40,6 +46,9 @@ class Firmware(Part):
     tilt_max: PositiveDegrees = entry("tilt_max_deg", "roll or pitch beyond which the tail rests", "deg")
     tilt_after: Positive = entry("tilt_after_s", "time that such a tilt must last to count", "s")
     leak_after: Positive = entry("leak_after_s", "time that a leak must last to count", "s")
+    rise_depth: Positive = entry(
+        "rise_depth_m", "depth from which a robot comes up that is called home and has no mission", "m"
+    )
     watchdog: Positive = entry("watchdog_s", "time without a tick after which the watchdog restarts the firmware", "s")
     link_rate: Positive = entry("link_rate_bit_s", "rate of the radio over the air", "bit/s")
     link_share: PositiveFraction = entry("link_share", "part of that rate which telemetry may take")
@@ -56,15 +65,35 @@ class Firmware(Part):
         if self.system_id > 250:
             fix = "choose another number for this robot"
             raise InputError("must be at most 250", key="firmware.system_id", value=f"{self.system_id}", fix=fix)
-        pins = [
-            *(self.servo_pins + self.bend_pins + self.pressure_pins + self.current_pins),
-            *(self.voltage_pin, self.leak_pin),
-        ]
-        for k, pin in enumerate(pins):
-            if pin in pins[:k]:
-                rule, fix = "must have one use alone", "wire one of the two to another pin"
-                raise InputError(rule, key="firmware", value=f"pin {pin}", fix=fix)
+        self._check_pins()
         return self
+
+    def _check_pins(self) -> None:
+        """Check that the microcontroller has the pins and ports, each for one use alone."""
+        uses = dict(DEPTH)
+        for name in ("imu_serial", "position_serial", "radio_serial"):
+            port = getattr(self, name)
+            if port not in PORTS:
+                rule = f"must be from 1 to {max(PORTS)}"
+                raise InputError(rule, key=f"firmware.{name}", value=str(port), fix="choose another port")
+            for pin in PORTS[port]:
+                _take(uses, pin, name)
+        analog = ("bend_pins", "pressure_pins", "current_pins", "voltage_pin")
+        for name in ("servo_pins", "leak_pin", *analog):
+            given = getattr(self, name)
+            for pin in (given,) if isinstance(given, int) else given:
+                if pin not in (ANALOG if name in analog else PINS):
+                    rule = "must be one of 14 to 27 or 38 to 41" if name in analog else "must be from 0 to 41"
+                    raise InputError(rule, key=f"firmware.{name}", value=str(pin), fix="choose another pin")
+                _take(uses, pin, name)
+
+
+def _take(uses: dict[int, str], pin: int, key: str) -> None:
+    """Give a pin a use, or say which one it has."""
+    if pin in uses:
+        rule, fix = f"must leave pin {pin} to {uses[pin]}", "wire one of the two elsewhere"
+        raise InputError(rule, key=f"firmware.{key}", fix=fix)
+    uses[pin] = key
 
 
 def check_firmware(firmware: Firmware | None, groups: int) -> None:

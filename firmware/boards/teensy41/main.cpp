@@ -6,7 +6,14 @@ using namespace hypertuna::firmware;
 
 static App app;
 static Teensy<decltype(robot::wiring)> board{
-    robot::wiring, robot::description.joints, {}, 0, 0, {}, nullptr, nullptr, nullptr, {}, {}, {}, 0, {}};
+    robot::wiring, robot::description.joints, {}, 0, 0, {}, nullptr, nullptr, nullptr, {}, {}, {}, 0, {}, 0};
+
+constexpr bool is_port(int number) { return 1 <= number && number <= 8; }
+static_assert(is_port(robot::wiring.imu_serial) && is_port(robot::wiring.position_serial) &&
+                  is_port(robot::wiring.radio_serial) && robot::wiring.imu_serial != robot::wiring.position_serial &&
+                  robot::wiring.imu_serial != robot::wiring.radio_serial &&
+                  robot::wiring.position_serial != robot::wiring.radio_serial,
+              "a Teensy 4.1 has serial ports 1 to 8, each for one line");
 
 void setup() {
     board.begin();

@@ -16,6 +16,8 @@
 namespace hypertuna::firmware {
 
 inline constexpr std::uint32_t tick_us = 10'000, sample_us = 1'000;
+static_assert(memory_size <= 4284, "the EEPROM of a Teensy 4.1");
+inline constexpr int flush_bytes = 32'768;  // of the black box: a second and a half
 inline constexpr std::uint8_t depth_address = 0x76;
 inline constexpr int depth_reset = 0x1e, depth_pressure = 0x44, depth_temperature = 0x54, depth_memory = 0xa0;
 
@@ -32,6 +34,7 @@ struct Teensy {
     DepthSensor depth;
     int phase;  // of the depth sensor's conversions, in ms since the tick began
     File box;
+    int unflushed;  // bytes that the card does not know of yet
 
     void begin() {
         HardwareSerial* const ports[] = {&Serial1, &Serial2, &Serial3, &Serial4,
@@ -44,7 +47,7 @@ struct Teensy {
         Wire.begin();
         Wire.setClock(400'000);
         begin_depth();
-        if (SD.begin(BUILTIN_SDCARD)) box = SD.open(free_name(), FILE_WRITE);
+        box = SD.begin(BUILTIN_SDCARD) ? SD.open(free_name(), FILE_WRITE) : File{};
         begin_watchdog();
         due = sampled = micros();
     }
@@ -71,10 +74,16 @@ struct Teensy {
     }
     std::uint32_t clock() { return std::uint32_t(micros()); }
     std::uint32_t per_tick() { return tick_us; }
-    int memory() { return 2 * slot_size; }
     std::uint8_t load(int at) { return EEPROM.read(at); }
-    void save(int at, std::uint8_t byte) { EEPROM.update(at, byte); }
-    int log(const std::uint8_t* from, int count) { return box ? int(box.write(from, std::size_t(count))) : count; }
+    /// Now and then a byte takes the erasure of a whole sector, up to 0.4 s.
+    void save(int at, std::uint8_t byte) { EEPROM.update(at, byte), feed(); }
+    /// The card's directory learns by a flush how long the file is: without it, nothing is left when the power goes.
+    int log(const std::uint8_t* from, int count) {
+        const int taken = box ? int(box.write(from, std::size_t(count))) : 0;
+        unflushed += taken;
+        if (unflushed >= flush_bytes) box.flush(), unflushed = 0;
+        return taken;
+    }
     int receive(std::uint8_t* to, int most) {
         int count = 0;
         while (count < most && radio->available() > 0) to[count++] = std::uint8_t(radio->read());
@@ -107,8 +116,9 @@ struct Teensy {
         for (int k = 0; k < 64 && receiver->available() > 0; ++k)
             if (fixes.take(std::uint8_t(receiver->read()), fix))
                 raw.fix[0] = fix.latitude, raw.fix[1] = fix.longitude, raw.fixed = true;
-        if (std::uint32_t(micros()) - sampled < sample_us) return;
-        sampled += sample_us;
+        const std::uint32_t since = std::uint32_t(micros()) - sampled;
+        if (since < sample_us) return;
+        sampled += since < 2 * sample_us ? sample_us : since;  // what was missed is not made up for
         const auto sample = [&](int channel, int pin) { raw.channel[channel].add(analogRead(std::uint8_t(pin)) << 4); };
         for (int j = 0; j < joints; ++j) sample(bend_channel + j, wiring.bend[j]);
         for (int c = 0; c < 2 * joints; ++c) {
