@@ -21,6 +21,9 @@ from hypertuna.reproduce_lake import read_lake
 
 SPELLED = {
     "m_s": "m/s",
+    "m_s2": "m/s²",
+    "us": "µs",
+    "a": "A",
     "deg_s": "deg/s",
     "kpa": "kPa",
     "wh": "Wh",

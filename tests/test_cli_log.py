@@ -136,7 +136,7 @@ def test_the_plan_shows_where_it_was_and_believed_to_be(record: MissionRecord, w
 
 
 def test_a_bare_record_has_a_figure() -> None:
-    plan, depth, _ = plot_mission(voyage(5, bare=True)).axes
+    plan, depth = plot_mission(voyage(5, bare=True)).axes  # no energy is known: no panel of it
     assert "believed" not in {line.get_label() for line in plan.lines}
     assert not depth.patches
 

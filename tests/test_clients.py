@@ -23,6 +23,8 @@ from hypertuna.dialect import mavutil
 from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
 from hypertuna.link_client import connect
+from hypertuna.link_mission import download, upload
+from hypertuna.link_parameters import read_parameters, set_parameter
 from hypertuna.mission_file import read_mission
 from link_bench import free_port, running
 
@@ -72,25 +74,25 @@ def bench() -> Iterator[str]:
 
 def test_our_own_client_from_connecting_to_disarming(place: str) -> None:
     with connect(place, patience=30) as robot:
-        robot.set_parameter("link_rate", WIRE)
-        found = robot.parameters()
+        set_parameter(robot, "link_rate", WIRE)
+        found = read_parameters(robot)
         assert len(found) > 70
         assert found["link_rate"] == WIRE
-        assert robot.set_parameter("proportional", 0.2) == pytest.approx(0.2)
+        assert set_parameter(robot, "proportional", 0.2) == pytest.approx(0.2)
         with pytest.raises(InputError, match="a value is out of range"):
-            robot.set_parameter("proportional", 7)
+            set_parameter(robot, "proportional", 7)
         with pytest.raises(InputError, match="no such parameter"):
-            robot.set_parameter("nonsense", 7)
+            set_parameter(robot, "nonsense", 7)
         mission = read_mission("lake").mission
-        robot.upload(mission)
-        items = robot.download()
+        upload(robot, mission)
+        items = download(robot)
         assert sum(item.command == 16 for item in items) == len(mission.waypoints)
         gait = named_gait(ht.load("hypertuna"), "unoptimised-0.3")
         with pytest.raises(InputError, match="not while disarmed"):
             robot.gait(gait)
         robot.arm()
         with pytest.raises(InputError, match="not while armed"):
-            robot.set_parameter("proportional", 0.1)
+            set_parameter(robot, "proportional", 0.1)
         robot.gait(gait)
         swims = robot.wait(lambda m: m.get_type() == "GAIT" and m.frequency == 2000, 5)
         assert (swims.amplitude, swims.lag, swims.control) == ([1600, 2500], [0, 0], 1)
@@ -110,7 +112,7 @@ def test_a_signed_link(bench: str) -> None:
     """A key is set once; then nobody without it is heard, and the answers are signed."""
     key = bytes(range(32))
     with connect(bench) as robot:
-        robot.set_parameter("link_rate", WIRE)
+        set_parameter(robot, "link_rate", WIRE)
         robot.begin_signing(key)
         robot.arm()
         robot.arm(False)

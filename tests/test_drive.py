@@ -19,13 +19,15 @@ pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 from rich.console import Console
 
 import hypertuna as ht
+from hypertuna.cli_drive import Pad
 from hypertuna.dialect import dialect
-from hypertuna.drive import Stick, gamepad, moved, pressed, view
+from hypertuna.drive import Stick, gamepad, keys, moved, pressed, view
 from hypertuna.errors import InputError
 from hypertuna.firmware_params import firmware_table
 from hypertuna.link_calibrate import calibrate, read_pairs
 from hypertuna.link_client import address
 from link_bench import free_port, running
+from program import Run
 
 PROGRAM = [sys.executable, "-m", "hypertuna"]
 
@@ -45,6 +47,36 @@ def test_keys_move_the_stick_within_its_bounds() -> None:
         "",
         "",
     ]
+
+
+def test_keys_that_a_terminal_spells_out_are_no_orders() -> None:
+    """F5 is ESC [ 1 5 ~, Home ESC [ 1 ~, up ESC [ A or ESC O A: none may start gait 1 or 5."""
+    assert keys(b"\x1b[15~\x1b[1~\x1b[A\x1bOA\x1b[1;5C\x1b") == ""
+    assert keys(b"w\x1b[15~2 ") == "w2 "
+
+
+def test_a_gamepad_that_goes_away_stops(tmp_path: Path) -> None:
+    """Events in pieces, then the end of the device: a stop, once, and a sentence."""
+    said: list[str] = []
+    os.mkfifo(tmp_path / "pad")
+    reading = os.open(tmp_path / "pad", os.O_RDONLY | os.O_NONBLOCK)
+    writing = os.open(tmp_path / "pad", os.O_WRONLY)
+    with Pad(str(tmp_path / "pad"), said) as pad:
+        assert pad.events() == []
+        event = struct.pack("<IhBB", 0, 32767, 2, 0)
+        os.write(writing, event + event[:3])
+        assert pad.events() == [("turn", 1.0)]
+        os.write(writing, event[3:])
+        assert pad.events() == [("turn", 1.0)]
+        os.close(writing)
+        assert pad.events() == [("gone", 1.0)]
+        assert pad.events() == []
+    os.close(reading)
+    assert moved(Stick(ahead=1), ("gone", 1.0)) == Stick(order="stop")
+    assert said == ["the gamepad is gone: drive by keys, or start anew"]
+    for path in (tmp_path / "none", tmp_path):
+        with pytest.raises(InputError, match="--gamepad must be a joystick device"):
+            Pad(str(path), said)
 
 
 def test_a_gamepad_speaks_in_events_of_eight_bytes() -> None:
@@ -116,6 +148,7 @@ def test_calibration_is_a_straight_line(tmp_path: Path) -> None:
     [
         ("bend_0,1,5\nbend_0,2,5", "must have different references"),
         ("bend_0,1,5\nbend_0,1,6", "must change with the reference"),
+        ("bend_0,1,-9\nbend_0,3,0\nbend_0,2,9", "must follow the reference on a straight line, but is off it by"),
         ("band_0,1,5", "line 2, sensor must name a sensor"),
         ("bend_0,x,5", "line 2, counts must be a finite number"),
     ],
@@ -151,6 +184,40 @@ def test_parameters_and_logs_by_the_command(tmp_path: Path) -> None:
         [*PROGRAM, "link", "params", "--connect", f"udp:{free_port()}"], capture_output=True, text=True
     )
     assert (done.returncode, done.stderr[:42]) == (2, "error: --connect must be heard within 10 s")
+
+
+def test_a_servo_and_a_sensor_live() -> None:
+    """2 deg at neutral are taken off in one step, or asked for; what a sensor's noise makes is refused whole."""
+    port = free_port()
+    with running(port):
+        place = ["--connect", f"udp:{port}", "--json"]
+        call = [*PROGRAM, "link", "calibrate", *place, "--sensor"]
+        subprocess.run([*PROGRAM, "link", "params", *place, "--set", "link_rate=115200"], check=True)
+        done = subprocess.run([*call, "servo_2", "--at=2"], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        (one,) = json.loads(done.stdout)["sensors"]
+        assert one["parameters"] == {"servo_trim_2": pytest.approx(-math.radians(2) * 637e-6, rel=1e-5)}
+        done = subprocess.run([*call, "servo_2"], capture_output=True, text=True, input="\n-2\n")
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout)["sensors"][0]["parameters"] == {"servo_trim_2": pytest.approx(0, abs=1e-9)}
+        done = subprocess.run([*call, "bend_0", "--at=0,9"], capture_output=True, text=True, input="\n\n")
+        assert (done.returncode, "bend_scale_0 must be accepted by the robot" in done.stderr) == (2, True), done.stderr
+        found = subprocess.run([*PROGRAM, "link", "params", *place], capture_output=True)
+        assert json.loads(found.stdout)["parameters"]["bend_zero_0"] == 32768  # that was new, and is as before
+
+
+def test_what_a_live_calibration_needs_is_told_before_it_connects(run: Run) -> None:
+    place = ("--connect", f"udp:{free_port()}")
+    for options, told in (
+        (("--sensor", "bend_0", "--at=0", *place), "--at must name two references at least, but is 0"),
+        (("--sensor", "bend_0", *place), "--at must name two references at least, but is missing"),
+        (("--sensor", "servo_2", "--at=0,1", *place), "--at must be one angle of a servo"),
+        (("--sensor", "bond_0", "--at=0,1", *place), "sensor must name a sensor or a servo"),
+        (("--sensor", "bend_0", "--at=0,1"), "--connect must say where the robot is"),
+        ((), "--csv must be given, or --sensor"),
+    ):
+        code, _, errors = run("link", "calibrate", *options)
+        assert (code, told in errors) == (2, True), errors
 
 
 def test_a_drive_from_a_terminal(tmp_path: Path) -> None:

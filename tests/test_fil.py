@@ -90,6 +90,7 @@ def test_gait_on_the_twin(fish: ht.Robot, qemu: Path) -> None:
     assert run.instructions("controller") <= MOST_INSTRUCTIONS
     assert run.answers["armed"][-1] == 1
     assert run.flown is not None
+    assert run.status is None  # there is no mission that could end
     # It swims: the tail bends as far as it is asked to, within its posture control's first beats.
     assert abs(run.flown.data["angle"]).max() > np.radians(12)
 
@@ -158,6 +159,7 @@ def test_missing_programs_are_told(run: Run, tmp_path: Path, monkeypatch: pytest
         (("--seed", "-1"), "seed must be from 0 to"),
         (("--radio", "99999"), "radio must be from 1 to 65535, but is 99999"),
         (("--robot", "rexeel"), "[firmware]"),
+        (("--black-box", "box.txt"), "--black-box must end in .bin"),
     ],
 )
 def test_bad_input(run: Run, options: tuple[str, ...], words: str) -> None:

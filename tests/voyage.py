@@ -14,6 +14,7 @@ from hypertuna.mission_record import MissionRecord
 Array = NDArray[np.float64]
 
 MODES = ("idle", "transit", "hold", "surface", "home", "done")
+CONTROLS, FAULTS = ("manual", "gait", "mission"), ("over_pressure", "bend_sensor")
 REASONS = ("low_battery", "time_up", "fix_due", "fence")
 SPEED = 0.3
 
@@ -49,6 +50,8 @@ def voyage(seconds: float = 300.0, rate: float = 20.0, *, bare: bool = False, se
         reasons=REASONS,
         origin=read.origin,
         facts={"seed": str(seed), "hypertuna_version": "0"},
+        controls=CONTROLS,
+        faults=FAULTS,
     )
 
 
@@ -71,16 +74,23 @@ def _rest(time: Array, data: dict[str, Array], leg: NDArray[Any], random: np.ran
         "mode": mode.astype(float),
         "reasons": np.where(mode == 3, 4.0, 0.0),
         "leg": leg.astype(float),
+        "control": np.full(count, 2.0),
+        "armed": np.ones(count),
+        "faults": np.where(time > 20, 2.0, 0.0),
+        "answer": np.zeros(count),
         "angle_set": np.outer(beat, [0.2, 0.3]),
         "angle": np.outer(beat, [0.19, 0.28]),
         "servo_target": np.outer(beat, [0.5, -0.5, 0.4, -0.4]),
         "servo_angle": np.outer(beat, [0.48, -0.48, 0.38, -0.38]),
         "pump_pressure": 1e5 * (1 + np.outer(beat, [1, -1, 0.8, -0.8])),
         "unit_pressure": 0.9e5 * (1 + np.outer(beat, [1, -1, 0.8, -0.8])),
+        "pulse": 1.5e-3 + np.outer(beat, [4e-4, -4e-4, 3e-4, -3e-4, 0, 1e-4]),
         "fin_target": np.full((count, 2), -0.3),
         "fin": np.full((count, 2), -0.29),
         "fin_commanded": np.full((count, 2), -0.31),
         "frequency_commanded": np.full(count, 3.0),
+        "amplitude_commanded": np.tile([0.2, 0.3], (count, 1)),
+        "lag_commanded": np.tile([0, 0.7], (count, 1)),
         "bias_commanded": np.zeros((count, 2)),
         "factor_estimated": np.ones(count),
         "charge": energy / 16,
@@ -89,4 +99,12 @@ def _rest(time: Array, data: dict[str, Array], leg: NDArray[Any], random: np.ran
         "energy": energy,
         "charge_left": 1 - energy / 1.7e5,
         "status": (random.uniform(size=count) < 0.01).astype(float),
+        "bend_read": np.outer(beat, [0.19, np.nan]),  # the second sensor is silent
+        "pressure_read": 1e5 * (1 + np.outer(beat, [1, -1, 0.8, -0.8])),
+        "current_read": np.outer(np.abs(beat), [1, 1, 0.8, 0.8]),
+        "turn_rate_read": random.normal(0, 0.1, (count, 3)),
+        "acceleration_read": np.tile([0, 0, 9.81], (count, 1)),
+        "field_read": np.tile([0, 0.7, -0.7], (count, 1)),
+        "depth_read": np.where(time % 10 < 1, np.nan, 2.0),
+        "battery_voltage_read": 16.8 - 1e-4 * time,
     }

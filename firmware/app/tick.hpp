@@ -7,7 +7,7 @@
 #include <new>
 
 #include "controller.hpp"
-#include "vehicle.hpp"
+#include "record.hpp"
 
 namespace hypertuna::firmware {
 
@@ -58,7 +58,7 @@ template <Board B>
     vehicle.now.control = Control::gait;
     vehicle.woken = board.woken();
     Record record(vehicle.box, Kind::robot);
-    record.put(robot.layout), record.put(std::uint32_t(robot.joints));
+    record.put(record_layout), record.put(robot.layout), record.put(std::uint32_t(robot.joints));
     record.end();
 }
 
@@ -103,23 +103,9 @@ inline const Command<float>* chosen(Vehicle& vehicle, Command<float>& made) {
 
 /// Take down what happened in a tick.
 inline void note(Vehicle& vehicle) {
-    const Snapshot& now = vehicle.now;
-    const Readings<float>& robot = now.readings.robot;
-    const Estimate<float>& at = now.estimate;
-    const int joints = vehicle.model.pilot.controller.joints;
     Record record(vehicle.box, Kind::tick);
-    record.put(now.tick);
-    record.put(robot.bend, joints), record.put(robot.pressure, 2 * joints), record.put(robot.current, 2 * joints);
-    record.put(robot.rate, 3), record.put(robot.acceleration, 3), record.put(robot.voltage);
-    record.put(now.readings.depth), record.put(now.readings.field, 3);
-    record.put(now.output.pulse, 2 * joints + 2), record.put(now.output.set, joints);
-    record.put(now.command.frequency), record.put(now.command.amplitude, joints);
-    record.put(now.command.phase, joints), record.put(now.command.bias, joints), record.put(now.command.fin, 2);
-    record.put(&at.q.w, 4), record.put(at.x), record.put(at.y), record.put(at.depth), record.put(at.speed);
-    record.put(at.position_error);
-    record.put(now.output.status.flags), record.put(now.reasons.flags), record.put(now.faults.flags);
-    record.put(std::uint32_t(now.mode) | std::uint32_t(now.control) << 8 | std::uint32_t(now.armed) << 16 |
-               std::uint32_t(now.answer) << 24);
+    visit_record(vehicle.now, vehicle.model.pilot.controller.joints,
+                 [&](const char*, auto... told) { record.put(told...); });
     record.end();
 }
 

@@ -605,8 +605,9 @@ static void the_black_box() {
         const auto word = [&](int at) { return word_at(board.box + 4 * at); };
         std::uint32_t expected = 0, missing = 0;
         int records = 0;
-        CHECK(word(0) == (record_mark | std::uint32_t(Kind::robot) << 8 | 2) && word(1) == robot::description.layout);
-        for (int at = 4; at + 54 <= board.logged / 4; at += 54, ++records) {
+        CHECK(word(0) == (record_mark | std::uint32_t(Kind::robot) << 8 | 3) && word(1) == record_layout);
+        CHECK(word(2) == robot::description.layout && word(3) == 2);
+        for (int at = 5; at + 54 <= board.logged / 4; at += 54, ++records) {
             CHECK(word(at) == (record_mark | std::uint32_t(Kind::tick) << 8 | 52));
             std::uint32_t sum = 0, sums = 0;
             for (int k = 0; k < 53; ++k) sum += word(at + k), sums += sum;

@@ -510,3 +510,19 @@ def fault_table() -> list[tuple[str, str, str, bool, bool]]:
     """
     Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is remembered until it is armed anew, and whether it forbids arming.
     """
+
+def record_fields(joints: int) -> list[tuple[str, bool, int]]:
+    """
+    Words of the black box's record of a tick in their order: name, whether they are numbers in single precision, and how many. Four names in one share its bytes.
+    """
+
+RECORD_MARK: int = 2970353664
+
+RECORD_ROBOT: int = 1
+
+RECORD_TICK: int = 2
+
+RECORD_LAYOUT: int = 971340793
+
+def control_names() -> list[str]:
+    """Who makes the command, in the order of their numbers."""

@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
 from hypertuna.lockstep import FROM_BOARD
+from hypertuna.results import write_atomically
 
 __all__ = ["BOARDS", "Board", "firmware_of", "missing", "started"]
 
 BOARDS = {"pc": "pc", "qemu": "qemu_mps2.elf"}
 EMULATOR = "qemu-system-arm"
+BOX = "black_box"  # that an emulated board writes
 COMPILER = "arm-none-eabi-g++"
 # An instruction takes 64 ns of the emulated time, in which the clock counts 40 ns.
 INSTRUCTIONS = 40 / 64
@@ -142,7 +144,9 @@ class Board:
 
 
 @contextlib.contextmanager
-def started(board: str, firmware: Path, radio: int | None = None) -> Iterator[Board]:
+def started(
+    board: str, firmware: Path, radio: int | None = None, black_box: str | Path | None = None
+) -> Iterator[Board]:
     """Start firmware on a board, and end it.
 
     Parameters
@@ -151,6 +155,8 @@ def started(board: str, firmware: Path, radio: int | None = None) -> Iterator[Bo
     firmware : Path
     radio : int, optional
         Port of 127.0.0.1: a pc speaks MAVLink to it by UDP, an emulated board listens there for TCP.
+    black_box : str or Path, optional
+        File that gets the black box when the firmware has ended, however it ended.
 
     Yields
     ------
@@ -165,8 +171,9 @@ def started(board: str, firmware: Path, radio: int | None = None) -> Iterator[Bo
         _check_free(radio)
     with tempfile.TemporaryDirectory() as place:
         if board == "pc":
-            udp = [] if radio is None else ["--udp", str(radio)]
-            process = subprocess.Popen([firmware, *udp], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=place)
+            given = [] if radio is None else ["--udp", str(radio)]
+            given += [] if black_box is None else ["--box", BOX]
+            process = subprocess.Popen([firmware, *given], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=place)
             assert process.stdin is not None
             assert process.stdout is not None
             to_board: IO[bytes] = process.stdin
@@ -188,6 +195,8 @@ def started(board: str, firmware: Path, radio: int | None = None) -> Iterator[Bo
             from_board.close()
             with contextlib.suppress(BrokenPipeError):  # what it did not read any more
                 to_board.close()
+            if black_box is not None and (Path(place) / BOX).exists():
+                write_atomically(black_box, (Path(place) / BOX).read_bytes())
 
 
 def _check_free(port: int) -> None:

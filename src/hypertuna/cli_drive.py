@@ -5,28 +5,29 @@ from __future__ import annotations
 import contextlib
 import os
 import select
+import signal
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Self
 
 import typer
 from rich.console import Console
 from rich.live import Live
 
-from hypertuna.cli_link import Connect, Key, read_key
+from hypertuna.cli_link import FLUSH, Connect, Key, read_key
 from hypertuna.console import check_suffix, print_json, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.dialect import need_radio
-from hypertuna.drive import Stick, gamepad, moved, pressed, view
+from hypertuna.drive import EVENT, Stick, gamepad, keys, moved, pressed, view
 from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
 from hypertuna.link_client import Client, connect
-from hypertuna.link_log import LinkLogWriter
+from hypertuna.link_log import LinkLogWriter, check_new
 
-__all__ = ["drive_command"]
+__all__ = ["Pad", "drive_command"]
 
 PERIOD = 0.2  # s between two words of the stick: two fit into a timeout of half a second even if one is lost
 
@@ -47,47 +48,68 @@ def drive_command(
     fish = load(robot)
     if not sys.stdin.isatty():
         raise InputError("must be a terminal", key="standard input", value="none", fix="start it in a terminal")
+    if log is not None:
+        check_new(log)
     with ExitStack() as stack:
+        client = stack.enter_context(connect(place, key=read_key(key)))
         writer = stack.enter_context(LinkLogWriter(log, fish.name)) if log is not None else None
-        listener = None if writer is None else writer.write
-        client = stack.enter_context(connect(place, key=read_key(key), listener=listener))
-        device = None if pad is None else stack.enter_context(_device(pad))
+        client.listener = None if writer is None else writer.write
+        stick = None if pad is None else stack.enter_context(Pad(pad, client.texts))
         stack.enter_context(_raw())
-        messages = _drive(client, fish, device)
+        disarmed = _drive(client, fish, stick, writer)
+        messages = client.messages
     if as_json:
-        print_json({"messages": messages, "log": log})
+        print_json({"messages": messages, "disarmed": disarmed, "log": log})
     else:
+        typer.echo(f"{messages} messages; the robot {'is disarmed' if disarmed else 'did not answer to disarm'}")
         tell_written(log)
+    if not disarmed:
+        fix = "it rests when it has not heard the ground for its link_timeout"
+        raise InputError("must be answered by the robot", key="disarm", value="silent", fix=fix)
 
 
-def _drive(client: Client, fish: Robot, device: int | None) -> int:
-    """Follow the keys until it is to end; then disarm."""
-    gaits, stick, count = tuple(fish.gaits), Stick(), 0
-    heard, spoken, manual = time.monotonic(), 0.0, False
-    with Live(console=Console(stderr=True), refresh_per_second=8, transient=True) as live:
+def _drive(client: Client, fish: Robot, pad: Pad | None, writer: LinkLogWriter | None) -> bool:
+    """Follow the keys until it is to end, then disarm; whether the robot said that it is."""
+    gaits, stick = tuple(fish.gaits), Stick()
+    heard, spoken, kept, manual = time.monotonic(), 0.0, 0.0, False
+    with Live(console=Console(stderr=True), refresh_per_second=8, screen=True) as live:
+        client.idle = lambda: live.update(view(client.last, client.texts, stick, gaits, time.monotonic() - heard))
         try:
             while stick.order != "quit":
                 for _ in client.poll(0.05):
-                    heard, count = time.monotonic(), count + 1
-                before, stick = stick, _asked(stick, device)
+                    heard = time.monotonic()
+                before, stick = stick, _asked(stick, pad)
                 if (stick.ahead, stick.turn, stick.climb) != (before.ahead, before.turn, before.climb):
                     manual = True
-                if stick.order:
-                    manual = _follow(client, fish, gaits, stick.order)
-                    stick = Stick(order="quit") if stick.order == "quit" else Stick() if not manual else stick
+                if stick.order and stick.order != "quit":
+                    _follow(client, fish, gaits, stick.order)
+                    stick, manual = Stick(), False
                 now = time.monotonic()
                 if manual and now - spoken > PERIOD:
                     spoken = now
                     client.manual(stick.ahead, stick.turn, stick.climb)
-                live.update(view(client.last, client.texts, stick, gaits, now - heard))
+                if writer is not None and now - kept > FLUSH:
+                    kept = now
+                    writer.flush()
+        except KeyboardInterrupt:  # Ctrl-C, or a terminal that is closed: as q
+            pass
         finally:
-            with contextlib.suppress(InputError):  # a robot that is out of reach rests by its own rule
-                client.arm(False)
-    return count
+            client.texts.append("disarming")
+            disarmed = _disarmed(client)
+    return disarmed
 
 
-def _follow(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> bool:
-    """Pass an order on; whether the stick goes on speaking."""
+def _disarmed(client: Client) -> bool:
+    """Disarm; whether the robot said that it did."""
+    try:
+        client.arm(False)
+    except InputError:  # a robot that is out of reach rests by its own rule
+        return False
+    return True
+
+
+def _follow(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> None:
+    """Pass an order on; what is refused is shown."""
     try:
         if order == "arm":
             heart = client.last.get("HEARTBEAT")
@@ -100,41 +122,95 @@ def _follow(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> 
             client.gait(named_gait(fish, gaits[int(order) - 1]))
     except InputError as error:
         client.texts.append(str(error))
-    return False
 
 
-def _asked(stick: Stick, device: int | None) -> Stick:
+def _asked(stick: Stick, pad: Pad | None) -> Stick:
     """Take what keys and sticks ask for since the last time."""
     stick = Stick(stick.ahead, stick.turn, stick.climb)
-    while not stick.order and select.select([sys.stdin], [], [], 0)[0]:
-        stick = pressed(stick, os.read(sys.stdin.fileno(), 1).decode(errors="ignore"))
-    while device is not None and not stick.order and select.select([device], [], [], 0)[0]:
-        for event in gamepad(os.read(device, 8)):
-            stick = moved(stick, event)
+    if select.select([sys.stdin], [], [], 0)[0]:
+        typed = os.read(sys.stdin.fileno(), 64)
+        for key in keys(typed) if typed else "q":  # a terminal that is gone quits
+            stick = pressed(stick, key)
+            if stick.order:
+                return stick
+    for event in [] if pad is None else pad.events():
+        stick = moved(stick, event)
+        if stick.order:
+            return stick
     return stick
 
 
 @contextlib.contextmanager
 def _raw() -> Iterator[None]:
-    """Take keys one by one, without showing them."""
+    """Take keys one by one, without showing them; a terminal that is closed ends it as Ctrl-C does."""
     import termios  # here, because only Unix has them
     import tty
 
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    signals = (signal.SIGHUP, signal.SIGTERM)
+    handlers = [signal.signal(one, interrupt) for one in signals]
     before = termios.tcgetattr(sys.stdin)
     tty.setcbreak(sys.stdin)
     try:
         yield
     finally:
-        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+        with contextlib.suppress(termios.error):  # of a terminal that is gone
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+        for one, handler in zip(signals, handlers, strict=True):
+            signal.signal(one, handler)
 
 
-@contextlib.contextmanager
-def _device(path: str) -> Iterator[int]:
-    """Open a gamepad."""
-    if not Path(path).exists():
-        raise InputError("must be a joystick device", key="--gamepad", value=path, fix="plug it in; see ls /dev/input")
-    number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    try:
-        yield number
-    finally:
-        os.close(number)
+class Pad:
+    """A gamepad that may go away: the stick then rests.
+
+    Parameters
+    ----------
+    path : str
+    said : list of str
+        Gets the sentence that it is gone.
+    """
+
+    def __init__(self, path: str, said: list[str]) -> None:
+        fix = "plug it in; see ls /dev/input"
+        try:
+            self._file: int | None = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        except OSError as error:
+            value = f"{path} ({error.strerror})"
+            raise InputError("must be a joystick device", key="--gamepad", value=value, fix=fix) from None
+        if Path(path).is_dir() or Path(path).is_file():
+            self.close()
+            raise InputError("must be a joystick device", key="--gamepad", value=path, fix=fix)
+        self._rest, self._said = b"", said
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the device."""
+        if self._file is not None:
+            os.close(self._file)
+        self._file = None
+
+    def events(self) -> list[tuple[str, float]]:
+        """Take what it said since the last time; a stop once it is gone."""
+        if self._file is None:
+            return []
+        try:
+            content = os.read(self._file, 1024)
+        except BlockingIOError:  # nothing new
+            return []
+        except OSError:
+            content = b""
+        if not content:
+            self.close()
+            self._said.append("the gamepad is gone: drive by keys, or start anew")
+            return [("gone", 1.0)]
+        content = self._rest + content
+        whole = len(content) - len(content) % EVENT.size
+        self._rest = content[whole:]
+        return gamepad(content[:whole])

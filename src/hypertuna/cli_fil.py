@@ -10,7 +10,7 @@ from rich.text import Text
 
 from hypertuna import _core
 from hypertuna.boards import BOARDS, missing
-from hypertuna.console import command_line, print_json, progress_bar, whole_number
+from hypertuna.console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
 from hypertuna.description import load
 from hypertuna.errors import InputError
 from hypertuna.fil import PARTS, FirmwareRun, firmware_in_the_loop
@@ -53,6 +53,9 @@ def fil_command(
         ),
     ] = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="Go no faster than the clock.")] = False,
+    black_box: Annotated[
+        str | None, typer.Option("--black-box", help="Write the board's black box to this .bin file.")
+    ] = None,
     firmware: Annotated[
         str | None, typer.Option("--firmware", help="Folder of the programs. (default: build/firmware)")
     ] = None,
@@ -64,6 +67,7 @@ def fil_command(
     The exit code is 0 if it did, 1 if not, 2 for bad input.
     """
     choice(board, tuple(BOARDS), "--board")
+    check_suffix(black_box, (".bin",), "--black-box")
     if air is not None and radio is None:
         raise InputError("needs a ground station", key="--air", fix="give its port by --radio")
     if (lack := missing(board)) is not None:
@@ -82,12 +86,15 @@ def fil_command(
             radio=None if radio is None else whole_number(radio, "--radio"),
             air=None if air is None else radio_model(air),
             real_time=real_time,
+            black_box=black_box,
             report=progress,
         )
     if as_json:
-        print_json(_record(done) | {"seed": whole_number(seed, "--seed"), "command": command_line()} | provenance(fish))
+        told = {"seed": whole_number(seed, "--seed"), "black_box": black_box, "command": command_line()}
+        print_json(_record(done) | told | provenance(fish))
     else:
         _print(done)
+        tell_written(black_box)
     if len(done.different):
         raise typer.Exit(1)
 

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
+import select
+import sys
 import time
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,15 +17,17 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.console import check_suffix, number, print_json, progress_bar, tell_written
-from hypertuna.dialect import need_radio
-from hypertuna.errors import InputError, did_you_mean
+from hypertuna.dialect import SILENT, need_radio
+from hypertuna.errors import InputError
 from hypertuna.link_calibrate import KINDS, Calibration, Pair, calibrate, read_pairs, sensor_of
 from hypertuna.link_client import Client, connect
-from hypertuna.link_log import LinkLogWriter
+from hypertuna.link_log import LinkLogWriter, check_new
+from hypertuna.link_mission import download, upload
+from hypertuna.link_parameters import read_parameter, read_parameters, set_parameter
 from hypertuna.mission_file import read_mission
 from hypertuna.results import write_atomically
 
-__all__ = ["Connect", "Key", "link_app", "read_key"]
+__all__ = ["FLUSH", "Connect", "Key", "link_app", "read_key"]
 
 link_app = typer.Typer(no_args_is_help=True, help="A robot over the radio: needs the extra radio, and log for logs.")
 
@@ -30,6 +36,7 @@ Connect = Annotated[
 ]
 Key = Annotated[str | None, typer.Option("--key", help="File of 32 bytes to sign with.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+FLUSH = 2.0  # s of a log that a crash may cost
 SAMPLING = 2.0  # s of readings that one reference is taken over
 
 
@@ -51,7 +58,11 @@ def read_key(path: str | None) -> bytes | None:
     """
     if path is None:
         return None
-    content = Path(path).read_bytes()
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        fix = "make one: openssl rand -out key 32"
+        raise InputError("must be a readable file", file=path, value=f"not ({error.strerror})", fix=fix) from None
     if len(content) != 32:
         fix = "make one: openssl rand -out key 32"
         raise InputError("must have 32 bytes", file=path, value=f"{len(content)} long", fix=fix)
@@ -71,12 +82,12 @@ def params_command(
     check_suffix(output, (".csv",), "--output")
     wished = [_setting(text) for text in settings or []]
     with connect(place, key=read_key(key)) as robot:
-        taken = {name: robot.set_parameter(name, value) for name, value in wished}
+        taken = {name: set_parameter(robot, name, value) for name, value in wished}
         if taken and output is None:
             found = taken
         else:
             with progress_bar("parameters") as progress:
-                found = robot.parameters(progress)
+                found = read_parameters(robot, progress)
     if output is not None:
         rows = [f"{name},{value:.9g}" for name, value in found.items()]
         write_atomically(output, "\n".join(["name,value", *rows, ""]).encode())
@@ -99,25 +110,37 @@ def log_command(
     """Record all that a robot and its tank's camera send, for Foxglove, `identify` and `actuator fit`."""
     need_radio()
     check_suffix(output, (".mcap",), "--output")
+    check_new(output)
     most = math.inf if duration is None else number(duration, "--duration", "s")
-    with LinkLogWriter(output, "") as log, connect(place, key=read_key(key), listener=log.write) as robot:
-        begun = last = time.monotonic()
+    with connect(place, key=read_key(key)) as robot, LinkLogWriter(output, "") as log:
+        robot.listener = log.write
+        begun, lost = time.monotonic(), None
         with progress_bar("seconds") as progress:
             try:
-                while (now := time.monotonic()) - begun < most:
-                    list(robot.poll(min(0.2, begun + most - now)))
-                    if now - last > 2:
-                        last = now
-                        log.flush()
-                        progress(int(now - begun), int(most) if most < math.inf else int(now - begun) + 1)
+                _record_all(robot, log, begun + most, lambda done: progress(done, int(min(most, done + 1))))
             except KeyboardInterrupt:
                 pass
+            except InputError as error:
+                lost = error
         facts = {"messages": log.messages, "kinds": sorted(robot.last), "seconds": time.monotonic() - begun}
     if as_json:
         print_json({"written": output, **facts})
-        return
-    typer.echo(f"{facts['messages']} messages in {facts['seconds']:.0f} s: {', '.join(sorted(robot.last))}")
-    tell_written(output)
+    else:
+        typer.echo(f"{facts['messages']} messages in {facts['seconds']:.0f} s: {', '.join(sorted(robot.last))}")
+        tell_written(output)
+    if lost is not None:
+        raise lost
+
+
+def _record_all(robot: Client, log: LinkLogWriter, end: float, report: Callable[[int], None]) -> None:
+    """Listen until a time; every two seconds what has come is on the disk."""
+    begun = last = time.monotonic()
+    while (now := time.monotonic()) < end:
+        list(robot.poll(min(0.2, end - now)))
+        if now - last > FLUSH:
+            last = now
+            log.flush()
+            report(int(now - begun))
 
 
 @link_app.command("mission")
@@ -131,8 +154,8 @@ def mission_command(
     need_radio()
     mission = read_mission(file).mission
     with connect(place, key=read_key(key)) as robot, progress_bar("items") as progress:
-        robot.upload(mission, progress)
-        count = len(robot.download())
+        upload(robot, mission, progress)
+        count = len(download(robot))
     print_json({"mission": file, "items": count}) if as_json else typer.echo(f"{file}: {count} items are on board")
 
 
@@ -143,7 +166,11 @@ def calibrate_command(
         str | None, typer.Option("--sensor", help="Live: bend_0, pressure_3, current_1, servo_5.")
     ] = None,
     reference: Annotated[
-        str | None, typer.Option("--at", help="Live: references such as -20,0,20 in deg, kPa or A.")
+        str | None,
+        typer.Option(
+            "--at",
+            help="Live: references such as -20,0,20 in deg, kPa or A; of a servo, the angle that was read at neutral.",
+        ),
     ] = None,
     place: Annotated[str | None, typer.Option("--connect", help="Robot that is to keep it, and to read live.")] = None,
     key: Key = None,
@@ -155,17 +182,26 @@ def calibrate_command(
     if sensor is not None and place is None:
         raise InputError("must say where the robot is", key="--connect", value="missing", fix="--sensor reads live")
     if csv is not None:
-        found = calibrate(read_pairs(csv))
+        pairs = read_pairs(csv)
+        found = calibrate(pairs)
         if place is not None:
             with connect(place, key=read_key(key)) as robot:
-                _keep(robot, found)
+                names = ["pulse_center", *(name for one in found for name in one.parameters)]
+                known = {name: read_parameter(robot, name) for name in names}
+                found = calibrate(pairs, pulse_center=known["pulse_center"])
+                _keep(robot, found, known)
     else:
         assert sensor is not None
         assert place is not None
         kind, index = sensor_of(sensor)
+        references = _references(kind, reference)
         with connect(place, key=read_key(key)) as robot:
-            found = _servo_live(robot, index) if kind == "servo" else _sensor_live(robot, sensor, reference)
-            _keep(robot, found)
+            sensed = [f"{kind}_zero_{index}", f"{kind}_scale_{index}"]
+            names = [f"servo_trim_{index}", "pulse_per_rad"] if kind == "servo" else sensed
+            known = {name: read_parameter(robot, name) for name in names}
+            live = _servo_live if kind == "servo" else _sensor_live
+            found = live(robot, sensor, references, known)
+            _keep(robot, found, known)
     if as_json:
         print_json({"sensors": [_record(one) for one in found], "kept": place is not None})
         return
@@ -183,7 +219,24 @@ def calibrate_command(
 def _record(one: Calibration) -> dict[str, Any]:
     """Tell a calibration, for programs."""
     unit, factor = KINDS[sensor_of(one.sensor)[0]]
-    return {"sensor": one.sensor, "points": one.points, f"rms_{unit}": one.rms * factor, "parameters": one.parameters}
+    return {
+        "sensor": one.sensor,
+        "points": one.points,
+        f"rms_{unit.lower()}": one.rms * factor,
+        "parameters": one.parameters,
+    }
+
+
+def _references(kind: str, text: str | None) -> list[float]:
+    """Read where a sensor is brought to: two places at least; for a servo the one that it was found at, or none."""
+    unit = KINDS[kind][0]
+    values = [] if text is None else [number(part, "--at", unit) for part in text.split(",")]
+    if kind == "servo" and len(values) > 1:
+        raise InputError("must be one angle of a servo", key="--at", value=str(text), fix="write it as --at=2")
+    if kind != "servo" and len(set(values)) < 2:
+        fix = f"give them in {unit}: --at=-20,0,20"
+        raise InputError("must name two references at least", key="--at", value=text or "missing", fix=fix)
+    return values
 
 
 def _setting(text: str) -> tuple[str, float]:
@@ -195,30 +248,50 @@ def _setting(text: str) -> tuple[str, float]:
     return name.strip().lower(), number(value, f"--set {name}", "SI")
 
 
-def _keep(robot: Client, found: tuple[Calibration, ...]) -> None:
-    """Send what was found."""
-    for one in found:
-        for name, value in one.parameters.items():
-            robot.set_parameter(name, value)
+def _keep(robot: Client, found: tuple[Calibration, ...], known: Mapping[str, float]) -> None:
+    """Send what was found: all of it, or what the robot had before."""
+    kept: list[str] = []
+    try:
+        for name, value in ((name, value) for one in found for name, value in one.parameters.items()):
+            set_parameter(robot, name, value)
+            kept.append(name)
+    except InputError as error:
+        try:
+            for name in kept:
+                set_parameter(robot, name, known[name])
+        except InputError:
+            fix = f"{error.fix}; the robot may have new values of {', '.join(kept)}: calibrate again"
+            raise InputError(error.rule, key=error.key, value=error.value, fix=fix) from None
+        raise
 
 
-def _sensor_live(robot: Client, sensor: str, reference: str | None) -> tuple[Calibration, ...]:
+def _answer(robot: Client, question: str) -> str:
+    """Ask, and go on listening to the robot until a line comes: it hears us, and no old reading is left over."""
+    typer.echo(f"{question}: ", nl=False, err=True)
+    line, input_ = b"", sys.stdin.fileno()
+    while not line.endswith(b"\n"):
+        list(robot.poll(0.1))
+        while not line.endswith(b"\n") and select.select([input_], [], [], 0)[0]:
+            if not (key := os.read(input_, 1)):
+                typer.echo(err=True)
+                raise InputError("must answer", key="standard input", value="at its end", fix="start it in a terminal")
+            line += key
+    return line.decode(errors="replace").strip()
+
+
+def _sensor_live(
+    robot: Client, sensor: str, references: Sequence[float], known: Mapping[str, float]
+) -> tuple[Calibration, ...]:
     """Ask for one reference after another, and take the readings' mean at each."""
     kind, index = sensor_of(sensor)
     unit, factor = KINDS[kind]
-    if reference is None:
-        raise InputError("must name references", key="--at", value="missing", fix=f"give them in {unit}: -20,0,20")
-    known = robot.parameters()
-    names = (f"{kind}_zero_{index}", f"{kind}_scale_{index}")
-    for name in names:
-        if name not in known:
-            raise InputError("must be a parameter of the robot", key=name, fix=did_you_mean(name, known))
-    zero, scale = (known[name] for name in names)
+    zero, scale = (known[f"{kind}_{what}_{index}"] for what in ("zero", "scale"))
     pairs: list[Pair] = []
-    for text in reference.split(","):
-        value = number(text, "--at", unit)
-        typer.prompt(f"bring {sensor} to {value:g} {unit}, hold it, and press Enter", default="", show_default=False)
-        pairs.append((sensor, _reading(robot, kind, index) / scale + zero, value / factor))
+    for value in references:
+        _answer(robot, f"bring {sensor} to {value:g} {unit}, hold it, and press Enter")
+        reading = _reading(robot, kind, index)
+        typer.echo(f"  it shows {reading * factor:.4g} {unit}", err=True)
+        pairs.append((sensor, reading / scale + zero, value / factor))
     return calibrate(pairs)
 
 
@@ -232,24 +305,28 @@ def _reading(robot: Client, kind: str, index: int) -> float:
     while time.monotonic() < end or not values:
         for message in robot.poll(0.2):
             if message.get_type() == "HYDRAULICS":
-                values.append(getattr(message, field)[place] * step)
+                count = getattr(message, field)[place]
+                if count == SILENT:
+                    raise InputError("must answer", key=f"{kind}_{index}", value="silent", fix="check its wires")
+                values.append(count * step)
         if time.monotonic() > end + 10:
             raise InputError("must come from the robot", key="HYDRAULICS", value="silent", fix="come nearer")
     return sum(values) / len(values)
 
 
-def _servo_live(robot: Client, index: int) -> tuple[Calibration, ...]:
-    """Hold the servo at its neutral, ask where it stands, and take that off."""
-    known = robot.parameters()
-    name = f"servo_trim_{index}"
-    if name not in known:
-        raise InputError("must be a parameter of the robot", key=name, fix=did_you_mean(name, known))
-    typer.prompt("the tail is armed and rests: keep clear, and press Enter", default="", show_default=False)
-    robot.arm()
-    try:
-        text = typer.prompt(f"angle of servo {index} from its neutral mark, in deg")
-        angle = math.radians(number(text, "angle", "deg"))
-    finally:
-        robot.arm(False)
-    trim = known[name] - angle * known["pulse_per_rad"]
-    return (Calibration(f"servo_{index}", {name: trim}, 0.0, 1),)
+def _servo_live(
+    robot: Client, sensor: str, references: Sequence[float], known: Mapping[str, float]
+) -> tuple[Calibration, ...]:
+    """Hold the servo at its neutral, ask where it stands unless that is known, and take it off."""
+    name = f"servo_trim_{sensor_of(sensor)[1]}"
+    if references:
+        angle = references[0]
+    else:
+        _answer(robot, "keep clear: Enter arms the robot, and its tail rests at neutral")
+        robot.arm()
+        try:
+            angle = number(_answer(robot, f"angle of {sensor} from its neutral mark, in deg"), "angle", "deg")
+        finally:
+            robot.arm(False)
+    trim = known[name] - math.radians(angle) * known["pulse_per_rad"]
+    return (Calibration(sensor, {name: trim}, 0.0, 1),)

@@ -1,4 +1,4 @@
-"""The commands `hypertuna log ...`: logs of missions told, drawn and turned into tables and tracks."""
+"""The commands `hypertuna log ...`: logs of missions and black boxes told, drawn and turned into tables and tracks."""
 
 from __future__ import annotations
 
@@ -9,17 +9,25 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.console import check_suffix, print_json, tell_written
+from hypertuna.black_box import boxes_of, record_of
+from hypertuna.console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
+from hypertuna.description import load
 from hypertuna.errors import InputError
 from hypertuna.gpx import write_gpx
 from hypertuna.log_fields import DEGREES, DERIVED, fields
+from hypertuna.mcap_file import need_log
+from hypertuna.mcap_log import write_log
 from hypertuna.mcap_read import Log, read_log
+from hypertuna.mission_file import read_mission
 from hypertuna.mission_record import MissionRecord, record_facts
+from hypertuna.options import Name
 from hypertuna.results import columns_csv, write_atomically
 
 __all__ = ["log_app"]
 
-log_app = typer.Typer(no_args_is_help=True, help="Logs of missions: tell, draw, tables, tracks; needs the extra log.")
+log_app = typer.Typer(
+    no_args_is_help=True, help="Logs of missions and black boxes: tell, draw, tables, tracks; needs the extra log."
+)
 
 File = Annotated[str, typer.Argument(metavar="FILE.mcap", help="A log that hypertuna wrote.")]
 Output = Annotated[str, typer.Option("-o", "--output", help="File to write.")]
@@ -74,6 +82,51 @@ def gpx_command(file: File, output: Output, as_json: AsJson = False) -> None:
     _finish(log, output, as_json)
 
 
+@log_app.command("black-box")
+def black_box_command(
+    file: Annotated[str, typer.Argument(metavar="FILE.bin", help="Black box, from the robot's card.")],
+    output: Output,
+    robot: Name = "hypertuna",
+    mission: Annotated[
+        str | None, typer.Option("--mission", help="Mission that it swam, or its file: its way and origin.")
+    ] = None,
+    boot: Annotated[
+        str | None, typer.Option("--boot", help="Which boot of several, from 1.  [default: the last]")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write what the firmware took down of every tick to a .mcap log, for the other commands and Foxglove.
+
+    What is damaged is skipped and counted; a file that was cut short is read up to its last whole record. A box tells
+    what the robot read, believed and did, not where it was.
+    """
+    need_log()
+    check_suffix(output, (".mcap",), "--output")
+    fish = load(robot)
+    way = None if mission is None else read_mission(mission)
+    with progress_bar("bytes") as progress:
+        boots = boxes_of(file, progress)
+    which = len(boots) if boot is None else whole_number(boot, "--boot")
+    if not 1 <= which <= len(boots):
+        raise InputError(f"must be from 1 to {len(boots)}", key="--boot", value=str(which), fix="leave it out")
+    box = boots[which - 1]
+    facts = {"black_box": file, "boot": f"{which} of {len(boots)}", "command": command_line()}
+    record = record_of(box, fish, way, facts)
+    with progress_bar("ticks") as progress:
+        write_log(record, output, progress)
+    told = {"ticks": len(box.ticks), "missing": box.missing, "damaged": box.damaged, "skipped_bytes": box.skipped}
+    told |= {"cut_bytes": box.cut, "boots": len(boots)}
+    if as_json:
+        print_json({"written": output, **told, **record.facts})
+        return
+    console = Console()
+    console.print(Text(box.sentence, style="yellow" if box.gaps else "green"))
+    console.print(Text(f"parameters: {record.facts['parameters']}", style="dim"))
+    if len(boots) > 1:
+        console.print(Text(f"boot: {facts['boot']}", style="dim"))
+    tell_written(output)
+
+
 def _record(log: Log) -> dict[str, Any]:
     """Tell a log, for programs."""
     whole = {"complete": log.complete, "status_text": log.sentence}
@@ -93,7 +146,8 @@ def _print(log: Log) -> None:
     table.add_row("way over ground", f"{told['distance_m']:.4g}", "m")
     table.add_row("mean speed over ground", f"{told['mean_speed_m_s']:.3g}", "m/s")
     table.add_row("greatest depth", f"{told['depth_max_m']:.3g}", "m")
-    table.add_row("energy", f"{told['energy_wh']:.3g}", "Wh")
+    if "energy_wh" in told:
+        table.add_row("energy", f"{told['energy_wh']:.3g}", "Wh")
     if "charge_left" in told:
         table.add_row("charge left", f"{100 * told['charge_left']:.0f}", "%")
     if "position_off_max_m" in told:
@@ -122,7 +176,7 @@ def _finish(log: Log, output: str, as_json: bool) -> None:
 def _csv(record: MissionRecord, *, complete: bool) -> str:
     """Write a record as comma-separated values, below comments that say what made it."""
     columns = {"time_s": record.time}
-    columns |= {f"{axis}_m": record.data["position"][:, k] for k, axis in enumerate(("x", "y", "z"))}
+    columns |= {f"{axis}_m": record.position[:, k] for k, axis in enumerate(("x", "y", "z"))}
     columns["depth_m"] = record.depth
     columns |= dict(zip(list(DERIVED)[2:], (record.angles * DEGREES).T, strict=True))
     for rows in fields(record.data, record.joints, record.circuits).values():

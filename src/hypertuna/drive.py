@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,9 +15,9 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.dialect import dialect
+from hypertuna.dialect import SILENT, dialect
 
-__all__ = ["KEYS", "Stick", "gamepad", "moved", "pressed", "view"]
+__all__ = ["EVENT", "KEYS", "Stick", "gamepad", "keys", "moved", "pressed", "view"]
 
 STEP_AHEAD, STEP_TURN, STEP_CLIMB = 0.1, 0.2, 0.2
 KEYS = (
@@ -25,13 +26,13 @@ KEYS = (
     ("r f", "up, down"),
     ("x", "straight and level"),
     ("space", "stop"),
-    ("1-9", "gait"),
     ("m", "mission"),
     ("enter", "arm, disarm"),
     ("q", "quit, disarmed"),
 )
 EVENT = struct.Struct("<IhBB")  # of Linux' joystick interface: time, value, kind, number
-AXIS, BUTTON, BEGIN = 2, 1, 0x80
+SEQUENCE = re.compile(rb"\x1b(\[[0-9;?]*[ -/]*[@-~]|O.)?")  # ECMA-48
+AXIS, BUTTON = 2, 1
 AXES = {0: "turn", 1: "ahead", 3: "turn", 4: "climb"}  # left stick x and y, right stick x and y
 DEAD = 0.1  # part of an axis about its middle
 
@@ -56,6 +57,25 @@ class Stick:
     turn: float = 0.0
     climb: float = 0.0
     order: str = ""
+
+
+def keys(typed: bytes) -> str:
+    r"""Return the keys that were typed, without those that a terminal spells as a sequence, such as arrows and F-keys.
+
+    Parameters
+    ----------
+    typed : bytes
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> keys(b"w\x1b[15~\x1b[Ad")
+    'wd'
+    """
+    return SEQUENCE.sub(b"", typed).decode(errors="ignore")
 
 
 def pressed(stick: Stick, key: str) -> Stick:
@@ -133,14 +153,14 @@ def moved(stick: Stick, event: tuple[str, float]) -> Stick:
     ----------
     stick : Stick
     event : tuple of (str, float)
-        As of `gamepad`.
+        As of `gamepad`, or "gone" for one that is unplugged.
 
     Returns
     -------
     Stick
     """
     name, value = event
-    if name == "stop":
+    if name in ("stop", "gone"):
         return Stick(order="stop")
     if name == "arm":
         return replace(stick, order="arm")
@@ -173,10 +193,15 @@ def view(
         Panel(_rows(_motion(last)), title="motion"),
         Panel(_rows(_tail(last)), title="tail"),
         Panel(_rows(_asked(stick)), title="stick"),
-        Panel(_rows([*KEYS, *((str(k + 1), name) for k, name in enumerate(gaits[:9]))]), title="keys"),
     ]
+    # What matters is on top: a low terminal cuts off the end.
     said = Text("\n".join(texts[-3:]) or " ", style="yellow")
-    return Group(Columns(tables), said)
+    return Group(said, Columns(tables), _line(KEYS), _line([(str(k + 1), name) for k, name in enumerate(gaits[:9])]))
+
+
+def _line(rows: Sequence[tuple[str, str]]) -> Columns:
+    """Lay out names and meanings side by side."""
+    return Columns([Text.assemble((key, "bold"), f" {meaning}") for key, meaning in rows], padding=(0, 2))
 
 
 def _rows(rows: Sequence[tuple[str, str]]) -> Table:
@@ -235,10 +260,15 @@ def _tail(last: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.append(("amplitude", ", ".join(f"{a / 100:.1f}" for a in gait.amplitude) + " deg"))
         rows.append(("bias", ", ".join(f"{a / 100:.1f}" for a in gait.bias) + " deg"))
     if (oil := last.get("HYDRAULICS")) is not None:
-        rows.append(("bend", ", ".join(f"{a / 100:.1f}" for a in oil.bend) + " deg"))
-        rows.append(("pressure", ", ".join(f"{p / 10:.0f}" for p in oil.pressure) + " kPa"))
+        rows.append(("bend", _numbers(oil.bend, 100, ".1f") + " deg"))
+        rows.append(("pressure", _numbers(oil.pressure, 10, ".0f") + " kPa"))
         rows.append(("condition", _names("HYPERTUNA_CONDITION", oil.condition)))
     return rows or [("", "nothing yet")]
+
+
+def _numbers(counts: Sequence[int], step: float, form: str) -> str:
+    """Write what sensors show."""
+    return ", ".join("silent" if count == SILENT else f"{count / step:{form}}" for count in counts)
 
 
 def _asked(stick: Stick) -> list[tuple[str, str]]:

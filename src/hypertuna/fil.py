@@ -82,11 +82,13 @@ class FirmwareRun:
 
     @property
     def status(self) -> str | None:
-        """How a mission ended: what the pilot on board says, unless the twin diverged; None without a way to go."""
-        if self.flown is None or not self.flown.start.mission.waypoints:
+        """How a mission ended: what the pilot on board says, unless the twin diverged; None where there is none."""
+        if self.flown is None:
             return None
         if self.flown.status == "diverged":
             return "diverged"
+        if not self.flown.start.mission.waypoints:
+            return None
         mode = _core.mode_names()[self.answers[-1]["mode"]]
         return mode if mode in ("done", "hold") else "given up"
 
@@ -128,6 +130,7 @@ def firmware_in_the_loop(
     radio: int | None = None,
     air: RadioModel | None = None,
     real_time: bool = False,
+    black_box: str | Path | None = None,
     report: Callable[[int, int], None] | None = None,
 ) -> FirmwareRun:
     """Run the firmware of a robot on a board.
@@ -152,6 +155,8 @@ def firmware_in_the_loop(
         cable if left out.
     real_time : bool
         Whether a tick waits for the clock.
+    black_box : str or Path, optional
+        File that gets the board's black box.
     report : callable, optional
         Is told ticks done, and all.
 
@@ -176,7 +181,7 @@ def firmware_in_the_loop(
     with contextlib.ExitStack() as stack:
         if radio is not None and air is not None:
             relay = stack.enter_context(Relay(board, radio, air, seed=seed))
-        on = stack.enter_context(started(board, firmware, radio if relay is None else relay.board_port))
+        on = stack.enter_context(started(board, firmware, radio if relay is None else relay.board_port, black_box))
         if relay is not None:
             relay.connect()
         other = stack.enter_context(started("pc", beside)) if beside is not None else None
@@ -308,11 +313,8 @@ def _streamed(
         part = messages[begin : begin + PART]
         answers.append(board.run(part))
         if other is not None:
-            bits = [
-                np.frombuffer(a.tobytes(), np.uint8).reshape(len(part), -1)[:, :COMPARED]
-                for a in (answers[-1], other.run(part))
-            ]
-            different += (begin + np.flatnonzero((bits[0] != bits[1]).any(axis=1))).tolist()
+            differ = _bits(answers[-1]) != _bits(other.run(part))
+            different += (begin + np.flatnonzero(differ.any(axis=1))).tolist()
         if report is not None:
             report(begin + len(part), len(messages))
     return np.concatenate(answers), different

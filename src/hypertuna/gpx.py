@@ -99,8 +99,8 @@ def gpx_text(record: MissionRecord) -> str:
         node = _point(root, "wpt", place, -point.depth)
         SubElement(node, "name").text = f"{k + 1}"
     seconds = record.every(1.0)
-    heights = record.data["position"][:, 2]
-    _track(root, record.name, record, record.data["position"][:, :2], heights, seconds)
+    if record.true:
+        _track(root, record.name, record, record.position[:, :2], record.position[:, 2], seconds)
     if {"position_estimated", "depth_estimated"} <= set(record.data):
         believed = record.data["position_estimated"]
         _track(root, f"{record.name}, believed", record, believed, -record.data["depth_estimated"], seconds)

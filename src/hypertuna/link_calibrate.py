@@ -18,12 +18,13 @@ __all__ = ["KINDS", "Calibration", "Pair", "calibrate", "read_pairs", "sensor_of
 # What is calibrated: the reference's unit as people read it, and how much of it is 1 in SI.
 KINDS = {
     "bend": ("deg", 180 / math.pi),
-    "pressure": ("kpa", 1e-3),
-    "current": ("a", 1.0),
+    "pressure": ("kPa", 1e-3),
+    "current": ("A", 1.0),
     "servo": ("deg", 180 / math.pi),
 }
 COLUMNS = ("sensor", "counts", "reference")
 MICRO = 1e-6
+SCATTER = 0.1  # rms from the line over the references' span, that is no calibration any more
 
 Pair = tuple[str, float, float]  # sensor, counts of its converter (of a servo: pulse in us), reference [SI]
 
@@ -135,7 +136,7 @@ def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[
     Raises
     ------
     InputError
-        If a sensor has fewer than two different references, or its counts do not change with them.
+        If a sensor has fewer than two different references, or its counts do not follow them.
     """
     found = []
     for sensor in sorted({name for name, _, _ in pairs}):
@@ -153,6 +154,11 @@ def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[
             raise InputError("must change with the reference", key=sensor, value="noise alone", fix="check its wires")
         zero = float(counts.mean() - reference.mean() / scale)
         rms = float(np.sqrt(np.mean((scale * (counts - zero) - reference) ** 2)))
+        if rms > SCATTER * np.ptp(reference):
+            unit, factor = KINDS[kind]
+            value = f"off it by {rms * factor:.3g} {unit} of {np.ptp(reference) * factor:.3g} {unit}"
+            fix = "hold it still at each reference, and check its wires"
+            raise InputError("must follow the reference on a straight line", key=sensor, value=value, fix=fix)
         if kind == "servo":
             keep = {f"servo_trim_{number}": zero * MICRO - pulse_center}
         else:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import functools
+import contextlib
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, Self
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, NoReturn, Self
 
 from hypertuna import _core
 from hypertuna.dialect import dialect, mavutil
 from hypertuna.errors import InputError, shown
 from hypertuna.gait import Gait
-from hypertuna.link_items import items_of
-from hypertuna.mission import Mission
 
-__all__ = ["COMPONENT", "SYSTEM", "Client", "address", "connect"]
+__all__ = ["COMPONENT", "PATIENCE", "SYSTEM", "Client", "Listener", "address", "connect"]
 
 SYSTEM, COMPONENT = 255, 190  # MAV_COMP_ID_MISSIONPLANNER, what ground stations call themselves
 PATIENCE = 2.0  # s for an answer: a LoRa link of 4.8 kbit/s needs a fifth of that
@@ -25,7 +23,8 @@ BAUD = 9600
 STORED, PAUSE = 6, 0.5  # times and s to wait until a robot has stored a mission: two seconds for the longest
 BUSY = [name for name, _ in _core.refusal_table()].index("busy")
 EPOCH = 1420070400  # 2015-01-01, from which stamps of signatures count
-MODES = ("manual", "gait", "mission")  # HYPERTUNA_CONTROL
+PART = 0.2  # s that nothing else is done while a message is waited for
+GROUND, NO_AUTOPILOT, OURS = 6, 8, 0  # MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_AUTOPILOT_GENERIC
 
 Listener = Callable[[Any], None]
 
@@ -88,22 +87,44 @@ def connect(text: str, *, key: bytes | None = None, patience: float = 10.0, list
     """
     place, baud = address(text)
     try:
-        line = mavutil().mavlink_connection(place, baud=baud, source_system=SYSTEM, source_component=COMPONENT)
+        line = mavutil().mavlink_connection(
+            place, baud=baud, source_system=SYSTEM, source_component=COMPONENT, retries=1
+        )
     except OSError as error:
-        value, fix = f"not ({error})", "check device, host and port"
+        value, fix = f"{shown(text)} ({error.strerror or error})", "check device, host and port"
         raise InputError("must be a line that can be opened", key="--connect", value=value, fix=fix) from None
+    line.handle_eof = line.handle_disconnect = _hung_up
     if key is not None:
         line.setup_signing(key, sign_outgoing=True)
     client = Client(line, listener)
-    if client.wait(lambda m: m.get_type() == "HEARTBEAT", patience) is None:
+    try:
+        heart = client.wait(lambda m: m.get_type() == "HEARTBEAT", patience)
+        if heart is None:
+            fix = "switch the robot on, and check address and key"
+            raise InputError(f"must be heard within {patience:g} s", key="--connect", value="silent", fix=fix)
+        if heart.autopilot != OURS:
+            kind = dialect().enums["MAV_AUTOPILOT"].get(heart.autopilot)
+            value, fix = (
+                kind.name if kind else f"autopilot {heart.autopilot}",
+                "connect to one that hypertuna's runs on",
+            )
+            raise InputError("must be a robot with this firmware", key="--connect", value=value, fix=fix)
+    except BaseException:
         client.close()
-        fix = "switch the robot on, and check address and key"
-        raise InputError(f"must be heard within {patience:g} s", key="--connect", value="silent", fix=fix)
+        raise
     return client
+
+
+def _hung_up() -> NoReturn:
+    """Tell that the other end closed the line, where pymavlink would print."""
+    raise ConnectionResetError("the other end closed it")
 
 
 class Client:
     """A robot at the other end of a line. Whatever waits keeps the heartbeat going.
+
+    The robot is the first vehicle that is heard. What others say, such as a tank's camera or another ground station,
+    goes to the listener alone.
 
     Parameters
     ----------
@@ -114,11 +135,14 @@ class Client:
     """
 
     def __init__(self, line: Any, listener: Listener | None = None) -> None:
-        self._line, self._listener = line, listener
+        self._line = line
         self._beat = -math.inf
-        self.system = 1
+        self.listener = listener
+        self.idle: Callable[[], None] | None = None  # called while something is waited for
+        self.system = 0  # of the robot; 0 is everybody
+        self.messages = 0  # of the robot
         self.texts: list[str] = []  # what the robot said in words
-        self.last: dict[str, Any] = {}  # latest message of each kind
+        self.last: dict[str, Any] = {}  # its latest message of each kind
 
     def __enter__(self) -> Self:
         return self
@@ -148,26 +172,49 @@ class Client:
             now = time.monotonic()
             if now - self._beat >= HEARTBEAT:
                 self._beat = now
-                self._line.mav.heartbeat_send(6, 8, 0, 0, 0)  # MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID
-            message = self._line.recv_match(blocking=timeout > 0, timeout=max(0.0, min(end - now, HEARTBEAT)))
+                self.send(dialect().MAVLink_heartbeat_message(GROUND, NO_AUTOPILOT, 0, 0, 0, 3))
+            with _line_is_there():
+                left = max(0.0, min(end - now, PART))
+                message = self._line.recv_match(blocking=timeout > 0, timeout=left)
+            if self.idle is not None:
+                self.idle()
             if message is not None and self._takes(message):
                 yield message
                 end = now  # what else has come, without waiting
             if message is None and time.monotonic() >= end:
                 return
 
+    def send(self, message: Any) -> None:
+        """Send a message.
+
+        Parameters
+        ----------
+        message : object
+            Of the dialect.
+
+        Raises
+        ------
+        InputError
+            If the line is gone.
+        """
+        with _line_is_there():
+            self._line.mav.send(message)
+
     def _takes(self, message: Any) -> bool:
-        """Take down a message of the robot."""
-        kind = message.get_type()
-        if kind == "BAD_DATA" or kind.startswith("UNKNOWN") or message.get_srcSystem() == SYSTEM:
+        """Take down a message; whether it is the robot's."""
+        kind, source = message.get_type(), message.get_srcSystem()
+        if kind == "BAD_DATA" or kind.startswith("UNKNOWN") or source == SYSTEM:
             return False
-        if kind == "HEARTBEAT":
-            self.system = message.get_srcSystem()
+        if self.listener is not None:
+            self.listener(message)
+        if kind == "HEARTBEAT" and self.system == 0 and message.autopilot != NO_AUTOPILOT:
+            self.system = source
+        if source != self.system:
+            return False
+        self.messages += 1
         if kind == "STATUSTEXT":
             self.texts.append(message.text)
         self.last[kind] = message
-        if self._listener is not None:
-            self._listener(message)
         return True
 
     def wait(self, wanted: Callable[[Any], bool], timeout: float) -> Any:
@@ -215,7 +262,7 @@ class Client:
             If none comes.
         """
         for _ in range(TRIES):
-            self._line.mav.send(message())
+            self.send(message())
             if (answer := self.wait(wanted, PATIENCE)) is not None:
                 return answer
         value = f"silent after {TRIES} tries"
@@ -244,7 +291,6 @@ class Client:
 
     def _acknowledged(self, make: Callable[[], Any], what: int, name: str) -> None:
         """Send an order until COMMAND_ACK comes, also while the robot stores something, and say why it is refused."""
-        said = len(self.texts)
         answer = self.ask(make, lambda m: m.get_type() == "COMMAND_ACK" and m.command == what, name)
         for _ in range(STORED):
             if answer.result_param2 != BUSY:
@@ -252,8 +298,9 @@ class Client:
             self.wait(lambda m: False, PAUSE)
             answer = self.ask(make, lambda m: m.get_type() == "COMMAND_ACK" and m.command == what, name)
         if answer.result != 0:
-            word = dialect().enums["MAV_RESULT"][answer.result].name.removeprefix("MAV_RESULT_").lower()
-            reason = self.texts[-1] if len(self.texts) > said else word.replace("_", " ")
+            refusals = [sentence for _, sentence in _core.refusal_table()]
+            known = 0 < answer.result_param2 < len(refusals)
+            reason = refusals[answer.result_param2] if known else f"MAV_RESULT {answer.result}"
             raise InputError("must be accepted by the robot", key=name, value="refused", fix=reason)
 
     def arm(self, on: bool = True) -> None:
@@ -286,7 +333,7 @@ class Client:
         if len(key) != 32:
             raise InputError("must have 32 bytes", key="key", value=f"{len(key)} long", fix="make one with `openssl`")
         stamp = int((time.time() - EPOCH) * 1e5)
-        self._line.mav.setup_signing_send(self.system, 1, key, stamp)
+        self.send(dialect().MAVLink_setup_signing_message(self.system, 1, key, stamp))
         self._line.setup_signing(key, sign_outgoing=True)
         if self.wait(lambda m: m.get_type() == "HEARTBEAT" and m.get_signed(), 5 * HEARTBEAT) is None:
             raise InputError("must be taken by the robot", key="key", value="not taken", fix="disarm it, and try again")
@@ -303,7 +350,7 @@ class Client:
         InputError
             As for `command`.
         """
-        self.command(176, 1, MODES.index(name), name=f"mode {name}")
+        self.command(176, 1, _core.control_names().index(name), name=f"mode {name}")
 
     def gait(self, gait: Gait, *, fins: tuple[float, float] = (0.0, 0.0)) -> None:
         """Swim a steady gait.
@@ -341,143 +388,14 @@ class Client:
             -1 to 1 of the fins' largest angle [1].
         """
         x, z, r = (round(1000 * max(-1.0, min(1.0, value))) for value in (-climb, ahead, turn))
-        self._line.mav.manual_control_send(self.system, x, 0, z, r, 0)
-
-    def parameters(self, progress: Callable[[int, int], None] | None = None) -> dict[str, float]:
-        """Read all parameters; what was lost on the way is asked for one by one.
-
-        Parameters
-        ----------
-        progress : callable, optional
-            Called with how many came and how many there are.
-
-        Returns
-        -------
-        dict of str to float
-            By name in lower case, in the robot's order [SI].
-
-        Raises
-        ------
-        InputError
-            If the robot does not answer.
-        """
-        make, found, total = dialect().MAVLink_param_request_list_message, {}, 0
-        answer = self.ask(lambda: make(self.system, 1), lambda m: m.get_type() == "PARAM_VALUE", "parameters")
-        while answer is not None:
-            total = answer.param_count
-            if answer.param_index < total:
-                found[answer.param_index] = answer
-            if progress is not None:
-                progress(len(found), total)
-            if len(found) == total:
-                break
-            answer = self.wait(lambda m: m.get_type() == "PARAM_VALUE", PATIENCE)
-        for index in sorted(set(range(total)) - set(found)):
-            found[index] = self._parameter(index)
-            if progress is not None:
-                progress(len(found), total)
-        return {found[k].param_id.lower(): found[k].param_value for k in sorted(found)}
-
-    def _parameter(self, index: int) -> Any:
-        """Ask for one parameter by its place."""
-        make = dialect().MAVLink_param_request_read_message
-        return self.ask(
-            lambda: make(self.system, 1, b"", index),
-            lambda m: m.get_type() == "PARAM_VALUE" and m.param_index == index,
-            f"parameter {index}",
-        )
-
-    def set_parameter(self, name: str, value: float) -> float:
-        """Set a parameter; the robot keeps it.
-
-        Parameters
-        ----------
-        name : str
-        value : float
-            [SI].
-
-        Returns
-        -------
-        float
-            As it is on board [SI].
-
-        Raises
-        ------
-        InputError
-            If the robot refuses it, with its reason, or does not answer.
-        """
-        make, said = dialect().MAVLink_param_set_message, len(self.texts)
-
-        def answers(m: Any) -> bool:
-            return m.get_type() in ("PARAM_VALUE", "PARAM_ERROR") and m.param_id.lower() == name.lower()
-
-        answer = self.ask(lambda: make(self.system, 1, name.upper().encode(), value, 9), answers, name)
-        if answer.get_type() == "PARAM_VALUE" and math.isclose(answer.param_value, value, rel_tol=1e-6, abs_tol=1e-30):
-            return float(answer.param_value)
-        self.wait(lambda m: m.get_type() == "PARAM_ERROR", PATIENCE / 2)
-        unknown = answer.get_type() == "PARAM_ERROR"
-        reason = self.texts[-1] if len(self.texts) > said else "no such parameter" if unknown else "not taken"
-        raise InputError("must be accepted by the robot", key=name, value=f"{value:g}", fix=reason)
-
-    def upload(self, mission: Mission, progress: Callable[[int, int], None] | None = None) -> None:
-        """Send a mission; the robot has the old one until it has all of the new.
-
-        Parameters
-        ----------
-        mission : Mission
-        progress : callable, optional
-            Called with items asked for and all items.
-
-        Raises
-        ------
-        InputError
-            If the robot refuses it, or does not answer.
-        """
-        items = items_of(mission, self.system)
-        count = dialect().MAVLink_mission_count_message
-        kinds = ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK")
-
-        def answers(m: Any) -> bool:
-            return m.get_type() in kinds and m.target_system == SYSTEM
-
-        answer = self.ask(lambda: count(self.system, 1, len(items)), answers, "mission")
-        while answer.get_type() != "MISSION_ACK":
-            item = items[min(answer.seq, len(items) - 1)]
-            if progress is not None:
-                progress(answer.seq, len(items))
-            answer = self.ask(functools.partial(_same, item), answers, f"mission item {item.seq}")
-        if answer.type != 0:
-            word = dialect().enums["MAV_MISSION_RESULT"][answer.type].name.removeprefix("MAV_MISSION_").lower()
-            raise InputError("must be accepted by the robot", key="mission", value=word.replace("_", " "),
-                             fix="see limits in docs/radio.md")  # fmt: skip
-
-    def download(self) -> Sequence[Any]:
-        """Read the mission on board.
-
-        Returns
-        -------
-        sequence of object
-            Its items, MISSION_ITEM_INT.
-
-        Raises
-        ------
-        InputError
-            If the robot does not answer.
-        """
-        listing = dialect().MAVLink_mission_request_list_message
-        count = self.ask(lambda: listing(self.system, 1), lambda m: m.get_type() == "MISSION_COUNT", "mission").count
-        return [self._item(k) for k in range(count)]
-
-    def _item(self, seq: int) -> Any:
-        """Ask for one item of the mission on board."""
-        request = dialect().MAVLink_mission_request_int_message
-        return self.ask(
-            lambda: request(self.system, 1, seq),
-            lambda m: m.get_type() == "MISSION_ITEM_INT" and m.seq == seq,
-            f"mission item {seq}",
-        )
+        self.send(dialect().MAVLink_manual_control_message(self.system, x, 0, z, r, 0))
 
 
-def _same(message: Any) -> Any:
-    """Give the same message at every try."""
-    return message
+@contextlib.contextmanager
+def _line_is_there() -> Iterator[None]:
+    """Say it in one sentence where a line is gone."""
+    try:
+        yield
+    except OSError as error:
+        value, fix = f"gone ({error.strerror or error})", "plug it in again, or check the network, and connect anew"
+        raise InputError("must stay open", key="--connect", value=value, fix=fix) from None

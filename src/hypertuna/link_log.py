@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
-from hypertuna.mcap_file import CHUNK, METADATA, NANO, need_log, pile_of
+from hypertuna.mcap_file import CHUNK, LINK, METADATA, NANO, need_log, pile_of
+from hypertuna.results import version
 
-__all__ = ["LinkLog", "LinkLogWriter", "read_link_log"]
+__all__ = ["LinkLog", "LinkLogWriter", "check_new", "read_link_log"]
 
 Array = NDArray[np.float64]
 
 TOPIC = "/mavlink/"
-KIND = "link"  # of log, in its head
 SKIPPED = ("mavpackettype",)
 
 
@@ -32,18 +32,19 @@ class LinkLogWriter:
     Parameters
     ----------
     path : Path
-        Where to write; a file that is there is written over.
+        Where to write: a new file, since what was measured cannot be made again.
     robot : str
-        Its name.
+        Its name, empty if it is not known.
 
     Raises
     ------
     InputError
-        If the extra `log` is missing, or the file cannot be written.
+        If the extra `log` is missing, or the file is there or cannot be written.
     """
 
     def __init__(self, path: str | Path, robot: str) -> None:
         need_log()
+        check_new(path)
         import foxglove
         from foxglove.mcap import MCAPCompression, MCAPWriteOptions
 
@@ -51,12 +52,12 @@ class LinkLogWriter:
         options = MCAPWriteOptions(chunk_size=CHUNK, compression=MCAPCompression.Zstd, profile="hypertuna")
         try:
             self._file = foxglove.open_mcap(
-                str(path), allow_overwrite=True, context=self._context, writer_options=options
+                str(path), allow_overwrite=False, context=self._context, writer_options=options
             )
         except OSError as error:
             fix = "choose a path that can be written"
             raise InputError("must be a writable file", file=str(path), value=f"not ({error})", fix=fix) from None
-        self._file.write_metadata(METADATA, {KIND: json.dumps({"robot": robot})})
+        self._file.write_metadata(METADATA, {LINK: json.dumps({"robot": robot, "hypertuna_version": version()})})
         self._channels: dict[str, Any] = {}
         self.messages = 0
 
@@ -100,6 +101,22 @@ class LinkLogWriter:
         properties = {field: {"description": units.get(field, "")} for field in message.get_fieldnames()}
         told = {"title": f"mavlink.{name}", "type": "object", "properties": properties}
         return foxglove.Channel(TOPIC + name, schema=told, context=self._context)
+
+
+def check_new(path: str | Path) -> None:
+    """Check that a log is written over nothing: what was measured cannot be made again.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Raises
+    ------
+    InputError
+        If something is there.
+    """
+    if Path(path).exists():
+        raise InputError("must be a new file", file=str(path), value="there already", fix="choose another name")
 
 
 @dataclass(frozen=True)
@@ -154,10 +171,10 @@ def read_link_log(path: str | Path) -> LinkLog:
         If the extra `log` is missing, or the file is none.
     """
     pile = pile_of(path)
-    if pile.metadata is None or KIND not in pile.metadata:
+    if pile.metadata is None or LINK not in pile.metadata:
         fix = "give one that `hypertuna link log` or `hypertuna drive` wrote"
         raise InputError("must be a log of the radio: it has no such head", file=str(path), fix=fix)
-    head = json.loads(pile.metadata[KIND])
+    head = json.loads(pile.metadata[LINK])
     topics = {topic.removeprefix(TOPIC): topic for topic in pile.times if topic.startswith(TOPIC)}
     stamps = {name: np.array(pile.times[topic], dtype=np.int64) for name, topic in topics.items()}
     first = min((int(times[0]) for times in stamps.values()), default=0)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.description import Robot
+from hypertuna.dialect import SILENT
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
 from hypertuna.link_log import LinkLog, read_link_log
@@ -142,8 +143,7 @@ def bench_rows(path: str | Path, robot: Robot) -> list[Row]:
         raise InputError("must have messages of this kind", file=log.file, key="HYDRAULICS", value="without",
                          fix="record while the bench is at work")  # fmt: skip
     told, time = log.fields["HYDRAULICS"], log.sent("HYDRAULICS")
-    bend = np.concatenate([told["bend"], told["bend_34"]], axis=1) * CDEG
-    pressure = np.concatenate([told["pressure"], told["pressure_34"]], axis=1) * 100.0
+    bend, pressure = (_shown(told, kind) * unit for kind, unit in (("bend", CDEG), ("pressure", 100.0)))
     rows: list[Row] = []
     for joint in range(len(robot.joints)):
         for side in (0, 1):
@@ -158,10 +158,18 @@ def bench_rows(path: str | Path, robot: Robot) -> list[Row]:
     return rows
 
 
+def _shown(told: dict[str, Array], kind: str) -> Array:
+    """Return what the sensors of all joints showed; not a number where one did not answer."""
+    counts = np.concatenate([told[kind], told[f"{kind}_34"]], axis=1)
+    return np.where(counts == SILENT, np.nan, counts)
+
+
 def _loading(joint: int, side: int, time: Array, own: Array, other: Array, away: Array) -> list[Row]:
     """Rows of one side: a step of pressure apart, up from rest and down again; each return to rest ends a run."""
     rows: list[Row] = []
     run, before, top, falling = 0, 0.0, 0.0, False
+    heard = np.isfinite(own) & np.isfinite(other) & np.isfinite(away)
+    time, own, other, away = time[heard], own[heard], other[heard], away[heard]
     rate = np.abs(np.gradient(own, time)) if len(own) > 1 else np.zeros(len(own))
     for k in range(len(own)):
         if own[k] < VENTED:

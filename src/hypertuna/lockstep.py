@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hypertuna.firmware_params import CONVERTER, SIGNED, FirmwareTable
 from hypertuna.geodesy import from_local
 
-__all__ = ["CHANNELS", "FROM_BOARD", "ORDERS", "TO_BOARD", "Counts", "order"]
+__all__ = ["CHANNELS", "COMPARED", "FROM_BOARD", "ORDERS", "TO_BOARD", "Counts", "order"]
 
 Array = NDArray[np.float64]
 
@@ -36,35 +36,30 @@ TO_BOARD = np.dtype(
         ("number", "<f4", NUMBERS),
     ]
 )
-FROM_BOARD = np.dtype(
-    [
-        ("tick", "<u4"),
-        ("pulse", "<f4", MOST_SERVOS),
-        ("quaternion", "<f4", 4),
-        ("position", "<f4", 2),
-        ("depth", "<f4"),
-        ("speed", "<f4"),
-        ("position_error", "<f4"),
-        ("status", "<u4"),
-        ("reasons", "<u4"),
-        ("faults", "<u4"),
-        ("mode", "u1"),
-        ("control", "u1"),
-        ("armed", "u1"),
-        ("answer", "u1"),
-        ("refusal", "u1"),
-        ("leg", "u1"),
-        ("spare", "<u2"),
-        ("digest", "<u4"),
-        # From here on boards may differ.
-        ("controller", "<u4"),
-        ("pilot", "<u4"),
-        ("whole", "<u4"),
-        ("link", "<u4"),
-        ("stack", "<u4"),
-    ]
-)
-COMPARED: int = FROM_BOARD.fields["controller"][1]  # type: ignore[index]  # bytes that boards must agree on
+SAME: list[Any] = [
+    ("tick", "<u4"),
+    ("pulse", "<f4", MOST_SERVOS),
+    ("quaternion", "<f4", 4),
+    ("position", "<f4", 2),
+    ("depth", "<f4"),
+    ("speed", "<f4"),
+    ("position_error", "<f4"),
+    ("status", "<u4"),
+    ("reasons", "<u4"),
+    ("faults", "<u4"),
+    ("mode", "u1"),
+    ("control", "u1"),
+    ("armed", "u1"),
+    ("answer", "u1"),
+    ("refusal", "u1"),
+    ("leg", "u1"),
+    ("spare", "<u2"),
+    ("digest", "<u4"),
+]
+# These may differ from board to board.
+OWN: list[Any] = [(name, "<u4") for name in ("controller", "pilot", "whole", "link", "stack")]
+FROM_BOARD = np.dtype(SAME + OWN)
+COMPARED = np.dtype(SAME).itemsize  # bytes that boards must agree on
 
 
 def order(kind: str, *numbers: float, which: int = 0, fix: tuple[int, int] = (0, 0)) -> Any:

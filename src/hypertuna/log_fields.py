@@ -30,7 +30,10 @@ BORDER = {  # units of messages, and their factor from SI
     "J": ("wh", 1 / 3600),
     "m": ("m", 1.0),
     "m/s": ("m_s", 1.0),
+    "m/s^2": ("m_s2", 1.0),
     "V": ("v", 1.0),
+    "A": ("a", 1.0),
+    "s": ("us", 1e6),
     "W": ("w", 1.0),
     "Hz": ("hz", 1.0),
     "C": ("ah", 1 / 3600),
@@ -44,14 +47,18 @@ SCALARS: dict[str, tuple[str, ...]] = {
         *("position_estimated", "depth_estimated", "speed_estimated", "current_estimated"),
         *("factor_estimated", "position_error"),
     ),
-    "/mode": ("mode", "reasons", "leg"),
+    "/mode": ("mode", "reasons", "leg", "control", "armed", "faults", "answer"),
     "/joints": ("angle_set", "angle"),
-    "/servos": ("servo_target", "servo_angle"),
+    "/servos": ("servo_target", "servo_angle", "pulse"),
     "/hydraulics": ("pump_pressure", "unit_pressure"),
     "/fins": ("fin_target", "fin"),
-    "/command": ("frequency_commanded", "bias_commanded", "fin_commanded"),
+    "/command": (*("frequency_commanded", "amplitude_commanded", "lag_commanded", "bias_commanded", "fin_commanded"),),
     "/battery": ("battery_voltage", "power", "energy", "charge", "charge_left"),
     "/status": ("status",),
+    "/sensors": (
+        *("bend_read", "pressure_read", "current_read", "turn_rate_read", "acceleration_read", "field_read"),
+        *("depth_read", "battery_voltage_read"),
+    ),
 }
 
 
@@ -94,8 +101,11 @@ def schema(topic: str, rows: list[Field]) -> dict[str, object]:
     if topic == "/motion":
         extra = {key: _number(text) for key, text in DERIVED.items()}
     if topic == "/mode":
-        extra = {"mode_name": {"type": "string"}, "reason_names": {"type": "array", "items": {"type": "string"}}}
-    own = {row.key: _number(COLUMNS[row.name].meaning) for row in rows}
+        names = {"type": "array", "items": {"type": "string"}}
+        extra = {"mode_name": {"type": "string"}, "reason_names": names}
+        if "faults" in (row.name for row in rows):
+            extra |= {"control_name": {"type": "string"}, "fault_names": names}
+    own = {row.key: _number(COLUMNS[row.name].meaning, silent=COLUMNS[row.name].silent) for row in rows}
     title = f"hypertuna{topic.replace('/', '.')}"
     return {"title": title, "type": "object", "properties": own | extra}
 
@@ -120,6 +130,6 @@ def _rows(name: str, parts: tuple[str, ...]) -> list[Field]:
     return [Field(f"{name}_{text}{tail}", name, k, factor) for k, text in enumerate(texts)]
 
 
-def _number(text: str) -> dict[str, str]:
-    """Return the schema of a number."""
-    return {"type": "number", "description": text}
+def _number(text: str, *, silent: bool = False) -> dict[str, object]:
+    """Return the schema of a number, or of none where a sensor may be silent."""
+    return {"type": ["number", "null"] if silent else "number", "description": text}

@@ -13,12 +13,13 @@ from typing import Any
 
 from hypertuna.errors import InputError
 
-__all__ = ["CHUNK", "ENDING", "HOW", "METADATA", "NANO", "Pile", "need_log", "pile_of", "wire"]
+__all__ = ["CHUNK", "ENDING", "HOW", "LINK", "METADATA", "NANO", "Pile", "need_log", "pile_of", "wire"]
 
 HOW = "pip install 'hypertuna[log]'"
 CHUNK = 64 * 1024  # bytes before compression: a few seconds of a mission
 NANO = 1_000_000_000
 METADATA, ENDING = "hypertuna", "hypertuna-end"
+LINK = "link"  # in the head of a log of the radio
 MAGIC = b"\x89MCAP0\r\n"
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any, Self
 
@@ -20,12 +21,14 @@ from hypertuna.frames import attitude_to
 from hypertuna.geodesy import from_local
 from hypertuna.log_fields import DEGREES, DERIVED, Field, fields, schema
 from hypertuna.mcap_file import CHUNK, ENDING, METADATA, NANO, need_log
-from hypertuna.mission_record import MissionRecord, mission_table
+from hypertuna.mission_record import BELIEVED, COLUMNS, MissionRecord, mission_table
 from hypertuna.results import write_atomically
 
 __all__ = ["LogWriter", "write_log"]
 
 Array = NDArray[np.float64]
+
+PART = 2000  # times that are written at once
 
 
 class LogWriter:
@@ -141,13 +144,15 @@ class LogWriter:
         self._channels["/location"].log(message, log_time=stamp)
 
 
-def write_log(record: MissionRecord, path: str | Path) -> Path:
+def write_log(record: MissionRecord, path: str | Path, report: Callable[[int, int], None] | None = None) -> Path:
     """Write a record as a log, whole or not at all.
 
     Parameters
     ----------
     record : MissionRecord
     path : str or Path
+    report : callable, optional
+        Is told times written, and all.
 
     Returns
     -------
@@ -161,7 +166,10 @@ def write_log(record: MissionRecord, path: str | Path) -> Path:
     """
     whole = io.BytesIO()
     with LogWriter(whole) as writer:
-        writer.write(record)
+        for begin in range(0, len(record.time), PART):
+            writer.write(record.part(slice(begin, begin + PART)))
+            if report is not None:
+                report(min(begin + PART, len(record.time)), len(record.time))
     return write_atomically(path, whole.getvalue())
 
 
@@ -177,6 +185,8 @@ def _head(record: MissionRecord) -> str:
         "modes": record.modes,
         "reasons": record.reasons,
         "origin": record.origin,
+        "controls": record.controls,
+        "faults": record.faults,
     }
     return json.dumps(facts, allow_nan=False)
 
@@ -184,8 +194,8 @@ def _head(record: MissionRecord) -> str:
 def _frames(record: MissionRecord) -> dict[str, list[list[float]]]:
     """Return the poses of each frame, with forward-left-up axes: x, y, z, then w, x, y, z."""
     data = record.data
-    parts = {"robot": (data["position"], data["attitude"])}
-    if {"position_estimated", "depth_estimated", "attitude_estimated"} <= set(data):
+    parts = {"robot": (record.position, record.attitude)} if record.true else {}
+    if set(BELIEVED) <= set(data):
         believed = np.column_stack([data["position_estimated"], -data["depth_estimated"]])
         parts["estimate"] = (believed, data["attitude_estimated"])
     return {
@@ -198,7 +208,7 @@ def _places(record: MissionRecord) -> list[list[float]] | None:
     """Return latitudes and longitudes [deg], if the record has an origin."""
     if record.origin is None:
         return None
-    places: list[list[float]] = np.degrees(from_local(record.origin, record.data["position"][:, :2])).tolist()
+    places: list[list[float]] = np.degrees(from_local(record.origin, record.position[:, :2])).tolist()
     return places
 
 
@@ -210,20 +220,33 @@ def _messages(topic: str, rows: Sequence[Field], record: MissionRecord) -> list[
     ]
     if topic == "/motion":
         keys += list(DERIVED)
-        ahead = -record.data["velocity"][:, 0] if "velocity" in record.data else np.zeros(len(record.time))
-        columns += [record.depth, ahead, *(record.angles * DEGREES).T]
+        columns += [record.depth, _ahead(record), *(record.angles * DEGREES).T]
     table = np.column_stack(columns).tolist()
     messages = [dict(zip(keys, row, strict=True)) for row in table]
     if topic == "/mode":
         for message in messages:
             _name_modes(message, record)
+    for key in (row.key for row in rows if COLUMNS[row.name].silent):
+        for message in messages:
+            if math.isnan(message[key]):
+                message[key] = None
     return [json.dumps(message, allow_nan=False).encode() for message in messages]
 
 
+def _ahead(record: MissionRecord) -> Array:
+    """Return the speed through the water, or what the robot believed of it."""
+    if "velocity" in record.data:
+        return np.asarray(-record.data["velocity"][:, 0])
+    none = np.zeros(len(record.time))
+    return none if record.true else np.asarray(record.data.get("speed_estimated", none))
+
+
 def _name_modes(message: dict[str, Any], record: MissionRecord) -> None:
-    """Put the names of mode and reasons beside their numbers."""
-    if "mode" in message and 0 <= message["mode"] < len(record.modes):
-        message["mode_name"] = record.modes[int(message["mode"])]
-    if "reasons" in message:
-        flags = int(message["reasons"])
-        message["reason_names"] = [name for bit, name in enumerate(record.reasons) if flags >> bit & 1]
+    """Put names beside the numbers of mode and control, reasons and faults."""
+    for key, names in (("mode", record.modes), ("control", record.controls)):
+        if key in message and 0 <= message[key] < len(names):
+            message[f"{key}_name"] = names[int(message[key])]
+    for key, names in (("reasons", record.reasons), ("faults", record.faults)):
+        if key in message:
+            flags = int(message[key])
+            message[f"{key[:-1]}_names"] = [name for bit, name in enumerate(names) if flags >> bit & 1]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hypertuna.errors import InputError
 from hypertuna.frames import attitude_from
 from hypertuna.log_fields import fields
-from hypertuna.mcap_file import NANO, Pile, pile_of, wire
+from hypertuna.mcap_file import LINK, NANO, Pile, pile_of, wire
 from hypertuna.mission_record import COLUMNS, MissionRecord, mission_from
 
 __all__ = ["Log", "read_log"]
@@ -68,6 +68,9 @@ def read_log(path: str | Path) -> Log:
     """
     file, size = str(path), Path(path).stat().st_size if Path(path).is_file() else 0
     pile = pile_of(path)
+    if pile.metadata is not None and LINK in pile.metadata:
+        fix = "open it in Foxglove, or give it to identify or actuator fit; the robot's card has a black box"
+        raise InputError("must be a log of a mission or a black box", file=file, value="one of the radio", fix=fix)
     if pile.metadata is None or "record" not in pile.metadata:
         cut = f", and it is {pile.fault}" if pile.fault else ""
         raise InputError(f"must be a log of hypertuna: it has no such head{cut}", file=file, fix="give another file")
@@ -93,18 +96,21 @@ def _record(pile: Pile) -> MissionRecord:
         mission = mission_from(head["mission"])
         texts = (str(head["name"]), str(head["robot"]))
         modes, reasons = tuple(head["modes"]), tuple(head["reasons"])
+        controls, faults = tuple(head.get("controls", ())), tuple(head.get("faults", ()))
     except (ValueError, KeyError, TypeError, IndexError):
         raise InputError("must have a head as hypertuna writes it", key="record", fix="write the log anew") from None
     topics = fields(known, joints, circuits)
-    needed = ["/tf robot", *(["/tf estimate"] if "attitude_estimated" in known else []), *topics]
+    frames = {"/tf robot": "attitude", "/tf estimate": "attitude_estimated"}
+    needed = [*(topic for topic, name in frames.items() if name in known), *topics]
     count = min(len(pile.times.get(topic, [])) for topic in needed)
     if not count:
         rule = "has no time that all topics have" + (f": it is {pile.fault}" if pile.fault else "")
         raise InputError(rule, key=next(t for t in needed if not pile.times.get(t)), fix="nothing is left to read")
-    stamps = np.array(pile.times["/tf robot"][:count], dtype=np.int64)
+    stamps = np.array(pile.times[needed[0]][:count], dtype=np.int64)
     try:
         data = _data(pile, topics, count)
-        data["position"], data["attitude"] = _poses(pile.contents["/tf robot"][:count])
+        if "/tf robot" in needed:
+            data["position"], data["attitude"] = _poses(pile.contents["/tf robot"][:count])
         if "/tf estimate" in needed:
             data["attitude_estimated"] = _poses(pile.contents["/tf estimate"][:count])[1]
     except (ValueError, KeyError, TypeError, IndexError, struct.error):
@@ -112,7 +118,7 @@ def _record(pile: Pile) -> MissionRecord:
         raise InputError("must have messages as hypertuna writes them", key="topics", fix=fix) from None
     facts = {key: value for key, value in pile.metadata.items() if key != "record"}
     return MissionRecord(
-        *texts, mission, stamps / NANO, data, joints, circuits, modes, reasons, origin=origin, facts=facts
+        *texts, mission, stamps / NANO, data, joints, circuits, modes, reasons, origin, facts, controls, faults
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -14,7 +14,10 @@ from hypertuna.errors import InputError, did_you_mean
 from hypertuna.frames import angles_of
 from hypertuna.mission import Mission, Waypoint
 
-__all__ = ["COLUMNS", "Column", "MissionRecord", "joined", "mission_from", "mission_table", "parts_of", "record_facts"]
+__all__ = [
+    *("BELIEVED", "COLUMNS", "Column", "MissionRecord"),
+    *("joined", "mission_from", "mission_table", "parts_of", "record_facts"),
+]
 
 Array = NDArray[np.float64]
 
@@ -23,11 +26,12 @@ WINDOW = 1.0  # s: the nose swings to and fro with the beat; distances are of it
 
 
 class Column(NamedTuple):
-    """A quantity that is recorded: what its second dimension is, its unit, its meaning."""
+    """A quantity that is recorded: what its second dimension is, its unit, its meaning, whether it may be silent."""
 
     dim: str
     unit: str
     meaning: str
+    silent: bool = False  # not a number where a sensor did not answer
 
 
 # Second dimensions of fixed length, and names of their parts.
@@ -37,7 +41,8 @@ PARTS = {
     "plane": ("x", "y"),
     "fin": ("port", "starboard"),
 }
-NEEDED = ("position", "attitude")
+# A record has either at least.
+TRUE, BELIEVED = ("position", "attitude"), ("position_estimated", "depth_estimated", "attitude_estimated")
 
 COLUMNS: dict[str, Column] = {
     "position": Column("axis", "m", "of the nose: east, north, up from the surface"),
@@ -53,6 +58,10 @@ COLUMNS: dict[str, Column] = {
     "position_error": Column("", "m", "standard deviation of the position that the robot believes"),
     "mode": Column("", "1", "what the robot does, by its place in the list of modes"),
     "reasons": Column("", "1", "why, one bit each in the order of the list of reasons"),
+    "control": Column("", "1", "who makes the command, by its place in the list of controls"),
+    "armed": Column("", "1", "whether the robot is armed"),
+    "faults": Column("", "1", "that the supervisor knows of, one bit each in the order of the list of faults"),
+    "answer": Column("", "1", "of the supervisor to them: 0 warn, 1 home, 2 rest, 3 disarm"),
     "leg": Column("", "1", "waypoint that it goes to, counted from 0"),
     "angle_set": Column("joint", "rad", "bend that the controller asks for"),
     "angle": Column("joint", "rad", "bend of the joint group, counter-clockwise from above"),
@@ -60,10 +69,13 @@ COLUMNS: dict[str, Column] = {
     "servo_angle": Column("circuit", "rad", "servo angle from neutral"),
     "pump_pressure": Column("circuit", "Pa", "gauge pressure in the cylinder"),
     "unit_pressure": Column("circuit", "Pa", "gauge pressure in the drive units"),
+    "pulse": Column("servo", "s", "servo pulse that the controller asks for, without trim"),
     "fin_target": Column("fin", "rad", "fin angle asked for, leading edge up positive"),
     "fin": Column("fin", "rad", "fin angle, leading edge up positive"),
     "fin_commanded": Column("fin", "rad", "fin angle that the pilot commands"),
     "frequency_commanded": Column("", "Hz", "beat that the pilot commands"),
+    "amplitude_commanded": Column("joint", "rad", "bend to either side that the pilot commands"),
+    "lag_commanded": Column("joint", "rad", "behind the first joint that the pilot commands"),
     "bias_commanded": Column("joint", "rad", "mean bend that the pilot commands"),
     "battery_voltage": Column("", "V", "at the battery's terminals"),
     "power": Column("", "W", "electrical power of all servos"),
@@ -71,6 +83,14 @@ COLUMNS: dict[str, Column] = {
     "charge": Column("", "C", "taken from the battery"),
     "charge_left": Column("", "1", "part of the charge that is left"),
     "status": Column("", "1", "flags of the controller's status"),
+    "bend_read": Column("joint", "rad", "by the bend sensor", silent=True),
+    "pressure_read": Column("circuit", "Pa", "gauge pressure by the sensor", silent=True),
+    "current_read": Column("circuit", "A", "of the servo by the sensor", silent=True),
+    "turn_rate_read": Column("axis", "rad/s", "by the gyroscope, in body axes", silent=True),
+    "acceleration_read": Column("axis", "m/s^2", "by the accelerometer, in body axes", silent=True),
+    "field_read": Column("axis", "1", "by the compass, in body axes, over the strength of the field", silent=True),
+    "depth_read": Column("", "m", "of the nose by the depth sensor", silent=True),
+    "battery_voltage_read": Column("", "V", "of the battery by the sensor", silent=True),
 }
 
 
@@ -88,11 +108,12 @@ class MissionRecord:
     time : ndarray, shape (T,)
         Increasing [s].
     data : mapping of str to ndarray
-        Quantities of `COLUMNS`, each of shape (T,) or (T, parts); position and attitude at least.
+        Quantities of `COLUMNS`, each of shape (T,) or (T, parts); position and attitude at least, or what the robot
+        believed of them.
     joints, circuits : tuple of str
         Names of the joint groups and of the oil circuits.
-    modes, reasons : tuple of str
-        Names of what ``mode`` and ``reasons`` count.
+    modes, reasons, controls, faults : tuple of str
+        Names of what ``mode``, ``reasons``, ``control`` and ``faults`` count.
     origin : tuple of float, optional
         Latitude and longitude that positions are counted from [rad].
     facts : mapping of str to str
@@ -115,14 +136,18 @@ class MissionRecord:
     reasons: tuple[str, ...] = ()
     origin: tuple[float, float] | None = None
     facts: Mapping[str, str] = field(default_factory=dict)
+    controls: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         time = np.asarray(self.time, float)
         if time.ndim != 1 or not len(time) or not np.isfinite(time).all() or (np.diff(time) <= 0).any():
             raise InputError("must be finite times that increase, one at least", key="time", fix="give them in s")
-        for name in NEEDED:
+        believed = self.data.keys().isdisjoint(TRUE) and not self.data.keys().isdisjoint(BELIEVED)
+        for name in BELIEVED if believed else TRUE:
             if name not in self.data:
-                raise InputError("is missing", key=name, fix="a record has position and attitude at least")
+                fix = "a record has position and attitude at least, or what the robot believed of them"
+                raise InputError("is missing", key=name, fix=fix)
         for name, values in self.data.items():
             if name not in COLUMNS:
                 raise InputError("is not a known quantity", key=name, fix=did_you_mean(name, COLUMNS))
@@ -131,19 +156,40 @@ class MissionRecord:
             if np.shape(values) != shape:
                 value, fix = f"of shape {np.shape(values)}", "give one row per time"
                 raise InputError(f"must have the shape {shape}", key=name, value=value, fix=fix)
-            if not np.isfinite(values).all():
+            if not COLUMNS[name].silent and not np.isfinite(values).all():
                 k = int(np.argwhere(~np.isfinite(values))[0][0])
                 fix = "end the record before it"
                 raise InputError("must be finite", key=name, value=f"not at {time[k]:g} s", fix=fix)
+
+    def part(self, cut: slice) -> MissionRecord:
+        """Return the times of a slice."""
+        return replace(self, time=self.time[cut], data={name: values[cut] for name, values in self.data.items()})
 
     def parts(self, name: str) -> tuple[str, ...]:
         """Return the names of the parts of a quantity, none for a plain one."""
         return parts_of(name, self.joints, self.circuits)
 
+    @property
+    def true(self) -> bool:
+        """Whether it tells where the robot was; otherwise position and attitude are what the robot believed."""
+        return "position" in self.data
+
+    @cached_property
+    def position(self) -> Array:
+        """Position of the nose (T, 3): east, north, up from the surface [m]."""
+        if self.true:
+            return np.asarray(self.data["position"])
+        return np.column_stack([self.data["position_estimated"], -self.data["depth_estimated"]])
+
+    @property
+    def attitude(self) -> Array:
+        """Attitude (T, 4): quaternion from the body to the world."""
+        return np.asarray(self.data["attitude" if self.true else "attitude_estimated"])
+
     @cached_property
     def angles(self) -> Array:
         """Roll, pitch and heading (T, 3) [rad], starboard down, nose up, clockwise from north."""
-        return angles_of(self.data["attitude"])
+        return angles_of(self.attitude)
 
     def every(self, seconds: float) -> NDArray[np.int64]:
         """Return the places in the record at every so many seconds, each once."""
@@ -153,7 +199,12 @@ class MissionRecord:
     @property
     def depth(self) -> Array:
         """Depth of the nose (T,) [m]."""
-        return np.asarray(-self.data["position"][:, 2])
+        return np.asarray(-self.position[:, 2])
+
+    @property
+    def metered(self) -> bool:
+        """Whether it tells the energy."""
+        return not self.data.keys().isdisjoint(("energy", "power"))
 
     @cached_property
     def energy(self) -> Array:
@@ -171,10 +222,10 @@ class MissionRecord:
         """Position of the nose over ground once a second, averaged over that second (seconds, 3) [m]."""
         span = self.time[-1] - self.time[0]
         if span < 2 * WINDOW:
-            return np.asarray(self.data["position"][[0, -1]])
+            return np.asarray(self.position[[0, -1]])
         edges = np.searchsorted(self.time, np.arange(self.time[0], self.time[-1] + 1e-9, WINDOW))
         edges = np.unique(edges)
-        sums = np.add.reduceat(self.data["position"], edges, axis=0)
+        sums = np.add.reduceat(self.position, edges, axis=0)
         return np.asarray(sums / np.diff([*edges, len(self.time)])[:, np.newaxis])
 
     @property
@@ -198,7 +249,8 @@ def parts_of(name: str, joints: tuple[str, ...], circuits: tuple[str, ...]) -> t
         None for a plain quantity.
     """
     dim = COLUMNS[name].dim
-    return {"joint": joints, "circuit": circuits}.get(dim, PARTS.get(dim, ()))
+    servos = (*circuits, *(f"fin-{side}" for side in PARTS["fin"]))
+    return {"joint": joints, "circuit": circuits, "servo": servos}.get(dim, PARTS.get(dim, ()))
 
 
 def mission_table(mission: Mission) -> dict[str, Any]:
@@ -261,11 +313,12 @@ def record_facts(record: MissionRecord) -> dict[str, Any]:
         "distance_m": record.distance,
         "mean_speed_m_s": record.distance / span if span else 0.0,
         "depth_max_m": float(record.depth.max()),
-        "energy_wh": float(record.energy[-1]) / HOUR,
     }
+    if record.metered:
+        told["energy_wh"] = float(record.energy[-1]) / HOUR
     if "charge_left" in record.data:
         told["charge_left"] = float(record.data["charge_left"][-1])
-    if "position_estimated" in record.data:
+    if record.true and "position_estimated" in record.data:
         off = record.data["position_estimated"] - record.data["position"][:, :2]
         told["position_off_max_m"] = float(np.hypot(*off.T).max())
     if "mode" in record.data:
@@ -290,8 +343,7 @@ def joined(records: Sequence[MissionRecord]) -> MissionRecord:
     first, last = records[0], records[-1]
     data = {name: np.concatenate([part.data[name] for part in records]) for name in first.data}
     time = np.concatenate([part.time for part in records])
-    names = (first.joints, first.circuits, first.modes, first.reasons, first.origin)
-    return MissionRecord(first.name, first.robot, first.mission, time, data, *names, facts=last.facts)
+    return replace(first, time=time, data=data, facts=last.facts)
 
 
 def _tuples(value: Any) -> Any:

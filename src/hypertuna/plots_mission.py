@@ -38,18 +38,19 @@ def plot_mission(record: MissionRecord, *, width: float = WIDTH) -> Figure:
     -------
     matplotlib.figure.Figure
         The track from above with fence, waypoints and where the robot believed to be; depth with its limits; energy
-        and power.
+        and power, if they are known.
     """
     wide = width > NARROW
     low, high = _bounds(record)
     plan = min(0.86 * width * (high[1] - low[1]) / (high[0] - low[0]), (0.8 if wide else 1.2) * width)
-    depth, energy = (1.5, 1.3) if wide else (1.4, 1.2)
-    figure = Figure(figsize=(width, plan + depth + energy + (1.9 if wide else 2.5)), layout="constrained")
-    axes = figure.subplots(3, 1, height_ratios=[plan, depth, energy])
+    heights = [plan, *((1.5, 1.3) if wide else (1.4, 1.2))][: 3 if record.metered else 2]
+    figure = Figure(figsize=(width, sum(heights) + (1.9 if wide else 2.5)), layout="constrained")
+    axes = figure.subplots(len(heights), 1, height_ratios=heights)
     _draw_plan(axes[0], record, low, high)
     _draw_depth(axes[1], record)
-    _draw_energy(axes[2], record)
-    axes[2].set_xlabel(_clock(record)[1])
+    if record.metered:
+        _draw_energy(axes[2], record)
+    axes[-1].set_xlabel(_clock(record)[1])
     for part in axes[1:]:
         part.set_xlim(*(record.time[[0, -1]] / _clock(record)[0]))
     figure.suptitle(_caption(record), fontsize=8.5, color=FAINT, x=0.01, ha="left", wrap=True)
@@ -69,8 +70,8 @@ def _entries(panels: Array) -> tuple[list[Artist], list[str]]:
 def _caption(record: MissionRecord) -> str:
     """Say the mission in a line."""
     seconds = record.time[-1] - record.time[0]
-    told = f"{record.distance:.0f} m over ground in {seconds / 60:.2g} min"
-    if record.energy[-1] > 0:
+    told = f"{record.distance:.0f} m over ground{'' if record.true else ' as it believed'} in {seconds / 60:.2g} min"
+    if record.metered and record.energy[-1] > 0:
         told += f", {record.energy[-1] / HOUR:.2g} Wh"
     return f"{record.name}, {record.robot}\n{told}"
 
@@ -98,7 +99,8 @@ def _draw_plan(axes: Axes, record: MissionRecord, low: Array, high: Array) -> No
         [mission.start, *((p.x, p.y) for p in mission.waypoints), *([] if mission.stay else [mission.home])]
     )
     axes.plot(*course.T, color=EDGE, lw=0.8, ls=(0, (1, 2)))
-    axes.plot(*record.path[:, :2].T, color=TRUE, lw=1.5, label="true")
+    if record.true:
+        axes.plot(*record.path[:, :2].T, color=TRUE, lw=1.5, label="true")
     if "position_estimated" in record.data:
         axes.plot(*record.data["position_estimated"][record.every(1.0)].T, color=BELIEVED, lw=1.0, label="believed")
     for k, point in enumerate(mission.waypoints):
@@ -113,12 +115,14 @@ def _draw_depth(axes: Axes, record: MissionRecord) -> None:
     """Draw depth against time, on bands that tell the mode."""
     scale, mission = _clock(record)[0], record.mission
     _draw_modes(axes, record, scale)
-    axes.plot(record.time / scale, record.depth, color=TRUE, lw=1.2)
+    if record.true:
+        axes.plot(record.time / scale, record.depth, color=TRUE, lw=1.2)
     if "depth_estimated" in record.data:
         at = record.every(1.0)
         axes.plot(record.time[at] / scale, record.data["depth_estimated"][at], color=BELIEVED, lw=0.8)
     deepest = max(float(record.depth.max()), *(point.depth for point in mission.waypoints), 0.2)
-    for level, color, text in ((mission.depth_max, COLORS[3], "depth limit"), (mission.bottom, INK, "ground")):
+    levels = ((mission.depth_max, COLORS[3], "depth limit"), (mission.bottom, INK, "ground"))
+    for level, color, text in levels if mission.waypoints else ():
         if level < 2.5 * deepest:
             axes.axhline(level, color=color, lw=1.0, ls=DASHES, label=text)
             deepest = max(deepest, level)

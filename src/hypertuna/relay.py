@@ -6,7 +6,7 @@ import contextlib
 import socket
 import time
 from dataclasses import fields
-from typing import Self
+from typing import Any, Self
 
 from hypertuna.errors import InputError, did_you_mean, finite, shown
 from hypertuna.radio import Air, RadioModel
@@ -36,7 +36,7 @@ def radio_model(text: str) -> RadioModel:
     InputError
         If a name is not known, or a number makes no sense.
     """
-    known, given = [one.name for one in fields(RadioModel)], {}
+    known, given = [one.name for one in fields(RadioModel)], dict[str, Any]()
     for part in filter(None, (part.strip() for part in text.split(","))):
         name, equals, value = part.partition("=")
         if name not in known or not equals:
@@ -49,7 +49,7 @@ def radio_model(text: str) -> RadioModel:
                 "must be a number", key=f"air.{name}", value=shown(value), fix="write, as loss=0.3"
             ) from None
         given[name] = int(number) if name in WHOLE else number
-    return RadioModel(**given)  # type: ignore[arg-type]
+    return RadioModel(**given)
 
 
 class Relay:

@@ -185,7 +185,7 @@ def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[float]]
     ----------
     facts : mapping of str
     columns : mapping of str to iterable of float
-        By their heads, all of one length.
+        By their heads, all of one length; a value that is not a number leaves its cell empty.
     digits : int
         Of every number.
 
@@ -193,7 +193,8 @@ def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[float]]
     -------
     str
     """
-    rows = ([f"{value + 0.0:.{digits}g}" for value in row] for row in zip(*columns.values(), strict=True))
+    cells = ([f"{value + 0.0:.{digits}g}" if value == value else "" for value in column] for column in columns.values())
+    rows = zip(*cells, strict=True)
     return _csv(facts, [list(columns), *rows])
 
 

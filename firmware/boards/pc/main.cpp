@@ -1,7 +1,8 @@
 /// Board pc: the firmware as a program, in lock-step with a twin over standard input and output, its radio on UDP
-/// to a ground station at 127.0.0.1:PORT:
+/// to a ground station at 127.0.0.1:PORT, its black box in a file:
 ///
-///     hypertuna-pc [--udp PORT]
+///     hypertuna-pc [--udp PORT] [--box FILE]
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -15,6 +16,7 @@ using namespace hypertuna::firmware;
 
 struct Pipes {
     UdpRadio radio;
+    int box = -1;
 
     bool read(void* to, std::size_t count) {
         auto* at = static_cast<std::uint8_t*>(to);
@@ -33,7 +35,11 @@ struct Pipes {
             at += put, count -= std::size_t(put);
         }
     }
-    int log(const std::uint8_t*, int count) { return count; }
+    int log(const std::uint8_t* from, int count) {
+        if (box < 0) return count;
+        const ssize_t put = ::write(box, from, std::size_t(count));
+        return put < 0 ? 0 : int(put);
+    }
     // What a tick takes here says nothing of the robot.
     std::uint32_t clock() { return 0; }
     std::uint32_t per_tick() { return 1; }
@@ -48,13 +54,13 @@ static Pipes pipes;
 static Lockstep<Pipes> board{pipes, {}, {}, {}};
 
 int main(int count, char** words) {
-    if (count == 3 && std::strcmp(words[1], "--udp") == 0) {
-        if (!pipes.radio.open(std::atoi(words[2]))) {
-            std::fprintf(stderr, "hypertuna-pc: no UDP socket to port %s\n", words[2]);
-            return 2;
-        }
-    } else if (count != 1) {
-        std::fprintf(stderr, "usage: hypertuna-pc [--udp PORT]\n");
+    for (int k = 1; k < count; k += 2) {
+        const char* value = k + 1 < count ? words[k + 1] : "";
+        if (std::strcmp(words[k], "--udp") == 0 && pipes.radio.open(std::atoi(value))) continue;
+        if (std::strcmp(words[k], "--box") == 0 && (pipes.box = ::open(value, O_WRONLY | O_CREAT | O_TRUNC, 0666)) >= 0)
+            continue;
+        std::fprintf(stderr, "hypertuna-pc: cannot take %s %s\nusage: hypertuna-pc [--udp PORT] [--box FILE]\n",
+                     words[k], value);
         return 2;
     }
     run(app, plan, board, robot::description);

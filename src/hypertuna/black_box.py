@@ -1,0 +1,286 @@
+"""Black box: what the firmware took down of every tick, read from the card.
+
+A box is a row of little-endian words (firmware/app/black_box.hpp). Every record has a mark with its kind and number of
+words, and ends with the sum of all partial sums of the words before. Which word has what, the firmware's own list tells
+(firmware/app/record.hpp), which is bound to `hypertuna._core`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.errors import InputError
+from hypertuna.firmware_params import FirmwareTable, firmware_table
+from hypertuna.mission import Mission
+from hypertuna.mission_file import MissionFile
+from hypertuna.mission_record import COLUMNS, MissionRecord
+from hypertuna.results import provenance
+
+__all__ = ["Box", "boxes_of", "record_dtype", "record_of"]
+
+Array = NDArray[np.float64]
+Ticks = NDArray[Any]
+
+WORD = 4
+HEAD = 3  # words of the record that a boot begins with
+FRAME = 2  # words of a record beside its own: mark, checksum
+BLOCK = 4096  # records that are looked at together
+MARK = (_core.RECORD_MARK >> 16).to_bytes(2, "little")  # upper half of the first word
+
+
+@dataclass(frozen=True)
+class Box:
+    """One boot of a black box as it was read.
+
+    Attributes
+    ----------
+    layout : int
+        Of the parameters that the firmware was made with.
+    joints : int
+    ticks : ndarray of `record_dtype`, shape (T,)
+        Every whole record.
+    damaged : int
+        Places where records fail their checksum, or something else lies between them.
+    skipped : int
+        Bytes there.
+    cut : int
+        Bytes of a record that the file ends in.
+    """
+
+    layout: int
+    joints: int
+    ticks: Ticks
+    damaged: int
+    skipped: int
+    cut: int
+
+    @property
+    def missing(self) -> int:
+        """Ticks between the first and the last that have no whole record."""
+        clock = self.ticks["tick"]
+        return int(clock[-1]) - int(clock[0]) + 1 - len(clock)
+
+    @property
+    def gaps(self) -> bool:
+        """Whether something is missing."""
+        return bool(self.damaged or self.missing or self.cut)
+
+    @property
+    def sentence(self) -> str:
+        """Say whether it is whole, or what is missing."""
+        if not self.gaps:
+            return "The box is whole: every tick is there, all checksums are right."
+        told = [f"{self.missing} of {len(self.ticks) + self.missing} ticks are missing"]
+        if self.damaged:
+            told.append(f"damaged in {self.damaged} places, {self.skipped} bytes skipped")
+        if self.cut:
+            told.append(f"cut short within a record, {self.cut} bytes left out")
+        return f"The box has gaps: {'; '.join(told)}."
+
+
+def record_dtype(joints: int) -> np.dtype[Any]:
+    """Return the words of a tick's record, as the firmware lists them.
+
+    Parameters
+    ----------
+    joints : int
+        Joint groups of the robot.
+
+    Returns
+    -------
+    numpy.dtype
+        Fields by the names of `hypertuna.mission_record.COLUMNS`, and the tick.
+    """
+    fields: list[Any] = []
+    for name, number, count in _core.record_fields(joints):
+        if " " in name:
+            fields += [(part, "u1") for part in name.split()]
+        else:
+            fields.append((name, "<f4" if number else "<u4", *([(count,)] if count > 1 else [])))
+    return np.dtype(fields)
+
+
+def boxes_of(path: str | Path, report: Callable[[int, int], None] | None = None) -> list[Box]:
+    """Read a black box, boot by boot; what is damaged is skipped, and counted.
+
+    Parameters
+    ----------
+    path : str or Path
+    report : callable, optional
+        Is told bytes read, and all.
+
+    Returns
+    -------
+    list of Box
+        One for every boot that has ticks.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is no black box, or has records that this version does not know.
+    """
+    file = str(path)
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        value, fix = f"not ({error.strerror})", "give the path of a .bin file from the robot's card"
+        raise InputError("must be a readable file", file=file, value=value, fix=fix) from None
+    boots: list[_Boot] = []
+    for piece in _pieces(content, report):
+        if isinstance(piece, bytes):
+            if boots:
+                boots[-1].skip(piece)
+        elif (kind := int(piece[0, 0]) >> 8 & 0xFF) == _core.RECORD_ROBOT:
+            boots.append(_Boot(*_head(piece[-1, 1:-1], file)))
+        elif boots:
+            boots[-1].take(piece, tick=kind == _core.RECORD_TICK)
+    if not boots:
+        fix = "give a .bin file from the robot's card, or of `hypertuna fil --black-box`"
+        raise InputError("must be a black box: no record says whose", file=file, value="something else", fix=fix)
+    found = [boot.box() for boot in boots if boot.tables]
+    if not found:
+        raise InputError("must have whole records", file=file, value="without", fix="nothing is left to read")
+    return found
+
+
+def _pieces(content: bytes, report: Callable[[int, int], None] | None) -> Iterator[Ticks | bytes]:
+    """Yield whole records of one kind that follow each other as rows of words; as bytes, what lies between them."""
+    at = 0
+    while at < len(content):
+        begin = at
+        while at < len(content) and (table := _table(content, at)) is None:
+            after = content.find(MARK, at + 3)  # at the earliest the next byte begins a record
+            at = len(content) if after < 0 else after - 2
+        if begin < at:
+            yield content[begin:at]
+        if at < len(content):
+            assert table is not None
+            yield table
+            at += table.nbytes
+        if report is not None:
+            report(at, len(content))
+
+
+def _table(content: bytes, at: int) -> Ticks | None:
+    """Return the whole records from a place on; None if none begins there."""
+    mark = int.from_bytes(content[at : at + WORD], "little")
+    width = (mark & 0xFF) + FRAME
+    count = min(BLOCK, (len(content) - at) // (WORD * width))
+    if mark >> 16 != _core.RECORD_MARK >> 16 or not count:
+        return None
+    table = np.frombuffer(content, "<u4", count * width, at).reshape(count, width)
+    sums = np.cumsum(table[:, :-1], axis=1, dtype=np.uint32).sum(axis=1, dtype=np.uint32)
+    good = (table[:, 0] == mark) & (table[:, -1] == sums)
+    return table[: count if good.all() else int(np.argmin(good))] if good[0] else None
+
+
+def _head(words: Ticks, file: str) -> tuple[int, int]:
+    """Read which parameters and how many joints a box is of."""
+    layout = int(words[0]) if len(words) == HEAD else 0
+    if layout != _core.RECORD_LAYOUT:
+        value, fix = f"{layout:08x}", "read it by the version of hypertuna that the firmware was made with"
+        raise InputError(
+            f"must have the layout {_core.RECORD_LAYOUT:08x}", file=file, key="records", value=value, fix=fix
+        )
+    return int(words[1]), int(words[2])
+
+
+@dataclass
+class _Boot:
+    """A boot while it is read."""
+
+    layout: int
+    joints: int
+    tables: list[Ticks] = field(default_factory=list)
+    damaged: int = 0
+    skipped: int = 0
+    cut: int = 0
+
+    def take(self, table: Ticks, *, tick: bool) -> None:
+        """Take records of ticks; others are none that this version knows."""
+        dtype = record_dtype(self.joints)
+        if not tick or WORD * (table.shape[1] - FRAME) != dtype.itemsize:
+            return self.skip(table.tobytes())
+        self.cut = 0
+        self.tables.append(np.ascontiguousarray(table[:, 1:-1]).view(dtype)[:, 0])
+
+    def skip(self, content: bytes) -> None:
+        """Count what is no whole record."""
+        self.damaged, self.skipped = self.damaged + 1, self.skipped + len(content)
+        # It may be the record that the file ends in: its beginning, shorter than it says to be.
+        begins = content[2:WORD] == MARK and len(content) < WORD * (content[0] + FRAME)
+        self.cut = len(content) if begins or len(content) < WORD else 0
+
+    def box(self) -> Box:
+        """Return what was read; a record that the file ends in is no damage."""
+        cut = bool(self.cut)
+        ticks = np.concatenate(self.tables)
+        return Box(self.layout, self.joints, ticks, self.damaged - cut, self.skipped - self.cut, self.cut)
+
+
+def record_of(
+    box: Box, robot: Robot, file: MissionFile | None = None, facts: Mapping[str, str] | None = None
+) -> MissionRecord:
+    """Make a record of a box, as a mission has one.
+
+    Parameters
+    ----------
+    box : Box
+    robot : Robot
+        That it is of.
+    file : MissionFile, optional
+        That it swam: waypoints, fence and origin stand in no box.
+    facts : mapping of str to str, optional
+        To tell beside what made it.
+
+    Returns
+    -------
+    MissionRecord
+        What the robot believed, read and did; where it was it did not know.
+
+    Raises
+    ------
+    InputError
+        If the robot has another number of joints, or ticks do not increase.
+    """
+    if box.joints != len(robot.joints):
+        value, fix = f"{len(robot.joints)}", "give the robot of the box by --robot"
+        raise InputError(
+            f"must have the {box.joints} joints of the box", key=f"robot {robot.name}", value=value, fix=fix
+        )
+    table = firmware_table(robot)
+    assert robot.controller is not None  # the table has its numbers
+    made = {"source": "black box", "status_text": box.sentence, "parameters": _parameters(box, table)}
+    joints = tuple(group.name for group in robot.joints)
+    data = {name: box.ticks[name].astype(float) for name in box.ticks.dtype.names or () if name in COLUMNS}
+    start = tuple(data["position_estimated"][0].tolist())
+    return MissionRecord(
+        name="black box" if file is None else file.name,
+        robot=robot.name,
+        mission=Mission((), start=start, home=start) if file is None else file.mission,
+        time=box.ticks["tick"] / robot.controller.rate,
+        data=data,
+        joints=joints,
+        circuits=tuple(f"{joint}-{side}" for joint in joints for side in ("left", "right")),
+        modes=tuple(_core.mode_names()),
+        reasons=tuple(name for name, _ in _core.reason_table()),
+        origin=None if file is None else file.origin,
+        facts={key: str(value) for key, value in (provenance(robot, water=False) | made | dict(facts or {})).items()},
+        controls=tuple(_core.control_names()),
+        faults=tuple(row[0] for row in _core.fault_table()),
+    )
+
+
+def _parameters(box: Box, table: FirmwareTable) -> str:
+    """Say whether the description makes the parameters that the firmware had."""
+    if box.layout == table.layout:
+        return f"layout {box.layout:08x}, as the description has it"
+    return f"layout {box.layout:08x}, but {table.layout:08x} by the description: the firmware was made of another one"

@@ -1,0 +1,123 @@
+"""Missions over the radio, as the items that it carries: bounds, home, fence, then speeds and waypoints in order."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from hypertuna.dialect import dialect
+from hypertuna.errors import InputError
+from hypertuna.link_client import SYSTEM, Client
+from hypertuna.mission import Mission
+
+__all__ = ["download", "items_of", "upload"]
+
+LOCAL = 1  # MAV_FRAME_LOCAL_NED
+STEP = 1e4  # of an item's x and y in 1 m
+
+
+def items_of(mission: Mission, system: int) -> list[Any]:
+    """Make the items of a mission. Start and heading are where the robot is; the water is not told.
+
+    Parameters
+    ----------
+    mission : Mission
+    system : int
+        Of the robot.
+
+    Returns
+    -------
+    list of object
+        MISSION_ITEM_INT, as docs/radio.md tells them.
+    """
+    module = dialect()
+    items: list[Any] = []
+
+    def add(what: int, values: tuple[float, ...], north: float = 0.0, east: float = 0.0, down: float = 0.0) -> None:
+        numbers = [*values, *[0.0] * (4 - len(values))]
+        place = (round(north * STEP), round(east * STEP), down)
+        items.append(
+            module.MAVLink_mission_item_int_message(system, 1, len(items), LOCAL, what, 0, 1, *numbers, *place)
+        )
+
+    bounds = (mission.depth_max, mission.reserve, mission.duration, mission.surface_every)
+    more = (float(mission.stay) / STEP, 100 * mission.home_radius / STEP, mission.home_speed)
+    add(module.HYPERTUNA_CMD_BOUNDS, bounds, *more)
+    add(module.MAV_CMD_DO_SET_HOME, (), mission.home[1], mission.home[0])
+    for x, y in mission.fence:
+        add(module.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, (len(mission.fence),), y, x)
+    speed = 0.0
+    for point in mission.waypoints:
+        if point.speed != speed:
+            add(module.MAV_CMD_DO_CHANGE_SPEED, (0.0, point.speed))
+        speed = point.speed
+        add(module.MAV_CMD_NAV_WAYPOINT, (0.0, point.radius), point.y, point.x, point.depth)
+    return items
+
+
+def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None] | None = None) -> None:
+    """Send a mission; the robot has the old one until it has all of the new.
+
+    Parameters
+    ----------
+    robot : Client
+    mission : Mission
+    progress : callable, optional
+        Called with items asked for and all items.
+
+    Raises
+    ------
+    InputError
+        If the robot refuses it, or does not answer.
+    """
+    items = items_of(mission, robot.system)
+    count = dialect().MAVLink_mission_count_message
+    kinds = ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK")
+
+    def answers(m: Any) -> bool:
+        return m.get_type() in kinds and m.target_system == SYSTEM
+
+    answer = robot.ask(lambda: count(robot.system, 1, len(items)), answers, "mission")
+    while answer.get_type() != "MISSION_ACK":
+        item = items[min(answer.seq, len(items) - 1)]
+        if progress is not None:
+            progress(answer.seq, len(items))
+        answer = robot.ask(functools.partial(_same, item), answers, f"mission item {item.seq}")
+    if answer.type != 0:
+        word = dialect().enums["MAV_MISSION_RESULT"][answer.type].name.removeprefix("MAV_MISSION_").lower()
+        raise InputError("must be accepted by the robot", key="mission", value=word.replace("_", " "),
+                         fix="see limits in docs/radio.md")  # fmt: skip
+
+
+def download(robot: Client) -> Sequence[Any]:
+    """Read the mission on board.
+
+    Returns
+    -------
+    sequence of object
+        Its items, MISSION_ITEM_INT.
+
+    Raises
+    ------
+    InputError
+        If the robot does not answer.
+    """
+    listing = dialect().MAVLink_mission_request_list_message
+    count = robot.ask(lambda: listing(robot.system, 1), lambda m: m.get_type() == "MISSION_COUNT", "mission").count
+    return [_item(robot, k) for k in range(count)]
+
+
+def _item(robot: Client, seq: int) -> Any:
+    """Ask for one item of the mission on board."""
+    request = dialect().MAVLink_mission_request_int_message
+    return robot.ask(
+        lambda: request(robot.system, 1, seq),
+        lambda m: m.get_type() == "MISSION_ITEM_INT" and m.seq == seq,
+        f"mission item {seq}",
+    )
+
+
+def _same(message: Any) -> Any:
+    """Give the same message at every try."""
+    return message

@@ -1,0 +1,131 @@
+"""A robot's parameters over the radio: read all or one, set one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from hypertuna.dialect import dialect
+from hypertuna.errors import InputError, shown
+from hypertuna.link_client import PATIENCE, Client
+
+__all__ = ["read_parameter", "read_parameters", "set_parameter"]
+
+MOST_NAME = 16  # characters in MAVLink
+SEE = "see them by `hypertuna link params`"
+
+
+def read_parameters(robot: Client, progress: Callable[[int, int], None] | None = None) -> dict[str, float]:
+    """Read all parameters; what was lost on the way is asked for one by one.
+
+    Parameters
+    ----------
+    robot : Client
+    progress : callable, optional
+        Called with how many came and how many there are.
+
+    Returns
+    -------
+    dict of str to float
+        By name in lower case, in the robot's order [SI].
+
+    Raises
+    ------
+    InputError
+        If the robot does not answer.
+    """
+    make, found, total = dialect().MAVLink_param_request_list_message, {}, 0
+    answer = robot.ask(lambda: make(robot.system, 1), lambda m: m.get_type() == "PARAM_VALUE", "parameters")
+    while answer is not None:
+        total = answer.param_count
+        if answer.param_index < total:
+            found[answer.param_index] = answer
+        if progress is not None:
+            progress(len(found), total)
+        if len(found) == total:
+            break
+        answer = robot.wait(lambda m: m.get_type() == "PARAM_VALUE", PATIENCE)
+    for index in sorted(set(range(total)) - set(found)):
+        found[index] = _parameter(robot, index)
+        if progress is not None:
+            progress(len(found), total)
+    return {found[k].param_id.lower(): found[k].param_value for k in sorted(found)}
+
+
+def read_parameter(robot: Client, name: str) -> float:
+    """Read one parameter.
+
+    Parameters
+    ----------
+    robot : Client
+    name : str
+
+    Returns
+    -------
+    float
+        [SI].
+
+    Raises
+    ------
+    InputError
+        If the robot has none of that name, or does not answer.
+    """
+    _check(name)
+    make = dialect().MAVLink_param_request_read_message
+    answer = robot.ask(lambda: make(robot.system, 1, name.upper().encode(), -1), _answers(name), name)
+    if answer.get_type() == "PARAM_ERROR":
+        raise InputError("must be a parameter of the robot", key=name, fix=SEE)
+    return float(answer.param_value)
+
+
+def _parameter(robot: Client, index: int) -> Any:
+    """Ask for one parameter by its place."""
+    make = dialect().MAVLink_param_request_read_message
+    return robot.ask(
+        lambda: make(robot.system, 1, b"", index),
+        lambda m: m.get_type() == "PARAM_VALUE" and m.param_index == index,
+        f"parameter {index}",
+    )
+
+
+def _check(name: str) -> None:
+    """Check that a name fits into a message: a part of it would be another's."""
+    if not name.isascii() or not 0 < len(name) <= MOST_NAME:
+        raise InputError("must be a parameter of the robot", key=shown(name), fix=SEE)
+
+
+def _answers(name: str) -> Callable[[Any], bool]:
+    """Tell the answer to what is asked about a parameter."""
+    return lambda m: m.get_type() in ("PARAM_VALUE", "PARAM_ERROR") and m.param_id.lower() == name.lower()
+
+
+def set_parameter(robot: Client, name: str, value: float) -> float:
+    """Set a parameter; the robot keeps it.
+
+    Parameters
+    ----------
+    robot : Client
+    name : str
+    value : float
+        [SI].
+
+    Returns
+    -------
+    float
+        As it is on board [SI].
+
+    Raises
+    ------
+    InputError
+        If the robot refuses it, with its reason, or does not answer.
+    """
+    _check(name)
+    make, said = dialect().MAVLink_param_set_message, len(robot.texts)
+    answer = robot.ask(lambda: make(robot.system, 1, name.upper().encode(), value, 9), _answers(name), name)
+    if answer.get_type() == "PARAM_VALUE" and math.isclose(answer.param_value, value, rel_tol=1e-6, abs_tol=1e-30):
+        return float(answer.param_value)
+    robot.wait(lambda m: m.get_type() == "PARAM_ERROR", PATIENCE / 2)
+    unknown = answer.get_type() == "PARAM_ERROR"
+    reason = robot.texts[-1] if len(robot.texts) > said else "no such parameter" if unknown else "not taken"
+    raise InputError("must be accepted by the robot", key=name, value=f"{value:g}", fix=reason)
