@@ -192,9 +192,9 @@ class MissionRecord:
         return angles_of(self.attitude)
 
     def every(self, seconds: float) -> NDArray[np.int64]:
-        """Return the places in the record at every so many seconds, each once."""
-        wished = np.arange(self.time[0], self.time[-1] + 1e-9, seconds)
-        return np.unique(np.searchsorted(self.time, wished).clip(max=len(self.time) - 1))
+        """Return the places in the record at every so many seconds and at its end, each once."""
+        wished = np.append(np.arange(self.time[0], self.time[-1], seconds), self.time[-1])
+        return np.unique(np.searchsorted(self.time, wished))
 
     @property
     def depth(self) -> Array:

@@ -69,8 +69,10 @@ def _entries(panels: Array) -> tuple[list[Artist], list[str]]:
 
 def _caption(record: MissionRecord) -> str:
     """Say the mission in a line."""
-    seconds = record.time[-1] - record.time[0]
-    told = f"{record.distance:.0f} m over ground{'' if record.true else ' as it believed'} in {seconds / 60:.2g} min"
+    seconds, way = record.time[-1] - record.time[0], record.distance
+    far = f"{way:.0f}" if way >= 100 else f"{way:.2g}"
+    long = f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.2g} min"
+    told = f"{far} m over ground{'' if record.true else ' as it believed'} in {long}"
     if record.metered and record.energy[-1] > 0:
         told += f", {record.energy[-1] / HOUR:.2g} Wh"
     return f"{record.name}, {record.robot}\n{told}"
