@@ -82,7 +82,7 @@ build/bench: $(VENV)/.tools
 
 # $(call build-firmware,FOLDER,TARGET,OPTIONS)
 define build-firmware
-	@cmake -S . -B $(1) -G Ninja -DHYPERTUNA_BUILD_FIRMWARE=ON -DHYPERTUNA_WERROR=ON -DHYPERTUNA_ROBOT=$(ROBOT) $(3) > /dev/null
+	@cmake -S . -B $(1) -G Ninja -DHYPERTUNA_BUILD_FIRMWARE=ON -DHYPERTUNA_WERROR=ON -DHYPERTUNA_ROBOT="$(ROBOT)" $(3) > /dev/null
 	@cmake --build $(1) --target $(2) >&2
 endef
 ROBOT ?= hypertuna
@@ -91,7 +91,7 @@ firmware: firmware-pc ## firmware of a robot, ROBOT=name, for this machine and t
 	@command -v arm-none-eabi-g++ > /dev/null || \
 	  { echo 'arm-none-eabi-g++ is not installed: run `make system-deps`' >&2; exit 1; }
 	$(call build-firmware,build/firmware/mps2,qemu_mps2,-DCMAKE_TOOLCHAIN_FILE=$(abspath firmware/boards/qemu_mps2/toolchain.cmake))
-	@arm-none-eabi-size build/firmware/$(ROBOT)-qemu_mps2.elf
+	@arm-none-eabi-size "build/firmware/$(ROBOT)-qemu_mps2.elf"
 
 .PHONY: firmware-pc
 firmware-pc: $(VENV)/.installed-radio ## the same for this machine alone

@@ -4,9 +4,13 @@ These tests need the programs of `make firmware`, and those of the emulator `mak
 """
 
 import json
+import os
 import shutil
+import signal
 import socket
 import subprocess
+import sys
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -268,3 +272,21 @@ def test_a_modelled_radio_needs_a_ground_station(run: Run) -> None:
     code, _, told = run("fil", "--air", "loss=0.1")
     assert code == 2
     assert "--air needs a ground station: give its port by --radio" in told
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_closed_terminal_ends_it_as_ctrl_c_does(pc: Path, tmp_path: Path, number: signal.Signals) -> None:
+    """Its firmware ends with it, and no folder of pipes is left behind."""
+    command = [sys.executable, "-m", "hypertuna", "fil", "--board", "pc", "--scenario", "afloat", "--ticks", "100000"]
+    place = {"TMPDIR": str(tmp_path)}
+    process = subprocess.Popen(command, env=os.environ | place, stderr=subprocess.PIPE, text=True)
+    end = time.monotonic() + 30
+    while not list(tmp_path.iterdir()) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert list(tmp_path.iterdir())
+    process.send_signal(number)
+    told = process.communicate(timeout=20)[1]
+    assert process.returncode == 130
+    assert told.endswith("interrupted\n")
+    assert "Traceback" not in told
+    assert list(tmp_path.iterdir()) == []

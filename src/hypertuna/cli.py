@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import platform
+import signal
 import sys
+import threading
 from typing import Annotated, Any
 
 import typer
@@ -106,6 +108,7 @@ def version_command(as_json: Annotated[bool, typer.Option("--json", help="Print 
 
 def main() -> None:
     """Run the program: what goes wrong becomes one sentence on the error output, and exit code 2."""
+    _end_as_interrupted()
     try:
         code = app(standalone_mode=False)
         sys.stdout.flush()
@@ -136,6 +139,16 @@ def main() -> None:
         print("interrupted", file=sys.stderr)
     _drop_unwritable_output()
     sys.exit(code)
+
+
+def _end_as_interrupted() -> None:
+    """Let a terminal that is closed, and SIGTERM, end the program as Ctrl-C does; not what nohup holds back."""
+    if threading.current_thread() is not threading.main_thread():
+        return
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
 
 
 def _command(context: Any) -> str:
