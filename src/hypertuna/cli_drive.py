@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import select
-import signal
 import sys
 import time
 from collections.abc import Iterator
@@ -142,15 +141,10 @@ def _asked(stick: Stick, pad: Pad | None) -> Stick:
 
 @contextlib.contextmanager
 def _raw() -> Iterator[None]:
-    """Take keys one by one, without showing them; a terminal that is closed ends it as Ctrl-C does."""
+    """Take keys one by one, without showing them."""
     import termios  # here, because only Unix has them
     import tty
 
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    signals = (signal.SIGHUP, signal.SIGTERM)
-    handlers = [signal.signal(one, interrupt) for one in signals]
     before = termios.tcgetattr(sys.stdin)
     tty.setcbreak(sys.stdin)
     try:
@@ -158,8 +152,6 @@ def _raw() -> Iterator[None]:
     finally:
         with contextlib.suppress(termios.error):  # of a terminal that is gone
             termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
-        for one, handler in zip(signals, handlers, strict=True):
-            signal.signal(one, handler)
 
 
 class Pad:
