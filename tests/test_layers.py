@@ -50,6 +50,7 @@ LAYERS = (
         "agreement",
         "valley",
         "certainty",
+        "fit_warnings",
         "search",
         "identify",
         "posterior",

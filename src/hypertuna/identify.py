@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,18 +16,19 @@ from numpy.typing import NDArray
 from hypertuna.agreement import Errors, criteria, errors
 from hypertuna.beats import DEFAULT_STEPS, check_steps
 from hypertuna.certainty import Certainty, certainty
-from hypertuna.coefficients import Free, column_of, free, from_scale
+from hypertuna.coefficients import Free, free, from_scale
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.free_names import NUISANCES, free_of, split_names
+from hypertuna.fit_warnings import repeated, warnings_of
+from hypertuna.free_names import free_of, split_names
 from hypertuna.journal import Journal, journal_header
-from hypertuna.predict import LOSSES, Experiment, experiment, predict
+from hypertuna.predict import LOSSES, experiment, predict
 from hypertuna.results import version
 from hypertuna.robot_file import with_fit
 from hypertuna.search import CONVERGED, Search, fit, sketch, start_points, stop_sentence
-from hypertuna.trials import Trials, read_trials
+from hypertuna.trials import Trials, digest, read_trials, split
 
-__all__ = ["Fit", "compare", "digest", "identify", "split"]
+__all__ = ["Fit", "compare", "identify"]
 
 Array = NDArray[np.float64]
 
@@ -250,27 +250,6 @@ def _on_equal_terms(fits: Mapping[str, Fit]) -> dict[str, Fit]:
     return {law: replace(fit, warnings=(*told, *fit.warnings)) for law, fit in fits.items()}
 
 
-def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
-    """Divide trials at random by run.
-
-    Parameters
-    ----------
-    trials : Trials
-    validate : float
-        Part of the runs for validation [1].
-    seed : int
-
-    Returns
-    -------
-    training, validation : Trials
-        One run at least is for training.
-    """
-    runs = trials.runs
-    count = min(round(validate * len(runs)), len(runs) - 1)
-    chosen = {runs[k] for k in np.random.default_rng(seed).permutation(len(runs))[: max(count, 0)]}
-    return trials.only([run for run in runs if run not in chosen]), trials.only(chosen)
-
-
 def _trials(robot: Robot, given: Trials | str | Path | Sequence[str | Path]) -> Trials:
     """Read trials, unless they are already."""
     if not isinstance(robot, Robot):
@@ -370,7 +349,7 @@ def _result(
         costs=tuple(costs),
         evaluations=evaluations,
         seconds=seconds,
-        warnings=(*_warnings(data, frees, values, sure, at_end.failed, at_end.unstable), *_repeated(*trials)),
+        warnings=(*warnings_of(data, frees, values, sure, at_end.failed, at_end.unstable), *repeated(*trials)),
         seed=seed,
         loss=search.loss,
         steps=search.steps,
@@ -383,105 +362,3 @@ def _snapped(frees: Sequence[Free], values: Array) -> Array:
     lower, upper = (np.array([getattr(f, side) for f in frees]) for side in ("lower", "upper"))
     near = SNAP * (upper - lower)
     return np.where(values - lower < near, lower, np.where(upper - values < near, upper, values))
-
-
-def _warnings(
-    data: Experiment,
-    frees: Sequence[Free],
-    values: Array,
-    sure: Certainty,
-    failed: NDArray[np.bool_],
-    unstable: NDArray[np.bool_],
-) -> list[str]:
-    """Sentences on what a reader should not overlook."""
-    told = []
-    for f in frees:
-        if f.column not in NUISANCES:
-            before = np.array(column_of(data.robot, f.column), dtype=float)[list(f.indices)]
-            if np.ptp(before) > SNAP * np.abs(before).max():
-                ends = f"{_shown(before.min(), f)} to {_shown(before.max(), f)}"
-                told.append(f"{f.name} is one value in place of several, {ends}.")
-    for f, value, bound in zip(frees, values, sure.bound, strict=True):
-        if bound:
-            told.append(f"{f.name} sits on its {bound} bound, {_shown(value, f)}: the runs would have it further.")
-    samples = len(data.kind)
-    if samples <= len(frees):
-        told.append(
-            f"There {_counted(len(frees), 'free coefficient')} and {samples} independent "
-            f"measurement{'s' * (samples > 1)}: "
-            "the runs can be met exactly, so neither noise nor intervals can be told from them."
-        )
-    for flags, what in ((failed, "have no settled beat"), (unstable, "are periodic but unstable")):
-        if flags.any():
-            names = [data.trials.runs[k] for k in np.flatnonzero(flags)]
-            more = f" and {len(names) - 5} more" if len(names) > 5 else ""
-            told.append(f"With the fitted values these runs {what}: {', '.join(names[:5])}{more}.")
-    if sure.excess > 1.5 and not data.unknown_kinds:
-        told.append(
-            f"Residuals are {sure.excess:.2g} times what the stated noise explains: the model cannot meet all runs "
-            "with these coefficients, or the noise is understated. The intervals allow for it."
-        )
-    if all(d.determined for d in sure.directions):
-        return told
-    told.append("The runs leave some coefficients open: see the directions that are not determined.")
-    return told
-
-
-def _shown(value: float, coefficient: Free) -> str:
-    """Write a value with its unit, if it has one; angles in degrees."""
-    if coefficient.unit == "rad":
-        return f"{np.degrees(value):.4g} deg"
-    return f"{value:.4g} {coefficient.unit}".removesuffix(" 1")
-
-
-def _counted(count: int, noun: str) -> str:
-    """Say how many there are."""
-    return f"are {count} {noun}s" if count != 1 else f"is 1 {noun}"
-
-
-def _repeated(training: Trials, validation: Trials) -> list[str]:
-    """Say where the runs for validation repeat motions that were trained on."""
-    recordings = [one.name for one in validation.recordings if one.name in {two.name for two in training.recordings}]
-    gaits = {run.gait for run in training.steady}
-    told = []
-    if recordings:
-        told.append(
-            f"The validation runs of {', '.join(recordings)} repeat joint motions that were fitted: they tell "
-            "noise from model, but not how well other motions are predicted. Fit one recording and replay another "
-            "to see that."
-        )
-    if count := sum(run.gait in gaits for run in validation.steady):
-        told.append(f"{count} of {len(validation.steady)} steady runs for validation repeat gaits that were fitted.")
-    return told
-
-
-def digest(trials: Trials) -> str:
-    """Return the sha256 of everything that trials hold but the names of their files.
-
-    Parameters
-    ----------
-    trials : Trials
-
-    Returns
-    -------
-    str
-    """
-    whole = hashlib.sha256()
-
-    def take(value: Any) -> None:
-        if is_dataclass(value):
-            for field in fields(value):
-                if field.name not in ("file", "line", "lines", "columns"):
-                    take(getattr(value, field.name))
-        elif isinstance(value, np.ndarray):
-            whole.update(np.ascontiguousarray(value).tobytes())
-        elif isinstance(value, (tuple, list)):
-            whole.update(b"[")
-            for part in value:
-                take(part)
-            whole.update(b"]")
-        else:
-            whole.update(repr(value).encode() + b";")
-
-    take(trials)
-    return whole.hexdigest()

@@ -17,9 +17,10 @@ from hypertuna.agreement import curvature, squares
 from hypertuna.coefficients import from_scale, to_scale
 from hypertuna.description import Robot, parse
 from hypertuna.errors import InputError
-from hypertuna.identify import Fit, digest
+from hypertuna.identify import Fit
 from hypertuna.journal import Journal, journal_header
 from hypertuna.predict import Experiment, experiment, loss_terms, predict
+from hypertuna.trials import digest
 
 __all__ = ["Posterior", "check_draws", "posterior", "with_posterior"]
 

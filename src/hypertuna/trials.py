@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
@@ -14,7 +18,7 @@ from hypertuna.link_trials import steady_runs
 from hypertuna.manifest import Recording, parse_manifest, read_manifest
 from hypertuna.steady import SteadyRun, read_steady
 
-__all__ = ["Recording", "SteadyRun", "Trials", "read_trials"]
+__all__ = ["Recording", "SteadyRun", "Trials", "digest", "read_trials", "split"]
 
 
 @dataclass(frozen=True)
@@ -133,3 +137,56 @@ def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:
             fix = "give the same file once, and each its own name"
             raise InputError("must be unique", file=file or None, key=f"{what} {name}", value=value, fix=fix)
         first[name] = file
+
+
+def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
+    """Divide trials at random by run.
+
+    Parameters
+    ----------
+    trials : Trials
+    validate : float
+        Part of the runs for validation [1].
+    seed : int
+
+    Returns
+    -------
+    training, validation : Trials
+        One run at least is for training.
+    """
+    runs = trials.runs
+    count = min(round(validate * len(runs)), len(runs) - 1)
+    chosen = {runs[k] for k in np.random.default_rng(seed).permutation(len(runs))[: max(count, 0)]}
+    return trials.only([run for run in runs if run not in chosen]), trials.only(chosen)
+
+
+def digest(trials: Trials) -> str:
+    """Return the sha256 of everything that trials hold but the names of their files.
+
+    Parameters
+    ----------
+    trials : Trials
+
+    Returns
+    -------
+    str
+    """
+    whole = hashlib.sha256()
+
+    def take(value: Any) -> None:
+        if is_dataclass(value):
+            for field in fields(value):
+                if field.name not in ("file", "line", "lines", "columns"):
+                    take(getattr(value, field.name))
+        elif isinstance(value, np.ndarray):
+            whole.update(np.ascontiguousarray(value).tobytes())
+        elif isinstance(value, (tuple, list)):
+            whole.update(b"[")
+            for part in value:
+                take(part)
+            whole.update(b"]")
+        else:
+            whole.update(repr(value).encode() + b";")
+
+    take(trials)
+    return whole.hexdigest()
