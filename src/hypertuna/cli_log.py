@@ -91,7 +91,7 @@ def black_box_command(
         str | None, typer.Option("--mission", help="Mission that it swam, or its file: its way and origin.")
     ] = None,
     boot: Annotated[
-        str | None, typer.Option("--boot", help="Which boot of several, from 1.  [default: the last]")
+        str | None, typer.Option("--boot", help="Which boot of several, from 1. (default: the last)")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
