@@ -112,6 +112,8 @@ def log_command(
     check_suffix(output, (".mcap",), "--output")
     check_new(output)
     most = math.inf if duration is None else number(duration, "--duration", "s")
+    if most <= 0:
+        raise InputError("must be positive", key="--duration", value=f"{most:g}", fix="give seconds")
     with connect(place, key=read_key(key)) as robot, LinkLogWriter(output, "") as log:
         robot.listener = log.write
         begun, lost = time.monotonic(), None
