@@ -241,7 +241,7 @@ def test_through_the_modelled_radio(fish: ht.Robot, pc: Path, board: str, reques
     given = {"board": board, "ticks": 3000, "radio": port, "air": air, "real_time": True}
     with ThreadPoolExecutor(1) as pool:
         flight = pool.submit(firmware_in_the_loop, fish, scenario_of("afloat"), **given)
-        with connect(f"udp:{port}", patience=30) as robot:
+        with connect(f"udp:{port}", patience=60) as robot:
             persistently(robot.arm)
             persistently(lambda: robot.gait(named_gait(fish, "unoptimised-0.3")))
             assert robot.wait(lambda m: m.get_type() == "GAIT" and m.frequency == 2000, 20)
@@ -280,12 +280,12 @@ def test_a_closed_terminal_ends_it_as_ctrl_c_does(pc: Path, tmp_path: Path, numb
     command = [sys.executable, "-m", "hypertuna", "fil", "--board", "pc", "--scenario", "afloat", "--ticks", "100000"]
     place = {"TMPDIR": str(tmp_path)}
     process = subprocess.Popen(command, env=os.environ | place, stderr=subprocess.PIPE, text=True)
-    end = time.monotonic() + 30
+    end = time.monotonic() + 60
     while not list(tmp_path.iterdir()) and time.monotonic() < end:
         time.sleep(0.05)
     assert list(tmp_path.iterdir())
     process.send_signal(number)
-    told = process.communicate(timeout=20)[1]
+    told = process.communicate(timeout=60)[1]
     assert process.returncode == 130
     assert told.endswith("interrupted\n")
     assert "Traceback" not in told
