@@ -238,7 +238,7 @@ def test_through_the_modelled_radio(fish: ht.Robot, pc: Path, board: str, reques
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     air = RadioModel(rate=57600, loss=0.2, burst=2, damage=0.1)
-    given = {"board": board, "ticks": 3000, "radio": port, "air": air, "real_time": True}
+    given = {"board": board, "ticks": 4500, "radio": port, "air": air, "real_time": True}
     with ThreadPoolExecutor(1) as pool:
         flight = pool.submit(firmware_in_the_loop, fish, scenario_of("afloat"), **given)
         with connect(f"udp:{port}", patience=60) as robot:
