@@ -5,6 +5,7 @@ import struct
 from collections.abc import Iterator
 from pathlib import Path
 from threading import Thread
+from typing import Any
 
 import pytest
 
@@ -27,7 +28,7 @@ class StandIn:
         self.line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.line.settimeout(0.2)
         self.ground = ("127.0.0.1", port)
-        self.answers: dict[str, object] = {}
+        self.answers: dict[str, tuple[Any, ...]] = {}
         self.heard: list[object] = []
         self.ends = False
         self._thread = Thread(target=self._run)
@@ -49,7 +50,7 @@ class StandIn:
             for message in parser.parse_buffer(content) or []:
                 self.heard.append(message)
                 if message.get_type() in self.answers:
-                    self.say(*self.answers[message.get_type()])  # type: ignore[misc]
+                    self.say(*self.answers[message.get_type()])
 
     def close(self) -> None:
         self.ends = True

@@ -208,9 +208,12 @@ class MissionRecord:
 
     @cached_property
     def energy(self) -> Array:
-        """Electrical energy since the start (T,) [J]: as recorded, or the power's by the trapezoidal rule."""
-        if "energy" in self.data:
-            return np.asarray(self.data["energy"])
+        """Electrical energy since the start (T,) [J]: as recorded, or the servos' where none was."""
+        return np.asarray(self.data["energy"]) if "energy" in self.data else self.servo_energy
+
+    @cached_property
+    def servo_energy(self) -> Array:
+        """What the servos took since the start (T,) [J]: their power by the trapezoidal rule."""
         if "power" not in self.data:
             return np.zeros(len(self.time))
         power = self.data["power"]

@@ -90,8 +90,6 @@ def lake_record(flight: Flight) -> dict[str, Any]:
     seconds = min(published()["lake"]["duration_s"], float(record.time[-1]))
     steps = np.hypot(*np.diff(record.path[:, :2], axis=0).T)
     way = float(np.interp(seconds, np.arange(len(steps) + 1), np.concatenate([[0.0], np.cumsum(steps)])))
-    power = record.data["power"]
-    servos = np.concatenate([[0.0], np.cumsum(np.diff(record.time) * (power[1:] + power[:-1]) / 2)])
     return {
         "robot": flight.robot.name,
         "robot_hash": flight.robot.hash,
@@ -99,7 +97,7 @@ def lake_record(flight: Flight) -> dict[str, Any]:
         "seed": flight.seed,
         "seconds": seconds,
         "distance_m": way,
-        "servo_energy_wh": float(np.interp(seconds, record.time, servos)) / HOUR,
+        "servo_energy_wh": float(np.interp(seconds, record.time, record.servo_energy)) / HOUR,
         "battery_energy_wh": float(np.interp(seconds, record.time, record.energy)) / HOUR,
         "whole": {
             "status": one.status,
