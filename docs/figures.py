@@ -33,7 +33,8 @@ from hypertuna.beats import QUANTITIES
 from hypertuna.cli import main
 from hypertuna.description import load
 from hypertuna.dive import dive
-from hypertuna.drawing import draw, save
+from hypertuna.drawing import draw
+from hypertuna.figures import save
 from hypertuna.gait import named_gait
 from hypertuna.limits import gait_limits
 from hypertuna.objective import OBJECTIVES

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hypertuna.drawing import BODY, COLORS, EDGE, INK
+from hypertuna.figures import BODY, COLORS, EDGE, INK
 
 
 def _arrow(axes: Axes, start: complex, end: complex, color: str, text: str = "", shift: complex = 0j) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 import hypertuna as ht
-from hypertuna.drawing import save
+from hypertuna.figures import save
 from hypertuna.plots import plot_sweep
 
 fish = ht.load("hypertuna").using(joints="ideal")

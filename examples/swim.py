@@ -1,7 +1,7 @@
 """Swim one gait of HyperTuna, print what it costs and draw it to swim.svg."""
 
 import hypertuna as ht
-from hypertuna.drawing import save
+from hypertuna.figures import save
 from hypertuna.plots import plot_swim
 
 fish = ht.load("hypertuna")

@@ -13,8 +13,9 @@ import hypertuna as ht
 from hypertuna.coefficients import Free, columns, directions, draws, free, from_scale, to_scale, with_values
 from hypertuna.description import parse
 from hypertuna.free_names import free_of, split_names
+from hypertuna.identify import with_fit
 from hypertuna.model import parameter_names
-from hypertuna.robot_file import robot_text, with_fit, write_robot
+from hypertuna.robot_file import robot_text, write_robot
 from models import MODELS, changed
 from synthetic import NINE
 

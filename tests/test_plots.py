@@ -13,11 +13,10 @@ from PIL import Image
 
 import hypertuna as ht
 from hypertuna.animation import FRAMES, animate_swim, outlines, slowed, swimming_svg
-from hypertuna.drawing import save
+from hypertuna.figures import save, sequence
 from hypertuna.gait import named_gait
 from hypertuna.plots import last_beat, plot_ledger, plot_sweep, plot_swim, unroll
 from hypertuna.plots_turn import plot_turning
-from hypertuna.style import sequence
 
 
 @pytest.fixture(scope="module")

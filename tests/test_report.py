@@ -9,13 +9,12 @@ import pytest
 from matplotlib.figure import Figure
 
 import hypertuna as ht
-from hypertuna.drawing import INK
 from hypertuna.errors import InputError
+from hypertuna.figures import INK, styled
 from hypertuna.identify import identify
 from hypertuna.plots_report import plot_dots, plot_map
 from hypertuna.posture import posture_test
 from hypertuna.report import Fact, Picture, Section, Table, inline, page, write_page
-from hypertuna.style import styled
 
 VOID = {"meta", "br", "hr", "img", "link", "input"}
 

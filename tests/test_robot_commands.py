@@ -10,8 +10,9 @@ from typer.testing import CliRunner, Result
 
 from hypertuna.cli_robot import robot_app
 from hypertuna.description import json_schema, load, parse, robots
-from hypertuna.drawing import draw, midline, save
+from hypertuna.drawing import draw, midline
 from hypertuna.errors import InputError
+from hypertuna.figures import save
 
 
 def run(*arguments: str) -> Result:

@@ -8,11 +8,11 @@ import pytest
 import hypertuna as ht
 from hypertuna.coefficients import draws, free
 from hypertuna.errors import InputError
+from hypertuna.identify import with_fit
 from hypertuna.limits import gait_limits
 from hypertuna.objective import Problem, goal
 from hypertuna.optimize import optimize
 from hypertuna.pareto import pareto
-from hypertuna.robot_file import with_fit
 from hypertuna.robust import over_fit, robust_problem
 from hypertuna.space import gait_bounds
 from models import changed

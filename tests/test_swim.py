@@ -17,7 +17,8 @@ from scipy.signal import resample
 import hypertuna as ht
 from hypertuna.beats import STATUSES
 from hypertuna.gait import named_gait
-from hypertuna.results import body_points, write_netcdf
+from hypertuna.results import write_netcdf
+from hypertuna.trajectory import body_points
 from models import MODELS, changed, fastest, later, turning
 from oracles import beats
 from oracles.planar import Chain, Lumped, Water, strip_of

@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from hypertuna.drawing import COLORS, INK
+from hypertuna.figures import COLORS, FAINT, GRID, INK
 from hypertuna.plots import last_beat
-from hypertuna.results import body_points, write_atomically
-from hypertuna.style import FAINT, GRID
+from hypertuna.results import write_atomically
 from hypertuna.swim import Swim
+from hypertuna.trajectory import body_points
 
 __all__ = ["animate_swim", "outlines", "slowed", "swimming_svg"]
 

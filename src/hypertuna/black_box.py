@@ -22,7 +22,7 @@ from hypertuna.firmware_params import FirmwareTable, firmware_table
 from hypertuna.mission import Mission
 from hypertuna.mission_file import MissionFile
 from hypertuna.mission_record import COLUMNS, MissionRecord
-from hypertuna.results import provenance
+from hypertuna.provenance import provenance
 
 __all__ = ["Box", "boxes_of", "record_dtype", "record_of"]
 

@@ -19,7 +19,7 @@ from hypertuna.bench_worth import Worth, worth
 from hypertuna.console import check_suffix, number, print_json, progress_bar, tell_written, whole_number
 from hypertuna.description import load
 from hypertuna.errors import InputError
-from hypertuna.results import provenance
+from hypertuna.provenance import provenance
 from hypertuna.robot_file import write_robot
 
 __all__ = ["fit_command"]
@@ -84,7 +84,7 @@ def fit_command(
         )
     more = worth(fit)
     if plot is not None:
-        from hypertuna.drawing import save  # here, because drawing takes longer to import than a fit takes
+        from hypertuna.figures import save
         from hypertuna.plots_bench import plot_bench
 
         save(plot_bench(fit), plot)

@@ -19,7 +19,8 @@ from hypertuna.console import check_suffix, command_line, print_json, tell_writt
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.options import AsJson, Joint, Name, Pressure, Side, pressures
-from hypertuna.results import provenance, rows_csv, write_atomically, write_netcdf
+from hypertuna.provenance import provenance
+from hypertuna.results import rows_csv, write_atomically, write_netcdf
 
 __all__ = ["bend_command"]
 
@@ -173,7 +174,7 @@ def _csv(first: Bend, sets: Mapping[str, Bend]) -> str:
 
 def _plot(first: Bend, sets: Mapping[str, Bend], plot: str) -> None:
     """Draw a bend; what draws is imported only now, because that takes long."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_actuator import plot_bend
 
     save(plot_bend(first, sets), plot)

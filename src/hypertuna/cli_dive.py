@@ -22,7 +22,8 @@ from hypertuna.console import (
 from hypertuna.description import load
 from hypertuna.dive import Dive, dive
 from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, Seed, gait_axes, one_gait, spelled
-from hypertuna.results import columns_csv, provenance, write_atomically, write_netcdf
+from hypertuna.provenance import provenance
+from hypertuna.results import columns_csv, write_atomically, write_netcdf
 
 __all__ = ["dive_command"]
 
@@ -131,7 +132,7 @@ def _csv(done: Dive) -> str:
 
 def _plot(done: Dive, plot: str) -> None:
     """Draw a dive; what draws is imported only now, because that takes longer than the run."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_dive import plot_dive
 
     save(plot_dive(done), plot)

@@ -47,7 +47,8 @@ from hypertuna.fe_measure import Measured
 from hypertuna.fe_model import FeModel
 from hypertuna.fe_record import SUMMARY, bend_csv, bend_record, oil_taken
 from hypertuna.options import AsJson, Joint, Name, Pressure, Side
-from hypertuna.results import provenance, write_atomically, write_netcdf
+from hypertuna.provenance import provenance
+from hypertuna.results import write_atomically, write_netcdf
 
 __all__ = ["fe_app"]
 
@@ -226,7 +227,7 @@ def _analytic(found: FeBend) -> Bend:
 
 def _plot(found: FeBend, plot: str) -> None:
     """Draw a bend beside the analytic model's; what draws is imported only now, because that takes long."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_fe import plot_fe_bend
 
     other = _analytic(found)

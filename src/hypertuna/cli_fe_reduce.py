@@ -28,7 +28,7 @@ from hypertuna.description import load
 from hypertuna.fe_bend import ngsolve_version
 from hypertuna.fe_reduced import ReducedJoint, reduce_joint, write_reduced
 from hypertuna.options import AsJson, Joint, Name
-from hypertuna.results import provenance
+from hypertuna.provenance import provenance
 
 __all__ = ["reduce_command"]
 

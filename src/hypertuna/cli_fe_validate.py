@@ -16,7 +16,7 @@ from hypertuna.console import command_line, print_json, progress_bar
 from hypertuna.description import load
 from hypertuna.fe_cases import Case, validate
 from hypertuna.options import AsJson
-from hypertuna.results import provenance
+from hypertuna.provenance import provenance
 
 __all__ = ["validate_command"]
 

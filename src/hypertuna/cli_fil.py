@@ -16,8 +16,8 @@ from hypertuna.errors import InputError
 from hypertuna.fil import PARTS, FirmwareRun, firmware_in_the_loop
 from hypertuna.fil_scenario import scenario_of
 from hypertuna.options import AsJson, Seed, choice
+from hypertuna.provenance import provenance
 from hypertuna.relay import radio_model
-from hypertuna.results import provenance
 
 __all__ = ["fil_command"]
 

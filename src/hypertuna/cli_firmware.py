@@ -15,7 +15,8 @@ from hypertuna.console import check_suffix, command_line, print_json, tell_writt
 from hypertuna.description import load
 from hypertuna.firmware_params import FirmwareTable, firmware_table, header
 from hypertuna.options import AsJson, Name
-from hypertuna.results import provenance, write_atomically
+from hypertuna.provenance import provenance
+from hypertuna.results import write_atomically
 
 __all__ = ["firmware_app"]
 

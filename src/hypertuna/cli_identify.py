@@ -21,7 +21,7 @@ from hypertuna.errors import InputError, did_you_mean
 from hypertuna.free_names import split_names
 from hypertuna.identify import Fit, compare, identify
 from hypertuna.posterior import Posterior, check_draws, posterior, with_posterior
-from hypertuna.results import provenance
+from hypertuna.provenance import provenance
 from hypertuna.robot_file import write_robot
 from hypertuna.trials import Trials, read_trials
 

@@ -52,7 +52,7 @@ def plot_command(file: File, output: Output, as_json: AsJson = False) -> None:
     """Draw the track on a plan, depth and energy to a .svg, .png or .pdf file."""
     check_suffix(output, (".svg", ".png", ".pdf"), "--output")
     log = read_log(file)
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_mission import plot_mission
 
     save(plot_mission(log.record), output)

@@ -31,7 +31,8 @@ from hypertuna.guidance import gait_table
 from hypertuna.mcap_file import need_log
 from hypertuna.mission_file import MissionFile, missions, read_mission
 from hypertuna.mission_record import record_facts
-from hypertuna.results import provenance, rows_csv, write_atomically
+from hypertuna.provenance import provenance
+from hypertuna.results import rows_csv, write_atomically
 
 __all__ = ["mission_command"]
 
@@ -287,7 +288,7 @@ def _csv(file: MissionFile, robot: Robot, done: Sequence[Outcome]) -> str:
 
 def _plot(flight: Flight, plot: str) -> None:
     """Draw a flight; what draws is imported only now, because that takes long."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_mission import plot_mission
 
     save(plot_mission(flight.record), plot)

@@ -25,7 +25,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.gait import Gait
 from hypertuna.objective import Limit, gait_limits
 from hypertuna.optimize import Margin, Optimum, optimize
-from hypertuna.results import provenance
+from hypertuna.provenance import provenance
 from hypertuna.robot_file import write_robot
 from hypertuna.robust import WAYS
 
@@ -348,7 +348,7 @@ def _with_gait(robot: Robot, gait: Gait) -> Robot:
 
 def _plot(best: Optimum, plot: str) -> None:
     """Draw the convergence."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_optimize import plot_convergence
 
     save(plot_convergence([best]), plot)

@@ -39,7 +39,8 @@ from hypertuna.console import (
 from hypertuna.description import load
 from hypertuna.objective import OBJECTIVES
 from hypertuna.pareto import SLOW, Front, pareto
-from hypertuna.results import provenance, rows_csv, write_atomically, write_netcdf
+from hypertuna.provenance import provenance
+from hypertuna.results import rows_csv, write_atomically, write_netcdf
 from hypertuna.robust import WAYS
 
 __all__ = ["pareto_command"]
@@ -188,7 +189,7 @@ def _csv(front: Front) -> str:
 
 def _plot(front: Front, plot: str) -> None:
     """Draw a front; what draws is imported only now, because that takes long."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_pareto import plot_pareto
 
     save(plot_pareto(front), plot)

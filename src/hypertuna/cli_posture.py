@@ -27,7 +27,8 @@ from hypertuna.description import Robot
 from hypertuna.hydraulics import ZERO_CELSIUS
 from hypertuna.options import MEDIA, Bore, Medium, Name, Seed, Temperature, celsius, choice, robot_of
 from hypertuna.posture import CLOSE, EASED, PostureTest, posture_test
-from hypertuna.results import provenance, rows_csv, write_atomically, write_netcdf
+from hypertuna.provenance import provenance
+from hypertuna.results import rows_csv, write_atomically, write_netcdf
 
 __all__ = ["posture_command"]
 
@@ -183,7 +184,7 @@ def _csv(done: PostureTest) -> str:
 
 def _plot(done: PostureTest, plot: str) -> None:
     """Draw a test; what draws is imported only now, because that takes long."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_posture import plot_posture
 
     save(plot_posture(done), plot)

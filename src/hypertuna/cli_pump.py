@@ -25,7 +25,8 @@ from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
 from hypertuna.hydraulics import ZERO_CELSIUS, circuits
 from hypertuna.options import BORES
-from hypertuna.results import dataset, provenance, rows_csv, write_atomically, write_netcdf
+from hypertuna.provenance import provenance
+from hypertuna.results import dataset, rows_csv, write_atomically, write_netcdf
 from hypertuna.sizing import Size, largest_beat, size_pump
 
 __all__ = ["COLUMNS", "pump_command"]
@@ -114,7 +115,7 @@ def pump_command(
             progress=progress,
         )
     if plot is not None:
-        from hypertuna.drawing import save
+        from hypertuna.figures import save
         from hypertuna.plots_pump import plot_pump
 
         save(plot_pump(sizes), plot)

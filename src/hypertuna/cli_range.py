@@ -17,8 +17,8 @@ from hypertuna.errors import InputError
 from hypertuna.gait import Gait, named_gait
 from hypertuna.ledger import judge, published
 from hypertuna.options import BACKWARD, check_beats, heads_first
+from hypertuna.provenance import provenance
 from hypertuna.reproduce_gaits import range_finding
-from hypertuna.results import provenance
 from hypertuna.twin import twin
 
 __all__ = ["range_command"]

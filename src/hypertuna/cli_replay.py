@@ -19,8 +19,9 @@ from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.manifest import Recording
 from hypertuna.measured import Track, read_joints, read_tracks
+from hypertuna.provenance import provenance
 from hypertuna.replay import AXES, Pose, head_center, replay, rmse
-from hypertuna.results import provenance, write_netcdf
+from hypertuna.results import write_netcdf
 from hypertuna.smoothing import smooth
 from hypertuna.trials import read_trials
 
@@ -195,7 +196,7 @@ def _tracks(files: list[str], columns: str, units: str, yaw_zero: float, clockwi
 
 def _plot(robot: Robot, result: xr.Dataset, tracks: list[Track], plot: str) -> None:
     """Draw a replay; what draws is imported only now."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_replay import plot_replay
 
     save(plot_replay(robot, result, tracks), plot)
@@ -337,7 +338,7 @@ def _write(results: dict[str, xr.Dataset], output: str) -> None:
 
 def _plot_recordings(robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], plot: str) -> None:
     """Draw replays; what draws is imported only now."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_replay import plot_recordings
 
     save(plot_recordings(robot, recordings, results), plot)

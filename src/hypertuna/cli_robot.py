@@ -66,7 +66,8 @@ def show(
     """Show every value of a robot with its unit and source, estimates marked."""
     robot = load(name)
     if plot is not None:
-        from hypertuna.drawing import draw, save  # here, because it takes longer to import than the rest to run
+        from hypertuna.drawing import draw
+        from hypertuna.figures import save
 
         save(draw(robot), plot)
     if as_json:

@@ -25,7 +25,8 @@ from hypertuna.console import (
 from hypertuna.description import load
 from hypertuna.errors import InputError
 from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, gait_axes, one_gait, spelled
-from hypertuna.results import provenance, rows_csv, write_atomically, write_netcdf
+from hypertuna.provenance import provenance
+from hypertuna.results import rows_csv, write_atomically, write_netcdf
 from hypertuna.sweep import Gaits, sweep
 from hypertuna.swim import Swim, swim
 
@@ -235,7 +236,7 @@ def _print_swim(done: Swim) -> None:
 def _plot_swim(done: Swim, plot: str, kind: str | None) -> None:
     """Draw a swim; what draws is imported only now, because that takes longer than the swim."""
     from hypertuna.animation import animate_swim
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots import plot_swim
 
     animate_swim(done, plot) if kind == ".gif" else save(plot_swim(done), plot)
@@ -243,7 +244,7 @@ def _plot_swim(done: Swim, plot: str, kind: str | None) -> None:
 
 def _plot_sweep(found: xr.Dataset, plot: str) -> None:
     """Draw a sweep."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots import plot_sweep
 
     save(plot_sweep(found), plot)

@@ -16,7 +16,8 @@ from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.importers import import_folder, manifest_text
 from hypertuna.manifest import Recording
-from hypertuna.results import provenance, version, write_atomically
+from hypertuna.provenance import provenance
+from hypertuna.results import version, write_atomically
 from hypertuna.steady import COLUMNS, SteadyRun
 from hypertuna.trials import Trials, read_trials
 

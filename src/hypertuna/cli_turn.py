@@ -26,7 +26,8 @@ from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
 from hypertuna.options import Name, Named, gait_axes, one_gait, spelled
-from hypertuna.results import provenance, rows_csv, write_atomically, write_netcdf
+from hypertuna.provenance import provenance
+from hypertuna.results import rows_csv, write_atomically, write_netcdf
 from hypertuna.sweep import Gaits
 from hypertuna.turn import KINDS, Tightest, Turning, gait_at, turn
 
@@ -189,7 +190,7 @@ def _csv(turning: Turning) -> str:
 
 def _plot(turning: Turning, plot: str) -> None:
     """Draw the turns; what draws is imported only now, because that takes longer than the turns."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_turn import plot_turn
 
     save(plot_turn(turning), plot)

@@ -35,7 +35,8 @@ from hypertuna.options import (
     robot_of,
     spelled,
 )
-from hypertuna.results import columns_csv, provenance, write_atomically, write_netcdf
+from hypertuna.provenance import provenance
+from hypertuna.results import columns_csv, write_atomically, write_netcdf
 from hypertuna.twin import twin
 from hypertuna.twin_run import TwinRun
 
@@ -201,7 +202,7 @@ def _csv(done: TwinRun) -> str:
 
 def _plot(done: TwinRun, plot: str) -> None:
     """Draw a run; what draws is imported only now, because that takes longer than the run."""
-    from hypertuna.drawing import save
+    from hypertuna.figures import save
     from hypertuna.plots_twin import plot_twin
 
     save(plot_twin(done), plot)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.description import Robot, parse
-from hypertuna.errors import InputError, nested_model, unit_of
+from hypertuna.errors import InputError
 from hypertuna.free_names import (
     NUISANCES,
     check_once,
@@ -24,6 +24,7 @@ from hypertuna.free_names import (
 )
 from hypertuna.model import parameter_names
 from hypertuna.truncated import truncated_normal
+from hypertuna.validation import nested_model, unit_of
 
 __all__ = [
     "Free",

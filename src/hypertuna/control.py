@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuator import JointTable, joint_tables
-from hypertuna.description import Robot
+from hypertuna.description import Robot, needed
 from hypertuna.errors import InputError
-from hypertuna.hydraulics import Circuits, circuits, needed, pump_servo, servo_angle
+from hypertuna.hydraulics import Circuits, circuits, pump_servo, servo_angle
 from hypertuna.model import core_model
 from hypertuna.schema import JointGroup
 from hypertuna.schema_control import Controller

@@ -10,11 +10,11 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self, TypeVar
 
 from pydantic import PrivateAttr, ValidationError, model_validator
 
-from hypertuna.errors import InputError, Place, did_you_mean, field_at, shown, translate, unit_of, written
+from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.reference import markdown
 from hypertuna.schema import Body, Choice, Fitted, GaitBounds, JointGroup, Links, NamedGait, Water, check_sizes
 from hypertuna.schema_actuator import DriveUnit, Hinge, Material
@@ -24,8 +24,11 @@ from hypertuna.schema_firmware import Firmware, check_firmware
 from hypertuna.schema_guidance import Guidance, check_guidance
 from hypertuna.schema_hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.schema_spatial import Fins, Spatial
+from hypertuna.validation import Place, field_at, translate, unit_of, written
 
 __all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "robot_path", "robots"]
+
+T = TypeVar("T")
 
 TOLERANCE = 1e-6  # relative: links add up to the body length, shares to one
 
@@ -408,3 +411,28 @@ def _values(value: Any, place: Place = ()) -> Iterator[tuple[Place, Any]]:
             yield from _values(part, (*place, i))
     else:
         yield place, value
+
+
+def needed(value: T | None, key: str, fix: str, robot: Robot | None = None) -> T:
+    """Return a value that a computation needs.
+
+    Parameters
+    ----------
+    value : object or None
+    key, fix : str
+        As in the robot's file, for the error.
+    robot : Robot, optional
+        Whose file is named.
+
+    Returns
+    -------
+    object
+
+    Raises
+    ------
+    InputError
+        If it is None.
+    """
+    if value is None:
+        raise InputError("is needed for the hydraulics", file=(robot and robot.file) or None, key=key, fix=fix)
+    return value

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import io
 from itertools import accumulate
-from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,16 +12,12 @@ from matplotlib.patches import FancyBboxPatch
 from numpy.typing import NDArray
 
 from hypertuna.description import Robot
-from hypertuna.errors import InputError
+from hypertuna.figures import BODY, COLORS, EDGE, INK, SHAPES
 from hypertuna.gait import Gait, named_gait
-from hypertuna.results import body_points, write_atomically
+from hypertuna.trajectory import body_points
 
-__all__ = ["draw", "midline", "save"]
+__all__ = ["draw", "midline"]
 
-# Colors of Okabe and Ito that differ for every kind of color vision; shapes repeat what colors say.
-COLORS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-SHAPES = ("o", "s", "^", "D", "v", "P")
-INK, BODY, EDGE = "#222222", "#DCE6EC", "#8A99A3"
 PHASES = 12  # midlines in one beat
 WIDTH = 7.2  # of the figure, inches
 
@@ -82,31 +75,6 @@ def midline(robot: Robot, angles: NDArray[np.float64]) -> NDArray[np.float64]:
         bends[list(group.links)] = np.multiply(group.share, angle)
     line: NDArray[np.float64] = body_points(robot, np.zeros((1, 3)), bends[np.newaxis])[0]
     return line
-
-
-def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure, whole or not at all.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    path : str or Path
-        The ending chooses the format: .svg, .png or .pdf.
-
-    Raises
-    ------
-    InputError
-        If the ending is none of these, or the folder cannot be written to.
-    """
-    kind = Path(path).suffix.removeprefix(".").lower()
-    if kind not in ("svg", "png", "pdf"):
-        raise InputError("must end in .svg, .png or .pdf", key="plot", value=str(path), fix="rename it")
-    if not Path(path).parent.is_dir():
-        raise InputError("must be in a folder that exists", key="plot", value=str(path), fix="make the folder first")
-    whole = io.BytesIO()
-    with matplotlib.rc_context({"svg.hashsalt": "hypertuna"}):
-        figure.savefig(whole, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
-    write_atomically(path, whole.getvalue())
 
 
 def _midlines(robot: Robot) -> NDArray[np.float64]:

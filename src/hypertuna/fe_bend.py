@@ -17,7 +17,8 @@ from hypertuna.errors import InputError
 from hypertuna.fe_measure import Measured, measure
 from hypertuna.fe_model import FeModel, FeOptions, equilibrium, fe_model
 from hypertuna.journal import Journal, journal_header
-from hypertuna.results import dataset, provenance, write_atomically
+from hypertuna.provenance import provenance
+from hypertuna.results import dataset, write_atomically
 from hypertuna.soft_joint import drive_unit, joint_group
 
 if TYPE_CHECKING:

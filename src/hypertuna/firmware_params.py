@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.control import controller_columns, sensor_range
-from hypertuna.description import Robot
+from hypertuna.description import Robot, needed
 from hypertuna.errors import InputError
 from hypertuna.guidance import GaitTable, gait_table, pilot_columns
-from hypertuna.hydraulics import needed
 from hypertuna.schema_firmware import Firmware
 
 __all__ = ["FirmwareTable", "Parameter", "firmware_table", "header"]

@@ -16,8 +16,8 @@ from hypertuna.manifest import Recording
 from hypertuna.plots_fit import plot_correlation, plot_errors, plot_intervals, plot_measured
 from hypertuna.plots_replay import plot_recordings
 from hypertuna.posterior import Posterior
+from hypertuna.provenance import provenance
 from hypertuna.report import WIDTH, Fact, Part, Picture, Section, Table, write_page
-from hypertuna.results import provenance
 
 __all__ = ["fit_sections", "write_fit"]
 

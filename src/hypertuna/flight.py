@@ -25,7 +25,7 @@ from hypertuna.mission_file import MissionFile, drawn
 from hypertuna.mission_record import COLUMNS, MissionRecord, joined
 from hypertuna.mission_run import MissionRun, MissionStart, fly_part, mission_start, over, part_ticks
 from hypertuna.mission_run import joined as joined_parts
-from hypertuna.results import provenance
+from hypertuna.provenance import provenance
 
 __all__ = ["Flight", "Outcome", "expected", "fly", "fly_seeds", "outcome"]
 

@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.control import controller_columns, sensor_range
-from hypertuna.description import Robot
+from hypertuna.description import Robot, needed
 from hypertuna.energy import battery_columns, range_of
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, named_gait
-from hypertuna.hydraulics import needed
 from hypertuna.mission import Mission
 from hypertuna.model import core_model
 from hypertuna.schema_guidance import Guidance

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description import Robot, needed
 from hypertuna.errors import InputError
 from hypertuna.schema import JointGroup
 from hypertuna.schema_hydraulics import HOTTEST, Line, Oil, Pump, Servo
@@ -30,7 +29,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-T = TypeVar("T")
 
 SIDES = ("left", "right")
 DRIVES = "piston pump"  # what a servo drives that belongs to a circuit
@@ -336,31 +334,6 @@ def servo_angle(found: Circuits, volume: ArrayLike, circuit: int = 0) -> Array:
         cosine = (reach**2 + crank**2 - rod**2) / (2 * reach * crank)
         result: Array = np.pi - np.arccos(np.where(abs(cosine) <= 1, cosine, np.nan)) - neutral
     return result
-
-
-def needed(value: T | None, key: str, fix: str, robot: Robot | None = None) -> T:
-    """Return a value that a computation needs.
-
-    Parameters
-    ----------
-    value : object or None
-    key, fix : str
-        As in the robot's file, for the error.
-    robot : Robot, optional
-        Whose file is named.
-
-    Returns
-    -------
-    object
-
-    Raises
-    ------
-    InputError
-        If it is None.
-    """
-    if value is None:
-        raise InputError("is needed for the hydraulics", file=(robot and robot.file) or None, key=key, fix=fix)
-    return value
 
 
 def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: float) -> dict[str, float]:

@@ -16,19 +16,19 @@ from numpy.typing import NDArray
 from hypertuna.agreement import Errors, criteria, errors
 from hypertuna.beats import DEFAULT_STEPS, check_steps
 from hypertuna.certainty import Certainty, certainty
-from hypertuna.coefficients import Free, free, from_scale
-from hypertuna.description import Robot
+from hypertuna.coefficients import Free, column_key, column_of, free, from_scale, with_values
+from hypertuna.description import Robot, parse
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.fit_warnings import repeated, warnings_of
-from hypertuna.free_names import free_of, split_names
+from hypertuna.free_names import NUISANCES, free_of, split_names
 from hypertuna.journal import Journal, journal_header
 from hypertuna.predict import LOSSES, experiment, predict
 from hypertuna.results import version
-from hypertuna.robot_file import with_fit
 from hypertuna.search import CONVERGED, Search, fit, sketch, start_points, stop_sentence
 from hypertuna.trials import Trials, digest, read_trials, split
+from hypertuna.validation import written
 
-__all__ = ["Fit", "compare", "identify"]
+__all__ = ["Fit", "compare", "identify", "with_fit"]
 
 Array = NDArray[np.float64]
 
@@ -362,3 +362,66 @@ def _snapped(frees: Sequence[Free], values: Array) -> Array:
     lower, upper = (np.array([getattr(f, side) for f in frees]) for side in ("lower", "upper"))
     near = SNAP * (upper - lower)
     return np.where(values - lower < near, lower, np.where(upper - values < near, upper, values))
+
+
+def with_fit(
+    robot: Robot,
+    frees: Sequence[Free],
+    values: Sequence[float] | Array,
+    *,
+    covariance: Array,
+    trials: str,
+    seed: int,
+    text: str,
+) -> Robot:
+    """Return the robot with fitted values, their origin, and the table ``[fit]`` that tells how certain they are.
+
+    Parameters
+    ----------
+    robot : Robot
+    frees : sequence of Free
+    values : array_like, shape (n,)
+        In SI units [SI].
+    covariance : ndarray, shape (n, n)
+        Of the values in their scales [SI^2 or logarithms].
+    trials : str
+        Files of the runs.
+    seed : int
+    text : str
+        Sentence that says what was fitted to what.
+
+    Returns
+    -------
+    Robot
+
+    Raises
+    ------
+    InputError
+        If the description does not take the values.
+    """
+    document = with_values(robot, frees, values).document()
+    sources = document.setdefault("sources", {})
+    origin = f"identified from {trials}, see [fit]"
+    for column in dict.fromkeys(f.column for f in frees if f.column not in NUISANCES):
+        key = written(column_key(column)[0])
+        which = [f for f in frees if f.column == column]
+        fitted = {i for f in which for i in f.indices}
+        others = robot.source(key)
+        if len(fitted) < len(column_of(robot, column)) and others is not None:
+            sources[key] = f"{', '.join(f'[{f.index}]' for f in which)} {origin}; others: {others}"
+        else:
+            sources[key] = origin
+    sources["fit"] = text
+    document["fit"] = {
+        "text": text,
+        "trials": trials,
+        "seed": seed,
+        "names": [f.name for f in frees],
+        "units": [f.unit for f in frees],
+        "scale": [f.scale for f in frees],
+        "value": [float(value) for value in values],
+        "lower": [f.lower for f in frees],
+        "upper": [f.upper for f in frees],
+        "covariance": np.asarray(covariance, dtype=float).tolist(),
+    }
+    return parse(document, file=robot.file)

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["MARKS", "RULES", "VERDICTS", "Entry", "Finding", "Rule", "data_folder", "judge", "published"]
+from hypertuna.results import data_folder
+
+__all__ = ["MARKS", "RULES", "VERDICTS", "Entry", "Finding", "Rule", "judge", "published"]
 
 VERDICTS = ("reproduced", "deviates", "contradicted", "undetermined", "not-computed")
 MARKS = dict(zip(VERDICTS, "✓≠✗○…", strict=True))
@@ -185,23 +186,6 @@ def published(name: str = "published") -> dict[str, Any]:
         Its content.
     """
     return tomllib.loads((data_folder("published") / f"{name}.toml").read_text(encoding="utf-8"))
-
-
-def data_folder(name: str) -> Path:
-    """Find data that comes with the package.
-
-    Parameters
-    ----------
-    name : str
-        "published" for numbers of the paper and of others, "fe" for stored results of finite elements.
-
-    Returns
-    -------
-    Path
-        A folder inside the package, or at the top of the source tree.
-    """
-    here = Path(__file__).resolve().parent
-    return next(path for base in (here, here.parents[1]) if (path := base / "data" / name).is_dir())
 
 
 def judge(paper: Mapping[str, Any], found: Finding) -> Entry:

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description import Robot, needed
 from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError, did_you_mean, finite, shown, whole
 from hypertuna.guidance import GaitTable, gait_table, mission_columns, pilot_columns
-from hypertuna.hydraulics import needed
 from hypertuna.mission import Mission, fence_distance
 from hypertuna.sea import Sea, sea_parts
 from hypertuna.sea_run import Motion

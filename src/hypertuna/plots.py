@@ -12,11 +12,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.drawing import COLORS, INK, SHAPES
 from hypertuna.errors import InputError
-from hypertuna.results import body_points
-from hypertuna.style import FAINT, POINTS, SEQUENCE, TIGHT, WIDTH, sequence, styled
+from hypertuna.figures import COLORS, FAINT, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.swim import Swim
+from hypertuna.trajectory import body_points
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hypertuna.actuator import Bend
-from hypertuna.drawing import COLORS, INK
-from hypertuna.style import FAINT, TIGHT, WIDTH, styled
+from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
 
 __all__ = ["plot_bend"]
 

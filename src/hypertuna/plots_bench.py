@@ -14,8 +14,7 @@ from hypertuna.actuator import SIDES, bend
 from hypertuna.bench import Loop
 from hypertuna.bench_combinations import DETERMINED
 from hypertuna.bench_fit import BenchFit
-from hypertuna.drawing import COLORS, INK
-from hypertuna.style import FAINT, TIGHT, WIDTH, styled
+from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
 
 __all__ = ["plot_bench"]
 

@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hypertuna.dive import Dive
-from hypertuna.drawing import COLORS, INK
-from hypertuna.style import FAINT, TIGHT, WIDTH, styled
+from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
 
 __all__ = ["plot_dive"]
 

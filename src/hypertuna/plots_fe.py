@@ -7,8 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from hypertuna.drawing import COLORS, INK
-from hypertuna.style import FAINT, POINTS, TIGHT, WIDTH, styled
+from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 
 __all__ = ["plot_fe_bend"]
 

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from hypertuna.agreement import Errors
 from hypertuna.coefficients import Free, to_scale
-from hypertuna.drawing import COLORS, INK
+from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 from hypertuna.identify import Fit
 from hypertuna.posterior import Posterior
-from hypertuna.style import FAINT, POINTS, TIGHT, WIDTH, styled
 
 __all__ = ["plot_correlation", "plot_errors", "plot_intervals", "plot_measured", "short_names"]
 

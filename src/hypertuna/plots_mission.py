@@ -9,9 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
-from hypertuna.drawing import COLORS, EDGE, INK
+from hypertuna.figures import COLORS, EDGE, FAINT, GRID, INK, TIGHT, WIDTH, styled
 from hypertuna.mission_record import MissionRecord
-from hypertuna.style import FAINT, GRID, TIGHT, WIDTH, styled
 
 __all__ = ["plot_mission"]
 

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hypertuna.beats import QUANTITIES
+from hypertuna.figures import POINTS, TIGHT, WIDTH, sequence, styled
 from hypertuna.optimize import Optimum
-from hypertuna.style import POINTS, TIGHT, WIDTH, sequence, styled
 
 __all__ = ["plot_convergence"]
 

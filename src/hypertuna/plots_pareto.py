@@ -11,10 +11,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hypertuna.drawing import INK
+from hypertuna.figures import FAINT, INK, SEQUENCE, TIGHT, WIDTH, styled
 from hypertuna.gait import Gait
 from hypertuna.pareto import Front
-from hypertuna.style import FAINT, SEQUENCE, TIGHT, WIDTH, styled
 from hypertuna.sweep import sweep
 
 __all__ = ["plot_pareto"]

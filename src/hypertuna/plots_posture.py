@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.drawing import COLORS, INK, SHAPES
+from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.posture import CLOSE, Held, PostureTest
-from hypertuna.style import FAINT, GRID, POINTS, TIGHT, WIDTH, sequence, styled
 
 __all__ = ["plot_limits", "plot_posture"]
 

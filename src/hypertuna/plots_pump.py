@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from hypertuna.drawing import INK, SHAPES
+from hypertuna.figures import FAINT, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.sizing import Size
-from hypertuna.style import FAINT, POINTS, TIGHT, WIDTH, sequence, styled
 
 __all__ = ["plot_pump"]
 

@@ -10,11 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hypertuna.description import Robot
-from hypertuna.drawing import COLORS
+from hypertuna.figures import COLORS, FAINT, WIDTH, styled
 from hypertuna.manifest import Recording
 from hypertuna.measured import Track
 from hypertuna.replay import AXES, head_center, seen_from_start
-from hypertuna.style import FAINT, WIDTH, styled
 
 if TYPE_CHECKING:
     import xarray as xr

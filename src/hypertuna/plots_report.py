@@ -11,8 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from hypertuna.drawing import COLORS, INK, SHAPES
-from hypertuna.style import FAINT, GRID, POINTS, SEQUENCE, TIGHT, WIDTH, styled
+from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, styled
 from hypertuna.swim import Swim
 
 if TYPE_CHECKING:

@@ -11,11 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hypertuna.drawing import COLORS, EDGE, INK, SHAPES
 from hypertuna.errors import InputError
-from hypertuna.results import body_points
-from hypertuna.style import FAINT, TIGHT, WIDTH, sequence, styled
+from hypertuna.figures import COLORS, EDGE, FAINT, INK, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.swim import Swim, swim
+from hypertuna.trajectory import body_points
 from hypertuna.turn import Points, Tightest, Turning, nose_path
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hypertuna.drawing import COLORS, INK
-from hypertuna.style import FAINT, TIGHT, WIDTH, styled
+from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
 from hypertuna.twin_run import TwinRun
 
 if TYPE_CHECKING:

@@ -14,8 +14,9 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.measured import JointSeries, Track
 from hypertuna.model import core_model, twist_from_rest
-from hypertuna.results import dataset, trajectory
+from hypertuna.results import dataset
 from hypertuna.smoothing import SmoothSeries, smooth
+from hypertuna.trajectory import trajectory
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -273,8 +273,7 @@ def _themed() -> dict[str, str]:
     """Colors of the plots that the page replaces by its own, which follow the reader's choice of light or dark."""
     from matplotlib.colors import to_hex
 
-    from hypertuna.drawing import COLORS, INK
-    from hypertuna.style import FAINT, GRID
+    from hypertuna.figures import COLORS, FAINT, GRID, INK
 
     colors = {INK: "--ink", FAINT: "--faint", GRID: "--grid", "white": "--paper"}
     colors |= dict(zip(COLORS, ("--orange", "--blue", "--green", "--pink", "--amber", "--sky"), strict=True))

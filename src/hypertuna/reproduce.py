@@ -26,9 +26,9 @@ from hypertuna import (
 from hypertuna.description import load
 from hypertuna.dive import Dive
 from hypertuna.ledger import RULES, VERDICTS, Entry, judge, published
+from hypertuna.provenance import provenance
 from hypertuna.published_swims import AS_PRINTED, MODELS, SPEEDS, Trial, swim_published
 from hypertuna.report import Section
-from hypertuna.results import provenance
 
 __all__ = ["Ledger", "ledger_record", "ledger_sections", "reproduce"]
 

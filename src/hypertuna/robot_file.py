@@ -11,80 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.coefficients import Free, column_key, column_of, with_values
 from hypertuna.description import Robot, parse, robot_path
-from hypertuna.errors import written
-from hypertuna.free_names import NUISANCES
 from hypertuna.results import write_atomically
 
-__all__ = ["robot_text", "with_fit", "write_robot"]
+__all__ = ["robot_text", "write_robot"]
 
 Array = NDArray[np.float64]
 
 SAME = 1e-13  # relative: numbers that differ by less are the same number in another notation
-
-
-def with_fit(
-    robot: Robot,
-    frees: Sequence[Free],
-    values: Sequence[float] | Array,
-    *,
-    covariance: Array,
-    trials: str,
-    seed: int,
-    text: str,
-) -> Robot:
-    """Return the robot with fitted values, their origin, and the table ``[fit]`` that tells how certain they are.
-
-    Parameters
-    ----------
-    robot : Robot
-    frees : sequence of Free
-    values : array_like, shape (n,)
-        In SI units [SI].
-    covariance : ndarray, shape (n, n)
-        Of the values in their scales [SI^2 or logarithms].
-    trials : str
-        Files of the runs.
-    seed : int
-    text : str
-        Sentence that says what was fitted to what.
-
-    Returns
-    -------
-    Robot
-
-    Raises
-    ------
-    InputError
-        If the description does not take the values.
-    """
-    document = with_values(robot, frees, values).document()
-    sources = document.setdefault("sources", {})
-    origin = f"identified from {trials}, see [fit]"
-    for column in dict.fromkeys(f.column for f in frees if f.column not in NUISANCES):
-        key = written(column_key(column)[0])
-        which = [f for f in frees if f.column == column]
-        fitted = {i for f in which for i in f.indices}
-        others = robot.source(key)
-        if len(fitted) < len(column_of(robot, column)) and others is not None:
-            sources[key] = f"{', '.join(f'[{f.index}]' for f in which)} {origin}; others: {others}"
-        else:
-            sources[key] = origin
-    sources["fit"] = text
-    document["fit"] = {
-        "text": text,
-        "trials": trials,
-        "seed": seed,
-        "names": [f.name for f in frees],
-        "units": [f.unit for f in frees],
-        "scale": [f.scale for f in frees],
-        "value": [float(value) for value in values],
-        "lower": [f.lower for f in frees],
-        "upper": [f.upper for f in frees],
-        "covariance": np.asarray(covariance, dtype=float).tolist(),
-    }
-    return parse(document, file=robot.file)
 
 
 def robot_text(robot: Robot, *, note: str | None = None) -> str:

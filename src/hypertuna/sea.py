@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description import Robot, needed
 from hypertuna.errors import InputError, finite, shown
-from hypertuna.hydraulics import needed
 
 __all__ = ["Sea", "sea_parts"]
 

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description import Robot, needed
 from hypertuna.errors import InputError, finite, shown, whole
 from hypertuna.frames import attitude_of
 from hypertuna.gait import Gait, check_gait
-from hypertuna.hydraulics import needed
 from hypertuna.schema_control import Controller
 from hypertuna.sea import Sea, sea_parts
 from hypertuna.sea_run import VARIABLES, SeaRun

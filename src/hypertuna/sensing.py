@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description import Robot, needed
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.hydraulics import SIDES, needed
+from hypertuna.hydraulics import SIDES
 from hypertuna.schema_control import Sensor
 
 __all__ = ["Fault", "channels", "faults", "pilot_sensor_columns", "sensor_columns", "sensor_of"]

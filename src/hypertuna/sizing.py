@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuator import JointTable, joint_tables
-from hypertuna.description import Robot, parse
+from hypertuna.description import Robot, needed, parse
 from hypertuna.errors import InputError
-from hypertuna.hydraulics import Circuits, circuits, needed, servo_angle, supply_voltage
+from hypertuna.hydraulics import Circuits, circuits, servo_angle, supply_voltage
 
 __all__ = ["POWERS", "Size", "largest_beat", "size_pump", "with_bore"]
 

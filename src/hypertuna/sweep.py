@@ -16,7 +16,8 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.gait import LARGEST, Gait, check_gait
 from hypertuna.model import parameter_names
-from hypertuna.results import dataset, provenance
+from hypertuna.provenance import provenance
+from hypertuna.results import dataset
 
 if TYPE_CHECKING:
     import xarray as xr

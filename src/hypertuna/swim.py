@@ -15,7 +15,7 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, check_gait
 from hypertuna.model import core_model, twist_from_rest
-from hypertuna.results import trajectory
+from hypertuna.trajectory import trajectory
 
 if TYPE_CHECKING:
     import xarray as xr

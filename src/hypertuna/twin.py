@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description import Robot, needed
 from hypertuna.errors import InputError, did_you_mean, finite, shown
 from hypertuna.gait import Gait, check_gait
-from hypertuna.hydraulics import needed
 from hypertuna.twin_parts import (
     STEP,
     check_command,

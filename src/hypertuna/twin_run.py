@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.gait import Gait
-from hypertuna.results import dataset, provenance
+from hypertuna.provenance import provenance
+from hypertuna.results import dataset
 
 if TYPE_CHECKING:
     import xarray as xr

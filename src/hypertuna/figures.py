@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from functools import wraps
+from pathlib import Path
 from typing import Any, ParamSpec
 
 import matplotlib
@@ -11,9 +13,15 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from hypertuna.drawing import COLORS, INK
+from hypertuna.errors import InputError
+from hypertuna.results import write_atomically
 
-__all__ = ["FAINT", "GRID", "POINTS", "SEQUENCE", "TIGHT", "WIDTH", "sequence", "styled"]
+__all__ = ["FAINT", "GRID", "POINTS", "SEQUENCE", "TIGHT", "WIDTH", "save", "sequence", "styled"]
+
+# Colors of Okabe and Ito that differ for every kind of color vision; shapes repeat what colors say.
+COLORS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+SHAPES = ("o", "s", "^", "D", "v", "P")
+INK, BODY, EDGE = "#222222", "#DCE6EC", "#8A99A3"
 
 P = ParamSpec("P")
 
@@ -94,3 +102,28 @@ def sequence(count: int) -> list[Any]:
         Of RGBA colors; a single one is the blue of the others' plots.
     """
     return [SEQUENCE(part) for part in np.linspace(0, 1, count)] if count > 1 else [COLORS[1]]
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure, whole or not at all.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    path : str or Path
+        The ending chooses the format: .svg, .png or .pdf.
+
+    Raises
+    ------
+    InputError
+        If the ending is none of these, or the folder cannot be written to.
+    """
+    kind = Path(path).suffix.removeprefix(".").lower()
+    if kind not in ("svg", "png", "pdf"):
+        raise InputError("must end in .svg, .png or .pdf", key="plot", value=str(path), fix="rename it")
+    if not Path(path).parent.is_dir():
+        raise InputError("must be in a folder that exists", key="plot", value=str(path), fix="make the folder first")
+    whole = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "hypertuna"}):
+        figure.savefig(whole, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
+    write_atomically(path, whole.getvalue())

@@ -1,0 +1,39 @@
+"""What made a result: version, instruction set, robot, model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hypertuna import _core
+from hypertuna.description import Robot
+from hypertuna.results import version
+
+if TYPE_CHECKING:
+    pass
+
+__all__ = ["provenance"]
+
+
+def provenance(robot: Robot, *, water: bool = True) -> dict[str, str]:
+    """Say what made a result: attributes for every dataset and file.
+
+    Parameters
+    ----------
+    robot : Robot
+    water : bool
+        Whether the robot's model of body and water had a part in it.
+
+    Returns
+    -------
+    dict of str
+        Version, instruction set, robot and its hash, choice of model.
+    """
+    made = {
+        "hypertuna_version": version(),
+        "isa": _core.isa(),
+        "robot": robot.name,
+        "robot_file": robot.file,
+        "robot_hash": robot.hash,
+    }
+    model = robot.model
+    return made | ({"water": model.water, "joints": model.joints, "areas": model.areas} if water else {})

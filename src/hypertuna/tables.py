@@ -1,0 +1,103 @@
+"""Read tables of text files."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from hypertuna.errors import InputError
+
+__all__ = ["check_width", "read_rows", "read_text"]
+
+
+def read_text(path: str | Path, kind: str) -> str:
+    """Read a text file in UTF-8.
+
+    Parameters
+    ----------
+    path : str or Path
+    kind : str
+        What the file should be, for errors: "a CSV file".
+
+    Returns
+    -------
+    str
+        Without a byte-order mark, lines ended by newlines.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it cannot be read.
+    """
+    file = str(path)
+    try:
+        return Path(path).read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise InputError("must be a file", file=file, value="missing", fix="check the path") from None
+    except (OSError, ValueError) as error:
+        if os.path.isdir(path):
+            raise InputError("is a folder", file=file, fix=f"give the path of {kind}") from None
+        value = f"not ({error.strerror if isinstance(error, OSError) else type(error).__name__})"
+        raise InputError("must be readable", file=file, value=value, fix=f"give {kind} in UTF-8") from None
+
+
+def read_rows(path: str | Path) -> list[tuple[int, list[str]]]:
+    """Read the rows of a CSV file. Empty lines and those that start with # are skipped.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    list of tuple of int and list of str
+        Line and cells of every row, the names of the columns first.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has no row below the names, or is not separated by commas.
+    """
+    file = str(path)
+    lines = enumerate(read_text(path, "a CSV file").split("\n"), 1)
+    content = [(n, line) for n, line in lines if line.strip() and line.lstrip()[0] != "#"]
+    if len(content) < 2:
+        fix = "give a line of column names, then one line per sample"
+        raise InputError("must be a table", file=file, value="empty", fix=fix)
+    for mark, name in {";": "semicolons", "\t": "tabs"}.items():
+        if mark in content[0][1] and "," not in content[0][1]:
+            rule, fix = "must be separated by commas", "save it with commas, and with points in its numbers"
+            raise InputError(rule, file=file, value=f"separated by {name}", fix=fix)
+    return [(n, _cells(line, file, n)) for n, line in content]
+
+
+def _cells(line: str, file: str, number: int) -> list[str]:
+    """Split a line of a CSV file; a quoted cell ends on its line."""
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], strict=True))]
+    except csv.Error as error:
+        rule, fix = "must be cells separated by commas", "close its quotation marks on the same line"
+        raise InputError(rule, file=file, key=f"line {number}", value=f"not ({error})", fix=fix) from None
+
+
+def check_width(row: Sequence[str], head: Sequence[str], *, file: str, line: int) -> None:
+    """Check that a row of a CSV file has as many cells as there are columns.
+
+    Parameters
+    ----------
+    row, head : sequence of str
+        Cells of the row and of the line of names.
+    file : str
+    line : int
+        Of the row.
+
+    Raises
+    ------
+    InputError
+        If it does not.
+    """
+    if len(row) != len(head):
+        rule, value = f"must have {len(head)} cells, as the line of names has", f"{len(row)} long"
+        raise InputError(rule, file=file, key=f"line {line}", value=value, fix="complete the line or remove it")

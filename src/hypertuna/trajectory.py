@@ -1,0 +1,112 @@
+"""Motion of a body as a labeled dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hypertuna.description import Robot
+from hypertuna.provenance import provenance
+from hypertuna.results import Array, dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["body_points", "trajectory"]
+
+
+def trajectory(
+    robot: Robot,
+    time: Array,
+    joints: Array,
+    motion: Mapping[str, Any],
+    *,
+    current: tuple[float, float] = (0.0, 0.0),
+) -> xr.Dataset:
+    """Label a motion of the core.
+
+    Parameters
+    ----------
+    robot : Robot
+    time : ndarray, shape (times,)
+        [s].
+    joints : ndarray, shape (times, links, 3)
+        Angle [rad], rate [rad/s] and acceleration [rad/s^2] of the joint at the front of every link.
+    motion : mapping
+        What `_core.advance` returns, in the frame of the water.
+    current : tuple of float
+        Velocity of the water in the frame of the result [m/s].
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions time, link and joint group; units and meaning in the attributes. Positions are in the ground
+        frame: origin at the nose's start, x and y fixed, heading counter-clockwise from x to the tail.
+    """
+    pose = np.array(motion["pose"])
+    pose[:, :2] += np.outer(time, current)
+    twist, torque = motion["twist"], motion["torque"]
+    tail = body_points(robot, pose, joints[:, :, 0])[:, -1]
+    power = torque * joints[:, :, 1]
+    groups = [joint.name for joint in robot.joints]
+    members = [list(joint.links) for joint in robot.joints]
+
+    def per_group(column: Array) -> Array:
+        return np.stack([column[:, links].sum(axis=1) for links in members], axis=1)
+
+    heading = pose[:, 2]
+    ahead = -(twist[:, 0])
+    variables = {
+        "x": ("time", pose[:, 0], "m", "position of the nose"),
+        "y": ("time", pose[:, 1], "m", "position of the nose"),
+        "heading": ("time", heading, "rad", "angle of the head's axis (nose to tail) from x, counter-clockwise"),
+        "u": ("time", twist[:, 0], "m/s", "velocity of the nose through the water along the head's axis, to the tail"),
+        "v": ("time", twist[:, 1], "m/s", "velocity of the nose through the water across the head's axis"),
+        "r": ("time", twist[:, 2], "rad/s", "rate of turn of the head, counter-clockwise"),
+        "forward_speed": ("time", ahead, "m/s", "velocity of the nose through the water along the head's axis, ahead"),
+        "tail_x": ("time", tail[:, 0], "m", "position of the tail tip"),
+        "tail_y": ("time", tail[:, 1], "m", "position of the tail tip"),
+        "joint_angle": (("time", "link"), joints[:, :, 0], "rad", "angle of the joint at the front of the link"),
+        "joint_rate": (("time", "link"), joints[:, :, 1], "rad/s", "rate of the joint"),
+        "joint_torque": (("time", "link"), torque, "N m", "torque of the joint on the link"),
+        "bend": (("time", "group"), per_group(joints[:, :, 0]), "rad", "angle of the joint group"),
+        "group_power": (("time", "group"), per_group(power), "W", "mechanical power of the joint group"),
+        "power": ("time", power.sum(axis=1), "W", "mechanical power of all joints"),
+        "loss": ("time", motion["loss"], "W", "power that the water takes"),
+        "energy": ("time", motion["energy"], "J", "kinetic energy of body and entrained water"),
+    }
+    return dataset(
+        {
+            name: (dims, values, {"units": unit, "long_name": text})
+            for name, (dims, values, unit, text) in variables.items()
+        },
+        {
+            "time": ("time", time, {"units": "s", "long_name": "time"}),
+            "link": ("link", list(robot.links.name)),
+            "group": ("group", groups),
+        },
+        provenance(robot) | {"current_x_m_s": current[0], "current_y_m_s": current[1]},
+    )
+
+
+def body_points(robot: Robot, pose: Array, angles: Array) -> Array:
+    """Place the joints of the body: nose, front end of every link, tail tip.
+
+    Parameters
+    ----------
+    robot : Robot
+    pose : ndarray, shape (times, 3)
+        Position of the nose [m] and heading [rad].
+    angles : ndarray, shape (times, links)
+        Angle of the joint at the front of every link [rad].
+
+    Returns
+    -------
+    ndarray, shape (times, links + 1, 2)
+        Positions in the frame of the pose [m] (Eqs 21-24 of the paper).
+    """
+    theta = pose[:, 2:] + np.cumsum(angles, axis=1)
+    steps = np.array(robot.links.length)[:, np.newaxis] * np.stack([np.cos(theta), np.sin(theta)], axis=-1)
+    return np.concatenate([pose[:, np.newaxis, :2], pose[:, np.newaxis, :2] + np.cumsum(steps, axis=1)], axis=1)

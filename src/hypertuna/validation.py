@@ -1,0 +1,150 @@
+"""A schema error as one sentence: key as written in the file, rule, value and fix."""
+
+from __future__ import annotations
+
+import re
+import types
+from collections.abc import Mapping
+from typing import Any, Union, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from hypertuna.errors import InputError, did_you_mean, shown
+
+__all__ = ["Place", "field_at", "nested_model", "translate", "unit_of", "written"]
+
+Place = tuple[int | str, ...]  # where a value stands in a document: keys and indices, outermost first
+_NOUNS = {
+    "dictionary": "a table",
+    "tuple": "a list",
+    "string": "text",
+    "number": "a number",
+    "integer": "a whole number",
+    "boolean": "true or false",
+}
+
+
+def nested_model(annotation: Any) -> type[BaseModel] | None:
+    """Return the pydantic model inside an annotation such as ``tuple[Model, ...]`` or ``Model | None``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    found = (nested_model(part) for part in get_args(annotation))
+    return next((model for model in found if model is not None), None)
+
+
+def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseModel] | None, FieldInfo | None]:
+    """Find the field that a place in a document leads to.
+
+    Parameters
+    ----------
+    model : type of BaseModel
+        The schema of the whole document.
+    place : tuple of int and str
+        Keys and indices, outermost first.
+
+    Returns
+    -------
+    model : type of BaseModel or None
+        The schema of the table at that place, None if there is no table.
+    field : FieldInfo or None
+        The field itself, None for the whole document and for unknown places.
+    """
+    field: FieldInfo | None = None
+    named = False  # inside a table of named entries, such as [gaits.NAME]: the next part is a name
+    for part in place:
+        if isinstance(part, int):
+            continue
+        if named or model is None:
+            named = False
+            continue
+        field = next((known for known in model.model_fields.values() if known.alias == part), None)
+        if field is None:
+            return None, None
+        model, named = nested_model(field.annotation), _is_table(field.annotation)
+    return model, field
+
+
+def unit_of(field: FieldInfo | None) -> str:
+    """Return the unit of a field, empty if it has none."""
+    extra = field.json_schema_extra if field else None
+    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+
+
+def translate(
+    error: ValidationError, document: Mapping[str, Any], model: type[BaseModel], file: str | None
+) -> InputError:
+    """Turn pydantic's report on a document into one InputError.
+
+    Parameters
+    ----------
+    error : pydantic.ValidationError
+        What pydantic found. An unknown key is told first: a misspelled key is also a missing one.
+    document : mapping
+        The document as read, for the value at the place of the error.
+    model : type of BaseModel
+        The schema; descriptions and units of its fields make the fix.
+    file : str or None
+        Where the document came from.
+
+    Returns
+    -------
+    InputError
+        The first error, with the key as written in the file.
+    """
+    problems = error.errors(include_url=False)
+    first = next((p for p in problems if p["type"] == "extra_forbidden"), problems[0])
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, InputError):
+        return InputError(cause.rule, file=file, key=cause.key, value=cause.value, fix=cause.fix)
+    place = first["loc"]
+    key = written(place)
+    if first["type"] == "extra_forbidden":
+        owner, _ = field_at(model, place[:-1])
+        known = [info.alias or name for name, info in owner.model_fields.items()] if owner else []
+        return InputError("is not a known key", file=file, key=key, fix=did_you_mean(str(place[-1]), known))
+    _, field = field_at(model, place)
+    fix = _fix(field)
+    if first["type"] == "missing":
+        return InputError("is missing", file=file, key=key, fix=fix)
+    return InputError(_rule(first["msg"]), file=file, key=key, value=shown(_value(document, place)), fix=fix)
+
+
+def written(place: Place) -> str:
+    """Write a place in the document as one writes it: ``joints[0].links[2]``."""
+    names = (part if isinstance(part, int) or re.fullmatch(r"[\w-]+", part) else f'"{part}"' for part in place)
+    return "".join(f"[{name}]" if isinstance(name, int) else f".{name}" for name in names).removeprefix(".")
+
+
+def _value(document: Any, place: Place) -> Any:
+    """Return the value at a place of the document."""
+    for part in place:
+        document = document[part]
+    return document
+
+
+def _rule(message: str) -> str:
+    """Pydantic's message in the words of a TOML file."""
+    if "should have at least 1 " in message:
+        return "must not be empty"
+    if "exceeded maximum size" in message:
+        return "must be a smaller number"
+    if most := re.search(r"should have at most (\d+) items", message):
+        return f"must have at most {most[1]} values"
+    noun = next((ours for theirs, ours in _NOUNS.items() if f"valid {theirs}" in message), None)
+    return f"must be {noun}" if noun else message.removeprefix("Value error, ").replace("Input should", "must")
+
+
+def _fix(field: FieldInfo | None) -> str | None:
+    """Say what to write instead, from the description and the unit of the field."""
+    if field is None or field.description is None:
+        return None
+    unit = unit_of(field)
+    return f"give the {field.description}" + (f" in {unit}" if unit else "")
+
+
+def _is_table(annotation: Any) -> bool:
+    """Whether an annotation is a dict, or a dict or None."""
+    if get_origin(annotation) in (Union, types.UnionType):
+        return any(_is_table(part) for part in get_args(annotation))
+    return get_origin(annotation) is dict
