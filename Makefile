@@ -106,8 +106,7 @@ system-deps: ## Arm compiler and emulator by apt, for firmware: 430 MB to fetch,
 	apt-get install -y -qq --no-install-recommends gcc-arm-none-eabi libnewlib-arm-none-eabi \
 	  libstdc++-arm-none-eabi-newlib qemu-system-arm
 
-CPP = $(wildcard core/include/hypertuna/*.hpp core/tests/*.[ch]pp bindings/*.[ch]pp benchmarks/*.[ch]pp \
-  firmware/app/*.[ch]pp firmware/boards/*.hpp firmware/boards/*/*.[ch]pp firmware/tests/*.[ch]pp)
+CPP = $(shell find core bindings benchmarks firmware/app firmware/boards firmware/tests -name '*.[ch]pp' -not -path '*/arduino/*')
 
 lint: $(VENV)/.installed-lint ## ruff, mypy, clang-format
 	@ruff check

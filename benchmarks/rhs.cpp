@@ -25,7 +25,7 @@
 #include <string>
 #include <vector>
 
-#include "hypertuna/periodic.hpp"
+#include "hypertuna/swimming/periodic.hpp"
 
 using namespace hypertuna;
 

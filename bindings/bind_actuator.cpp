@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "hypertuna/joint_table.hpp"
+#include "hypertuna/actuation/joint_table.hpp"
 #include "model.hpp"
 
 namespace hypertuna {

@@ -2,9 +2,9 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
-#include "app/faults.hpp"
-#include "app/record.hpp"
-#include "app/refusal.hpp"
+#include "app/vehicle/faults.hpp"
+#include "app/vehicle/record.hpp"
+#include "app/vehicle/refusal.hpp"
 #include "model.hpp"
 
 namespace hypertuna {

@@ -1,8 +1,8 @@
 /// Bindings of pump, lines and servos.
-#include "hypertuna/battery.hpp"
-#include "hypertuna/circuit.hpp"
-#include "hypertuna/pair.hpp"
-#include "hypertuna/stepping.hpp"
+#include "hypertuna/actuation/battery.hpp"
+#include "hypertuna/actuation/circuit.hpp"
+#include "hypertuna/actuation/pair.hpp"
+#include "hypertuna/swimming/stepping.hpp"
 #include "model.hpp"
 
 namespace hypertuna {

@@ -5,7 +5,7 @@
 #include <system_error>
 #include <thread>
 
-#include "hypertuna/parameters.hpp"
+#include "hypertuna/swimming/parameters.hpp"
 #include "model.hpp"
 
 namespace hypertuna {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "hypertuna/sensors.hpp"
+#include "hypertuna/simulation/sensors.hpp"
 #include "model.hpp"
 
 namespace hypertuna {

@@ -1,7 +1,7 @@
 /// A body whose joints are moved by moments, and the memory that it needs.
 #pragma once
 
-#include "hypertuna/tail.hpp"
+#include "hypertuna/simulation/tail.hpp"
 #include "model.hpp"
 #include "tank.hpp"
 

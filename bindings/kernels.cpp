@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "hypertuna/parameters.hpp"
-#include "hypertuna/settle.hpp"
+#include "hypertuna/swimming/parameters.hpp"
+#include "hypertuna/swimming/settle.hpp"
 #include "tank.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {

@@ -7,7 +7,7 @@
 
 #include "controller.hpp"
 #include "free_body.hpp"
-#include "hypertuna/twin.hpp"
+#include "hypertuna/simulation/twin.hpp"
 
 namespace hypertuna {
 

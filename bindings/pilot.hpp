@@ -2,7 +2,7 @@
 #pragma once
 
 #include "controller.hpp"
-#include "hypertuna/pilot.hpp"
+#include "hypertuna/pilot/pilot.hpp"
 
 namespace hypertuna {
 

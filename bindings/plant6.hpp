@@ -2,7 +2,7 @@
 #pragma once
 
 #include "free_body.hpp"
-#include "hypertuna/twin6.hpp"
+#include "hypertuna/simulation/twin6.hpp"
 
 // `keyword` is extern, or nothing where it is compiled.
 #define HYPERTUNA_PLANT6_OF(keyword, Law, D)                                                                         \

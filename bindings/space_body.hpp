@@ -2,7 +2,7 @@
 #pragma once
 
 #include "free_body.hpp"
-#include "hypertuna/body6.hpp"
+#include "hypertuna/simulation/body6.hpp"
 
 namespace hypertuna {
 

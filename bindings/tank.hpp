@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "hypertuna/beat.hpp"
-#include "hypertuna/parameters.hpp"
+#include "hypertuna/swimming/beat.hpp"
+#include "hypertuna/swimming/parameters.hpp"
 #include "kernels.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {

@@ -68,7 +68,7 @@ def symbol_table() -> list[list[str]]:
 
 @pytest.mark.parametrize("row", symbol_table(), ids=lambda row: row[0])
 def test_names_of_the_symbol_table_exist(row: list[str]) -> None:
-    core = "\n".join(path.read_text() for path in (ROOT / "core/include/hypertuna").glob("*.hpp"))
+    core = "\n".join(path.read_text() for path in (ROOT / "core/include/hypertuna").rglob("*.hpp"))
     for name in re.findall(r"[A-Za-z_]\w*", " ".join(re.findall(r"`([^`]+)`", row[3]))):
         assert re.search(rf"\b{name}\b", core), f"no {name} in the core"
     robot = ht.load("hypertuna")

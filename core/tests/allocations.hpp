@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "hypertuna/scalar.hpp"
+#include "hypertuna/math/scalar.hpp"
 
 static int allocations = 0;
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "check.hpp"
-#include "hypertuna/pilot.hpp"
+#include "hypertuna/pilot/pilot.hpp"
 #include "pilot.hpp"
 
 namespace hypertuna {

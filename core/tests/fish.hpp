@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "hypertuna/parameters.hpp"
-#include "hypertuna/settle.hpp"
+#include "hypertuna/swimming/parameters.hpp"
+#include "hypertuna/swimming/settle.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 

@@ -1,7 +1,7 @@
 /// A controller like that of a robot with two joints, written down by hand for the tests.
 #pragma once
 
-#include "hypertuna/sensors.hpp"
+#include "hypertuna/simulation/sensors.hpp"
 
 namespace hypertuna {
 

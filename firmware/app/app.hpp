@@ -1,8 +1,8 @@
 /// App: the vehicle and its radio, on a board.
 #pragma once
 
-#include "radio.hpp"
-#include "tick.hpp"
+#include "app/radio/radio.hpp"
+#include "app/vehicle/tick.hpp"
 
 namespace hypertuna::firmware {
 

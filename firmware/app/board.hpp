@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "hypertuna/sensors.hpp"
+#include "hypertuna/simulation/sensors.hpp"
 
 namespace hypertuna::firmware {
 

@@ -4,7 +4,7 @@
 /// pulses, what the vehicle thinks, and a digest of every bit that it computed. Little endian, no padding.
 #pragma once
 
-#include "../app/app.hpp"
+#include "app/app.hpp"
 
 namespace hypertuna::firmware {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "../app/app.hpp"
+#include "app/app.hpp"
 #include HYPERTUNA_ROBOT
 
 namespace hypertuna::firmware {

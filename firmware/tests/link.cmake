@@ -1,8 +1,9 @@
 # Tests of the link: the app on a bench board, and fuzzing of parser and orders.
 enable_testing()
 add_library(bench INTERFACE)
-target_sources(bench INTERFACE ${CMAKE_CURRENT_LIST_DIR}/../app/controller.cpp ${CMAKE_CURRENT_LIST_DIR}/../app/radio.cpp)
+target_sources(bench INTERFACE ${CMAKE_CURRENT_LIST_DIR}/../app/vehicle/controller.cpp ${CMAKE_CURRENT_LIST_DIR}/../app/radio/radio.cpp)
 target_link_libraries(bench INTERFACE core mavlink)
+target_include_directories(bench INTERFACE ${CMAKE_CURRENT_LIST_DIR}/..)
 target_compile_definitions(bench INTERFACE HYPERTUNA_ROBOT="${robot_header}")
 target_compile_options(bench INTERFACE -O1 -fno-rtti -ffp-contract=off)
 

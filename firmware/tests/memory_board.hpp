@@ -1,7 +1,7 @@
 /// A board made of memory, for the tests: its sensors show what they are told, and its power can go at any byte.
 #pragma once
 
-#include "../app/tick.hpp"
+#include "app/vehicle/tick.hpp"
 #include "../boards/lockstep.hpp"
 #include HYPERTUNA_ROBOT
 

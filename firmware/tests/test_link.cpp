@@ -1,7 +1,7 @@
 /// The link: frames found in any stream of bytes, orders followed or refused with a reason, missions that are whole or
 /// not at all, signatures, and a radio that is never asked for more than it carries.
 #include "../../core/tests/check.hpp"
-#include "../app/link.hpp"
+#include "app/radio/link.hpp"
 #include "bench_board.hpp"
 
 using namespace hypertuna;

@@ -27,7 +27,7 @@ class BatteryColumns:
     Parameters
     ----------
     columns : tuple of str
-        As `core/include/hypertuna/battery.hpp` names them.
+        As `core/include/hypertuna/actuation/battery.hpp` names them.
     values : ndarray, shape (columns,)
         SI units.
     """

@@ -26,7 +26,7 @@ Messages = NDArray[Any]
 
 BEAT = 1.0  # m below the surface, where a gait is swum
 LOST, SILENT = 3.0, 1000  # m, ticks: where and when a robot is lost
-MISSION = 2  # Control::mission of firmware/app/vehicle.hpp
+MISSION = 2  # Control::mission of firmware/app/vehicle/vehicle.hpp
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """What a robot's description makes of the firmware: every number on board, and which of them the radio may set.
 
 The firmware takes all numbers of controller, pilot, calibration and limits from one row, in the order that
-firmware/app/parameters.hpp visits them in; a parameter is a number of that row with a name and a range.
+firmware/app/vehicle/parameters.hpp visits them in; a parameter is a number of that row with a name and a range.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ PASCALS = 10.0  # per count of the depth sensor
 ATMOSPHERE = 101325.0  # Pa above the water
 GRAVITY = 9.81  # m/s^2
 MOST_NAME = 16  # characters of a parameter in MAVLink
-MOST_PARAMETERS = 96  # firmware/app/parameters.hpp
+MOST_PARAMETERS = 96  # firmware/app/vehicle/parameters.hpp
 TRIM = 2e-4  # s: largest correction of a servo's pulse
 
 Field = tuple[str, str, int]  # part, column, index
@@ -229,7 +229,7 @@ def _calibration(robot: Robot, wired: Firmware) -> dict[str, list[float]]:
 
 
 def _limits(wired: Firmware) -> dict[str, list[float]]:
-    """Return what the supervisor goes by, in the order of firmware/app/parameters.hpp."""
+    """Return what the supervisor goes by, in the order of firmware/app/vehicle/parameters.hpp."""
     values = {
         "manual_timeout": wired.manual_timeout,
         "link_timeout": wired.link_timeout,
@@ -267,7 +267,7 @@ def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
             f"must make at most {MOST_PARAMETERS} parameters",
             key="joints",
             value=f"{len(parameters)}",
-            fix="raise most_parameters of firmware/app/parameters.hpp and MOST_PARAMETERS",
+            fix="raise most_parameters of firmware/app/vehicle/parameters.hpp and MOST_PARAMETERS",
         )
     return tuple(parameters)
 
@@ -290,7 +290,7 @@ def header(table: FirmwareTable) -> str:
         f"/// {robot.name}: written by `hypertuna firmware params` from its description. Do not edit.",
         "#pragma once",
         "",
-        '#include "../app/parameters.hpp"',
+        '#include "../app/vehicle/parameters.hpp"',
         "",
         "// clang-format off",
         "namespace hypertuna::firmware::robot {",

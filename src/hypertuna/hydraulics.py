@@ -46,7 +46,7 @@ class Circuits:
     names : tuple of str
         ``"I-left"``, ``"I-right"``, ...: circuit 2 j + s is side s of joint j.
     columns : tuple of str
-        As `core/include/hypertuna/circuit.hpp` names them.
+        As `core/include/hypertuna/actuation/circuit.hpp` names them.
     values : ndarray, shape (circuits, columns)
         SI units.
     temperature : float

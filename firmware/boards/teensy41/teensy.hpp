@@ -8,7 +8,7 @@
 #include <Servo.h>
 #include <Wire.h>
 
-#include "../../app/app.hpp"
+#include "app/app.hpp"
 #include "depth.hpp"
 #include "imu.hpp"
 #include "receiver.hpp"

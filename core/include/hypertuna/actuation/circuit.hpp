@@ -1,0 +1,166 @@
+/// Circuit: servo, cylinder, oil line and the drive units of one side of a joint, closed for good.
+///
+/// The state holds the oil that has passed the line, and both pressures follow from volumes in closed form: what leaves
+/// the cylinder is in the units to the last bit, however long the run and whatever the step. Pressures are above
+/// atmosphere. Air travels with the oil as bubbles of constant share; it is isothermal and never dissolves.
+#pragma once
+
+#include "hypertuna/actuation/pump.hpp"
+#include "hypertuna/actuation/servo.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+inline constexpr double atmosphere = 101325.0;  // Pa
+
+template <class S>
+struct Circuit {
+    Pump<S> pump;
+    Servo<S> servo;
+    S resistance;    // Pa s/m^3 of the line, laminar
+    S loss;          // Pa s^2/m^6: entry and exit, quadratic in the flow
+    S inertance;     // Pa s^2/m^3 of the oil in the line
+    S oil_pump;      // m^3 of oil in the cylinder when nothing has passed, as it would be at atmosphere without air
+    S oil_unit;      // m^3 of oil in line and units then
+    S unit_rest;     // m^3 that line and units hold with the joint straight and no pressure
+    S compliance;    // m^3/Pa that hoses, braids and fittings give on the units' side
+    S bulk_modulus;  // Pa of the oil without air
+    S air;           // m^3 of air at atmosphere per m^3 of oil
+    S cavitation;    // Pa: no pressure is lower; beyond it a cavity opens
+};
+
+template <class S>
+struct CircuitState {
+    S angle;   // rad of the servo from neutral, positive pushes oil out
+    S rate;    // rad/s
+    S flow;    // m^3/s toward the units
+    S passed;  // m^3 of oil that is in the units instead of the cylinder
+
+    template <class A>
+    friend HYPERTUNA_INLINE CircuitState operator*(const A& a, const CircuitState& b) {
+        return {a * b.angle, a * b.rate, a * b.flow, a * b.passed};
+    }
+    friend HYPERTUNA_INLINE CircuitState operator+(const CircuitState& a, const CircuitState& b) {
+        return {a.angle + b.angle, a.rate + b.rate, a.flow + b.flow, a.passed + b.passed};
+    }
+};
+
+/// Pressure of oil in a space, and the vapor cavity beside it.
+template <class S>
+struct OilPressure {
+    S pressure;  // Pa
+    S cavity;    // m^3
+};
+
+template <class S>
+struct CircuitOutput {
+    OilPressure<S> pump, unit;
+    S load;               // N m of the oil on the servo
+    S torque;             // N m of the motor
+    ServoPower<S> power;  // W
+};
+
+template <class S>
+struct CircuitRate {
+    CircuitState<S> rate;
+    CircuitOutput<S> output;
+};
+
+/// Volume of oil with its air under a pressure, m^3.
+template <class S>
+HYPERTUNA_INLINE S oil_volume(const Circuit<S>& circuit, const S& oil, const S& pressure) {
+    const S p0 = S(base_t<S>(atmosphere));
+    return oil * (S(1) - pressure / circuit.bulk_modulus + circuit.air * p0 / (p0 + pressure));
+}
+
+/// Volume that it gains per lost pressure, m^3/Pa.
+template <class S>
+HYPERTUNA_INLINE S oil_compliance(const Circuit<S>& circuit, const S& oil, const S& pressure) {
+    const S p0 = S(base_t<S>(atmosphere)), p = p0 + pressure;
+    return oil * (S(1) / circuit.bulk_modulus + circuit.air * p0 / (p * p));
+}
+
+/// Pressure at which the oil fills its space: oil_volume(P) = space + compliance P, a quadratic in the absolute
+/// pressure whose larger root is the only positive one.
+template <class S>
+OilPressure<S> oil_pressure(const Circuit<S>& circuit, const S& oil, const S& space, const S& compliance) {
+    const S p0 = S(base_t<S>(atmosphere));
+    const S stiff = compliance + oil / circuit.bulk_modulus, gas = oil * circuit.air * p0;
+    const S excess = oil + stiff * p0 - space, lowest = circuit.cavitation + p0;
+    const S root = sqrt(excess * excess + S(4) * stiff * gas);
+    const auto stretched = excess < S(0);  // the form of the root in which nothing cancels
+    const S absolute = select(stretched, S(2) * gas, root + excess) / select(stretched, root - excess, S(2) * stiff);
+    if (!any(absolute < lowest)) return {absolute - p0, S(0)};
+    return {max(lowest, absolute) - p0, max(S(0), stiff * lowest - excess - gas / lowest)};
+}
+
+/// Cylinder and units of a circuit. `unit_space` is what the joint's bend adds to the units' volume, m^3.
+template <class S>
+HYPERTUNA_INLINE OilPressure<S> pump_pressure(const Circuit<S>& circuit, const S& passed, const S& pushed) {
+    return oil_pressure(circuit, circuit.oil_pump - passed, circuit.pump.chamber - pushed, S(0));
+}
+template <class S>
+HYPERTUNA_INLINE OilPressure<S> pump_pressure(const Circuit<S>& circuit, const CircuitState<S>& state) {
+    return pump_pressure(circuit, state.passed, displaced(circuit.pump, state.angle));
+}
+template <class S>
+HYPERTUNA_INLINE OilPressure<S> unit_pressure(const Circuit<S>& circuit, const CircuitState<S>& state,
+                                              const S& unit_space) {
+    return oil_pressure(circuit, circuit.oil_unit + state.passed, circuit.unit_rest + unit_space, circuit.compliance);
+}
+
+/// How the state changes, and what is seen of it.
+template <class S>
+HYPERTUNA_INLINE CircuitRate<S> circuit_rate(const Circuit<S>& circuit, const CircuitState<S>& state, const S& target,
+                                             const S& supply, const S& unit_space) {
+    const auto [at, slope] = travel(circuit.pump, state.angle);
+    const S area = circuit.pump.area, pushed = area * (at - circuit.pump.start);
+    const OilPressure<S> pump = pump_pressure(circuit, state.passed, pushed);
+    const OilPressure<S> unit = unit_pressure(circuit, state, unit_space);
+    const S load = pump.pressure * (area * slope);
+    const ServoDrive<S> drive = servo_drive(circuit.servo, supply, load, target, state.angle, state.rate);
+    const S drop = circuit.resistance * state.flow + circuit.loss * times_abs(state.flow);
+    const S flow = (pump.pressure - unit.pressure - drop) / circuit.inertance;
+    return {{state.rate, drive.acceleration, flow, state.flow},
+            {pump, unit, load, drive.torque, servo_power(circuit.servo, drive, supply, load, state.rate)}};
+}
+
+/// Bound of the circuit's rates with the joint held, 1/s, at a pressure: RK4 is stable below 2.7 / rate.
+///
+/// Lag of the line, line against the oil at both its ends, servo against the oil of the cylinder.
+template <class S>
+S circuit_stiffness(const Circuit<S>& circuit, const S& pressure, const S& flow) {
+    const S pump = oil_compliance(circuit, circuit.oil_pump, pressure);
+    const S unit = oil_compliance(circuit, circuit.oil_unit, pressure) + circuit.compliance;
+    const S slope = displaced_slope(circuit.pump, S(0));
+    const S lag = (circuit.resistance + S(2) * circuit.loss * abs(flow)) / circuit.inertance;
+    const S ring = sqrt((S(1) / pump + S(1) / unit) / circuit.inertance);
+    const S bounce = slope / sqrt(pump * circuit.servo.inertia);
+    return max(max(lag, ring), max(bounce, servo_rate(circuit.servo)));
+}
+
+/// A circuit as a row of numbers, in this order: how it comes from Python.
+inline constexpr const char* circuit_columns[] = {
+    "area",      "crank",    "rod",      "neutral",       "start",        "chamber",      "stall_torque", "speed",
+    "bandwidth", "friction", "voltage",  "stall_current", "idle_current", "inertia",      "resistance",   "loss",
+    "inertance", "oil_pump", "oil_unit", "unit_rest",     "compliance",   "bulk_modulus", "air",          "cavitation",
+};
+inline constexpr int circuit_column_count = sizeof(circuit_columns) / sizeof(circuit_columns[0]);
+
+template <class S, class T>
+Circuit<S> read_circuit(const T* row) {
+    const auto at = [row](int k) { return S(base_t<S>(row[k])); };
+    return {{at(0), at(1), at(2), at(3), at(4), at(5)},
+            {at(6), at(7), at(8), at(9), at(10), at(11), at(12), at(13)},
+            at(14),
+            at(15),
+            at(16),
+            at(17),
+            at(18),
+            at(19),
+            at(20),
+            at(21),
+            at(22),
+            at(23)};
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,205 @@
+/// Muscle: a McKibben drive unit, a silicone hose in a braid that does not stretch, inside a sleeve of matrix.
+///
+/// Everything follows from two functions of the stretch lambda = L / L0, both per length at rest: the energy of the
+/// walls and the volume of the lumen. A wall's points keep their volume, r^2 = (R^2 + B) / lambda, and the braid sets
+/// B. The pull is dU/dlambda - P dV/dlambda (virtual work); the radial balance of Cauchy stresses gives the same.
+#pragma once
+
+#include "hypertuna/math/dual.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+template <std::floating_point S>
+HYPERTUNA_INLINE S log1p(S x) {
+    return std::log1p(x);
+}
+template <class S, int N>
+HYPERTUNA_INLINE Dual<S, N> log1p(const Dual<S, N>& x) {
+    return Dual<S, N>::chain(log1p(x.v), S(1) / (S(1) + x.v), x);
+}
+
+/// Two-term Mooney-Rivlin solid: W = C1 (I1 - 3) + C2 (I2 - 3), incompressible (Eq. 7).
+template <class S>
+struct Mooney {
+    S c1, c2;  // Pa
+};
+
+template <class S>
+struct DriveUnit {
+    S outer, inner;  // m, diameters of the hose at rest
+    S tan2;          // squared tangent of the braid's angle from the axis, snug on the hose at rest
+    S sleeve;        // m, thickness of the matrix that swells with the braid
+    Mooney<S> hose, matrix;
+    S friction;  // coefficient between braid and hose
+};
+
+/// A wall at a stretch and a swelling B, per length at rest.
+template <class S>
+struct Wall {
+    S energy;  // J/m
+    S along;   // N, dU/dlambda at fixed B
+    S across;  // Pa, dU/dB at fixed lambda: pi times the pressure that the wall carries
+};
+
+/// What a muscle's shape makes of its stretch.
+template <class S>
+struct MuscleShape {
+    S braid2;    // m^2, squared diameter of the braid
+    S swelling;  // m^2, B
+    S slope;     // m^2, dB/dlambda
+};
+
+/// Squared diameter of the braid, D^2 = d_o^2 (1/cos^2 theta0 - lambda^2) / tan^2 theta0, and the swelling it enforces;
+/// written so that both are exact at rest.
+template <class S>
+MuscleShape<S> muscle_shape(const DriveUnit<S>& unit, const S& stretch) {
+    const S one(1), rest2 = unit.outer * unit.outer, quarter(base_t<S>(0.25));
+    const S shortened = (one - stretch) * (one + stretch);
+    const S braid2 = rest2 * (one + shortened / unit.tan2);
+    return {braid2, quarter * (stretch * braid2 - rest2),
+            quarter * rest2 * (one + (one - S(3) * stretch * stretch) / unit.tan2)};
+}
+
+/// A ring of silicone between the squared radii x1 and x2 at rest; the integrals over its thickness in closed form.
+template <class S>
+Wall<S> wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& swelling) {
+    const S dx = x2 - x1, one(1), inverse = one / stretch, B = swelling;
+    const S logarithm = log1p(B * dx / (x1 * (x2 + B)));  // ln (x2 (x1 + B)) / (x1 (x2 + B))
+    const S both = solid.c1 * inverse + solid.c2 * stretch;
+    const S axial =
+        solid.c1 * (stretch * stretch + S(2) * inverse - S(3)) + solid.c2 * (inverse * inverse + S(2) * stretch - S(3));
+    const S axial_slope =
+        S(2) * (solid.c1 * (stretch - inverse * inverse) + solid.c2 * (one - inverse * inverse * inverse));
+    const S Pi = S(base_t<S>(pi));
+    return {Pi * (dx * axial + B * logarithm * both),
+            Pi * (dx * axial_slope + B * logarithm * (solid.c2 - solid.c1 * inverse * inverse)),
+            Pi * both * (logarithm + B * dx / ((x1 + B) * (x2 + B)))};
+}
+
+/// The hose alone, and with its sleeve.
+template <class S>
+Wall<S> hose_wall(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
+    const S quarter(base_t<S>(0.25));
+    return wall(unit.hose, quarter * unit.inner * unit.inner, quarter * unit.outer * unit.outer, stretch, swelling);
+}
+template <class S>
+Wall<S> sleeve_wall(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
+    const S radius = S(base_t<S>(0.5)) * unit.outer, rim = radius + unit.sleeve;
+    return wall(unit.matrix, radius * radius, rim * rim, stretch, swelling);
+}
+
+/// Volume of the lumen per length at rest, m^2 (Eq. 6); 0 where the wall closes it.
+template <class S>
+S lumen(const DriveUnit<S>& unit, const S& stretch) {
+    const S quarter(base_t<S>(0.25));
+    return S(base_t<S>(pi)) * (quarter * unit.inner * unit.inner + muscle_shape(unit, stretch).swelling);
+}
+template <class S>
+S lumen_slope(const DriveUnit<S>& unit, const S& stretch) {
+    return S(base_t<S>(pi)) * muscle_shape(unit, stretch).slope;
+}
+
+/// Elastic energy of hose and sleeve per length at rest, J/m.
+template <class S>
+S energy(const DriveUnit<S>& unit, const S& stretch) {
+    const S B = muscle_shape(unit, stretch).swelling;
+    return hose_wall(unit, stretch, B).energy + sleeve_wall(unit, stretch, B).energy;
+}
+/// What the walls pull by themselves, dU/dlambda, N.
+template <class S>
+S energy_slope(const DriveUnit<S>& unit, const S& stretch) {
+    const MuscleShape<S> shape = muscle_shape(unit, stretch);
+    const Wall<S> hose = hose_wall(unit, stretch, shape.swelling), sleeve = sleeve_wall(unit, stretch, shape.swelling);
+    return hose.along + sleeve.along + (hose.across + sleeve.across) * shape.slope;
+}
+
+/// Pull of the muscle, N: contraction positive, without friction. Linear in the pressure.
+template <class S>
+S pull(const DriveUnit<S>& unit, const S& pressure, const S& stretch) {
+    return energy_slope(unit, stretch) - pressure * lumen_slope(unit, stretch);
+}
+
+/// Pressure that hose and sleeve carry, Pa; the braid bears the rest of the lumen's.
+template <class S>
+S carried(const DriveUnit<S>& unit, const S& stretch) {
+    const S B = muscle_shape(unit, stretch).swelling;
+    const Wall<S> hose = hose_wall(unit, stretch, B), sleeve = sleeve_wall(unit, stretch, B);
+    return (hose.across + sleeve.across) / S(base_t<S>(pi));
+}
+/// Area that friction acts on, m^2: the section inside the braid. The paper gives none, and its C_f P_b is no force.
+template <class S>
+S contact(const DriveUnit<S>& unit, const S& stretch) {
+    return S(base_t<S>(pi / 4)) * muscle_shape(unit, stretch).braid2;
+}
+
+/// Stretch at which the lumen has this part of its volume at rest left, on the side of the stretched muscle.
+template <class S>
+S closing_stretch(const DriveUnit<S>& unit, const S& left) {
+    const S wanted = left * lumen(unit, S(1));
+    S low(1), high = sqrt(S(1) + unit.tan2);
+    // Beyond 54.7 degrees the lumen first grows with the stretch; it falls from lambda^2 = secant^2 / 3 on.
+    low = max(low, high / sqrt(S(3)));
+    for (int k = 0; k < 64; ++k) {
+        const S middle = S(base_t<S>(0.5)) * (low + high);
+        const auto open = wanted < lumen(unit, middle);
+        low = select(open, middle, low);
+        high = select(open, high, middle);
+    }
+    return low;
+}
+
+/// Which of the paper's misprints the printed equations keep.
+struct Misprints {
+    bool nominal_stress;  // Eqs 10-11: the deviatoric stress times the section's stretch, yet on the deformed section
+    bool inner_balance;   // Eqs 12-13: hoop balance on the inner diameter, with the thickness at rest
+};
+
+/// What a wall of the paper leaves of the pressure inside it, and its axial force.
+template <class S>
+struct PrintedWall {
+    S force;    // N
+    S outside;  // Pa
+};
+
+/// A wall by Eqs 8-13 and 17: one stress for its whole thickness, sigma_33 = -P. D_o is its outer diameter now.
+template <class S>
+PrintedWall<S> printed_wall(const Mooney<S>& solid, const S& d_i, const S& d_o, const S& D_o, const S& stretch,
+                            const S& pressure, Misprints misprints) {
+    const S one(1), two(2), quarter_pi(base_t<S>(pi / 4));
+    const S section = quarter_pi * (d_o * d_o - d_i * d_i) / stretch;  // V_t / L
+    const S D_i = sqrt(D_o * D_o - section / quarter_pi);
+    const S l1 = stretch, l2 = D_i / d_i, l3 = one / (l1 * l2);
+    const auto deviator = [&](const S& l) {
+        return two * (solid.c1 * (l * l - l3 * l3) - solid.c2 * (one / (l * l) - one / (l3 * l3)));
+    };
+    const S along = deviator(l1) * (misprints.nominal_stress ? l2 * l3 : one) - pressure;
+    const S hoop = deviator(l2) * (misprints.nominal_stress ? l1 * l3 : one) - pressure;
+    const S balance = (pressure * D_i - hoop * (D_o - D_i)) / D_o;
+    return {along * section, misprints.inner_balance ? pressure - hoop * (d_o - d_i) / D_i : balance};
+}
+
+/// Pull of the muscle by the paper's Eqs 4-17, without friction: C_f P_b is no force as long as it lacks an area.
+///
+/// Eq. 14 subtracts P_s, the pressure inside the sleeve that leaves none outside; the sleeve's axial force is in no
+/// equation. cos^2 theta = L^2 / b^2 is read as L^2 / c^2.
+template <class S>
+S printed_pull(const DriveUnit<S>& unit, const S& pressure, const S& stretch, Misprints misprints) {
+    const S zero(0), one(1), two(2), half_pi = S(base_t<S>(pi / 2)), quarter_pi(base_t<S>(pi / 4));
+    const S braid2 = muscle_shape(unit, stretch).braid2, D_o = sqrt(braid2);
+    const auto hose = printed_wall(unit.hose, unit.inner, unit.outer, D_o, stretch, pressure, misprints);
+    S braid = hose.outside;
+    if (zero < unit.sleeve) {
+        const S rim = unit.outer + two * unit.sleeve;
+        const S D_rim = sqrt(braid2 + (rim * rim - unit.outer * unit.outer) / stretch);
+        const auto left = [&](const S& P) {
+            return printed_wall(unit.matrix, unit.outer, rim, D_rim, stretch, P, misprints).outside;
+        };
+        const S none = left(zero);
+        braid = braid + none / (left(one) - none);  // P_b = P_t - P_s, and what is left is linear in P_s
+    }
+    const S tan2 = unit.tan2 * braid2 / (unit.outer * unit.outer * stretch * stretch);
+    const S inside = quarter_pi * (braid2 - (unit.outer * unit.outer - unit.inner * unit.inner) / stretch);  // V_f / L
+    return half_pi * braid2 * braid / tan2 - inside * pressure + hose.force;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

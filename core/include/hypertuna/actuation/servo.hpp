@@ -1,0 +1,105 @@
+/// Servo: a geared DC motor with a position loop, its limits, and the electrical power that it draws.
+///
+/// Angle and rate are states and the gears' reflected inertia is one: a rate without inertia would have to jump when
+/// the target does, and the oil's reaction would turn the loop algebraic. The loop is critically damped and knows its
+/// load, so it is the torque-speed line that makes the servo lag. The fastest rates are a few hundred 1/s
+/// (`servo_rate`).
+#pragma once
+
+#include "hypertuna/math/scalar.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+template <class S>
+struct Servo {
+    S stall_torque;   // N m, at `voltage`
+    S speed;          // rad/s without load, at `voltage`
+    S bandwidth;      // Hz: where the position loop leaves 71 % of a small motion
+    S friction;       // N m that gears and seals rub away in motion, and hold at rest
+    S voltage;        // V that torque, speed and current are given at
+    S stall_current;  // A
+    S idle_current;   // A: electronics and the motor's own losses
+    S inertia;        // kg m^2 of rotor and gears, at the output
+};
+
+/// What a servo does at one instant.
+template <class S>
+struct ServoDrive {
+    S acceleration;  // rad/s^2
+    S torque;        // N m that motor and gears make before friction
+    S rubbed;        // N m of it that friction takes; negative where friction holds instead of the motor
+};
+
+/// Electrical power of a servo by what it goes to; the shares add up to `total`.
+template <class S>
+struct ServoPower {
+    S total;      // W
+    S idle;       // W: electronics
+    S holding;    // W: heat of the current that torque takes, at rest and in motion
+    S hydraulic;  // W: work on the oil, negative where the oil pushes back
+    S friction;   // W: rubbed away in the gears
+    S inertia;    // W: into the rotor, negative while it slows down; a beat's mean is zero
+    S braking;    // W: work of load and rotor that comes back and is not regained
+};
+
+/// A rate this slow counts as rest for friction, rad/s: it sets in smoothly around it.
+inline constexpr double servo_rest = 0.05;
+
+/// Undamped rate of the critically damped loop, 1/s: |1 / (1 + i w / w0)^2| = 1 / sqrt(2) at the bandwidth.
+template <class S>
+HYPERTUNA_INLINE S servo_loop(const Servo<S>& servo) {
+    return servo.bandwidth * S(base_t<S>(2 * pi / 0.64359425290558262));
+}
+
+/// Share of the friction that acts at a rate: -1 to 1.
+template <class S>
+HYPERTUNA_INLINE S rubbing(const S& rate) {
+    const S rest = S(base_t<S>(servo_rest));
+    return rate / sqrt(rate * rate + rest * rest);
+}
+
+/// Turn toward the target against a load as fast as loop and torque-speed line allow.
+///
+/// |torque| <= stall_torque (supply / voltage -+ rate / speed). At rest friction holds what it can, and the motor
+/// makes only what is left.
+template <class S>
+ServoDrive<S> servo_drive(const Servo<S>& servo, const S& supply, const S& load, const S& target, const S& angle,
+                          const S& rate) {
+    const S loop = servo_loop(servo), share = rubbing(rate), rubbed = servo.friction * share;
+    const S drive = servo.stall_torque * (supply / servo.voltage), back = servo.stall_torque * (rate / servo.speed);
+    const S wished = servo.inertia * loop * (loop * (target - angle) - S(2) * rate);
+    const S spent = back + load + rubbed;
+    const S turning = max(S(0) - drive - spent, min(drive - spent, wished));
+    const S acceleration = turning / servo.inertia, net = turning + load;
+    const S held =
+        max(S(0), min(servo.friction, min(load, net))) + min(S(0), max(S(0) - servo.friction, max(load, net)));
+    const S taken = rubbed - (S(1) - abs(share)) * held;
+    return {acceleration, net + taken, taken};
+}
+
+/// Power of a DC motor, without regeneration: idle + torque rate + heat, and never less than idle.
+template <class S>
+ServoPower<S> servo_power(const Servo<S>& servo, const ServoDrive<S>& drive, const S& supply, const S& load,
+                          const S& rate) {
+    const S part = drive.torque / servo.stall_torque;
+    const S idle = supply * servo.idle_current, holding = part * part * (servo.voltage * servo.stall_current);
+    const S hydraulic = load * rate, friction = drive.rubbed * rate;
+    const S inertia = servo.inertia * drive.acceleration * rate;
+    const S braking = max(S(0), S(0) - (holding + hydraulic + friction + inertia));
+    return {idle + holding + hydraulic + friction + inertia + braking,
+            idle,
+            holding,
+            hydraulic,
+            friction,
+            inertia,
+            braking};
+}
+
+/// Bound of the servo's own rates, 1/s: the loop, or the torque-speed line and the onset of friction.
+template <class S>
+S servo_rate(const Servo<S>& servo) {
+    const S line = servo.stall_torque / servo.speed + servo.friction / S(base_t<S>(servo_rest));
+    return max(S(2) * servo_loop(servo), line / servo.inertia);
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,110 @@
+/// What the controller takes in: commands within their bounds, and readings that can be believed.
+#pragma once
+
+#include "hypertuna/control/controller_model.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// Take a value of a command within its bounds; one that is no number leaves the last good one.
+template <class T>
+void take(T& kept, T value, T low, T high, Status& status) {
+    if (is_finite(value)) kept = clamp(value, low, high);
+    if (!(low <= value && value <= high)) status.tell(Condition::bad_command);
+}
+
+/// Amplitude at which the model's pressure surely stays below the soft limit: for a beat that no pressure was seen of.
+template <class T>
+T safe_amplitude(const JointModel<T>& joint, T frequency) {
+    return T(1) / (joint.safe_static + frequency * (joint.safe_rate + frequency * joint.safe_square));
+}
+
+template <class T>
+void take_command(const Controller<T>& model, ControllerState<T>& state, const Command<T>& command, Status& status) {
+    const T turn = T(2 * pi);
+    state.age = command.fresh ? 0 : state.age <= model.timeout ? state.age + 1 : state.age;
+    if (command.fresh) {
+        Wish<T>& wish = state.wish;
+        take(wish.frequency, command.frequency, T(0), model.frequency_most, status);
+        for (int j = 0; j < model.joints; ++j) {
+            take(wish.amplitude[j], command.amplitude[j], T(0), model.joint[j].amplitude, status);
+            take(wish.phase[j], command.phase[j], -turn, turn, status);
+            take(wish.bias[j], command.bias[j], -model.joint[j].amplitude, model.joint[j].amplitude, status);
+        }
+        for (int k = 0; k < 2; ++k) take(wish.fin[k], command.fin[k], -model.fin_most, model.fin_most, status);
+        for (int j = 0; j < model.joints; ++j)
+            expect(state.governor[j], wish.frequency, safe_amplitude(model.joint[j], wish.frequency));
+        // Arming anew, not staying armed, gives a stopped circuit back.
+        if (command.armed && !state.armed)
+            for (int c = 0; c < 2 * model.joints; ++c) state.circuit[c].stopped = false;
+        state.armed = command.armed;
+    }
+    if (state.age > model.timeout) status.tell(Condition::timeout);
+    if (!state.armed) status.tell(Condition::disarmed);
+}
+
+/// Whether a joint has a circuit without a pressure reading.
+template <class T>
+bool blind(const ControllerState<T>& state, int j) {
+    return state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty;
+}
+
+/// Whether a circuit's servo moves, so that its joint's sensors must show it.
+template <class T>
+bool moves(const Controller<T>& model, const SupervisorState<T>& circuit) {
+    return T(0.2) * model.tick < abs(circuit.change);
+}
+
+/// Currents, IMU and battery: they steer nothing but the voltage, which the servos' speed depends on.
+template <class T>
+void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, Status& status) {
+    bool moving = false;
+    for (int c = 0; c < 2 * model.joints; ++c) moving = moving || moves(model, state.circuit[c]);
+    const auto plain = [&](Health<T>& health, T reading, T low, T high, T part) {
+        return judge({low, high, part * (high - low), repeats_slow}, health, reading, health.last, moving).usable;
+    };
+    for (int c = 0; c < 2 * model.joints; ++c)
+        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(0.24)))
+            status.tell(Condition::current_fault, c);
+    for (int k = 0; k < 6; ++k) {
+        const T most = k < 3 ? model.rate_high : model.acceleration_high;
+        const T reading = k < 3 ? readings.rate[k] : readings.acceleration[k - 3];
+        if (!plain(state.imu[k], reading, -most, most, T(0.2))) status.tell(Condition::imu_fault);
+    }
+    const bool first = !state.voltage.seen;
+    const bool voltage = plain(state.voltage, readings.voltage, model.voltage_least, model.voltage_most, T(0.2));
+    if (voltage) state.supply += (first ? T(1) : T(0.1)) * (readings.voltage - state.supply);
+    if (!voltage) status.tell(Condition::battery_fault);
+    if (state.voltage.seen && state.supply < model.voltage_low) status.tell(Condition::low_voltage);
+}
+
+/// Take in the pressure of a circuit, and stop it where that has passed the hard limit.
+template <class T>
+void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, Status& status) {
+    const SupervisorModel<T>& supervisor = model.circuit[c];
+    SupervisorState<T>& circuit = state.circuit[c];
+    const bool moving = moves(model, circuit);
+    const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast},
+                                     state.pressure[c], reading, state.pressure[c].last, moving);
+    Governor<T>& governor = state.governor[c / 2];
+    if (verdict.usable) {
+        governor.peak = max(governor.peak, median(circuit.before, circuit.pressure, reading));
+        // Two in a row, of a sensor in good standing: spikes stop nothing.
+        if (state.pressure[c].bucket == 0 && model.pressure_hard < min(circuit.pressure, reading))
+            circuit.stopped = true;
+        circuit.before = circuit.pressure;
+        circuit.pressure = reading;
+    } else {
+        status.tell(Condition::pressure_fault, c);
+        circuit.pressure = min(circuit.pressure, circuit.before);  // the one before may have been the first of a spike
+    }
+    governor.doubt = governor.doubt || !verdict.usable || T(1) < T(state.pressure[c].repeats);
+    if (state.pressure[c].faulty) {
+        status.tell(Condition::blind, c);
+        circuit.before = circuit.pressure = supervisor.fill;
+        governor.ceiling =
+            min(governor.ceiling, max(governor.proven, safe_amplitude(model.joint[c / 2], state.wish.frequency)));
+    }
+    if (circuit.stopped) status.tell(Condition::hard_stop, c);
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

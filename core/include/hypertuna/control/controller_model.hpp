@@ -1,0 +1,161 @@
+/// What the controller is made of: its model, what it hears, remembers and says.
+#pragma once
+
+#include "hypertuna/control/posture.hpp"
+#include "hypertuna/control/safety.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// Servo angle for a bend toward the side of a circuit: a polynomial, lowest power first.
+inline constexpr int map_terms = 6;
+template <class T>
+struct PumpMap {
+    T term[map_terms];
+};
+template <class T>
+T servo_angle(const PumpMap<T>& map, T bend) {
+    T angle = map.term[map_terms - 1];
+    for (int k = map_terms - 2; k >= 0; --k) angle = angle * bend + map.term[k];
+    return angle;
+}
+
+/// What the controller knows of one joint.
+template <class T>
+struct JointModel {
+    T reach;                                // rad: largest bend to either side that its pumps are asked for
+    T amplitude;                            // rad: largest amplitude of a command
+    T bend_range;                           // rad: of the bend sensor, to either side
+    T bend_step;                            // rad: largest change of its reading within a tick
+    T safe_static, safe_rate, safe_square;  // 1/rad, s/rad, s^2/rad: largest pressure over the soft limit's room, per
+                                            // amplitude, by powers of the frequency in Hz
+};
+
+template <class T>
+struct Controller {
+    int joints;
+    T tick;  // s
+    Network<T> network;
+    Smoothing<T> smoothing;
+    PostureModel<T> posture;
+    JointModel<T> joint[most_joints];
+    PumpMap<T> map[most_circuits];
+    SupervisorModel<T> circuit[most_circuits];
+    T pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step;  // Pa
+    T current_low, current_high;                                                 // A
+    T rate_high, acceleration_high;                                              // rad/s, m/s^2
+    T voltage_rated, voltage_low, voltage_least, voltage_most;                   // V
+    T frequency_most;                                                            // Hz
+    T fin_most;                                                                  // rad
+    int timeout;                                                                 // ticks
+    T pulse_center, pulse_per_rad, pulse_least, pulse_most;                      // s, s/rad
+    T slew;                                                                      // rad per tick
+};
+
+template <class T>
+struct Readings {
+    T bend[most_joints];         // rad
+    T pressure[most_circuits];   // Pa, at the cylinder
+    T current[most_circuits];    // A
+    T rate[3], acceleration[3];  // rad/s, m/s^2
+    T voltage;                   // V of the battery
+};
+
+template <class T>
+struct Command {
+    T frequency;               // Hz
+    T amplitude[most_joints];  // rad
+    T phase[most_joints];      // rad, lag behind the first joint's oscillator
+    T bias[most_joints];       // rad
+    T fin[2];                  // rad of the pectoral fins
+    bool fresh;                // came since the last tick
+    bool armed;
+};
+
+/// A command of which every value can be used.
+template <class T>
+struct Wish {
+    T frequency, amplitude[most_joints], phase[most_joints], bias[most_joints], fin[2];
+};
+
+template <class T>
+struct ControllerState {
+    Wish<T> wish;
+    int age;  // ticks since the last command
+    bool armed;
+    Follower<T> frequency, amplitude[most_joints], phase[most_joints], bias[most_joints], fin[2];
+    Follower<T> more[most_joints], aside[most_joints];  // corrections of amplitude and bias
+    Oscillator<T> oscillator[most_circuits];            // of each circuit; the two of a joint in antiphase
+    PostureState<T> posture[most_joints];
+    SupervisorState<T> circuit[most_circuits];
+    Governor<T> governor[most_joints];
+    Health<T> bend[most_joints], pressure[most_circuits], current[most_circuits], imu[6], voltage;
+    T supply;                  // V believed
+    T bend_sent[most_joints];  // rad: bends that the pumps were last sent to
+    T sent[most_servos];       // rad: last angles sent
+};
+
+template <class T>
+struct ControllerOutput {
+    T pulse[most_servos];       // s: the circuits', then the two pectoral fins'
+    T target[most_servos];      // rad: the same as angles
+    T set[most_joints];         // rad: bend that is asked of each joint now, without correction
+    T believed[most_circuits];  // Pa: pressure that the supervisor goes by
+    Status status;
+};
+
+template <class T>
+struct ControllerStep {
+    ControllerState<T> state;
+    ControllerOutput<T> output;
+};
+
+/// Everything at rest, the pumps at neutral.
+template <class T>
+ControllerState<T> init(const Controller<T>& model) {
+    ControllerState<T> state{};
+    state.age = model.timeout + 1;
+    state.supply = model.voltage_rated;
+    for (int j = 0; j < most_joints; ++j) state.governor[j].ceiling = model.joint[j].reach;
+    for (int c = 0; c < most_circuits; ++c) {
+        state.oscillator[c] = c % 2 == 0 ? Oscillator<T>{T(0), T(-1)} : Oscillator<T>{T(0), T(1)};
+        state.circuit[c].before = state.circuit[c].pressure = model.circuit[c].fill;
+    }
+    return state;
+}
+
+/// Call visit(name, index, field) for every number of the model: the one list that Python and the firmware fill it by.
+/// How many joints there are is set before.
+template <class T, class Visit>
+void visit_fields(Controller<T>& m, const Visit& visit) {
+    visit("tick", 0, m.tick);
+    visit("relax", 0, m.network.relax), visit("couple", 0, m.network.couple);
+    visit("smoothing_rate", 0, m.smoothing.rate), visit("smoothing_decay", 0, m.smoothing.decay);
+    visit("proportional", 0, m.posture.proportional), visit("integral", 0, m.posture.integral);
+    visit("derivative", 0, m.posture.derivative), visit("peak_smoothing", 0, m.posture.smoothing);
+    visit("missing", 0, m.posture.missing), visit("limited", 0, m.posture.limited);
+    visit("moving", 0, m.posture.moving), visit("least", 0, m.posture.least);
+    for (int j = 0; j < m.joints; ++j) {
+        JointModel<T>& joint = m.joint[j];
+        visit("reach", j, joint.reach), visit("amplitude", j, joint.amplitude);
+        visit("bend_range", j, joint.bend_range), visit("bend_step", j, joint.bend_step);
+        visit("safe_static", j, joint.safe_static), visit("safe_rate", j, joint.safe_rate);
+        visit("safe_square", j, joint.safe_square);
+    }
+    for (int c = 0; c < 2 * m.joints; ++c) {
+        for (int k = 0; k < map_terms; ++k) visit("map", map_terms * c + k, m.map[c].term[k]);
+        visit("servo_speed", c, m.circuit[c].speed), visit("servo_stall", c, m.circuit[c].stall);
+        visit("fill", c, m.circuit[c].fill), visit("give", c, m.circuit[c].give);
+    }
+    visit("pressure_soft", 0, m.pressure_soft), visit("pressure_hard", 0, m.pressure_hard);
+    visit("pressure_low", 0, m.pressure_low), visit("pressure_high", 0, m.pressure_high);
+    visit("pressure_step", 0, m.pressure_step);
+    visit("current_low", 0, m.current_low), visit("current_high", 0, m.current_high);
+    visit("rate_high", 0, m.rate_high), visit("acceleration_high", 0, m.acceleration_high);
+    visit("voltage_rated", 0, m.voltage_rated), visit("voltage_low", 0, m.voltage_low);
+    visit("voltage_least", 0, m.voltage_least), visit("voltage_most", 0, m.voltage_most);
+    visit("frequency_most", 0, m.frequency_most), visit("fin_most", 0, m.fin_most), visit("timeout", 0, m.timeout);
+    visit("pulse_center", 0, m.pulse_center), visit("pulse_per_rad", 0, m.pulse_per_rad);
+    visit("pulse_least", 0, m.pulse_least), visit("pulse_most", 0, m.pulse_most), visit("slew", 0, m.slew);
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

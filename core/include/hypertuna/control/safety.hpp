@@ -1,0 +1,203 @@
+/// Safety: which readings can be believed, how wide a joint may beat and how far a pump may push, and the status that
+/// tells.
+#pragma once
+
+#include <cstdint>
+
+#include "hypertuna/control/cpg.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+inline constexpr int most_joints = 4;
+inline constexpr int most_circuits = 2 * most_joints;
+inline constexpr int most_servos = most_circuits + 2;
+
+/// What the status can tell. Each condition has one bit in the flags, and one bit per joint, circuit or servo in `at`.
+enum class Condition : std::uint8_t {
+    bend_fault,
+    pressure_fault,
+    current_fault,
+    imu_fault,
+    battery_fault,
+    open_loop,
+    blind,
+    pressure_limit,
+    speed_limit,
+    slew_limit,
+    pulse_limit,
+    amplitude_limit,
+    hard_stop,
+    low_voltage,
+    timeout,
+    bad_command,
+    disarmed,
+    count
+};
+inline constexpr int conditions = int(Condition::count);
+
+/// What a bit of `Status::at` stands for.
+enum class Place : std::uint8_t { robot, joint, circuit, servo };
+
+struct ConditionText {
+    const char* name;
+    Place place;
+    const char* sentence;
+};
+
+/// The one table of all conditions: name, place, and what it means.
+inline constexpr ConditionText condition_texts[conditions] = {
+    {"bend_fault", Place::joint, "the bend sensor's reading is not plausible"},
+    {"pressure_fault", Place::circuit, "the pressure sensor's reading is not plausible"},
+    {"current_fault", Place::circuit, "the current sensor's reading is not plausible"},
+    {"imu_fault", Place::robot, "the IMU's reading is not plausible"},
+    {"battery_fault", Place::robot, "the battery voltage's reading is not plausible"},
+    {"open_loop", Place::joint, "posture control holds its last good correction"},
+    {"blind", Place::circuit,
+     "without a pressure reading, the joint beats no wider than it did or than its model holds safe"},
+    {"pressure_limit", Place::circuit, "the soft pressure limit holds the joint's amplitude or the pump back"},
+    {"speed_limit", Place::circuit, "the servo was asked to turn faster than it can"},
+    {"slew_limit", Place::servo, "the slew limit held the servo's command back"},
+    {"pulse_limit", Place::servo, "the pulse clamp held the servo's command back"},
+    {"amplitude_limit", Place::joint, "the joint was asked to bend further than its pumps reach"},
+    {"hard_stop", Place::circuit, "pressure passed the hard limit: the joint is released until it is armed anew"},
+    {"low_voltage", Place::robot, "the battery voltage is low"},
+    {"timeout", Place::robot, "no command came in time: the tail comes to rest"},
+    {"bad_command", Place::robot,
+     "a value of the command is beyond its bounds and was clamped, or is no number and the last good one holds"},
+    {"disarmed", Place::robot, "the robot is not armed: the tail rests"},
+};
+
+struct Status {
+    std::uint32_t flags;           // bit c: condition c holds somewhere
+    std::uint16_t at[conditions];  // where: bit per joint, circuit or servo
+
+    bool has(Condition c) const { return flags >> int(c) & 1; }
+    bool has(Condition c, int place) const { return at[int(c)] >> place & 1; }
+    void tell(Condition c, int place = 0) {
+        flags |= std::uint32_t(1) << int(c);
+        at[int(c)] = std::uint16_t(at[int(c)] | 1 << place);
+    }
+};
+
+template <class T>
+T clamp(T x, T low, T high) {
+    return max(low, min(high, x));
+}
+
+/// Neither infinite nor NaN.
+template <class T>
+bool is_finite(T x) {
+    return x - x == T(0);
+}
+
+/// What a reading of one kind of sensor must keep to be believed.
+template <class T>
+struct Plausible {
+    T low, high;  // range of the sensor, SI
+    T step;       // largest change within a tick
+    int repeats;  // so many equal readings while the robot moves are no coincidence
+};
+
+/// The past of one sensor. `bucket` fills where readings are bad and drains where they are good.
+template <class T>
+struct Health {
+    T last;  // last finite reading within range
+    int repeats, bucket;
+    bool faulty, seen;
+};
+
+inline constexpr int bucket_bad = 4;      // a bad reading weighs as much as four good ones
+inline constexpr int bucket_faulty = 20;  // five bad readings in a row, or every fourth of them bad
+inline constexpr int bucket_most = 100;   // a second of good readings at 100 Hz redeems the worst sensor
+inline constexpr int repeats_fast = 6, repeats_slow = 25;  // equal readings: of what moves with each beat, of the rest
+
+template <class T>
+struct Verdict {
+    bool usable;    // finite, within range and step, not stuck
+    bool repeated;  // the very same number as before
+};
+
+/// Judge one reading. `expected` is what it may be one step away from: the last reading, or a prediction.
+template <class T>
+Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T expected, bool moving) {
+    const bool inside = limits.low <= reading && reading <= limits.high;  // false for what is no number
+    const bool near = !health.seen || abs(reading - expected) <= limits.step;
+    const bool repeated = inside && health.seen && reading == health.last;
+    health.repeats = !repeated ? 0 : moving && health.repeats < limits.repeats ? health.repeats + 1 : health.repeats;
+    const bool usable = inside && near && health.repeats < limits.repeats;
+    if (inside) health.last = reading, health.seen = true;
+    if (usable && health.bucket == 0) return {true, repeated};  // as nearly always: not faulty, nothing to drain
+    const int bucket = health.bucket + (usable ? -1 : bucket_bad);
+    health.bucket = bucket < bucket_most ? bucket : bucket_most;
+    health.faulty = health.bucket >= bucket_faulty || (health.faulty && health.bucket > 0);
+    return {usable && !health.faulty, repeated};
+}
+
+/// What the supervisor knows of one circuit.
+template <class T>
+struct SupervisorModel {
+    T speed;  // rad/s of the servo without load, at the rated voltage
+    T stall;  // Pa at which it stalls, at the rated voltage
+    T fill;   // Pa: pressure at rest
+    T give;   // rad/Pa: how far the servo turns for a pressure at the soft limit, where the joint is held
+};
+
+template <class T>
+struct SupervisorState {
+    T pressure;    // Pa: last reading believed, the fill where there is none
+    T before;      // Pa: the one before
+    T change;      // rad: of the servo's angle that the last tick commanded
+    bool stopped;  // released by the hard limit
+};
+
+/// Within a tick: the furthest angle a pump may be sent to. Beyond the soft limit it goes back by what takes the
+/// pressure off, but for no more than the hard limit's: a sensor may lie.
+template <class T>
+T furthest(const SupervisorModel<T>& model, T sent, T pressure, T soft, T hard) {
+    const T over = min(pressure, hard) - soft;
+    return over < T(0) ? T(1e3) : sent - model.give * over;
+}
+
+/// From beat to beat: the widest amplitude of a joint that its pressures allow.
+template <class T>
+struct Governor {
+    T ceiling;    // rad: what the beats so far allow
+    T lid;        // rad: what is allowed now, on its way to that
+    T frequency;  // Hz that the ceiling was found at
+    T proven;     // rad: amplitude of the last beat that was seen to keep the limit
+    T peak;       // Pa: largest pressure read in the beat so far
+    bool doubt;   // a reading of this beat is not to be trusted
+};
+
+inline constexpr double governor_aim = 0.8;     // of the soft limit: between readings hammer adds a fifth and more
+inline constexpr double governor_least = 0.6;   // an amplitude falls to this part from beat to beat at most,
+inline constexpr double governor_most = 1.4;    // and grows to this one
+inline constexpr double governor_floor = 0.02;  // rad: an amplitude is never governed below
+
+/// End of a beat of this amplitude. Pressure above the fill grows with the amplitude in proportion, in water up to its
+/// square, and it takes some beats to come about: cut in proportion, and grow by the fourth root.
+template <class T>
+void govern(Governor<T>& governor, T amplitude, T frequency, T fill, T soft) {
+    const T room = T(governor_aim) * soft - fill;
+    const T part = room / max(governor.peak - fill, T(0.01) * room);
+    if (part < T(1)) {
+        governor.ceiling = amplitude * max(part, T(governor_least));
+    } else if (!governor.doubt) {
+        governor.ceiling = max(governor.ceiling, amplitude * min(sqrt(sqrt(part)), T(governor_most)));
+        governor.proven = amplitude;
+        governor.frequency = frequency;
+    }
+    governor.ceiling = max(governor.ceiling, T(governor_floor));
+    governor.peak = fill;
+    governor.doubt = false;
+}
+
+/// A frequency that no beat was seen at yet begins with an amplitude that the model holds safe.
+template <class T>
+void expect(Governor<T>& governor, T frequency, T safe) {
+    if (frequency <= T(1.02) * governor.frequency) return;
+    governor.ceiling = min(governor.ceiling, max(safe, T(governor_floor)));
+    governor.frequency = frequency;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,247 @@
+/// Estimator: attitude, depth and sink rate, and a dead reckoning that satellite fixes at the surface put right.
+///
+/// Under water nothing measures speed: the gait says it. So position, current and a factor on the gait's speed are
+/// estimated together by a Kalman filter, x' = c + s U f with the facing direction f: a fix after a dive tells the
+/// current from the error of the way, and two headings tell it from the factor.
+#pragma once
+
+#include "hypertuna/pilot/attitude.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// What the pilot knows of where it is. Quaternion body -> world, rates in body axes, current toward.
+template <class T>
+struct Estimate {
+    Quaternion<T> q;
+    Vector<T> rate;        // rad/s
+    T depth, sink;         // m, m/s down
+    T x, y;                // m east and north
+    T speed;               // m/s through the water, ahead
+    T factor;              // of the speed that the gait says, 1
+    T current[2];          // m/s
+    T position_error;      // m, standard deviation along its worst direction
+    T drift_error;         // m/s, standard deviation of the velocity over ground, of its worse component
+    bool fix;              // a fix was taken in in this tick
+    bool attitude;         // rates and gravity can be used
+    bool compass, depths;  // the field, the depth can be used
+    Vector<T> facing;      // direction that the head faces, in world axes
+    T tilt;                // rad: roll, starboard down
+};
+
+inline constexpr int way_states = 5;  // position x, y, current x, y, factor
+
+template <class T>
+struct Estimator {
+    AttitudeModel<T> attitude;
+    T depth_rate;                                // 1/s of the depth observer
+    T depth_low, depth_high, depth_step;         // m: range, largest change within a tick
+    T glide;                                     // m in which the robot slows to 1/e when it stops beating
+    T walk, current_walk, factor_walk;           // m, m/s, 1 per root of a second: what the way is uncertain by
+    T start_error, current_error, factor_error;  // standard deviations at the start
+    T fix_noise, fix_offset;                     // m: noise of a fix, and what many of them share
+    T fix_depth;                                 // m: deeper there can be none
+};
+
+template <class T>
+struct WayState {
+    T at[way_states];
+    T spread[way_states][way_states];  // covariance
+    T moved[2];                        // m through the water since the covariance was carried on, factor 1
+    int ticks;                         // since then
+    int refused;                       // fixes in a row
+    T astray;                          // m swum since the attitude was lost
+};
+
+template <class T>
+struct EstimatorState {
+    AttitudeState<T> attitude;
+    Health<T> depth_health, field_health[3];
+    T depth, sink;
+    bool dipped;  // a depth was seen
+    T speed;      // m/s by the gait, factor 1
+    WayState<T> way;
+};
+
+template <class T>
+EstimatorState<T> init(const Estimator<T>& model, const T (&start)[2]) {
+    EstimatorState<T> state{};
+    state.attitude.q.w = T(1);
+    WayState<T>& way = state.way;
+    way.at[0] = start[0], way.at[1] = start[1], way.at[4] = T(1);
+    const T error[way_states] = {model.start_error, model.start_error, model.current_error, model.current_error,
+                                 model.factor_error};
+    for (int k = 0; k < way_states; ++k) way.spread[k][k] = error[k] * error[k];
+    return state;
+}
+
+/// Carry position and covariance on by what was swum since the last time: P <- F P F' + Q, F = 1 but for the rows of
+/// the position, which take dt of the current and the way of the factor.
+template <class T>
+void carry(const Estimator<T>& model, WayState<T>& way) {
+    const T dt = T(way.ticks) * model.attitude.tick;
+    for (int i = 0; i < 2; ++i) {
+        way.at[i] += dt * way.at[2 + i] + way.moved[i] * way.at[4];
+        for (int k = 0; k < way_states; ++k)
+            way.spread[i][k] += dt * way.spread[2 + i][k] + way.moved[i] * way.spread[4][k];
+    }
+    for (int i = 0; i < 2; ++i)
+        for (int k = 0; k < way_states; ++k)
+            way.spread[k][i] += dt * way.spread[k][2 + i] + way.moved[i] * way.spread[k][4];
+    const T noise[3] = {model.walk, model.current_walk, model.factor_walk};
+    for (int k = 0; k < way_states; ++k) way.spread[k][k] += noise[k / 2] * noise[k / 2] * dt;
+    way.moved[0] = way.moved[1] = T(0);
+    way.ticks = 0;
+}
+
+/// Swim on without knowing where to: after a way of that kind the position is as uncertain as the way is long.
+template <class T>
+void go_astray(WayState<T>& way, T swum, bool known) {
+    way.astray = known ? T(0) : way.astray + abs(swum);
+    for (int axis = 0; axis < 2; ++axis) way.spread[axis][axis] += T(2) * way.astray * abs(swum);
+}
+
+/// One coordinate of a fix.
+template <class T>
+void take_fix(const Estimator<T>& model, WayState<T>& way, int axis, T innovation) {
+    const T variance = way.spread[axis][axis] + model.fix_noise * model.fix_noise;
+    T gain[way_states], row[way_states];
+    for (int k = 0; k < way_states; ++k) gain[k] = way.spread[k][axis] / variance, row[k] = way.spread[axis][k];
+    for (int i = 0; i < way_states; ++i) {
+        way.at[i] += gain[i] * innovation;
+        for (int k = 0; k < way_states; ++k) way.spread[i][k] -= gain[i] * row[k];
+    }
+    way.at[4] = clamp(way.at[4], T(0.3), T(1.7));
+    for (int i = 0; i < way_states; ++i) {
+        for (int k = 0; k < i; ++k)  // rounding leaves it symmetric
+            way.spread[i][k] = way.spread[k][i] = T(0.5) * (way.spread[i][k] + way.spread[k][i]);
+        way.spread[i][i] = max(way.spread[i][i], T(1e-8));
+    }
+}
+
+inline constexpr int fixes_refused = 5;  // in a row: then it is the estimate that was wrong
+
+/// A fix, if it can be believed: within five deviations, or agreed on by several that could not.
+template <class T>
+bool take_fix(const Estimator<T>& model, WayState<T>& way, const T (&fix)[2]) {
+    carry(model, way);
+    const T off[2] = {fix[0] - way.at[0], fix[1] - way.at[1]};
+    if (!(abs(off[0]) < T(1e5) && abs(off[1]) < T(1e5))) return false;  // nor what is no number
+    const T extra = model.fix_noise * model.fix_noise + model.fix_offset * model.fix_offset;
+    const T square = off[0] * off[0] / (way.spread[0][0] + extra) + off[1] * off[1] / (way.spread[1][1] + extra);
+    if (T(25) < square) {
+        if (++way.refused < fixes_refused) return false;
+        // Begin anew from what it says: position unknown, the rest as uncertain as it can be.
+        for (int i = 0; i < 2; ++i) {
+            for (int k = 0; k < way_states; ++k) way.spread[i][k] = way.spread[k][i] = T(0);
+            way.spread[i][i] = off[0] * off[0] + off[1] * off[1];
+            way.spread[2 + i][2 + i] = max(way.spread[2 + i][2 + i], model.current_error * model.current_error);
+        }
+    }
+    way.refused = 0;
+    for (int axis = 0; axis < 2; ++axis) take_fix(model, way, axis, fix[axis] - way.at[axis]);
+    return true;
+}
+
+/// Standard deviation of the position along its worst direction, with what all fixes share.
+template <class T>
+T position_error(const Estimator<T>& model, const WayState<T>& way) {
+    const T mean = T(0.5) * (way.spread[0][0] + way.spread[1][1]),
+            half = T(0.5) * (way.spread[0][0] - way.spread[1][1]);
+    const T largest = mean + sqrt(half * half + way.spread[0][1] * way.spread[0][1]);
+    return sqrt(max(T(0), largest) + model.fix_offset * model.fix_offset);
+}
+
+/// Standard deviation of the velocity over ground c + s U f, of its worse component: how fast a dive loses its way.
+template <class T>
+T drift_error(const WayState<T>& way, T ahead_x, T ahead_y) {
+    const auto variance = [&](int axis, T ahead) {
+        return way.spread[axis][axis] + T(2) * ahead * way.spread[axis][4] + ahead * ahead * way.spread[4][4];
+    };
+    return sqrt(max(T(0), max(variance(2, ahead_x), variance(3, ahead_y))));
+}
+
+/// Depth with its rate by a critically damped observer.
+template <class T>
+bool watch_depth(const Estimator<T>& model, EstimatorState<T>& state, T reading, T climb) {
+    const T dt = model.attitude.tick;
+    const bool moving = T(0.05) < abs(climb);
+    const bool usable = judge({model.depth_low, model.depth_high, model.depth_step, repeats_slow}, state.depth_health,
+                              reading, state.depth_health.last, moving)
+                            .usable;
+    if (usable && !state.dipped) state.depth = reading, state.dipped = true;
+    state.depth += state.sink * dt;
+    if (usable) {
+        const T error = reading - state.depth, step = model.depth_rate * dt;
+        state.depth += T(2) * step * error;
+        state.sink += model.depth_rate * step * error;
+    } else {
+        state.sink -= model.depth_rate * dt * state.sink;
+    }
+    return usable;
+}
+
+template <class T>
+bool watch_field(const Estimator<T>& model, EstimatorState<T>& state, const T (&field)[3], bool moving) {
+    bool usable = true;
+    for (int k = 0; k < 3; ++k) {
+        const T most = model.attitude.field_high;
+        usable = judge({-most, most, most, repeats_slow}, state.field_health[k], field[k], state.field_health[k].last,
+                       moving)
+                     .usable &&
+                 usable;
+    }
+    const T strength = usable ? norm(Vector<T>{field[0], field[1], field[2]}) : T(0);
+    return usable && model.attitude.field_low < strength && strength < model.attitude.field_high;
+}
+
+/// One tick. `thrust` is the speed that the present beat keeps up, `imu` whether the controller believes the IMU.
+template <class T>
+Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const PilotReadings<T>& readings, T thrust,
+                     bool imu) {
+    const AttitudeModel<T>& frame = model.attitude;
+    const T dt = frame.tick;
+    Estimate<T> out{};
+    AttitudeInput<T> in{};
+    const Readings<T>& robot = readings.robot;
+    in.rate = {robot.rate[0], robot.rate[1], robot.rate[2]};
+    in.acceleration = {robot.acceleration[0], robot.acceleration[1], robot.acceleration[2]};
+    in.field = {readings.field[0], readings.field[1], readings.field[2]};
+    in.gyro = in.gravity = imu;
+    for (int k = 0; k < 3; ++k) {  // false for what is no number
+        in.gyro = in.gyro && abs(robot.rate[k]) <= frame.rate_most;
+        in.gravity = in.gravity && abs(robot.acceleration[k]) <= frame.acceleration_most;
+    }
+    in.magnet = watch_field(model, state, readings.field, T(0.05) < abs(state.attitude.rate.z));
+    in.speed = state.speed * state.way.at[4];
+    state.attitude = attitude_step(frame, state.attitude, in);
+    const Rotation<T> pose = rotation(state.attitude.q);
+    out.facing = {-pose.east.x, -pose.north.x, -pose.up.x};
+
+    // Thrust against quadratic drag: U' = (U_beat^2 - U^2) / glide.
+    state.speed += dt * (thrust * abs(thrust) - state.speed * abs(state.speed)) / model.glide;
+    WayState<T>& way = state.way;
+    way.moved[0] += dt * state.speed * out.facing.x;
+    way.moved[1] += dt * state.speed * out.facing.y;
+    out.attitude = imu && state.attitude.known;
+    go_astray(way, out.attitude ? T(0) : dt * in.speed, out.attitude);
+    ++way.ticks;
+    out.depths = watch_depth(model, state, readings.depth, in.speed * out.facing.z);
+    // Where the depth is not known the receiver is believed: under water it hears nothing.
+    if (readings.fixed && (!out.depths || state.depth < model.fix_depth)) out.fix = take_fix(model, way, readings.fix);
+
+    const T since = T(way.ticks) * dt;
+    out.q = state.attitude.q, out.rate = state.attitude.rate;
+    out.depth = state.depth, out.sink = state.sink;
+    out.x = way.at[0] + since * way.at[2] + way.moved[0] * way.at[4];
+    out.y = way.at[1] + since * way.at[3] + way.moved[1] * way.at[4];
+    out.factor = way.at[4];
+    out.speed = state.speed * way.at[4];
+    out.current[0] = way.at[2], out.current[1] = way.at[3];
+    out.position_error = position_error(model, way);
+    out.drift_error = drift_error(way, state.speed * out.facing.x, state.speed * out.facing.y);
+    out.compass = in.magnet;
+    out.tilt = -pose.up.y;
+    return out;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

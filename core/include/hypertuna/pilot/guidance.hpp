@@ -1,0 +1,337 @@
+/// Guidance: what the robot does next, and why. Ten times a second it weighs the mission, its bounds and what has
+/// failed, and asks for a beat, a tail bias and fin angles.
+///
+/// Every failure has one rule (docs/pilot.md). Those that end a mission are latched: what was lost once is not trusted
+/// for more than the way home.
+#pragma once
+
+#include "hypertuna/pilot/reasons.hpp"
+#include "hypertuna/pilot/steering.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+template <class T>
+struct Guidance {
+    Steering<T> steering;
+    T surface_depth;                              // m above which the robot counts as at the surface
+    T fence_margin;                               // m
+    T error_most, error_near, error_lost;         // m: come up, good enough, home
+    T drift_enough;                               // m/s: error of the way per second that a dive is begun with
+    T patience, retry;                            // s at the surface without a fix; s until the next attempt
+    T lost_after;                                 // s without a sensor
+    T compass_patience;                           // s home without a compass
+    T fin_tilt, fin_least, fin_after;             // sine, rad, s: roll against a fin command that tells a lost fin
+    T fin_alone;                                  // rad: largest angle of a fin that is left alone
+    T answer_after, answer_depth;                 // s with fins at their limit, m of progress that is an answer
+    T blind_fin;                                  // rad: up without depth or IMU
+    T slow;                                       // m/s at which it comes up without IMU
+    T battery_empty, battery_span, battery_drop;  // V
+    T endurance;                                  // s that a full battery lasts at full speed
+    T overhead;                                   // s added to every way home
+};
+
+template <class T>
+struct GuidanceState {
+    Mode mode;
+    Reasons reasons;
+    SteeringState<T> steering;
+    int leg;
+    Corner<T> from;               // m: where the leg began
+    int ticks;                    // decisions so far
+    int since_fix, waiting;       // ticks since the last fix, at the surface without one
+    bool rising;                  // for a fix
+    int retry;                    // ticks until rising again makes sense
+    int blind[4];                 // ticks without depth, IMU, compass, battery
+    int poor;                     // ticks of low charge
+    T fin_evidence;               // s: positive for the starboard fin
+    int unanswered;               // ticks with fins at their limit
+    T depth_error, depth_wanted;  // m, when that began
+    T fin;                        // rad, last asked
+};
+
+template <class T>
+struct Guided {
+    GuidanceState<T> state;
+    Command<T> command;
+};
+
+/// What guidance hears of the controller.
+template <class T>
+struct Onboard {
+    T voltage;          // V believed
+    bool voltage_lost;  // its sensor is faulty
+    bool joint_lost;    // a joint was released at the hard limit
+};
+
+template <class T>
+GuidanceState<T> init(const Guidance<T>&, const Mission<T>& mission) {
+    GuidanceState<T> state{};
+    state.from = mission.start;
+    state.rising = true;  // it begins with fixes
+    return state;
+}
+
+template <class T>
+T seconds(const Guidance<T>& model, int ticks) {
+    return T(ticks) * model.steering.period;
+}
+
+/// Time to be home from here, the way up and a fifth more included [s].
+template <class T>
+T time_home(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& mission) {
+    const T dx = mission.home.x - at.x, dy = mission.home.y - at.y, away = sqrt(dx * dx + dy * dy);
+    const T top = model.steering.table.speed[model.steering.table.gaits - 1];
+    const T speed = min(mission.home_speed, top) * T(0.9);
+    const T ground = max(made_good(toward(dx, dy, {T(1), T(0)}), at.current, speed), T(0.05));
+    const T climb = max(T(0), at.depth) / (T(0.5) * speed * model.steering.climb_most);
+    return T(1.2) * ((away + T(2) * at.position_error) / ground + climb) + model.overhead;
+}
+
+/// Count ticks while something holds, and say whether it held for so long.
+template <class T>
+bool lasts(int& ticks, bool holds, T most, T period) {
+    ticks = !holds ? 0 : T(ticks) * period < most ? ticks + 1 : ticks;
+    return holds && most <= T(ticks) * period;
+}
+
+/// Battery, time and sensors.
+template <class T>
+void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Onboard<T>& onboard,
+           const Mission<T>& mission) {
+    const T period = model.steering.period, back = time_home(model, at, mission);
+    Reasons& why = state.reasons;
+    const T charge = (onboard.voltage + model.battery_drop - model.battery_empty) / model.battery_span;
+    const bool poor = !onboard.voltage_lost && charge < mission.reserve + back / model.endurance;
+    why.tell(Reason::low_battery, lasts(state.poor, poor, T(5), period));
+    why.tell(Reason::time_up, T(0) < mission.duration && mission.duration < seconds(model, state.ticks) + back);
+    const bool lost[4] = {!at.depths, !at.attitude, !at.compass, onboard.voltage_lost};
+    const Reason reason[4] = {Reason::depth_lost, Reason::imu_lost, Reason::compass_lost, Reason::battery_lost};
+    for (int k = 0; k < 4; ++k) why.tell(reason[k], lasts(state.blind[k], lost[k], model.lost_after, period));
+    why.tell(Reason::tail_lost, onboard.joint_lost);
+}
+
+/// Largest fin angle: little where one fin is left alone, because it rolls the robot; all where little is no answer.
+template <class T>
+T alone_most(const Guidance<T>& model, const Reasons& why) {
+    const bool alone = why.has(Reason::port_fin_lost) || why.has(Reason::starboard_fin_lost);
+    const T most = model.steering.fin_most;
+    return alone && !why.has(Reason::no_answer) ? min(model.fin_alone, most) : most;
+}
+
+/// Fins. One that does not follow rolls the robot against what the other does; two leave the depth where it is.
+template <class T>
+void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
+                T wanted) {
+    const T period = model.steering.period, tilt = state.steering.beat.mean[3];
+    Reasons& why = state.reasons;
+    const bool rolled = model.fin_tilt < abs(tilt) && model.fin_least < abs(state.fin) && at.attitude;
+    const T sign = (T(0) < tilt) == (T(0) < state.fin) ? T(1) : T(-1);
+    const T limit = model.fin_after;
+    if (rolled)
+        state.fin_evidence = clamp(state.fin_evidence + sign * period, -limit, limit);
+    else
+        state.fin_evidence -= T(0.2) * period * clamp(state.fin_evidence, T(-1), T(1));
+    if (!why.has(Reason::port_fin_lost) && !why.has(Reason::starboard_fin_lost)) {
+        why.tell(Reason::port_fin_lost, state.fin_evidence <= -limit);
+        why.tell(Reason::starboard_fin_lost, limit <= state.fin_evidence);
+    }
+    const T error = abs(at.depth - wanted);
+    const bool anew = abs(wanted - state.depth_wanted) > model.answer_depth;
+    state.depth_wanted = wanted;
+    const T near = T(0) < wanted ? model.answer_depth : model.surface_depth;
+    if (!at.depths || error < near)
+        state.unanswered = 0;
+    else if (anew || state.unanswered == 0 || error < state.depth_error - model.answer_depth)
+        state.unanswered = 1, state.depth_error = error;
+    else
+        ++state.unanswered;
+    // Below the limit there is no time to wait: what goes on down with its fins up is driven down.
+    const bool deep = mission.depth_most < at.depth && T(0.02) < at.sink;
+    const T patience = deep ? T(0.2) * model.answer_after : model.answer_after;
+    if (seconds(model, state.unanswered) < patience) return;
+    why.tell(Reason::stranded, (deep || why.has(Reason::no_answer)) && model.surface_depth < at.depth);
+    why.tell(Reason::no_answer);
+    state.unanswered = 0;
+}
+
+/// Whether to come up for a fix, and whether to stay there for it.
+template <class T>
+void weigh_fixes(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
+                 bool near_fence) {
+    const T period = model.steering.period;
+    Reasons& why = state.reasons;
+    const bool up = at.depth < model.surface_depth || !at.depths;
+    if (at.fix) state.since_fix = 0, state.waiting = 0, state.retry = 0, why.clear(Reason::no_fix);
+    const T age = seconds(model, state.since_fix);
+    if (state.since_fix < 1 << 30) ++state.since_fix;
+    if (state.retry > 0) --state.retry;
+    // Near the fence and at home a place must be known better.
+    const bool near = near_fence || state.mode == Mode::home;
+    const bool vague = (near ? model.error_near : model.error_most) < at.position_error;
+    const bool due = T(0) < mission.surface_every && mission.surface_every < age;
+    const bool drifts = state.mode == Mode::hold || state.mode == Mode::done;
+    if (!state.rising && state.retry == 0 && (vague || due) && !drifts) {
+        state.rising = true, state.waiting = 0;
+        why.tell(vague ? Reason::uncertain : Reason::fix_due);
+    }
+    if (!state.rising) return;
+    if (up && !at.fix) ++state.waiting;
+    const bool enough = at.fix && !vague && at.drift_error <= model.drift_enough;
+    const bool vain = model.patience <= T(state.waiting) * period;
+    if (vain) why.tell(Reason::no_fix), state.retry = int(model.retry / period);
+    if (!enough && !vain) return;
+    state.rising = false;
+    why.clear(Reason::uncertain), why.clear(Reason::fix_due);
+}
+
+/// Go on to the next leg where a waypoint is reached, passed, or out of bounds.
+template <class T>
+void follow_legs(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
+    if (mission.waypoints <= state.leg) return;
+    const Waypoint<T>& next = mission.waypoint[state.leg];
+    const T dx = next.x - at.x, dy = next.y - at.y;
+    const bool near = dx * dx + dy * dy < next.radius * next.radius;
+    const Leg<T> leg = line_of_sight(state.from, {next.x, next.y}, at.x, at.y, model.steering.lookahead, {T(0), T(1)});
+    const bool passed = leg.length < leg.along && abs(leg.across) < next.radius + T(2) * at.position_error;
+    const bool beyond = inside(mission, next.x, next.y).distance < model.fence_margin;
+    if (!near && !passed && !beyond) return;
+    state.reasons.tell(Reason::skipped, beyond);
+    state.from = {next.x, next.y};
+    if (++state.leg == mission.waypoints) state.reasons.tell(Reason::all_reached);
+}
+
+/// The mode that follows from the reasons.
+template <class T>
+Mode mode_of(const Guidance<T>& model, const GuidanceState<T>& state, const Estimate<T>& at,
+             const Mission<T>& mission) {
+    if (state.mode == Mode::done) return Mode::done;
+    const Reasons& why = state.reasons;
+    const bool up =
+        at.depths ? at.depth < model.surface_depth : at.fix || model.patience <= seconds(model, state.blind[0]);
+    if (why.has(Reason::stranded)) return Mode::hold;
+    // Without IMU nothing steers: up, and wait there.
+    if (why.has(Reason::imu_lost) && !at.attitude)
+        return up || model.patience <= seconds(model, state.blind[1]) ? Mode::hold : Mode::surface;
+    if (why.has(Reason::compass_lost) && !at.compass && model.compass_patience <= seconds(model, state.blind[2]))
+        return up ? Mode::hold : Mode::surface;
+    const bool all = why.has(Reason::all_reached);
+    const bool adrift = why.has(Reason::no_fix) && model.error_lost < at.position_error;
+    if (why.end() || adrift || (all && !mission.stay)) {
+        const T dx = mission.home.x - at.x, dy = mission.home.y - at.y;
+        const bool there = dx * dx + dy * dy < mission.home_radius * mission.home_radius;
+        // Where home is not known it keeps to where it should be, as long as it can.
+        const bool last = why.has(Reason::low_battery) || why.has(Reason::time_up);
+        return there && up && !state.rising && (!adrift || last) ? Mode::done : Mode::home;
+    }
+    if (all) return up ? Mode::done : Mode::surface;
+    return state.rising ? Mode::surface : mission.waypoints > 0 ? Mode::transit : Mode::idle;
+}
+
+/// Where it goes: home, or the present waypoint.
+template <class T>
+Corner<T> target_of(const GuidanceState<T>& state, const Mission<T>& mission) {
+    const int last = mission.waypoints - 1;
+    if (state.mode == Mode::home || last < 0) return mission.home;
+    const Waypoint<T>& to = mission.waypoint[state.leg < last ? state.leg : last];
+    return {to.x, to.y};
+}
+
+/// Distance to the fence at which to turn: more the less the position is known. Where it is known, and on the way home,
+/// never so much that the target itself is out of bounds; else the robot keeps to the middle until a fix comes.
+template <class T>
+T margin_of(const Guidance<T>& model, const GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
+    const T margin = model.fence_margin + T(2) * at.position_error;
+    if (state.mode != Mode::home && model.error_near < at.position_error) return margin;
+    const Corner<T> target = target_of(state, mission);
+    return min(margin, max(model.fence_margin, T(0.8) * inside(mission, target.x, target.y).distance));
+}
+
+/// Course over ground: to the point ahead on the leg, or home; near the fence toward its inside.
+template <class T>
+Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
+                    const Inside<T>& room) {
+    const Course<T> present = toward(at.facing.x, at.facing.y, {T(0), T(1)});
+    const Corner<T> target = target_of(state, mission);
+    const bool direct = state.mode == Mode::home || mission.waypoints == 0;
+    const Course<T> course =
+        direct ? toward(target.x - at.x, target.y - at.y, present)
+               : line_of_sight(state.from, target, at.x, at.y, model.steering.lookahead, present).course;
+    const T margin = margin_of(model, state, at, mission);
+    state.reasons.clear(Reason::fence), state.reasons.clear(Reason::outside);
+    if (margin <= room.distance) return course;
+    state.reasons.tell(room.distance < T(0) ? Reason::outside : Reason::fence);
+    const T in = course.x * room.x + course.y * room.y;
+    const T push = clamp((margin - room.distance) / model.fence_margin, T(0), T(1)) + max(T(0), -in);
+    return toward(course.x + push * room.x, course.y + push * room.y, course);
+}
+
+/// Fins for a depth that is wanted, with what is left of them.
+template <class T>
+void steer_depth(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, T wanted,
+                 Command<T>& command) {
+    const Steering<T>& steering = model.steering;
+    const Reasons& why = state.reasons;
+    const bool blind = !at.attitude || !at.depths;
+    const T fin = blind ? model.blind_fin : fins_for(steering, at, climb_for(steering, state.steering, at, wanted));
+    const bool port = why.has(Reason::port_fin_lost), starboard = why.has(Reason::starboard_fin_lost);
+    const T most = alone_most(model, why);
+    state.fin = clamp(fin, -most, most);
+    command.fin[0] = port ? T(0) : state.fin;
+    command.fin[1] = starboard ? T(0) : state.fin;
+}
+
+/// Depth that is wanted now.
+template <class T>
+T depth_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
+    const int last = mission.waypoints - 1;
+    const T asked = state.mode == Mode::transit ? mission.waypoint[state.leg < last ? state.leg : last].depth : T(0);
+    const T most = mission.depth_most;
+    state.reasons.clear(Reason::depth_limit);
+    if (most < asked || most < at.depth + T(0.1)) state.reasons.tell(Reason::depth_limit);
+    // A way of its own length below the limit: what dives needs room to level out.
+    return clamp(asked, T(0), max(T(0), most - model.surface_depth));
+}
+
+/// One decision.
+template <class T>
+Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const Estimate<T>& at,
+                const Onboard<T>& onboard, const Mission<T>& mission) {
+    Guided<T> out{before, {}};
+    GuidanceState<T>& state = out.state;
+    const Steering<T>& steering = model.steering;
+    const Inside<T> room = inside(mission, at.x, at.y);
+    weigh(model, state, at, onboard, mission);
+    weigh_fixes(model, state, at, mission, room.distance < margin_of(model, state, at, mission));
+    if (state.mode == Mode::transit || state.mode == Mode::surface) follow_legs(model, state, at, mission);
+    state.mode = mode_of(model, state, at, mission);
+    ++state.ticks;
+
+    Command<T>& command = out.command;
+    command.fresh = command.armed = true;
+    const T depth = depth_of(model, state, at, mission);
+    if (state.mode == Mode::idle || state.mode == Mode::hold || state.mode == Mode::done) {
+        state.fin = T(0);
+        beat_into(steering, command, steering.speed_least, T(0));
+        for (int j = 0; j < steering.joints; ++j) command.amplitude[j] = T(0);
+        return out;
+    }
+    const Course<T> course = course_of(model, state, at, mission, room);
+    const bool home = state.mode == Mode::home;
+    const int leg = state.leg < mission.waypoints ? state.leg : mission.waypoints - 1;
+    T speed = home || leg < 0 ? mission.home_speed : mission.waypoint[leg].speed;
+    // Against a current that leaves no way over ground: faster.
+    if (made_good(course, at.current, speed) < T(0.1)) speed = steering.table.speed[steering.table.gaits - 1];
+    T bias = T(0);
+    if (at.attitude) {
+        bias = bias_for(steering, state.steering, crab(course, at.current, max(speed, steering.speed_least)), at.speed);
+    } else {
+        speed = model.slow;
+    }
+    // The gait's speed is as far off as the fixes said.
+    beat_into(steering, command, max(speed, steering.speed_least) / at.factor, bias);
+    steer_depth(model, state, at, depth, command);
+    weigh_fins(model, state, at, mission, depth);
+    return out;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

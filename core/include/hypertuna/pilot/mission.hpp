@@ -1,0 +1,68 @@
+/// Mission: where to go, within which bounds, and when to come home.
+#pragma once
+
+#include "hypertuna/control/safety.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// m east and north, m down, m/s through the water, m within which it counts as reached.
+template <class T>
+struct Waypoint {
+    T x, y, depth, speed, radius;
+};
+
+template <class T>
+struct Corner {
+    T x, y;  // m
+};
+
+template <class T>
+struct Mission {
+    const Waypoint<T>* waypoint;
+    int waypoints;
+    const Corner<T>* corner;  // of the fence, around it either way; the last is joined to the first
+    int corners;              // fewer than three: a circle
+    Corner<T> center;
+    T range;                // m, radius of that circle; 0 for no fence
+    Corner<T> start, home;  // m
+    T home_radius;          // m
+    T home_speed;           // m/s through the water on the way home
+    T depth_most;           // m
+    T reserve;              // part of the battery's charge to come home with
+    T duration;             // s after which it should be home; 0 for no end
+    T surface_every;        // s after the last fix to come up for the next; 0 for only when needed
+    bool stay;              // after the last waypoint come up there, not at home
+};
+
+/// How far inside the fence a place is, and the direction to the inside from its nearest border.
+template <class T>
+struct Inside {
+    T distance;  // m, negative outside
+    T x, y;      // unit vector
+};
+
+template <class T>
+Inside<T> inside(const Mission<T>& mission, T x, T y) {
+    const T far = T(1e6);
+    if (mission.corners < 3) {
+        if (!(T(0) < mission.range)) return {far, T(0), T(0)};
+        const T dx = mission.center.x - x, dy = mission.center.y - y, away = sqrt(dx * dx + dy * dy);
+        const T scale = T(1) / max(away, T(1e-6));
+        return {mission.range - away, dx * scale, dy * scale};
+    }
+    T least = far * far, to_x = T(0), to_y = T(0);
+    bool within = false;
+    for (int k = 0; k < mission.corners; ++k) {
+        const Corner<T>&a = mission.corner[k], &b = mission.corner[k + 1 < mission.corners ? k + 1 : 0];
+        const T ex = b.x - a.x, ey = b.y - a.y, px = x - a.x, py = y - a.y;
+        // A ray toward east crosses the edges of a fence an odd number of times from within.
+        if ((y < a.y) != (y < b.y) && (px * ey < py * ex) == (T(0) < ey)) within = !within;
+        const T part = clamp((px * ex + py * ey) / max(ex * ex + ey * ey, T(1e-12)), T(0), T(1));
+        const T dx = part * ex - px, dy = part * ey - py, square = dx * dx + dy * dy;
+        if (square < least) least = square, to_x = dx, to_y = dy;
+    }
+    const T away = sqrt(least), side = within ? T(1) : T(-1), scale = -side / max(away, T(1e-6));
+    return {side * away, to_x * scale, to_y * scale};
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,178 @@
+/// Pilot: all that runs on board, a hundred times a second. Readings and a mission go in, servo pulses come out.
+///
+/// estimator (each tick) -> guidance (each tenth) -> controller (each tick).
+#pragma once
+
+#include "hypertuna/pilot/guidance.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+template <class T>
+struct Pilot {
+    Controller<T> controller;
+    Estimator<T> estimator;
+    Guidance<T> guidance;
+    int every;  // ticks from one decision to the next
+};
+
+template <class T>
+struct PilotState {
+    ControllerState<T> controller;
+    EstimatorState<T> estimator;
+    GuidanceState<T> guidance;
+    Command<T> command;
+    int wait;    // ticks until the next decision
+    bool fix;    // one was taken in since the last
+    bool joint;  // one was released since
+};
+
+template <class T>
+struct PilotStep {
+    PilotState<T> state;
+    ControllerOutput<T> output;
+    Command<T> command;
+    Estimate<T> estimate;
+    Mode mode;
+    Reasons reasons;
+};
+
+template <class T>
+PilotState<T> init(const Pilot<T>& pilot, const Mission<T>& mission) {
+    PilotState<T> state{};
+    state.controller = init(pilot.controller);
+    const T start[2] = {mission.start.x, mission.start.y};
+    state.estimator = init(pilot.estimator, start);
+    state.guidance = init(pilot.guidance, mission);
+    return state;
+}
+
+/// Speed that the present beat keeps up: the table's for the frequency that the oscillators have now.
+template <class T>
+T thrust_of(const Pilot<T>& pilot, const ControllerState<T>& state) {
+    const GaitTable<T>& table = pilot.guidance.steering.table;
+    const T frequency = state.frequency.value;
+    int k = 0;
+    while (k < table.gaits - 1 && table.frequency[k] < frequency) ++k;
+    const T below = k > 0 ? table.frequency[k - 1] : T(0), slow = k > 0 ? table.speed[k - 1] : T(0);
+    const T part = clamp((frequency - below) / (table.frequency[k] - below), T(0), T(1));
+    // What swings less, because it turns or rests, pushes less.
+    const T full = beating(table, pilot.controller.joints, table.speed[k]).amplitude[0];
+    const T swing = clamp(state.amplitude[0].value / full, T(0), T(1));
+    return swing * (slow + part * (table.speed[k] - slow));
+}
+
+/// Whether every channel of the IMU is in good standing.
+template <class T>
+bool imu_stands(const ControllerState<T>& state) {
+    bool good = true;
+    for (const Health<T>& channel : state.imu) good = good && !channel.faulty;
+    return good;
+}
+
+/// What a tick's readings say of where the robot is.
+template <class T>
+Estimate<T> perceive(const Pilot<T>& pilot, PilotState<T>& state, const PilotReadings<T>& readings) {
+    const T thrust = thrust_of(pilot, state.controller);
+    const Estimate<T> at = estimate(pilot.estimator, state.estimator, readings, thrust, imu_stands(state.controller));
+    state.fix = state.fix || at.fix;
+    state.command.fresh = false;
+    return at;
+}
+
+/// Count the ticks to the next decision, and say whether it is due.
+template <class T>
+bool due(const Pilot<T>& pilot, PilotState<T>& state) {
+    const bool now = state.wait == 0;
+    if (now) {
+        carry(pilot.estimator, state.estimator.way);
+        state.wait = pilot.every;
+    }
+    --state.wait;
+    return now;
+}
+
+/// A decision of guidance: the command that holds until the next one.
+template <class T>
+void decide(const Pilot<T>& pilot, PilotState<T>& state, Estimate<T> at, const Mission<T>& mission) {
+    at.fix = state.fix;
+    const Onboard<T> onboard{state.controller.supply, state.controller.voltage.faulty, state.joint};
+    const Guided<T> guided = guide(pilot.guidance, state.guidance, at, onboard, mission);
+    state.guidance = guided.state;
+    state.command = guided.command;
+    state.fix = state.joint = false;
+}
+
+/// The controller follows the command.
+template <class T>
+ControllerOutput<T> act(const Pilot<T>& pilot, PilotState<T>& state, const Estimate<T>& at, const Readings<T>& robot) {
+    const Oscillator<T> before = state.controller.oscillator[0];
+    const ControllerOutput<T> output = advance(pilot.controller, state.controller, robot, state.command);
+    const bool ended = beat_ends(before, state.controller.oscillator[0]);
+    look(state.guidance.steering.beat, at, ended, int(T(1) / pilot.estimator.attitude.tick));
+    state.joint = state.joint || output.status.has(Condition::hard_stop);
+    return output;
+}
+
+/// One tick.
+template <class T>
+PilotStep<T> fly(const Pilot<T>& pilot, const PilotState<T>& before, const PilotReadings<T>& readings,
+                 const Mission<T>& mission) {
+    PilotStep<T> next{before, {}, {}, {}, {}, {}};
+    PilotState<T>& state = next.state;
+    next.estimate = perceive(pilot, state, readings);
+    if (due(pilot, state)) decide(pilot, state, next.estimate, mission);
+    next.output = act(pilot, state, next.estimate, readings.robot);
+    next.command = state.command;
+    next.mode = state.guidance.mode;
+    next.reasons = state.guidance.reasons;
+    return next;
+}
+
+/// Call visit(name, index, field) for every number of the pilot but the controller's. How many joints and gaits there
+/// are is set before.
+template <class T, class Visit>
+void visit_fields(Pilot<T>& m, const Visit& visit) {
+    visit("every", 0, m.every);
+    AttitudeModel<T>& a = m.estimator.attitude;
+    visit("tick", 0, a.tick), visit("gravity_rate", 0, a.tilt_rate), visit("field_rate", 0, a.heading_rate);
+    visit("drift_most", 0, a.drift_most), visit("rate_most", 0, a.rate_most);
+    visit("acceleration_most", 0, a.acceleration_most);
+    visit("field_low", 0, a.field_low), visit("field_high", 0, a.field_high);
+    Estimator<T>& e = m.estimator;
+    visit("depth_rate", 0, e.depth_rate), visit("depth_low", 0, e.depth_low), visit("depth_high", 0, e.depth_high);
+    visit("depth_step", 0, e.depth_step), visit("glide", 0, e.glide), visit("walk", 0, e.walk);
+    visit("current_walk", 0, e.current_walk), visit("factor_walk", 0, e.factor_walk);
+    visit("start_error", 0, e.start_error), visit("current_error", 0, e.current_error);
+    visit("factor_error", 0, e.factor_error), visit("fix_noise", 0, e.fix_noise);
+    visit("fix_offset", 0, e.fix_offset), visit("fix_depth", 0, e.fix_depth);
+    Steering<T>& s = m.guidance.steering;
+    visit("period", 0, s.period);
+    for (int k = 0; k < s.table.gaits; ++k) {
+        visit("speed", k, s.table.speed[k]), visit("frequency", k, s.table.frequency[k]);
+        for (int j = 0; j < s.joints; ++j) {
+            visit("swing", s.joints * k + j, s.table.amplitude[k][j]);
+            visit("lag", s.joints * k + j, s.table.phase[k][j]);
+        }
+    }
+    for (int j = 0; j < s.joints; ++j) visit("bias_most", j, s.bias_most[j]), visit("bend_most", j, s.reach[j]);
+    visit("curvature", 0, s.curvature), visit("heading_rate", 0, s.heading_rate), visit("turn_most", 0, s.turn_most);
+    visit("rate_gain", 0, s.rate_gain), visit("heading_integral", 0, s.heading_integral);
+    visit("speed_least", 0, s.speed_least), visit("lookahead", 0, s.lookahead);
+    visit("depth_lookahead", 0, s.depth_lookahead), visit("pitch_most", 0, s.pitch_most);
+    visit("climb_most", 0, s.climb_most), visit("climb_lead", 0, s.climb_lead), visit("climb_gain", 0, s.climb_gain);
+    visit("depth_integral", 0, s.depth_integral), visit("pitch_gain", 0, s.pitch_gain);
+    visit("pitch_damping", 0, s.pitch_damping), visit("fin_angle_most", 0, s.fin_most);
+    Guidance<T>& g = m.guidance;
+    visit("surface_depth", 0, g.surface_depth), visit("fence_margin", 0, g.fence_margin);
+    visit("error_most", 0, g.error_most), visit("error_near", 0, g.error_near), visit("error_lost", 0, g.error_lost);
+    visit("drift_enough", 0, g.drift_enough), visit("patience", 0, g.patience), visit("retry", 0, g.retry);
+    visit("lost_after", 0, g.lost_after), visit("compass_patience", 0, g.compass_patience);
+    visit("fin_tilt", 0, g.fin_tilt), visit("fin_least", 0, g.fin_least), visit("fin_after", 0, g.fin_after);
+    visit("fin_alone", 0, g.fin_alone), visit("answer_after", 0, g.answer_after);
+    visit("answer_depth", 0, g.answer_depth), visit("blind_fin", 0, g.blind_fin), visit("slow", 0, g.slow),
+        visit("battery_empty", 0, g.battery_empty);
+    visit("battery_span", 0, g.battery_span), visit("battery_drop", 0, g.battery_drop);
+    visit("endurance", 0, g.endurance), visit("overhead", 0, g.overhead);
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

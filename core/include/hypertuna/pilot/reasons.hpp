@@ -1,0 +1,78 @@
+/// Modes of the pilot, and why it does what it does.
+#pragma once
+
+#include <cstdint>
+
+#include "hypertuna/math/scalar.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+enum class Mode : std::uint8_t { idle, transit, hold, surface, home, done, count };
+inline constexpr int modes = int(Mode::count);
+inline constexpr const char* mode_names[modes] = {"idle", "transit", "hold", "surface", "home", "done"};
+
+/// Why the robot does what it does. The first ones end the mission and are latched.
+enum class Reason : std::uint8_t {
+    low_battery,
+    battery_lost,
+    time_up,
+    depth_lost,
+    imu_lost,
+    compass_lost,
+    port_fin_lost,
+    starboard_fin_lost,
+    no_answer,
+    stranded,
+    tail_lost,
+    recalled,
+    all_reached,
+    no_fix,
+    uncertain,
+    fix_due,
+    fence,
+    outside,
+    depth_limit,
+    skipped,
+    count
+};
+inline constexpr int reasons = int(Reason::count);
+inline constexpr int ending_reasons = int(Reason::all_reached);  // the ones before it end the mission
+
+struct ReasonText {
+    const char* name;
+    const char* sentence;
+};
+inline constexpr ReasonText reason_texts[reasons] = {
+    {"low_battery", "the charge is what the way home and the reserve need"},
+    {"battery_lost", "the battery's voltage cannot be read"},
+    {"time_up", "the time left is what the way home needs"},
+    {"depth_lost", "the depth cannot be read: home at the surface, nose up"},
+    {"imu_lost", "rates and gravity cannot be read: up with fixed fins, then hold"},
+    {"compass_lost", "the magnetic field cannot be read: home by the gyroscope, hold when that takes too long"},
+    {"port_fin_lost", "the port fin does not follow: it is leveled, home at the surface with the other"},
+    {"starboard_fin_lost", "the starboard fin does not follow: it is leveled, home at the surface with the other"},
+    {"no_answer", "the depth does not answer to the fins: home at the surface"},
+    {"stranded", "the depth does not answer on the way up either: the beat stops and the robot floats"},
+    {"tail_lost", "the controller released a joint at the hard pressure limit: home with the other"},
+    {"recalled", "the ground or the supervisor on board called the robot home"},
+    {"all_reached", "all waypoints are reached"},
+    {"no_fix", "no fix came at the surface in good time"},
+    {"uncertain", "the position is too uncertain: up for a fix"},
+    {"fix_due", "the last fix is old: up for the next"},
+    {"fence", "the fence is near: its inside comes first"},
+    {"outside", "the robot is outside the fence"},
+    {"depth_limit", "the depth is at its limit"},
+    {"skipped", "a waypoint was too near the fence, or beyond it"},
+};
+
+/// A set of reasons, one bit each.
+struct Reasons {
+    std::uint32_t flags;
+
+    bool has(Reason r) const { return flags >> int(r) & 1; }
+    void tell(Reason r, bool holds = true) { flags |= std::uint32_t(holds) << int(r); }
+    void clear(Reason r) { flags &= ~(std::uint32_t(1) << int(r)); }
+    bool end() const { return (flags & ((std::uint32_t(1) << ending_reasons) - 1)) != 0; }
+};
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,192 @@
+/// Steering: a course over ground becomes a tail bias, a depth becomes fin angles, a speed becomes a beat.
+///
+/// No angle is wrapped because none is computed: directions are unit vectors, errors their products. What steers the
+/// tail is a mean over a beat, in which the head's swing cancels.
+#pragma once
+
+#include "hypertuna/pilot/estimator.hpp"
+#include "hypertuna/pilot/mission.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+inline constexpr int most_gaits = 12;
+
+/// Gaits by rising speed. Between two of them everything is linear; below the first its beat slows down.
+template <class T>
+struct GaitTable {
+    int gaits;
+    T speed[most_gaits], frequency[most_gaits];                            // m/s, Hz
+    T amplitude[most_gaits][most_joints], phase[most_gaits][most_joints];  // rad
+};
+
+template <class T>
+struct Beating {
+    T speed, frequency, amplitude[most_joints], phase[most_joints];
+};
+
+template <class T>
+Beating<T> beating(const GaitTable<T>& table, int joints, T speed) {
+    Beating<T> out{};
+    out.speed = clamp(speed, T(0), table.speed[table.gaits - 1]);
+    int k = 0;
+    while (k < table.gaits - 1 && table.speed[k] < out.speed) ++k;
+    const int before = k > 0 ? k - 1 : 0;
+    const T below = k > 0 ? table.speed[before] : T(0);
+    const T part = clamp((out.speed - below) / (table.speed[k] - below), T(0), T(1));
+    const auto between = [&](T a, T b) { return a + part * (b - a); };
+    out.frequency = between(k > 0 ? table.frequency[before] : T(0), table.frequency[k]);
+    for (int j = 0; j < joints; ++j) {
+        out.amplitude[j] = between(table.amplitude[before][j], table.amplitude[k][j]);
+        out.phase[j] = between(table.phase[before][j], table.phase[k][j]);
+    }
+    return out;
+}
+
+template <class T>
+struct Steering {
+    int joints;
+    T period;  // s between two decisions
+    GaitTable<T> table;
+    T bias_most[most_joints], reach[most_joints];  // rad of each joint: for steering, and with the beat
+    T curvature;                                   // 1/m of the path at the whole bias
+    T heading_rate, turn_most;                     // 1/s of the heading loop, rad/s asked for at most
+    T rate_gain, heading_integral;                 // 1, 1/s
+    T speed_least;                                 // m/s below which nothing can be steered
+    T lookahead, depth_lookahead;                  // m
+    T climb_most, pitch_most;                      // sines: of the path that is asked for, of the pitch it ends at
+    T depth_integral;                              // 1/s
+    T climb_lead, climb_gain;     // rad of fin per sine of the path asked for, of what is missing of it
+    T pitch_gain, pitch_damping;  // rad of fin per sine of pitch, s
+    T fin_most;                   // rad
+};
+
+/// Means over the last whole beat: direction that the head faces, rate of turn, roll.
+template <class T>
+struct BeatMean {
+    T sum[4], mean[4];
+    int ticks;
+};
+
+/// Take in one tick; at the end of a beat, or after a second without one, the mean is made anew.
+template <class T>
+void look(BeatMean<T>& beat, const Estimate<T>& at, bool ended, int most) {
+    const T now[4] = {at.facing.x, at.facing.y, at.rate.z, at.tilt};
+    for (int k = 0; k < 4; ++k) beat.sum[k] += now[k];
+    ++beat.ticks;
+    if (!ended && beat.ticks < most) return;
+    for (int k = 0; k < 4; ++k) beat.mean[k] = beat.sum[k] / T(beat.ticks), beat.sum[k] = T(0);
+    beat.ticks = 0;
+}
+
+template <class T>
+struct SteeringState {
+    BeatMean<T> beat;
+    T turn_sum;   // rad/s: rate of turn that the integral asks for
+    T climb_sum;  // sine of the path that the integral asks for
+};
+
+/// A direction over ground, of length 1.
+template <class T>
+struct Course {
+    T x, y;
+};
+
+/// Direction from one place to another; the given one where they are the same.
+template <class T>
+Course<T> toward(T dx, T dy, const Course<T>& otherwise) {
+    const T away = sqrt(dx * dx + dy * dy);
+    return away > T(1e-3) ? Course<T>{dx / away, dy / away} : otherwise;
+}
+
+/// Direction to face so that the way over ground, drift included, goes along a course.
+template <class T>
+Course<T> crab(const Course<T>& course, const T (&current)[2], T speed) {
+    const T across = course.x * current[1] - course.y * current[0];  // to the left of the course
+    const T sine = clamp(-across / speed, T(-0.9), T(0.9)), cosine = sqrt(T(1) - sine * sine);
+    return {course.x * cosine - course.y * sine, course.y * cosine + course.x * sine};
+}
+
+/// Speed made good along a course by swimming at `speed` with the crab angle.
+template <class T>
+T made_good(const Course<T>& course, const T (&current)[2], T speed) {
+    const T across = course.x * current[1] - course.y * current[0];
+    const T along = course.x * current[0] + course.y * current[1];
+    return along + sqrt(max(T(0), speed * speed - across * across));
+}
+
+/// Line of sight: the course to a point ahead on the leg, and how far along it the robot is.
+template <class T>
+struct Leg {
+    Course<T> course;
+    T along, length, across;  // m
+};
+template <class T>
+Leg<T> line_of_sight(const Corner<T>& from, const Corner<T>& to, T x, T y, T lookahead, const Course<T>& otherwise) {
+    const T ex = to.x - from.x, ey = to.y - from.y, length = sqrt(ex * ex + ey * ey);
+    const Course<T> leg = toward(ex, ey, toward(to.x - x, to.y - y, otherwise));
+    const T px = x - from.x, py = y - from.y;
+    const T along = leg.x * px + leg.y * py, across = leg.x * py - leg.y * px;
+    const T ahead = clamp(along + lookahead, T(0), length);
+    return {toward(from.x + leg.x * ahead - x, from.y + leg.y * ahead - y, otherwise), along, length, across};
+}
+
+/// Part of the whole tail bias, -1 to 1, that turns the head to a direction.
+///
+/// Turning: r' ~ -curvature U bias. The loop asks for a rate of turn w e + integral, and adds what is missing of it.
+template <class T>
+T bias_for(const Steering<T>& model, SteeringState<T>& state, const Course<T>& wanted, T speed) {
+    const T(&mean)[4] = state.beat.mean;
+    const T flat = sqrt(mean[0] * mean[0] + mean[1] * mean[1]);
+    if (!(flat > T(0.05))) return T(0);
+    const T sine = (mean[0] * wanted.y - mean[1] * wanted.x) / flat;
+    const T cosine = (mean[0] * wanted.x + mean[1] * wanted.y) / flat;
+    // Twice the tangent of half the angle: the angle as long as it is small, and it never wraps.
+    const T error = cosine > T(0) ? T(2) * sine / (T(1) + cosine) : sine < T(0) ? T(-2) : T(2);
+    const T rate = clamp(model.heading_rate * error, -model.turn_most, model.turn_most);
+    const T full = model.curvature * max(speed, model.speed_least);
+    const T asked = (rate + state.turn_sum + model.rate_gain * (rate - mean[2])) / full;
+    const T given = clamp(asked, T(-1), T(1));
+    // The sum grows only where the tail still answers, and only for what is left near the course.
+    if (asked == given && abs(error) < T(0.5))
+        state.turn_sum = clamp(state.turn_sum + model.period * model.heading_integral * model.heading_rate * error,
+                               -model.turn_most, model.turn_most);
+    return -given;
+}
+
+/// Sine of the path that leads to a depth, upward: line of sight to a point ahead there, with an integral against a
+/// trim that is off. The more the robot pitches, the less it is asked for.
+template <class T>
+T climb_for(const Steering<T>& model, SteeringState<T>& state, const Estimate<T>& at, T depth) {
+    const T error = at.depth - depth;
+    const T sight = error / sqrt(error * error + model.depth_lookahead * model.depth_lookahead);
+    const T most = model.climb_most * clamp(T(2) - T(2) * abs(at.facing.z) / model.pitch_most, T(0), T(1));
+    const T asked = sight + state.climb_sum, given = clamp(asked, -most, most);
+    if (asked == given && model.speed_least < at.speed)
+        state.climb_sum =
+            clamp(state.climb_sum + model.period * model.depth_integral * sight, -model.climb_most, model.climb_most);
+    return given;
+}
+
+/// Angle of both fins for the sine of a path, leading edge up: fins lift the body more than they turn it, so it is the
+/// path that they are told by, and the pitch that they damp.
+template <class T>
+T fins_for(const Steering<T>& model, const Estimate<T>& at, T climb) {
+    const T path = clamp(-at.sink / max(at.speed, model.speed_least), T(-1), T(1));
+    const T asked = model.climb_lead * climb + model.climb_gain * (climb - path) - model.pitch_gain * at.facing.z -
+                    model.pitch_damping * at.rate.y;
+    return clamp(asked, -model.fin_most, model.fin_most);
+}
+
+/// The beat of a speed, turned by a part of the tail bias. What bends one way swings less.
+template <class T>
+void beat_into(const Steering<T>& model, Command<T>& command, T speed, T bias) {
+    const Beating<T> beat = beating(model.table, model.joints, speed);
+    command.frequency = beat.frequency;
+    for (int j = 0; j < model.joints; ++j) {
+        command.bias[j] = bias * model.bias_most[j];
+        command.amplitude[j] = max(T(0), min(beat.amplitude[j], model.reach[j] - abs(command.bias[j])));
+        command.phase[j] = beat.phase[j];
+    }
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

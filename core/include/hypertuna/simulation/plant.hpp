@@ -1,0 +1,178 @@
+/// Plant: all of the robot that obeys physics alone, from the servos' targets to the wake.
+///
+/// Oil pressures push on the joints by how the bend changes the units' volume (virtual work), the joints bend the tail
+/// against the water, and the bend takes oil out of the circuits in turn. Coordinates of the tail: the bends of the
+/// joints, circuits 2 j (left) and 2 j + 1 (right) on joint j; a passive hinge may follow. The body is one in the plane
+/// (tail.hpp) or in space (body6.hpp).
+#pragma once
+
+#include <type_traits>
+
+#include "hypertuna/actuation/circuit.hpp"
+#include "hypertuna/actuation/joint_table.hpp"
+#include "hypertuna/simulation/tail.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// Spring and damper of a passive hinge.
+template <class S>
+struct Hinge {
+    S stiffness;  // N m/rad
+    S damping;    // N m s/rad
+};
+
+template <class Body>
+struct Plant {
+    using S = typename Body::Scalar;
+
+    Body body;
+    int joints;                  // coordinates that circuits bend; a hinge is one more
+    const JointTable<S>* joint;  // joints
+    const Circuit<S>* circuit;   // 2 joints
+    const S* unit_rest;          // 2 joints: m^3 of oil in the muscles of the straight joint
+    Hinge<S> hinge;
+};
+
+template <class S, int D, class Space = InPlane>
+struct PlantState {
+    typename HeadOf<S, Space>::Twist xi;
+    typename HeadOf<S, Space>::Pose pose;
+    Bend<S, D> bend;
+    CircuitState<S> circuit[2 * D];  // those of a hinge rest at zero
+    S energy[2 * D];                 // J, electrical, that each servo has drawn
+
+    template <class A>
+    friend HYPERTUNA_INLINE PlantState operator*(const A& a, const PlantState& b) {
+        PlantState out;
+        out.xi = a * b.xi;
+        out.pose = a * b.pose;
+        for (int d = 0; d < D; ++d) {
+            out.bend.angle[d] = a * b.bend.angle[d];
+            out.bend.rate[d] = a * b.bend.rate[d];
+        }
+        for (int c = 0; c < 2 * D; ++c) {
+            out.circuit[c] = a * b.circuit[c];
+            out.energy[c] = a * b.energy[c];
+        }
+        return out;
+    }
+    friend HYPERTUNA_INLINE PlantState operator+(const PlantState& a, const PlantState& b) {
+        PlantState out;
+        out.xi = a.xi + b.xi;
+        out.pose = a.pose + b.pose;
+        for (int d = 0; d < D; ++d) {
+            out.bend.angle[d] = a.bend.angle[d] + b.bend.angle[d];
+            out.bend.rate[d] = a.bend.rate[d] + b.bend.rate[d];
+        }
+        for (int c = 0; c < 2 * D; ++c) {
+            out.circuit[c] = a.circuit[c] + b.circuit[c];
+            out.energy[c] = a.energy[c] + b.energy[c];
+        }
+        return out;
+    }
+};
+
+template <class Body>
+using PlantStateOf = PlantState<typename Body::Scalar, Body::coordinates, typename Body::Space>;
+
+/// What the controller asks of the servos: held from one control step to the next.
+template <class S, int D>
+struct ServoTargets {
+    S angle[2 * D];  // rad
+    S supply;        // V
+    S fin[2];        // rad, of the pectoral fins: for a body in space
+};
+
+/// What one instant shows beside the state.
+template <class S, int D, class Space = InPlane>
+struct PlantOutput {
+    CircuitOutput<S> circuit[2 * D];
+    S moment[D];  // N m on each coordinate
+    typename HeadOf<S, Space>::Twist twist_rate;
+};
+template <class Body>
+using PlantOutputOf = PlantOutput<typename Body::Scalar, Body::coordinates, typename Body::Space>;
+
+/// A joint this slow counts as at rest for the friction of its units, rad/s: sliding sets in smoothly around it, so
+/// that friction neither chatters nor forces small steps.
+inline constexpr double joint_rest = 0.05;
+
+/// Share of Coulomb friction that acts at a rate: -1 to 1.
+template <class S>
+HYPERTUNA_INLINE S sliding(const S& rate) {
+    const S rest = S(base_t<S>(joint_rest));
+    return rate / sqrt(rate * rate + rest * rest);
+}
+
+/// Moment on a bend: oil and silicone, viscosity, and friction of the units that pressure holds in their braids.
+template <class S>
+HYPERTUNA_INLINE S bend_moment(const JointTable<S>& table, const JointLoad<S>& load, const S* pressure, const S& rate) {
+    return joint_moment(load, pressure) - table.viscosity * rate - joint_friction(load, pressure) * sliding(rate);
+}
+
+/// Nobody looks: what only an output needs is not computed.
+struct Unseen {};
+
+/// How the plant changes. `seen`, if it is the address of an output, gets what one instant shows.
+template <class Body, class Seen>
+HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const PlantStateOf<Body>& at,
+                                                 const ServoTargets<typename Body::Scalar, Body::coordinates>& targets,
+                                                 Seen seen) {
+    using S = typename Body::Scalar;
+    constexpr int D = Body::coordinates;
+    constexpr bool looks = !std::is_same_v<Seen, Unseen>;
+    PlantStateOf<Body> rate;
+    S moment[D];
+    for (int j = 0; j < plant.joints; ++j) {
+        const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j]);
+        S pressure[2];
+        for (int side = 0; side < 2; ++side) {
+            const int c = 2 * j + side;
+            const CircuitRate<S> circuit = circuit_rate(plant.circuit[c], at.circuit[c], targets.angle[c],
+                                                        targets.supply, load.volume[side] - plant.unit_rest[c]);
+            rate.circuit[c] = circuit.rate;
+            rate.energy[c] = circuit.output.power.total;
+            pressure[side] = circuit.output.unit.pressure;
+            if constexpr (looks) seen->circuit[c] = circuit.output;
+        }
+        moment[j] = bend_moment(plant.joint[j], load, pressure, at.bend.rate[j]);
+    }
+    for (int d = plant.joints; d < D; ++d) {
+        for (int c = 2 * d; c < 2 * d + 2; ++c) {
+            rate.circuit[c] = {S(0), S(0), S(0), S(0)};
+            rate.energy[c] = S(0);
+        }
+        moment[d] = -(plant.hinge.stiffness * at.bend.angle[d] + plant.hinge.damping * at.bend.rate[d]);
+    }
+    const auto body = body_acceleration(plant.body, at.bend, at.xi, at.pose, moment);
+    rate.xi = body.twist;
+    rate.pose = pose_rate(plant.body, at.pose, at.xi, targets.fin);
+    for (int d = 0; d < D; ++d) {
+        rate.bend.angle[d] = at.bend.rate[d];
+        rate.bend.rate[d] = body.bend[d];
+        if constexpr (looks) seen->moment[d] = moment[d];
+    }
+    if constexpr (looks) seen->twist_rate = body.twist;
+    return rate;
+}
+
+/// One step of fourth-order Runge-Kutta; `seen` gets what its start and its middle show.
+template <class Body>
+PlantStateOf<Body> plant_step(const Plant<Body>& plant, const PlantStateOf<Body>& at,
+                              const ServoTargets<typename Body::Scalar, Body::coordinates>& targets,
+                              const typename Body::Scalar& step, PlantOutputOf<Body> (&seen)[2]) {
+    using S = typename Body::Scalar;
+    using State = PlantStateOf<Body>;
+    const auto shown = [&](const State& now, PlantOutputOf<Body>* out) { return plant_rate(plant, now, targets, out); };
+    const auto hidden = [&](const State& now) { return plant_rate(plant, now, targets, Unseen()); };
+    const S half = S(base_t<S>(0.5)) * step, sixth = S(base_t<S>(1.0 / 6)) * step, third = sixth + sixth;
+    const State k1 = shown(at, &seen[0]);
+    const State k2 = hidden(at + half * k1);
+    const State k3 = shown(at + half * k2, &seen[1]);
+    const State k4 = hidden(at + step * k3);
+    State next = at + sixth * k1 + third * k2 + third * k3 + sixth * k4;
+    next.pose = tidied(next.pose);
+    return next;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

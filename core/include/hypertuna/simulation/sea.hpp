@@ -1,0 +1,63 @@
+/// Sea: what is around the robot, in the world's axes. Surface, bottom, current, and what sensors find their way by.
+#pragma once
+
+#include "hypertuna/math/spatial.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+inline constexpr double gravity = 9.81;  // m/s^2
+
+template <class S>
+struct Sea {
+    S density;        // kg/m^3
+    S current[2];     // m/s toward east and north, at the surface
+    S shear[2];       // 1/s: what the current gains per depth, down to the bottom
+    S bottom;         // m, depth
+    S stiffness;      // N/m of the bottom
+    Vector<S> field;  // of the Earth's magnetism, as a unit vector
+};
+
+/// A sea as a row of numbers, in this order: how it comes from Python.
+inline constexpr const char* sea_columns[] = {"density", "current_east", "current_north", "shear_east",  "shear_north",
+                                              "bottom",  "stiffness",    "field_east",    "field_north", "field_up"};
+inline constexpr int sea_column_count = sizeof(sea_columns) / sizeof(sea_columns[0]);
+
+template <class S, class T>
+Sea<S> read_sea(const T* row) {
+    const auto at = [row](int k) { return S(base_t<S>(row[k])); };
+    return {at(0), {at(1), at(2)}, {at(3), at(4)}, at(5), at(6), {at(7), at(8), at(9)}};
+}
+
+/// Damping of the bottom, s/m: it pushes (1 - damping rise) times as hard on what rises from it, and never pulls.
+inline constexpr double bottom_damping = 4;
+
+/// Share of a height that is below the surface, smooth: z is where its middle is, m above the surface.
+template <class S>
+HYPERTUNA_INLINE S submerged(const S& z, const S& height) {
+    const S below = max(S(0), min(S(1), S(base_t<S>(0.5)) - z / height));
+    return below * below * (S(3) - S(2) * below);
+}
+
+/// The current at a height z (below the surface negative).
+template <class S>
+HYPERTUNA_INLINE Vector<S> current(const Sea<S>& sea, const S& z) {
+    const S depth = max(S(0), min(sea.bottom, S(0) - z));
+    return {sea.current[0] + sea.shear[0] * depth, sea.current[1] + sea.shear[1] * depth, S(0)};
+}
+
+/// Acceleration of the water's frame of what rises at a rate in it: the current changes with the depth.
+template <class S>
+HYPERTUNA_INLINE Vector<S> current_rate(const Sea<S>& sea, const S& z, const S& rise) {
+    const S depth = S(0) - z, sinking = select(S(0) < depth && depth < sea.bottom, S(0) - rise, S(0));
+    return {sea.shear[0] * sinking, sea.shear[1] * sinking, S(0)};
+}
+
+/// Force of the bottom, upward, on a point at a height z that rises at a rate: stiff, without friction.
+template <class S>
+HYPERTUNA_INLINE S bottom_force(const Sea<S>& sea, const S& z, const S& rise) {
+    const S dip = S(0) - z - sea.bottom;
+    if (!(S(0) < dip)) return S(0);
+    return sea.stiffness * dip * max(S(0), S(1) - S(base_t<S>(bottom_damping)) * rise);
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,234 @@
+/// Sensors: what a reading makes of the truth, and how a sensor fails.
+///
+/// A reading is truth + nonlinearity + offset + walk + noise, held within the sensor's range and rounded to its step.
+/// All randomness is a function of seed, channel and tick: a run repeats to the last bit, and a fault in one channel
+/// leaves the others' noise alone.
+#pragma once
+
+#include "hypertuna/pilot/readings.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// Random bits that depend on nothing but their place: two rounds of splitmix64's finisher.
+inline std::uint64_t random_bits(std::uint64_t seed, std::uint64_t channel, std::uint64_t count) {
+    const auto mixed = [](std::uint64_t z) {
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+        return z ^ (z >> 31);
+    };
+    return mixed(mixed(seed + 0x9e3779b97f4a7c15u * (channel + 1)) + 0x9e3779b97f4a7c15u * (count + 1));
+}
+
+/// Uniform in [0, 1) from 24 of the bits.
+template <class T>
+T uniform(std::uint64_t bits) {
+    return T(bits >> 40) * T(1.0 / 16777216.0);
+}
+
+/// Nearly normal, mean 0 and deviation 1: the sum of four uniform 16-bit numbers, never beyond 3.5.
+template <class T>
+T normal(std::uint64_t bits) {
+    T sum = T(0);
+    for (int k = 0; k < 4; ++k) sum += T((bits >> 16 * k) & 0xffff);
+    // Four times the mean 32767.5; the variance of each is (65536^2 - 1) / 12.
+    return (sum - T(131070)) * T(2.6428950672e-05);
+}
+
+enum class FaultKind : std::uint8_t { none, stuck, open, spike, nan };
+
+/// A fault of the channels first..last from `start` until before `end`, in s.
+template <class T>
+struct Fault {
+    FaultKind kind;
+    int first, last;
+    T start, end;
+};
+
+/// What a sensor of one kind gets wrong. All in SI units of its quantity.
+template <class T>
+struct SensorModel {
+    T low, high;     // range
+    T noise;         // standard deviation
+    T resolution;    // step of its quantization, 0 for none
+    T drift;         // standard deviation of its random walk after 1 s
+    T bias;          // standard deviation of its constant offset
+    T nonlinearity;  // largest deviation from a line, as a fraction of the range
+};
+
+/// All channels of a robot: bends, pressures, currents, three rates, three accelerations, battery; then those that only
+/// the pilot reads: depth, three of the magnetic field, two of a satellite fix.
+inline constexpr int bend_channel = 0, pressure_channel = bend_channel + most_joints,
+                     current_channel = pressure_channel + most_circuits, imu_channel = current_channel + most_circuits,
+                     battery_channel = imu_channel + 6, robot_channels = battery_channel + 1,
+                     depth_channel = robot_channels, field_channel = depth_channel + 1,
+                     position_channel = field_channel + 3, sensor_channels = position_channel + 2;
+
+/// The stream of random numbers of a channel. The pilot's come behind all four of each of the robot's: how many of
+/// them there are changes no run of a robot without.
+inline std::uint64_t stream_of(std::uint64_t what, int channel) {
+    return channel < robot_channels ? what * robot_channels + std::uint64_t(channel)
+                                    : (3 + what) * robot_channels + std::uint64_t(channel);
+}
+
+template <class T>
+struct Sensors {
+    int joints;
+    T root_tick;  // root of the control tick, s^0.5
+    std::uint64_t seed;
+    SensorModel<T> bend, pressure, current, rate, acceleration, voltage;
+    SensorModel<T> depth, field, position;  // the pilot's
+    int fix_every;                          // ticks between two satellite fixes
+};
+
+template <class T>
+struct SensorsState {
+    std::uint64_t count;
+    T walk[sensor_channels], held[sensor_channels];
+};
+
+/// Deviation from a line, odd and zero at rest and at both ends of the range: 3 sqrt(3) / 2 (z - z^3) peaks at 1.
+template <class T>
+T bent(const SensorModel<T>& model, T truth) {
+    const T z = clamp(truth / model.high, T(-1), T(1));
+    return model.nonlinearity * (model.high - model.low) * T(2.598076211353316) * (z - z * z * z);
+}
+
+/// Round to the sensor's step. Adding and taking away a large number rounds without leaving arithmetic.
+template <class T>
+T quantized(T step, T x) {
+    const T count = x / step, large = Reduction<T>::round;
+    return (count + large - large) * step;
+}
+
+/// What a faulty sensor shows in place of `reading`; `held` is the last one before the fault.
+template <class T>
+T failed(const SensorModel<T>& model, FaultKind kind, T reading, T held, std::uint64_t bits) {
+    const T range = model.high - model.low;
+    switch (kind) {
+        case FaultKind::stuck:
+            return held;
+        case FaultKind::open:  // below the live zero, where no working sensor can be
+            return model.low - T(0.125) * range;
+        case FaultKind::spike: {  // every fifth reading by half to the whole of the range
+            const T height = T(0.5) * range * (T(1) + uniform<T>(bits << 8));
+            const T spiked = reading + ((bits & 1) != 0 ? height : -height);
+            return T(0.2) <= uniform<T>(bits) ? reading : clamp(spiked, model.low, model.high);
+        }
+        case FaultKind::nan:
+            return (reading - reading) / (reading - reading);
+        default:
+            return reading;
+    }
+}
+
+template <class T>
+T read_channel(const Sensors<T>& sensors, SensorsState<T>& state, const SensorModel<T>& model, int channel, T truth,
+               FaultKind fault) {
+    const auto draw = [&](std::uint64_t what, std::uint64_t count) {
+        return random_bits(sensors.seed, stream_of(what, channel), count);
+    };
+    const T offset = model.bias * normal<T>(draw(0, 0));
+    if (model.drift > T(0)) state.walk[channel] += model.drift * sensors.root_tick * normal<T>(draw(1, state.count));
+    T reading = truth + bent(model, truth) + offset + state.walk[channel];
+    if (model.noise > T(0)) reading += model.noise * normal<T>(draw(2, state.count));
+    reading = clamp(reading, model.low, model.high);
+    if (model.resolution > T(0)) reading = quantized(model.resolution, reading);
+    if (fault == FaultKind::none || state.count == 0) state.held[channel] = reading;
+    return fault == FaultKind::none ? reading
+                                    : failed(model, fault, reading, state.held[channel], draw(3, state.count));
+}
+
+/// The fault of a channel at a time; the first in the list wins.
+template <class T>
+FaultKind fault_of(const Fault<T>* faults, int count, int channel, T time) {
+    for (int k = 0; k < count; ++k)
+        if (faults[k].first <= channel && channel <= faults[k].last && faults[k].start <= time && time < faults[k].end)
+            return faults[k].kind;
+    return FaultKind::none;
+}
+
+template <class T>
+struct Sensed {
+    SensorsState<T> state;
+    Readings<T> readings;
+};
+
+/// Read every sensor of the robot once, at `time`. `truth` has the true values in the places of the readings.
+template <class T>
+Sensed<T> sense(const Sensors<T>& sensors, const SensorsState<T>& before, const Readings<T>& truth,
+                const Fault<T>* faults, int fault_count, T time) {
+    Sensed<T> out{before, {}};
+    const auto read = [&](const SensorModel<T>& model, int channel, T value) {
+        return read_channel(sensors, out.state, model, channel, value, fault_of(faults, fault_count, channel, time));
+    };
+    for (int j = 0; j < sensors.joints; ++j) out.readings.bend[j] = read(sensors.bend, bend_channel + j, truth.bend[j]);
+    for (int c = 0; c < 2 * sensors.joints; ++c) {
+        out.readings.pressure[c] = read(sensors.pressure, pressure_channel + c, truth.pressure[c]);
+        out.readings.current[c] = read(sensors.current, current_channel + c, truth.current[c]);
+    }
+    for (int k = 0; k < 3; ++k) {
+        out.readings.rate[k] = read(sensors.rate, imu_channel + k, truth.rate[k]);
+        out.readings.acceleration[k] = read(sensors.acceleration, imu_channel + 3 + k, truth.acceleration[k]);
+    }
+    out.readings.voltage = read(sensors.voltage, battery_channel, truth.voltage);
+    ++out.state.count;
+    return out;
+}
+
+template <class T>
+struct PilotSensed {
+    SensorsState<T> state;
+    PilotReadings<T> readings;
+};
+
+/// The same with what the pilot reads. `truth.fixed` says whether the receiver hears the satellites: a fix comes where
+/// it does and one is due. A receiver that failed open, or shows no numbers, has no fix.
+template <class T>
+PilotSensed<T> sense(const Sensors<T>& sensors, const SensorsState<T>& before, const PilotReadings<T>& truth,
+                     const Fault<T>* faults, int fault_count, T time) {
+    const Sensed<T> robot = sense(sensors, before, truth.robot, faults, fault_count, time);
+    PilotSensed<T> out{robot.state, {}};
+    out.readings.robot = robot.readings;
+    SensorsState<T>& state = out.state;
+    --state.count;  // still the same tick
+    const auto fault = [&](int channel) { return fault_of(faults, fault_count, channel, time); };
+    const auto read = [&](const SensorModel<T>& model, int channel, T value) {
+        return read_channel(sensors, state, model, channel, value, fault(channel));
+    };
+    out.readings.depth = read(sensors.depth, depth_channel, truth.depth);
+    for (int k = 0; k < 3; ++k) out.readings.field[k] = read(sensors.field, field_channel + k, truth.field[k]);
+    const FaultKind lost = fault(position_channel);
+    out.readings.fixed = truth.fixed && state.count % std::uint64_t(sensors.fix_every) == 0 &&
+                         lost != FaultKind::open && lost != FaultKind::nan;
+    for (int k = 0; k < 2; ++k) out.readings.fix[k] = read(sensors.position, position_channel + k, truth.fix[k]);
+    ++state.count;
+    return out;
+}
+
+/// Call visit(name, field) for every number of one sensor's model.
+template <class T, class Visit>
+void visit_fields(SensorModel<T>& s, const Visit& visit) {
+    visit("low", s.low), visit("high", s.high), visit("noise", s.noise), visit("resolution", s.resolution);
+    visit("drift", s.drift), visit("bias", s.bias), visit("nonlinearity", s.nonlinearity);
+}
+
+/// Call visit(sensor, name, field) for every number of the models of a robot's sensors.
+template <class T, class Visit>
+void visit_fields(Sensors<T>& m, const Visit& visit) {
+    const auto all = [&](const char* sensor, SensorModel<T>& s) {
+        visit_fields(s, [&](const char* name, T& field) { visit(sensor, name, field); });
+    };
+    all("bend", m.bend), all("pressure", m.pressure), all("current", m.current), all("rate", m.rate);
+    all("acceleration", m.acceleration), all("voltage", m.voltage);
+}
+
+/// The same for the pilot's sensors.
+template <class T, class Visit>
+void visit_pilot_fields(Sensors<T>& m, const Visit& visit) {
+    const auto all = [&](const char* sensor, SensorModel<T>& s) {
+        visit_fields(s, [&](const char* name, T& field) { visit(sensor, name, field); });
+    };
+    all("depth", m.depth), all("field", m.field), all("position", m.position);
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,199 @@
+/// Twin: plant, battery, sensors and the controller that closes the loop, one control tick at a time.
+///
+/// A tick reads the sensors at its start, asks the controller, and lets the plant follow the servo targets by steps of
+/// Runge-Kutta while they hold. Nothing here knows of time beyond the tick: the same state gives the same tick.
+#pragma once
+
+#include "hypertuna/actuation/battery.hpp"
+#include "hypertuna/simulation/plant.hpp"
+#include "hypertuna/pilot/readings.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+template <class Body>
+struct Twin {
+    using S = typename Body::Scalar;
+
+    Plant<Body> plant;
+    Controller<S> controller;
+    Battery<S> battery;
+    S idle;     // W of what draws power beside the pumps' servos
+    S step;     // s, Runge-Kutta's
+    int steps;  // in a tick
+};
+
+template <class S, int D, class Space = InPlane>
+struct TwinState {
+    PlantState<S, D, Space> plant;
+    ControllerState<S> controller;
+    ServoTargets<S, D> targets;
+    S taken;                   // C from the battery
+    BatteryOutput<S> battery;  // over the last tick
+};
+template <class Body>
+using TwinStateOf = TwinState<typename Body::Scalar, Body::coordinates, typename Body::Space>;
+
+/// What there is to read: in space also what the pilot reads.
+template <class S, class Space>
+struct ReadingsOf {
+    using Type = Readings<S>;
+};
+template <class S>
+struct ReadingsOf<S, InSpace> {
+    using Type = PilotReadings<S>;
+};
+template <class S>
+HYPERTUNA_INLINE const Readings<S>& of_robot(const Readings<S>& readings) {
+    return readings;
+}
+template <class S>
+HYPERTUNA_INLINE const Readings<S>& of_robot(const PilotReadings<S>& readings) {
+    return readings.robot;
+}
+
+/// Smallest and largest value of a quantity within a tick.
+template <class S>
+struct Range {
+    S low, high;
+};
+
+/// A tick as it went: what held at its start, and what passed until its end.
+template <class S, int D, class Space = InPlane>
+struct Tick {
+    PlantOutput<S, D, Space> seen;
+    typename ReadingsOf<S, Space>::Type readings;
+    ControllerOutput<S> output;
+    Range<S> pump[2 * D], unit[2 * D];  // Pa
+    S power[2 * D];                     // W, mean electrical power of each servo
+    S servo_power;                      // W, mean of all servos
+};
+template <class Body>
+using TickOf = Tick<typename Body::Scalar, Body::coordinates, typename Body::Space>;
+
+/// What sensors within the robot would read if they read the truth, but for the IMU.
+template <class Body>
+Readings<typename Body::Scalar> inner_readings(const Twin<Body>& twin, const TwinStateOf<Body>& at,
+                                               const PlantOutputOf<Body>& seen) {
+    Readings<typename Body::Scalar> out{};
+    for (int j = 0; j < twin.plant.joints; ++j) out.bend[j] = at.plant.bend.angle[j];
+    for (int c = 0; c < 2 * twin.plant.joints; ++c) {
+        out.pressure[c] = seen.circuit[c].pump.pressure;
+        out.current[c] = seen.circuit[c].power.total / at.targets.supply;
+    }
+    out.voltage = at.battery.voltage;
+    return out;
+}
+
+/// All sensors: the IMU sits at the head's center of mass and stands upright.
+template <class S, class Law, int D>
+Readings<S> true_readings(const Twin<Tail<S, Law, D>>& twin, const TwinState<S, D>& at, const PlantOutput<S, D>& seen) {
+    Readings<S> out = inner_readings(twin, at, seen);
+    const Twist<S>&xi = at.plant.xi, &rate = seen.twist_rate;
+    const S com = twin.plant.body.fish.link[0].com;
+    out.rate[2] = xi.z;
+    out.acceleration[0] = rate.x - xi.z * xi.y - com * xi.z * xi.z;
+    out.acceleration[1] = rate.y + xi.z * xi.x + com * rate.z;
+    out.acceleration[2] = S(base_t<S>(9.81));
+    return out;
+}
+
+/// One tick of the plant alone: the targets hold. `tick` has what its start shows.
+template <class Body>
+void follow_targets(const Twin<Body>& twin, TwinStateOf<Body>& state, TickOf<Body>& tick) {
+    using S = typename Body::Scalar;
+    const int circuits = 2 * twin.plant.joints;
+    for (int c = 0; c < circuits; ++c) {
+        const S pump = tick.seen.circuit[c].pump.pressure, unit = tick.seen.circuit[c].unit.pressure;
+        tick.pump[c] = {pump, pump};
+        tick.unit[c] = {unit, unit};
+        tick.power[c] = state.plant.energy[c];
+    }
+    const auto widen = [](Range<S>& range, const S& x) { range = {min(range.low, x), max(range.high, x)}; };
+    PlantOutputOf<Body> seen[2];
+    for (int k = 0; k < twin.steps; ++k) {
+        state.plant = plant_step(twin.plant, state.plant, state.targets, twin.step, seen);
+        for (const PlantOutputOf<Body>& now : seen)
+            for (int c = 0; c < circuits; ++c) {
+                widen(tick.pump[c], now.circuit[c].pump.pressure);
+                widen(tick.unit[c], now.circuit[c].unit.pressure);
+            }
+    }
+    const S period = twin.step * S(static_cast<base_t<S>>(twin.steps));
+    tick.servo_power = twin.idle;
+    for (int c = 0; c < circuits; ++c) {
+        tick.power[c] = (state.plant.energy[c] - tick.power[c]) / period;
+        tick.servo_power += tick.power[c];
+    }
+    state.battery = battery_output(twin.battery, state.taken, tick.servo_power);
+    state.taken += state.battery.current * period;
+    state.targets.supply = state.battery.supply;
+}
+
+/// At rest: the circuits filled, the battery full.
+template <class Body>
+TwinStateOf<Body> at_rest(const Twin<Body>& twin) {
+    TwinStateOf<Body> state{};
+    state.controller = init(twin.controller);
+    state.battery = battery_output(twin.battery, typename Body::Scalar(0), twin.idle);
+    state.targets.supply = state.battery.supply;
+    return state;
+}
+
+/// One tick of the twin. `sense` turns true readings into what the sensors say, and `decide` those into the
+/// controller's output: the controller alone, or a pilot.
+template <class Body, class Sense, class Decide>
+TickOf<Body> decided_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, const Sense& sense, const Decide& decide) {
+    TickOf<Body> tick{};
+    plant_rate(twin.plant, state.plant, state.targets, &tick.seen);
+    tick.readings = sense(true_readings(twin, state, tick.seen));
+    tick.output = decide(tick.readings);
+    // A servo hears its pulse, whatever the controller meant by it.
+    const auto heard = [&](int servo) {
+        return (tick.output.pulse[servo] - twin.controller.pulse_center) / twin.controller.pulse_per_rad;
+    };
+    const int circuits = 2 * twin.plant.joints;
+    for (int c = 0; c < circuits; ++c) state.targets.angle[c] = heard(c);
+    for (int k = 0; k < 2; ++k) state.targets.fin[k] = heard(circuits + k);
+    follow_targets(twin, state, tick);
+    return tick;
+}
+
+/// The same with the controller under a command.
+template <class Body, class Sense>
+TickOf<Body> twin_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, const Command<typename Body::Scalar>& command,
+                       const Sense& sense) {
+    return decided_tick(twin, state, sense, [&](const auto& readings) {
+        const auto next = step(twin.controller, state.controller, of_robot(readings), command);
+        state.controller = next.state;
+        return next.output;
+    });
+}
+
+/// One tick without sensors and controller: the servos are told where to go.
+template <class Body>
+TickOf<Body> driven_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, const typename Body::Scalar* target) {
+    TickOf<Body> tick{};
+    for (int c = 0; c < 2 * twin.plant.joints; ++c) state.targets.angle[c] = target[c];
+    plant_rate(twin.plant, state.plant, state.targets, &tick.seen);
+    follow_targets(twin, state, tick);
+    return tick;
+}
+
+/// Whether the head moves as one can: 100 m/s at most, and finite.
+template <class S>
+bool plausible(const Twist<S>& xi, const Pose<S>& pose) {
+    const S far = S(base_t<S>(100));
+    return abs(xi.x) < far && abs(xi.y) < far && abs(xi.z) < far && is_finite(pose.x + pose.y);
+}
+
+/// Whether the plant's state is made of numbers that a robot can have: less than a turn, 100 m/s, and finite.
+template <class S, int D, class Space>
+bool plausible(const PlantState<S, D, Space>& at) {
+    const S turn = S(base_t<S>(pi));
+    bool good = plausible(at.xi, at.pose);
+    for (int d = 0; d < D; ++d) good = good && abs(at.bend.angle[d]) < turn && is_finite(at.bend.rate[d]);
+    for (int c = 0; c < 2 * D; ++c) good = good && is_finite(at.circuit[c].flow + at.circuit[c].rate);
+    return good;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

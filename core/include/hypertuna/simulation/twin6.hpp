@@ -1,0 +1,65 @@
+/// Twin in space: what its sensors read of the world, and the pilot that steers it.
+#pragma once
+
+#include "hypertuna/simulation/body6.hpp"
+#include "hypertuna/pilot/pilot.hpp"
+#include "hypertuna/simulation/twin.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// All sensors: the IMU sits at the head's center of mass and stands upright; depth and fix are the nose's. `fixed`
+/// says whether the antenna is out of the water.
+template <class S, class Law, int D>
+PilotReadings<S> true_readings(const Twin<Body6<S, Law, D>>& twin, const TwinState<S, D, InSpace>& at,
+                               const PlantOutput<S, D, InSpace>& seen) {
+    PilotReadings<S> out{};
+    out.robot = inner_readings(twin, at, seen);
+    const Body6<S, Law, D>& body = twin.plant.body;
+    const Pose6<S>& pose = at.plant.pose;
+    const auto& [v, w] = at.plant.xi;
+    const Rotation<S> r = rotation(pose.attitude);
+    const S com = body.tail.fish.link[0].com;
+    const Vector<S> arm{com, S(0), body.space[0].com_height};
+    // Specific force: acceleration in the world, less gravity. The water's frame accelerates where the current changes.
+    const Vector<S> nose = seen.twist_rate.linear + cross(w, v) + look_out(body, pose, at.plant.xi).fall;
+    const Vector<S> force = nose + cross(seen.twist_rate.angular, arm) + cross(w, cross(w, arm));
+    const Vector<S> field = to_body(r, body.sea.field);
+    const auto put = [](S* to, const Vector<S>& from) { to[0] = from.x, to[1] = from.y, to[2] = from.z; };
+    put(out.robot.rate, w);
+    put(out.robot.acceleration, force);
+    put(out.field, field);
+    out.depth = S(0) - pose.position.z;
+    out.fix[0] = pose.position.x, out.fix[1] = pose.position.y;
+    out.fixed = S(0) < pose.position.z + dot(r.up, Vector<S>{com, S(0), body.antenna});
+    return out;
+}
+
+/// A tick as it went, and what the pilot made of it.
+template <class S, int D>
+struct PilotTick {
+    Tick<S, D, InSpace> tick;
+    PilotStep<S> step;
+};
+
+/// One tick of the twin under a pilot, whose state is kept beside the twin's. `sense` turns true readings into what the
+/// sensors say.
+template <class S, class Law, int D, class Sense>
+PilotTick<S, D> pilot_tick(const Twin<Body6<S, Law, D>>& twin, TwinState<S, D, InSpace>& state, const Pilot<S>& pilot,
+                           PilotState<S>& flying, const Mission<S>& mission, const Sense& sense) {
+    PilotTick<S, D> out{};
+    out.tick = decided_tick(twin, state, sense, [&](const PilotReadings<S>& readings) {
+        out.step = fly(pilot, flying, readings, mission);
+        flying = out.step.state;
+        return out.step.output;
+    });
+    return out;
+}
+
+/// Whether the head moves as one can: 100 m/s at most, and finite.
+template <class S>
+bool plausible(const SpatialTwist<S>& xi, const Pose6<S>& pose) {
+    const S far = S(base_t<S>(100)), speed = dot(xi.linear, xi.linear) + dot(xi.angular, xi.angular);
+    return speed < far * far && is_finite(pose.position.x + pose.position.y + pose.position.z + square(pose.attitude));
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,147 @@
+/// One beat, measured: how far it carries the body and what it costs.
+#pragma once
+
+#include "hypertuna/swimming/stepping.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+template <class S>
+struct Beat {
+    Momentum<S> end;       // momentum after the beat
+    Pose<S> displacement;  // of the nose over the beat, in body axes at its start
+    S power;               // W, mean of the sum of joint torque times joint rate
+    S power_positive;      // W, the same with every joint group's negative power counted as zero
+    S loss;                // W, mean power that the water takes
+    S torque_peak;         // N m, largest magnitude of any driven joint's torque
+    S excursion;           // m, of the tail tip across the mean path, peak to peak
+    S arc;                 // m, length of the mean path: of the circle at the nose's mean distance from the center
+    S radius;              // m, mean distance of the nose from the center of the turn; infinite when straight
+    S advance;             // m, motion of the nose along its axis over the beat, positive toward the head
+};
+
+/// Scratch memory for measuring a beat.
+template <class S>
+struct BeatScratch {
+    S* torque;        // links
+    S* group_power;   // links
+    S* load;          // steps: largest magnitude of any driven joint's torque
+    Planar<S>* tail;  // steps: position of the tail tip in the frame of the beat's start
+    Planar<S>* nose;  // steps
+};
+
+/// Mechanical power of all joints at one instant: net, and with the negative power of each joint group left out.
+template <class S, class Law, class G>
+HYPERTUNA_INLINE void joint_power(const Swimmer<S, Law, G>& fish, const JointShare<G>* joints, const Instant<S, G>& now,
+                                  const Twist<S>& xi, const BeatScratch<S>& scratch, Beat<S>& beat) {
+    joint_torques(fish, now, xi, scratch.torque);
+    for (int i = 0; i < fish.links; ++i) scratch.group_power[i] = S(0);
+    for (int i = 1; i < fish.links; ++i)
+        if (joints[i].group >= 0) scratch.group_power[joints[i].group] += scratch.torque[i] * joint_rate(now.shape, i);
+    for (int g = 0; g < fish.links; ++g) {
+        beat.power += scratch.group_power[g];
+        beat.power_positive += max(scratch.group_power[g], S(0));
+    }
+}
+
+/// Largest magnitude of any driven joint's torque.
+template <class S, class G>
+HYPERTUNA_INLINE S largest_torque(int links, const JointShare<G>* joints, const S* torque) {
+    S largest(0);
+    for (int i = 1; i < links; ++i)
+        if (joints[i].group >= 0) largest = max(largest, abs(torque[i]));
+    return largest;
+}
+
+/// Signed distance of a point from the circle through the origin with this curvature whose tangent there is
+/// (cos, sin); finite for a straight line too, where it is the offset to the left.
+template <class S>
+HYPERTUNA_INLINE S offset(const Planar<S>& point, const SinCos<S>& tangent, const S& curvature) {
+    const S left = point.y * tangent.cos - point.x * tangent.sin;
+    const S square = point.x * point.x + point.y * point.y;
+    const S two(base_t<S>(2));
+    return (two * left - curvature * square) / (S(1) + sqrt(S(1) - curvature * (two * left - curvature * square)));
+}
+
+/// Largest value of a periodic series, by the parabola through the highest sample and its neighbors.
+template <class S, class At>
+S peak(int count, const At& at) {
+    S highest = at(0);
+    for (int k = 0; k < count; ++k) {
+        const S before = at((k + count - 1) % count), here = at(k), after = at((k + 1) % count);
+        const S bend = here + here - before - after, slope = after - before;
+        const S top = here + slope * slope / (S(base_t<S>(8)) * bend);
+        // The parabola has its top within half a sample of a sample that neither neighbor exceeds.
+        const auto summit = (abs(slope) <= bend) & (S(0) < bend);
+        highest = max(highest, select(summit, top, here));
+    }
+    return highest;
+}
+
+/// What the path of a beat was: its radius, and the tail's excursion across it.
+template <class S>
+void measure_path(int steps, const BeatScratch<S>& scratch, Beat<S>& beat) {
+    using T = base_t<S>;
+    const Pose<S>& d = beat.displacement;
+    const S chord = sqrt(d.x * d.x + d.y * d.y + S(T(1e-30)));
+    const auto [half_sin, half_cos] = sincos(S(T(0.5)) * d.heading);
+    // Over a beat the body turns by d.heading on a circle that the chord cuts: curvature 2 sin(turn/2) / chord.
+    const S curvature = (half_sin + half_sin) / chord;
+    // The circle leaves the origin along the chord, turned back by half the turn.
+    const SinCos<S> tangent = {(d.y * half_cos - d.x * half_sin) / chord, (d.x * half_cos + d.y * half_sin) / chord};
+    const auto across = [&](const Planar<S>& p) { return offset(p, tangent, curvature); };
+    const auto tail = [&](int k) { return across(scratch.tail[k]); };
+    beat.excursion = peak<S>(steps, tail) + peak<S>(steps, [&](int k) { return -tail(k); });
+    S wander(0);
+    for (int k = 0; k < steps; ++k) wander += across(scratch.nose[k]);
+    wander = wander * S(T(1.0 / steps));
+    // The circle through the origin is chord h / sin h long over the beat, h half the turn; the mean path lies `wander`
+    // to the left of it.
+    const S h = S(T(0.5)) * d.heading, square = h * h;
+    const S near_straight = S(1) + square * (S(T(1.0 / 6)) + square * S(T(7.0 / 360)));
+    beat.arc = chord * select(square < S(T(1e-6)), near_straight, h / half_sin) * (S(1) - curvature * wander);
+    beat.radius = S(1) / abs(curvature) - select(curvature < S(0), -wander, wander);
+}
+
+/// Swim one beat from momentum P and measure it.
+template <class S, class Law, class G>
+HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law, G>& fish, const JointShare<G>* joints,
+                                        const ShapeTable<S, G>& table, const S& period, const Momentum<S>& P,
+                                        const BeatScratch<S>& scratch) {
+    using T = base_t<S>;
+    const int steps = table.instants / 2;
+    const S step = period * S(T(1.0 / steps)), zero(0);
+    Beat<S> beat{P, {zero, zero, zero}, zero, zero, zero, zero, zero, zero, zero, zero};
+    Motion<S> motion{P, {zero, zero, zero}};
+    for (int k = 0; k < steps; ++k) {
+        const Instant<S, G> now = table[2 * k];
+        const Twist<S> xi = twist(now, motion.momentum);
+        joint_power(fish, joints, now, xi, scratch, beat);
+        scratch.load[k] = largest_torque(fish.links, joints, scratch.torque);
+        beat.loss += water_loss(fish, now.shape, xi);
+        beat.advance -= xi.x * step;
+        const LinkShape<G>& last = now.shape[fish.links - 1];
+        const Link<G>& link = fish.link[fish.links - 1];
+        const Planar<G> joint = joint_position(last, link);
+        scratch.nose[k] = {motion.pose.x, motion.pose.y, zero};
+        scratch.tail[k] =
+            place(motion.pose, Planar<G>{joint.x + link.length * last.c, joint.y + link.length * last.s, G(0)});
+        motion = swim_step(fish, table, 2 * k, 1, step, motion);
+    }
+    const S mean(T(1.0 / steps));
+    beat.power = mean * beat.power;
+    beat.power_positive = mean * beat.power_positive;
+    beat.loss = mean * beat.loss;
+    beat.torque_peak = peak<S>(steps, [&](int k) { return scratch.load[k]; });
+    beat.end = motion.momentum;
+    beat.displacement = motion.pose;
+    measure_path(steps, scratch, beat);
+    return beat;
+}
+
+/// Mean speed along the path, m/s, forward positive.
+template <class S>
+HYPERTUNA_INLINE S mean_speed(const Beat<S>& beat, const S& frequency) {
+    return frequency * select(beat.advance < S(0), -beat.arc, beat.arc);
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,133 @@
+/// Muscles: rest, the ideal McKibben muscle and thin walls by hand, energy by quadrature, virtual work by dual numbers.
+#include "check.hpp"
+#include "hypertuna/actuation/muscle.hpp"
+
+using namespace hypertuna;
+
+static constexpr double degree = pi / 180;
+
+template <class S = double>
+static DriveUnit<S> unit(double braid_deg, double c1, double c2, double sleeve = 0) {
+    const double t = std::tan(braid_deg * degree);
+    return {S(8e-3), S(5.6e-3), S(t * t), S(sleeve), {S(c1), S(c2)}, {S(c1 / 2), S(c2 / 2)}, S(0.1)};
+}
+
+static void nothing_at_rest() {
+    const DriveUnit<double> m = unit(37, 40e3, 7e3, 1e-3);
+    CHECK(energy(m, 1.0) == 0 && energy_slope(m, 1.0) == 0 && carried(m, 1.0) == 0);
+    CHECK_NEAR(lumen(m, 1.0), pi / 4 * 5.6e-3 * 5.6e-3, 1e-20);
+    CHECK_NEAR(contact(m, 1.0), pi / 4 * 64e-6, 1e-20);
+}
+
+/// Without walls: pi/4 D^2 P (3 cos^2 theta - 1) / sin^2 theta, and nothing where cos^2 theta = 1/3.
+static void ideal_mckibben() {
+    const DriveUnit<double> m = unit(30, 0, 0);
+    for (double stretch : {1.05, 1.0, 0.9, 0.8, 0.7}) {
+        const double cosine = stretch * std::cos(30 * degree), sine = std::sqrt(1 - cosine * cosine);
+        const double diameter = 8e-3 * sine / std::sin(30 * degree);
+        const double wanted = pi / 4 * diameter * diameter * 2e5 * (3 * cosine * cosine - 1) / (sine * sine);
+        CHECK_NEAR(pull(m, 2e5, stretch), wanted, 1e-13);
+    }
+    CHECK_NEAR(pull(m, 2e5, 1.0), pi / 4 * 64e-6 * 2e5 * (3 * 0.75 - 1) / 0.25, 1e-13);  // blocked: 50.3 N
+    CHECK_NEAR(pull(m, 2e5, 1 / std::sqrt(3) / std::cos(30 * degree)), 0, 1e-13);        // free: 33 % shorter
+}
+
+/// A balloon of a ring: all of it has the circumferential stretch sqrt((1 + B/X) / lambda).
+static void thin_wall() {
+    const double x = 16e-6, dx = 1e-12, stretch = 0.8, swelling = 5e-6;
+    const double l1 = stretch, l2 = std::sqrt((1 + swelling / x) / stretch), l3 = 1 / (l1 * l2);
+    const double i1 = l1 * l1 + l2 * l2 + l3 * l3, i2 = 1 / (l1 * l1) + 1 / (l2 * l2) + 1 / (l3 * l3);
+    const Wall<double> ring = wall(Mooney<double>{40e3, 7e3}, x, x + dx, stretch, swelling);
+    CHECK_NEAR(ring.energy / (pi * dx * (40e3 * (i1 - 3) + 7e3 * (i2 - 3))), 1, 1e-6);
+    CHECK(wall(Mooney<double>{40e3, 7e3}, x, x, stretch, swelling).energy == 0);
+}
+
+/// The closed form against the strain energy summed over the thickness: Simpson's rule, fourth order.
+static void energy_by_quadrature() {
+    const Mooney<double> solid{40e3, 7e3};
+    const double x1 = 7.84e-6, x2 = 16e-6;
+    for (double stretch : {1.12, 0.8})
+        for (double swelling : {-3e-6, 5e-6}) {
+            const auto density = [&](double x) {
+                const double l1 = stretch, l2 = std::sqrt((1 + swelling / x) / stretch), l3 = 1 / (l1 * l2);
+                return solid.c1 * (l1 * l1 + l2 * l2 + l3 * l3 - 3) +
+                       solid.c2 * (1 / (l1 * l1) + 1 / (l2 * l2) + 1 / (l3 * l3) - 3);
+            };
+            const auto summed = [&](int n) {
+                const double h = (x2 - x1) / n;
+                double sum = density(x1) + density(x2);
+                for (int k = 1; k < n; ++k) sum += (k % 2 ? 4 : 2) * density(x1 + k * h);
+                return pi * sum * h / 3;
+            };
+            const double exact = wall(solid, x1, x2, stretch, swelling).energy;
+            const double coarse = summed(16) - exact, fine = summed(32) - exact;
+            CHECK_NEAR(summed(2000) / exact, 1, 1e-10);
+            CHECK(14 < coarse / fine && coarse / fine < 17);
+        }
+}
+
+/// Force is the energy's slope and the volume's, pressure the energy's slope over the swelling.
+static void virtual_work() {
+    using D = Dual<double, 1>;
+    const DriveUnit<double> m = unit(37, 40e3, 7e3, 1e-3);
+    const DriveUnit<D> dual = unit<D>(37, 40e3, 7e3, 1e-3);
+    for (double stretch = 0.75; stretch < 1.13; stretch += 0.05) {
+        D l(stretch);
+        l.d[0] = 1;
+        const double slope = energy(dual, l).d[0];
+        CHECK_NEAR(energy_slope(m, stretch), slope, 1e-12 * (1 + std::fabs(slope)));
+        CHECK_NEAR(lumen_slope(m, stretch), lumen(dual, l).d[0], 1e-18);
+        CHECK_NEAR(pull(m, 2.5e5, stretch), (energy(dual, l) - 2.5e5 * lumen(dual, l)).d[0], 1e-11);
+
+        const double swelling = muscle_shape(m, stretch).swelling;
+        D B(swelling);
+        B.d[0] = 1;
+        const double hose = hose_wall(dual, D(stretch), B).energy.d[0],
+                     sleeve = sleeve_wall(dual, D(stretch), B).energy.d[0];
+        CHECK_NEAR(carried(m, stretch), (hose + sleeve) / pi, 1e-9);
+    }
+}
+
+static void linear_in_pressure_and_closing() {
+    const DriveUnit<double> m = unit(37, 40e3, 0);
+    for (double stretch : {0.85, 1.0, 1.08}) {
+        const double none = pull(m, 0.0, stretch), one = pull(m, 1e5, stretch);
+        CHECK_NEAR(pull(m, 3e5, stretch), none + 3 * (one - none), 1e-12);
+    }
+    for (double braid : {25.0, 37.0, 54.0})
+        for (double left : {0.0, 0.05, 0.5}) {
+            const DriveUnit<double> other = unit(braid, 1, 0);
+            const double closed = closing_stretch(other, left);
+            CHECK(1 < closed);
+            CHECK_NEAR(lumen(other, closed), left * lumen(other, 1.0), 1e-18);
+        }
+}
+
+/// As printed, a wall without stiffness makes P (1 + (d_o - d_i) / D_i) of the pressure; balanced, it passes it on.
+static void printed() {
+    const DriveUnit<double> m = unit(37, 0, 0);
+    for (double stretch : {1.0, 0.85}) {
+        const double braid2 = muscle_shape(m, stretch).braid2, area = pi / 4 * braid2;
+        const double inside = std::sqrt(braid2 - (64e-6 - 5.6e-3 * 5.6e-3) / stretch);
+        const double tan2 = std::pow(std::tan(37 * degree), 2) * braid2 / 64e-6 / (stretch * stretch);
+        const double wanted = 2e5 * area * (2 * (1 + 2.4e-3 / inside) / tan2 - 1);
+        CHECK_NEAR(printed_pull(m, 2e5, stretch, {true, true}), wanted, 1e-12);
+        CHECK_NEAR(printed_pull(m, 2e5, stretch, {true, false}), pull(m, 2e5, stretch), 1e-12);
+    }
+    // With stiffness, one stress for the whole wall stays near to the stress through it, and a sleeve takes its part.
+    const DriveUnit<double> stiff = unit(37, 40e3, 0), sleeved = unit(37, 40e3, 0, 1e-3);
+    CHECK_NEAR(printed_pull(stiff, 2e5, 0.9, {false, false}) / pull(stiff, 2e5, 0.9), 1, 0.05);
+    CHECK(printed_pull(sleeved, 2e5, 0.9, {false, false}) < printed_pull(stiff, 2e5, 0.9, {false, false}));
+    CHECK_NEAR(printed_pull(sleeved, 2e5, 1.0, {true, false}), printed_pull(stiff, 2e5, 1.0, {true, false}), 1e-10);
+}
+
+int main() {
+    nothing_at_rest();
+    ideal_mckibben();
+    thin_wall();
+    energy_by_quadrature();
+    virtual_work();
+    linear_in_pressure_and_closing();
+    printed();
+    return failures();
+}

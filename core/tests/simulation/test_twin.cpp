@@ -1,0 +1,284 @@
+/// The plant, servos to wake, and ticks of the twin: moments by hand, the joints' work against the oil's, mirror
+/// images, order of convergence, the same bits twice.
+#include "check.hpp"
+#include "fish.hpp"
+#include "hypertuna/simulation/twin.hpp"
+
+using namespace hypertuna;
+
+/// A joint of stiffness 2 N m/rad whose sides give and take 3 mL/rad, between -1 and 1 rad.
+struct PlainJoint {
+    static constexpr double stiffness = 2, slope = 3e-6, rest = 5e-6, friction = 2e-7, viscosity = 0.01, stop = 40;
+    JointPoint<double> point[3];
+    JointTable<double> table{point, 3, -1, 1, viscosity, stop};
+
+    PlainJoint() {
+        for (int k = 0; k < 3; ++k) {
+            const double q = k - 1;
+            point[k] = {0.5 * stiffness * q * q, stiffness * q,        {rest + slope * q, rest - slope * q},
+                        {slope, -slope},         {friction, friction}, {0, 0}};
+        }
+    }
+    PlainJoint(const PlainJoint&) = delete;
+};
+
+/// A circuit of round numbers, filled to 50 kPa.
+static Circuit<double> plain_circuit() {
+    Circuit<double> c{};
+    c.pump = {2.5e-4, 0.02, 0.05, pi / 2, 0, 8e-6};
+    c.pump.start = travel(c.pump, 0.0).travel;
+    c.servo = {7, 8, 20, 0.3, 7.4, 7, 0.3, 0.009};
+    c.resistance = 4e9, c.inertance = 1e7, c.compliance = 2e-12, c.bulk_modulus = 1.4e9, c.air = 0.01;
+    c.cavitation = -95e3, c.unit_rest = 6e-6;
+    const double swollen = oil_volume(c, 1.0, 50e3);
+    c.oil_pump = c.pump.chamber / swollen;
+    c.oil_unit = (c.unit_rest + c.compliance * 50e3) / swollen;
+    return c;
+}
+
+/// Two joints and a hinge on the body of a Fish.
+template <class Law>
+struct Robot {
+    static constexpr int D = 3;
+    Fish<double, Law> fish{2, 0.2};
+    double share[4][D] = {{0, 0, 0}, {1, 0, 0}, {0, 0.5, 0}, {0, 0.5, 1}};
+    JointMotion<double> motion[4];
+    LinkShape<double> shape[4];
+    LinkAcceleration<double> acceleration[4];
+    PlainJoint joint;
+    JointTable<double> tables[2] = {joint.table, joint.table};
+    Circuit<double> circuit[4] = {plain_circuit(), plain_circuit(), plain_circuit(), plain_circuit()};
+    double rest[4] = {PlainJoint::rest, PlainJoint::rest, PlainJoint::rest, PlainJoint::rest};
+    Twin<Tail<double, Law, D>> twin{
+        {{fish.swimmer, share, false, motion, shape, acceleration}, 2, tables, circuit, rest, {0.5, 0.002}},
+        {},
+        {1e4, 16, 14, 0.1, 7.4, 0.9},
+        1.0,
+        5e-4,
+        20};
+
+    Robot() = default;
+    Robot(const Robot&) = delete;
+    /// Servo targets at tick k of a beat at 2 Hz; `side` -1 exchanges left and right.
+    static void targets(int k, double side, double* out) {
+        for (int j = 0; j < 2; ++j) {
+            const double swing = side * 0.2 * sincos(2 * pi * 2 * 0.01 * k - 0.7 * j).sin;
+            out[2 * j] = swing, out[2 * j + 1] = -swing;
+        }
+    }
+    TwinState<double, D> run(int ticks, double side = 1) {
+        TwinState<double, D> state = at_rest(twin);
+        for (int k = 0; k < ticks; ++k) {
+            double target[2 * D] = {};
+            targets(k, side, target);
+            driven_tick(twin, state, target);
+        }
+        return state;
+    }
+};
+
+/// Elastic -2 q, pressures 3e-6 (P_l - P_r), viscous -0.01 rate, friction 2e-7 (P_l + P_r) against the motion.
+static void moment_by_hand() {
+    const PlainJoint joint;
+    const JointLoad<double> load = joint_load(joint.table, 0.1);
+    const double pressure[2] = {2e5, 1e5};
+    const double base = -0.2 + 0.3;
+    CHECK_NEAR(bend_moment(joint.table, load, pressure, 0.0), base, 1e-12);
+    CHECK_NEAR(bend_moment(joint.table, load, pressure, 5.0), base - 0.05 - 0.06, 1e-5);
+    CHECK_NEAR(bend_moment(joint.table, load, pressure, -5.0), base + 0.05 + 0.06, 1e-5);
+    // Beyond the last point the stop comes in addition; nothing jumps there.
+    const double none[2] = {0, 0};
+    CHECK_NEAR(bend_moment(joint.table, joint_load(joint.table, 1.1), none, 0.0), -2 - 40 * 0.1, 1e-12);
+    CHECK_NEAR(bend_moment(joint.table, joint_load(joint.table, 1.0), none, 0.0), -2, 1e-12);
+}
+
+/// At rest and filled nothing moves, in water and clamped in air.
+template <class Law>
+static void stays_at_rest() {
+    Robot<Law> robot;
+    TwinState<double, 3> state = at_rest(robot.twin);
+    const double target[6] = {};
+    const Tick<double, 3> tick = driven_tick(robot.twin, state, target);
+    CHECK_NEAR(tick.seen.circuit[0].pump.pressure, 50e3, 1e-6);
+    CHECK_NEAR(tick.seen.circuit[3].unit.pressure, 50e3, 1e-6);
+    for (int d = 0; d < 3; ++d) CHECK_NEAR(state.plant.bend.angle[d], 0, 1e-12);
+    CHECK_NEAR(state.plant.pose.x, 0, 1e-15);
+    // Friction of the gears holds against the fill pressure: four servos idle, beside the watt that is there anyway.
+    CHECK_NEAR(tick.servo_power, 1 + 4 * 7.4 * 0.3, 1e-9);
+}
+
+/// Work of the oil on the joints is what the body's and the joints' energy gain, and what is rubbed, damped and taken
+/// by the water meanwhile: virtual work through the whole chain.
+template <class Law>
+static void work_of_the_oil() {
+    Robot<Law> robot;
+    const Plant<Tail<double, Law, 3>>& plant = robot.twin.plant;
+    TwinState<double, 3> state = robot.run(20);
+    struct Flows {
+        double energy, in, out;
+    };
+    const auto look = [&](const PlantState<double, 3>& at) {
+        bend_tail(plant.body, at.bend);
+        Flows f{kinetic_energy(robot.fish.swimmer, robot.shape, at.xi), 0,
+                water_loss(robot.fish.swimmer, robot.shape, at.xi)};
+        for (int j = 0; j < 2; ++j) {
+            const JointLoad<double> load = joint_load(plant.joint[j], at.bend.angle[j]);
+            const double w = at.bend.rate[j];
+            f.energy += load.energy;
+            f.out += PlainJoint::viscosity * w * w;
+            double pressure[2];
+            for (int s = 0; s < 2; ++s) {
+                const int c = 2 * j + s;
+                pressure[s] =
+                    unit_pressure(plant.circuit[c], at.circuit[c], load.volume[s] - plant.unit_rest[c]).pressure;
+                f.in += pressure[s] * load.slope[s] * w;
+            }
+            f.out += joint_friction(load, pressure) * sliding(w) * w;
+        }
+        f.energy += 0.5 * plant.hinge.stiffness * at.bend.angle[2] * at.bend.angle[2];
+        f.out += plant.hinge.damping * at.bend.rate[2] * at.bend.rate[2];
+        return f;
+    };
+    double target[6] = {}, work = 0, most = 0;
+    Robot<Law>::targets(20, 1, target);
+    for (int c = 0; c < 4; ++c) state.targets.angle[c] = target[c];
+    const double start = look(state.plant).energy, h = 1e-5;
+    PlantOutput<double, 3> seen[2];
+    for (int k = 0; k < 5000; ++k) {
+        const Flows before = look(state.plant);
+        const PlantState<double, 3> half = plant_step(plant, state.plant, state.targets, 0.5 * h, seen);
+        state.plant = plant_step(plant, state.plant, state.targets, h, seen);
+        const Flows middle = look(half), after = look(state.plant);
+        work += h / 6 * (before.in - before.out + 4 * (middle.in - middle.out) + after.in - after.out);
+        most = max(most, after.energy);
+    }
+    CHECK_NEAR(look(state.plant).energy - start, work, 1e-7 * most);
+    CHECK(std::fabs(work) > 1e-3 * most);
+}
+
+/// Left and right exchanged: the mirror image.
+template <class Law>
+static void mirror() {
+    Robot<Law> robot;
+    const TwinState<double, 3> a = robot.run(50, 1), b = robot.run(50, -1);
+    CHECK(std::fabs(a.plant.bend.angle[0]) > 0.02);
+    for (int d = 0; d < 3; ++d) CHECK_NEAR(a.plant.bend.angle[d], -b.plant.bend.angle[d], 1e-9);
+    CHECK_NEAR(a.plant.pose.x, b.plant.pose.x, 1e-9);
+    CHECK_NEAR(a.plant.pose.y, -b.plant.pose.y, 1e-9);
+    CHECK_NEAR(a.plant.circuit[0].passed, b.plant.circuit[1].passed, 1e-15);
+}
+
+/// Fourth order while no limit acts. The step is the only thing that changes.
+template <class Law>
+static void converges() {
+    Robot<Law> robot;
+    double angle[3];
+    const int steps[3] = {20, 40, 160};
+    for (int k = 0; k < 3; ++k) {
+        robot.twin.steps = steps[k];
+        robot.twin.step = 0.01 / steps[k];
+        angle[k] = robot.run(20).plant.bend.angle[1];
+    }
+    const double coarse = std::fabs(angle[0] - angle[2]), fine = std::fabs(angle[1] - angle[2]);
+    CHECK(coarse < 1e-4 * std::fabs(angle[2]));
+    CHECK(coarse > 8 * fine);
+}
+
+/// A copied state goes on to the same bits.
+static void repeats() {
+    Robot<Lumped<double>> robot;
+    const TwinState<double, 3> a = robot.run(30), b = robot.run(30);
+    for (int d = 0; d < 3; ++d) CHECK(same_bits(a.plant.bend.rate[d], b.plant.bend.rate[d]));
+    CHECK(same_bits(a.taken, b.taken) && a.taken > 0);
+}
+
+/// Charge taken over a run: the integral of P / (efficiency V) dt, with V (V0 - V) = R P / efficiency and V0 falling
+/// straight with the charge; P is what the servos' energies grow by, and the idle watt.
+static void battery_pays_for_the_run() {
+    Robot<Lumped<double>> robot;
+    TwinState<double, 3> state = at_rest(robot.twin);
+    const auto energy = [&] {
+        double sum = 0;
+        for (int c = 0; c < 4; ++c) sum += state.plant.energy[c];
+        return sum;
+    };
+    const double dt = 0.01;
+    double charge = 0, most = 0;
+    for (int k = 0; k < 50; ++k) {
+        double target[6] = {};
+        Robot<Lumped<double>>::targets(k, 1, target);
+        const double before = energy();
+        driven_tick(robot.twin, state, target);
+        const double power = (energy() - before) / dt + 1, open = 14 + (16 - 14) * (1 - charge / 1e4);
+        const double voltage = (open + std::sqrt(open * open - 4 * 0.1 * power / 0.9)) / 2;
+        CHECK_NEAR(state.battery.voltage, voltage, 1e-12);
+        charge += power / (0.9 * voltage) * dt;
+        most = max(most, power);
+    }
+    CHECK_NEAR(state.taken, charge, 1e-12);
+    CHECK(most > 20);  // beside 10 W of idle servos
+}
+
+/// The IMU reads the second derivative of the path of the head's center of mass, turned into the head's axes, and the
+/// first one of the heading: differences of three poses.
+template <class Law>
+static void imu_reads_the_path() {
+    Robot<Law> robot;
+    TwinState<double, 3> state = robot.run(33);
+    const double com = robot.fish.swimmer.link[0].com, h = 2e-5;
+    PlantOutput<double, 3> seen[2], now;
+    double x[3], y[3], heading[3];
+    Readings<double> read{};
+    for (int k = 0; k < 3; ++k) {
+        const Pose<double>& pose = state.plant.pose;
+        const auto turn = sincos(pose.heading);
+        x[k] = pose.x + com * turn.cos, y[k] = pose.y + com * turn.sin, heading[k] = pose.heading;
+        if (k == 1) {
+            plant_rate(robot.twin.plant, state.plant, state.targets, &now);
+            read = true_readings(robot.twin, state, now);
+        }
+        state.plant = plant_step(robot.twin.plant, state.plant, state.targets, h, seen);
+    }
+    const double east = (x[2] - 2 * x[1] + x[0]) / (h * h), north = (y[2] - 2 * y[1] + y[0]) / (h * h);
+    const auto turn = sincos(heading[1]);
+    const double along = turn.cos * east + turn.sin * north, across = turn.cos * north - turn.sin * east;
+    CHECK_NEAR(read.rate[2], (heading[2] - heading[0]) / (2 * h), 1e-5);
+    CHECK_NEAR(read.acceleration[0], along, 1e-4);
+    CHECK_NEAR(read.acceleration[1], across, 1e-4);
+    // Each of its terms could be told by that.
+    const Twist<double>& xi = state.plant.xi;
+    CHECK(std::fabs(xi.z * xi.y) > 1e-3 && com * xi.z * xi.z > 1e-3);
+    CHECK(std::fabs(xi.z * xi.x) > 1e-3 && std::fabs(com * now.twist_rate.z) > 1e-3);
+}
+
+/// NaN and runaway states are told from those of a robot.
+static void tells_divergence() {
+    PlantState<double, 3> at{};
+    CHECK(plausible(at));
+    at.bend.angle[2] = 4;
+    CHECK(!plausible(at));
+    at.bend.angle[2] = std::nan("");
+    CHECK(!plausible(at));
+    at.bend.angle[2] = 0, at.circuit[1].flow = INFINITY;
+    CHECK(!plausible(at));
+}
+
+template <class Law>
+static void each_law() {
+    stays_at_rest<Law>();
+    work_of_the_oil<Law>();
+    mirror<Law>();
+    converges<Law>();
+}
+
+int main() {
+    moment_by_hand();
+    each_law<Lumped<double>>();
+    each_law<Strip<double>>();
+    imu_reads_the_path<Lumped<double>>();
+    imu_reads_the_path<Strip<double>>();
+    battery_pays_for_the_run();
+    repeats();
+    tells_divergence();
+    return failures();
+}

@@ -1,0 +1,80 @@
+/// What is measured of a beat: peaks between samples, offsets from a circle, path and radius of made-up motions.
+#include <limits>
+
+#include "check.hpp"
+#include "hypertuna/swimming/beat.hpp"
+
+using namespace hypertuna;
+
+/// The parabola through the highest samples of a sine finds its amplitude with an error that falls 16 times as the
+/// samples double; the highest sample alone is off by 2 % here.
+static void peaks() {
+    const auto error = [](int count) {
+        const double worst_phase = 0.25;  // of a sample
+        return std::fabs(peak<double>(count, [&](int k) { return std::sin(2 * pi * (k + worst_phase) / count); }) - 1);
+    };
+    CHECK(error(16) < 1e-3);
+    CHECK_NEAR(error(16) / error(32), 16, 3);
+    CHECK_NEAR(error(32) / error(64), 16, 1);
+    const double flat[4] = {2, 2, 2, 2}, spike[4] = {0, 1, 0, 0};
+    CHECK(peak<double>(4, [&](int k) { return flat[k]; }) == 2);
+    CHECK(peak<double>(4, [&](int k) { return spike[k]; }) == 1);
+}
+
+/// A circle of radius 2 through the origin, with its center to the left: at (0, 2).
+static void offsets() {
+    const SinCos<double> along_x{0, 1};
+    CHECK_NEAR(offset(Planar<double>{0, 2, 0}, along_x, 0.5), 2, 1e-15);     // the center is a radius off
+    CHECK_NEAR(offset(Planar<double>{2, 2, 0}, along_x, 0.5), 0, 1e-15);     // a point on the circle
+    CHECK_NEAR(offset(Planar<double>{0, -1, 0}, along_x, 0.5), -1, 1e-15);   // a point outside, to the right
+    CHECK_NEAR(offset(Planar<double>{0, -1, 0}, along_x, -0.5), -1, 1e-15);  // the same for a circle to the right
+    CHECK_NEAR(offset(Planar<double>{7, 3, 0}, along_x, 0.0), 3, 1e-15);     // a straight line
+    CHECK_NEAR(offset(Planar<double>{0, 3, 0}, SinCos<double>{1, 0}, 0.0), 0, 1e-15);
+}
+
+/// A nose that goes around a circle of radius R, off it by `sway` in the mean, and a tail that sways to both sides of
+/// it.
+static void path_on_circle(double R, double turn, double sway) {
+    const int steps = 64;
+    Planar<double> tail[steps], nose[steps];
+    const auto on_circle = [&](double angle, double out) {
+        return Planar<double>{(R + out) * std::sin(angle), R - (R + out) * std::cos(angle), 0};
+    };
+    for (int k = 0; k < steps; ++k) {
+        const double swing = std::sin(2 * pi * k / steps);
+        nose[k] = on_circle(turn * k / steps, sway * (1 - std::cos(2 * pi * k / steps)));
+        tail[k] = on_circle(turn * k / steps, 4 * sway * swing);
+    }
+    Beat<double> beat{};
+    const Planar<double> end = on_circle(turn, 0);
+    beat.displacement = {end.x, end.y, turn};
+    measure_path(steps, BeatScratch<double>{nullptr, nullptr, nullptr, tail, nose}, beat);
+    CHECK_NEAR(beat.radius, std::fabs(R + sway), 1e-9);
+    CHECK_NEAR(beat.arc, beat.radius * std::fabs(turn), 1e-9);
+    CHECK_NEAR(beat.excursion, 8 * sway, 1e-4 * sway);
+}
+
+static void straight_path() {
+    const int steps = 64;
+    Planar<double> tail[steps], nose[steps];
+    for (int k = 0; k < steps; ++k) {
+        nose[k] = {-1.0 * k / steps, 0, 0};
+        tail[k] = {1 - 1.0 * k / steps, 0.3 * std::cos(2 * pi * k / steps), 0};
+    }
+    Beat<double> beat{};
+    beat.displacement = {-1, 0, 0};
+    measure_path(steps, BeatScratch<double>{nullptr, nullptr, nullptr, tail, nose}, beat);
+    CHECK(beat.radius == std::numeric_limits<double>::infinity());
+    CHECK_NEAR(beat.arc, 1, 1e-12);
+    CHECK_NEAR(beat.excursion, 0.6, 1e-12);
+}
+
+int main() {
+    peaks();
+    offsets();
+    path_on_circle(2, 0.5, 0.01);
+    path_on_circle(2, -0.5, 0.01);  // backward on the same circle
+    path_on_circle(-3, -0.1, 0.05);
+    straight_path();
+    return failures();
+}

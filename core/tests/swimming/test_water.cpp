@@ -1,0 +1,144 @@
+/// The water laws: coefficients and forces by hand, the strips' integral against fine quadrature, shedding against
+/// Lighthill's theory, and that water only ever takes energy.
+#include "check.hpp"
+#include "fish.hpp"
+#include "hypertuna/swimming/water.hpp"
+
+using namespace hypertuna;
+
+static void lumped_by_hand() {
+    // One link: length, com, mass, inertia | density | added mass, friction, drag, area of friction, of drag.
+    const double row[] = {1, 0.5, 3, 7, 10, 0.5, 2, 4, 0.3, 0.2};
+    Columns<double> in{row};
+    Link<double> link;
+    Lumped<double>::Coefficients k;
+    const double density = read_body(1, in, &link);
+    const Lumped<double> water = read_water(1, in, &link, density, false, &k);
+    const LinkInertia<double> inertia = water.inertia(0);
+    CHECK(inertia.tangential == 4.5 && inertia.normal == 4.5 && inertia.coupling == 0 && inertia.rotary == 7);
+    const Along<double> f = water.drag(0, Along<double>{-2, 3, 5});  // 1/2 10 (2 0.3) 2^2 and 1/2 10 (4 0.2) 3^2
+    CHECK_NEAR(f.t, 12, 1e-14);
+    CHECK_NEAR(f.n, -36, 1e-14);
+    CHECK(f.w == 0);
+}
+
+/// A link 2 m long and 2 m high, center of mass 0.5 m behind its front, in water of 4/pi kg/m^3: added mass 4 kg/m.
+struct Plate {
+    static constexpr double drag = 3, friction = 5, shedding = 0.5;
+    Link<double> link;
+    Strip<double>::Coefficients k;
+    Strip<double> water;
+
+    explicit Plate(bool cross_flow = false, double linear_normal = 0, double linear_tangential = 0) {
+        const double density = 4 / pi;
+        const double row[] = {2,
+                              0.5,
+                              3,
+                              7,
+                              density,
+                              4,
+                              8,
+                              1,
+                              0.25,
+                              1,
+                              2 * drag / (4 * density),
+                              2 * friction / (8 * density),
+                              linear_normal,
+                              linear_tangential,
+                              shedding};
+        Columns<double> in{row};
+        const double rho = read_body(1, in, &link);
+        water = read_water(1, in, &link, rho, cross_flow, &k);
+    }
+    Plate(const Plate&) = delete;
+};
+
+static void strip_by_hand() {
+    const Plate plate(false, 10, 20);
+    const LinkInertia<double> inertia = plate.water.inertia(0);
+    CHECK_NEAR(inertia.tangential, 3 + 0.25 * 8, 1e-14);
+    CHECK_NEAR(inertia.normal, 3 + 8, 1e-14);
+    CHECK_NEAR(inertia.coupling, 8 * 0.5, 1e-14);  // the middle is 0.5 m behind the center of mass
+    CHECK_NEAR(inertia.rotary, 7 + 8 * (0.25 + 4.0 / 12), 1e-14);
+    CHECK_NEAR(plate.water.shedding, 0.5 * 4, 1e-14);
+    const Along<double> f = plate.water.drag(0, Along<double>{-2, 3, 0});
+    CHECK_NEAR(f.t, 5 * 4 + 2 * 20 * 2, 1e-13);
+    CHECK_NEAR(f.n, -(3 * 9 + 2 * 10 * 3), 1e-13);
+    CHECK_NEAR(f.w, 0.5 * f.n, 1e-13);
+    const LinkInertia<double> mixed = {2, 3, 5, 7};  // momentum is the derivative of energy by velocity
+    const Along<double> p = mixed * Along<double>{1, 10, 100};
+    CHECK(p.t == 2 && p.n == 3 * 10 + 5 * 100 && p.w == 5 * 10 + 7 * 100);
+}
+
+/// Force across the link and moment by the midpoint rule.
+static Along<double> fine_drag(const Plate& plate, const Along<double>& v) {
+    const int parts = 20000;
+    Along<double> f{0, 0, 0};
+    for (int k = 0; k < parts; ++k) {
+        const double arm = plate.link.length * (k + 0.5) / parts - plate.link.com, v_n = v.n + arm * v.w;
+        const double magnitude = plate.water.cross_flow ? std::hypot(v.t, v_n) : std::fabs(v_n);
+        const double force = -(Plate::drag * magnitude + plate.k.linear_drag) * v_n / parts;
+        f.n += force, f.w += arm * force;
+    }
+    return f;
+}
+
+static void strip_against_quadrature() {
+    const Plate plate(false, 2, 0), cross(true, 2, 0);
+    Random random;
+    for (int k = 0; k < 200; ++k) {
+        const Along<double> v = {random(-2, 2), random(-2, 2), random(-1, 1)};
+        const double front = v.n - plate.link.com * v.w, back = v.n + (plate.link.length - plate.link.com) * v.w;
+        const double fastest = std::fmax(std::fabs(front), std::fabs(back));
+        // Four Gauss points are exact for a cubic, which v_n |v_n| times an arm is unless it changes sign on the link.
+        const double scale = Plate::drag * fastest * fastest, tolerance = (front * back > 0 ? 1e-7 : 0.02) * scale;
+        const Along<double> got = plate.water.drag(0, v), wanted = fine_drag(plate, v);
+        CHECK_NEAR(got.n, wanted.n, tolerance);
+        CHECK_NEAR(got.w, wanted.w, tolerance);
+        const Along<double> got_cross = cross.water.drag(0, v), wanted_cross = fine_drag(cross, v);
+        const double speed = std::hypot(fastest, v.t);
+        CHECK_NEAR(got_cross.n, wanted_cross.n, 0.02 * Plate::drag * speed * fastest);
+        CHECK_NEAR(got_cross.w, wanted_cross.w, 0.02 * Plate::drag * speed * fastest);
+    }
+}
+
+/// Lighthill: at small incidence a tail of added mass mu per length that advances at U and sways at w is pushed across
+/// with mu U w, driven forward with 1/2 mu w^2, and feeds 1/2 mu w^2 U to its wake. Beyond, U / |v| weakens it.
+static void shedding() {
+    const Plate plate;
+    const double mu = plate.water.shedding, U = 2;
+    for (double incidence : {1e-3, 0.1, 0.5}) {
+        const double w = incidence * U, weaker = 1 / std::sqrt(1 + incidence * incidence);
+        const Along<double> f = plate.water.shed(Along<double>{-U, w, 0});
+        CHECK_NEAR(f.n / (-mu * U * w), weaker, 1e-14);
+        CHECK_NEAR(f.t / (-0.5 * mu * w * w), weaker, 1e-14);
+        CHECK_NEAR((f.t * -U + f.n * w) / (-0.5 * mu * w * w * U), weaker, 1e-14);
+    }
+    const Along<double> backward = plate.water.shed(Along<double>{U, 1, 0});
+    CHECK(backward.t == 0 && backward.n == 0);
+}
+
+static void only_dissipates() {
+    const Plate plate(false, 1, 1), cross(true, 1, 1);
+    Random random;
+    for (int k = 0; k < 1000; ++k) {
+        const Along<double> v = {random(-2, 2), random(-2, 2), random(-2, 2)};
+        for (const Plate* p : {&plate, &cross}) {
+            const Along<double> drag = p->water.drag(0, v), shed = p->water.shed(v);
+            CHECK(drag.t * v.t + drag.n * v.n + drag.w * v.w < 0);
+            CHECK(shed.t * v.t + shed.n * v.n <= 1e-14);
+        }
+    }
+    const Along<double> still = plate.water.drag(0, Along<double>{0, 0, 0}),
+                        calm = plate.water.shed(Along<double>{0, 0, 0});
+    CHECK(still.t == 0 && still.n == 0 && still.w == 0 && calm.t == 0 && calm.n == 0);
+}
+
+int main() {
+    lumped_by_hand();
+    strip_by_hand();
+    strip_against_quadrature();
+    shedding();
+    only_dissipates();
+    return failures();
+}

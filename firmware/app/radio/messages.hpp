@@ -1,0 +1,180 @@
+/// Messages: what the robot tells of itself, made of the vehicle's snapshot at the moment of sending.
+#pragma once
+
+#include <limits>
+
+#include "app/vehicle/vehicle.hpp"
+#include "app/radio/wire.hpp"
+
+namespace hypertuna::firmware {
+
+inline constexpr float centidegree = 18000.0f / float(pi);  // of a radian
+inline constexpr float ticks_per_second = 100.0f;
+
+/// A number in steps of 1/factor, rounded and within its type; the largest of the type for what is no number.
+template <class Whole>
+Whole whole(float value, float factor) {
+    constexpr float most = float(std::numeric_limits<Whole>::max()), low = float(std::numeric_limits<Whole>::min());
+    const float scaled = value * factor;
+    if (!is_finite(scaled)) return std::numeric_limits<Whole>::max();
+    if (scaled >= most) return std::numeric_limits<Whole>::max();
+    if (scaled <= low) return std::numeric_limits<Whole>::min();
+    return Whole(scaled < 0.0f ? scaled - 0.5f : scaled + 0.5f);
+}
+
+/// Angle of a direction from x to y, within 2e-5 rad: a minimax polynomial for slopes up to 1.
+inline float angle_of(float y, float x) {
+    const float up = abs(y), along = abs(x), big = max(up, along);
+    if (!(0.0f < big)) return 0.0f;
+    const float t = min(up, along) / big, z = t * t;
+    float angle = -0.0117212f;
+    for (float term : {0.05265332f, -0.11643287f, 0.19354346f, -0.33262347f, 0.99997726f}) angle = angle * z + term;
+    angle *= t;
+    if (along < up) angle = float(pi / 2) - angle;
+    if (x < 0.0f) angle = float(pi) - angle;
+    return y < 0.0f ? -angle : angle;
+}
+
+inline std::uint32_t milliseconds(const Snapshot& now) { return now.tick * 10; }
+
+/// Roll (starboard down), pitch (nose up), heading (clockwise from north) and their rates in axes forward, starboard,
+/// down, from those of docs/conventions.md: x to the tail, y to starboard, z up; world east, north, up.
+inline mavlink_attitude_t attitude(const Snapshot& now) {
+    const Estimate<float>& at = now.estimate;
+    const Quaternion<float>& q = at.q;
+    const float starboard_up = 2.0f * (q.y * q.z + q.w * q.x), up_up = 1.0f - 2.0f * (q.x * q.x + q.y * q.y);
+    const Vector<float>& ahead = at.facing;
+    const float level = sqrt(ahead.x * ahead.x + ahead.y * ahead.y);
+    mavlink_attitude_t m{};
+    m.time_boot_ms = milliseconds(now);
+    m.roll = angle_of(-starboard_up, up_up), m.pitch = angle_of(ahead.z, level), m.yaw = angle_of(ahead.x, ahead.y);
+    m.rollspeed = -at.rate.x, m.pitchspeed = at.rate.y, m.yawspeed = -at.rate.z;
+    return m;
+}
+
+inline mavlink_local_position_ned_t local_position(const Snapshot& now) {
+    const Estimate<float>& at = now.estimate;
+    mavlink_local_position_ned_t m{};
+    m.time_boot_ms = milliseconds(now);
+    m.x = at.y, m.y = at.x, m.z = at.depth;
+    m.vx = at.speed * at.facing.y + at.current[1], m.vy = at.speed * at.facing.x + at.current[0], m.vz = at.sink;
+    return m;
+}
+
+inline mavlink_hydraulics_t hydraulics(const Snapshot& now) {
+    const Readings<float>& r = now.readings.robot;
+    const auto hectopascal = [](float p) { return whole<std::int16_t>(p, 0.01f); };
+    const auto centi = [](float i) { return whole<std::int16_t>(i, 100.0f); };
+    mavlink_hydraulics_t m{};
+    m.time_boot_ms = milliseconds(now), m.condition = now.output.status.flags;
+    for (int j = 0; j < 2; ++j) {
+        m.bend[j] = whole<std::int16_t>(r.bend[j], centidegree);
+        m.bend_34[j] = whole<std::int16_t>(r.bend[j + 2], centidegree);
+    }
+    for (int c = 0; c < 4; ++c) {
+        m.pressure[c] = hectopascal(r.pressure[c]), m.pressure_34[c] = hectopascal(r.pressure[c + 4]);
+        m.current[c] = centi(r.current[c]), m.current_34[c] = centi(r.current[c + 4]);
+    }
+    return m;
+}
+
+inline mavlink_gait_t gait(const Snapshot& now) {
+    const Command<float>& c = now.command;
+    const auto angle = [](float a) { return whole<std::int16_t>(a, centidegree); };
+    mavlink_gait_t m{};
+    m.time_boot_ms = milliseconds(now), m.frequency = whole<std::uint16_t>(c.frequency, 1000.0f);
+    for (int j = 0; j < 2; ++j) {
+        m.amplitude[j] = angle(c.amplitude[j]), m.amplitude_34[j] = angle(c.amplitude[j + 2]);
+        m.lag[j] = angle(c.phase[j]), m.lag_34[j] = angle(c.phase[j + 2]);
+        m.bias[j] = angle(c.bias[j]), m.bias_34[j] = angle(c.bias[j + 2]);
+        m.fin[j] = angle(c.fin[j]);
+    }
+    m.control = std::uint8_t(now.control);
+    return m;
+}
+
+inline mavlink_pilot_t pilot_state(const Snapshot& now) {
+    const Estimate<float>& at = now.estimate;
+    mavlink_pilot_t m{};
+    m.time_boot_ms = milliseconds(now), m.reason = now.reasons.flags, m.fault = now.faults.flags;
+    m.position_error = whole<std::uint16_t>(at.position_error, 100.0f);
+    m.current[0] = whole<std::int16_t>(at.current[1], 1000.0f);
+    m.current[1] = whole<std::int16_t>(at.current[0], 1000.0f);
+    m.speed = whole<std::int16_t>(at.speed, 1000.0f);
+    m.mode = std::uint8_t(now.mode), m.leg = std::uint8_t(now.leg);
+    return m;
+}
+
+inline mavlink_servo_output_raw_t servo_output(const Snapshot& now) {
+    const float* pulse = now.output.pulse;
+    const auto micro = [pulse](int k) { return whole<std::uint16_t>(pulse[k], 1e6f); };
+    mavlink_servo_output_raw_t m{};
+    m.time_usec = now.tick * 10000;
+    m.servo1_raw = micro(0), m.servo2_raw = micro(1), m.servo3_raw = micro(2), m.servo4_raw = micro(3);
+    m.servo5_raw = micro(4), m.servo6_raw = micro(5), m.servo7_raw = micro(6), m.servo8_raw = micro(7);
+    m.servo9_raw = micro(8), m.servo10_raw = micro(9);
+    return m;
+}
+
+inline mavlink_heartbeat_t heartbeat(const Snapshot& now) {
+    const bool worst = now.faults.flags != 0 && now.armed;
+    mavlink_heartbeat_t m{};
+    m.custom_mode = std::uint32_t(now.control);
+    m.type = MAV_TYPE_SUBMARINE, m.autopilot = MAV_AUTOPILOT_GENERIC;
+    m.base_mode = MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | (now.armed ? MAV_MODE_FLAG_SAFETY_ARMED : 0) |
+                  (now.control == Control::manual ? MAV_MODE_FLAG_MANUAL_INPUT_ENABLED : 0) |
+                  (now.control == Control::mission ? MAV_MODE_FLAG_AUTO_ENABLED : 0);
+    m.system_status = std::uint8_t(worst ? MAV_STATE_CRITICAL : now.armed ? MAV_STATE_ACTIVE : MAV_STATE_STANDBY);
+    m.mavlink_version = 3;
+    return m;
+}
+
+inline int percent(float part) { return is_finite(part) ? int(clamp(part, 0.0f, 1.0f) * 100.0f + 0.5f) : -1; }
+
+inline mavlink_sys_status_t sys_status(const Snapshot& now, std::uint32_t frames, std::uint32_t bad) {
+    const Status& status = now.output.status;
+    const std::uint32_t imu = MAV_SYS_STATUS_SENSOR_3D_GYRO | MAV_SYS_STATUS_SENSOR_3D_ACCEL;
+    const std::uint32_t others = MAV_SYS_STATUS_SENSOR_3D_MAG | MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE;
+    const std::uint32_t battery = MAV_SYS_STATUS_SENSOR_BATTERY, motors = MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS;
+    const std::uint32_t compass = now.estimate.compass ? MAV_SYS_STATUS_SENSOR_3D_MAG : 0u;
+    const std::uint32_t depth = now.estimate.depths ? MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE : 0u;
+    const bool stopped = status.has(Condition::hard_stop);
+    mavlink_sys_status_t m{};
+    m.onboard_control_sensors_present = imu | others | battery | motors;
+    m.onboard_control_sensors_enabled = imu | others | battery | (now.armed ? motors : 0);
+    m.onboard_control_sensors_health = (status.has(Condition::imu_fault) ? 0 : imu) | compass | depth |
+                                       (status.has(Condition::battery_fault) ? 0 : battery) | (stopped ? 0 : motors);
+    m.load = whole<std::uint16_t>(now.load, 1000.0f);
+    m.voltage_battery = whole<std::uint16_t>(now.readings.robot.voltage, 1000.0f);
+    m.current_battery = -1, m.battery_remaining = std::int8_t(percent(now.battery_left));
+    m.drop_rate_comm = whole<std::uint16_t>(float(bad) / max(1.0f, float(frames + bad)), 10000.0f);
+    m.errors_comm = whole<std::uint16_t>(float(bad), 1.0f);
+    return m;
+}
+
+inline mavlink_battery_status_t battery_status(const Snapshot& now) {
+    mavlink_battery_status_t m{};
+    m.current_consumed = m.energy_consumed = -1, m.temperature = std::numeric_limits<std::int16_t>::max();
+    for (int k = 1; k < 10; ++k) m.voltages[k] = 0xFFFF;  // not the cells', but the battery's
+    m.voltages[0] = whole<std::uint16_t>(now.readings.robot.voltage, 1000.0f);
+    m.current_battery = -1, m.type = MAV_BATTERY_TYPE_LION, m.battery_function = MAV_BATTERY_FUNCTION_ALL;
+    m.battery_remaining = std::int8_t(percent(now.battery_left));
+    return m;
+}
+
+/// Where local coordinates count from; all zeros before the first fix.
+inline mavlink_gps_global_origin_t global_origin(const Vehicle& vehicle) {
+    const Origin& at = origin(vehicle);
+    mavlink_gps_global_origin_t m{};
+    if (at.known) m.latitude = at.latitude, m.longitude = at.longitude;
+    return m;
+}
+
+inline mavlink_autopilot_version_t autopilot_version() {
+    mavlink_autopilot_version_t m{};
+    m.capabilities = MAV_PROTOCOL_CAPABILITY_MISSION_INT | MAV_PROTOCOL_CAPABILITY_COMMAND_INT |
+                     MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST | MAV_PROTOCOL_CAPABILITY_MAVLINK2;
+    return m;
+}
+
+}  // namespace hypertuna::firmware

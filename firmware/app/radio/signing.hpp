@@ -1,0 +1,88 @@
+/// Signing: frames that prove who wrote them, and when. mavlink.io/en/guide/message_signing.html
+///
+/// A signature is the first six bytes of SHA-256 over key, frame, channel and stamp. Stamps of a sender only rise: what
+/// was recorded once is not believed again.
+#pragma once
+
+#include "app/radio/frames.hpp"
+#include "app/radio/sha256.hpp"
+
+namespace hypertuna::firmware {
+
+inline constexpr int key_length = 32, most_streams = 8, digest_length = 6;
+inline constexpr int stamp_bits = 48;
+inline constexpr std::uint64_t stamp_minute = 6'000'000;  // of 10 us
+
+/// A sender on one channel, and its last stamp.
+struct Stream {
+    std::uint8_t system, component, channel;
+    bool used;
+    std::uint64_t stamp;
+};
+
+struct Signing {
+    bool on;
+    std::uint8_t key[key_length];
+    std::uint64_t stamp;  // 10 us since 2015: own clock, never behind what was heard
+    std::uint64_t floor;  // of all that was heard before the last boot: nobody older is believed
+    Stream stream[most_streams];
+    std::uint32_t refused;
+};
+
+/// From now on every frame is signed, and none without a signature is believed.
+inline void begin_signing(Signing& signing, const std::uint8_t* key, std::uint64_t stamp) {
+    signing = {};
+    signing.on = true, signing.stamp = stamp;
+    std::memcpy(signing.key, key, key_length);
+}
+
+inline void digest_of(const Signing& signing, const std::uint8_t* frame, int length, std::uint8_t* digest) {
+    Sha256 hash;
+    add(hash, signing.key, key_length);
+    add(hash, frame, length);
+    finish(hash, digest, digest_length);
+}
+
+/// Write channel, stamp and signature behind a frame, and return its length with them.
+inline int sign(Signing& signing, std::uint8_t* frame, int length) {
+    frame[length] = 0;  // the robot has one channel
+    ++signing.stamp;
+    for (int k = 0; k < 6; ++k) frame[length + 1 + k] = std::uint8_t(signing.stamp >> (8 * k));
+    digest_of(signing, frame, length + 7, frame + length + 7);
+    return length + signature_length;
+}
+
+/// The stream of a sender. A new one takes a free place, and must not be older than a minute; without a place it is
+/// not believed.
+inline Stream* stream_of(Signing& signing, const Frame& frame, std::uint8_t channel, std::uint64_t stamp) {
+    for (Stream& stream : signing.stream)
+        if (stream.used && stream.system == frame.system && stream.component == frame.component &&
+            stream.channel == channel)
+            return stamp > stream.stamp ? &stream : nullptr;
+    if (stamp + stamp_minute < signing.stamp || stamp < signing.floor) return nullptr;
+    for (Stream& stream : signing.stream)
+        if (!stream.used) return &stream;
+    return nullptr;
+}
+
+/// Whether a frame may be believed: right key, and newer than its sender's last.
+inline bool believe(Signing& signing, const Frame& frame) {
+    if (!signing.on) return true;
+    bool good = false;
+    if (frame.is_signed) {
+        const int at = frame.length - signature_length;
+        std::uint8_t digest[digest_length], differs = 0;
+        digest_of(signing, frame.bytes, at + 7, digest);
+        for (int k = 0; k < digest_length; ++k) differs = std::uint8_t(differs | (digest[k] ^ frame.bytes[at + 7 + k]));
+        std::uint64_t stamp = 0;
+        for (int k = 0; k < 6; ++k) stamp |= std::uint64_t(frame.bytes[at + 1 + k]) << (8 * k);
+        Stream* stream = differs == 0 ? stream_of(signing, frame, frame.bytes[at], stamp) : nullptr;
+        good = stream != nullptr;
+        if (good) *stream = {frame.system, frame.component, frame.bytes[at], true, stamp};
+        if (good && signing.stamp < stamp) signing.stamp = stamp;
+    }
+    signing.refused += !good;
+    return good;
+}
+
+}  // namespace hypertuna::firmware

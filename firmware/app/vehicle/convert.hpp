@@ -1,0 +1,94 @@
+/// Conversion: counts become SI units. What was sampled within a tick is averaged without its extremes; nothing is
+/// filtered over ticks, so that the controller sees a sensor that is stuck or jumps.
+#pragma once
+
+#include "app/board.hpp"
+#include "hypertuna/pilot/mission.hpp"
+
+namespace hypertuna::firmware {
+
+/// reading = scale (counts - zero) of each channel.
+struct Calibration {
+    float zero[channels], scale[channels];
+    float trim[most_servos];  // s added to a servo's pulse
+};
+
+/// Where local coordinates count from.
+struct Origin {
+    std::int32_t latitude, longitude;  // 1e-7 deg
+    float east, north;                 // m per 1e-7 deg there
+    bool known;
+};
+
+/// Whether there is such a place: a pole has no east.
+inline bool is_place(std::int32_t latitude, std::int32_t longitude) {
+    return -900000000 < latitude && latitude < 900000000 && -1800000000 <= longitude && longitude <= 1800000000;
+}
+
+/// On the WGS 84 ellipsoid, radii of curvature by the series of the meridian's and the parallel's arc.
+inline Origin origin_at(std::int32_t latitude, std::int32_t longitude) {
+    const SinCos<float> at = sincos(float(latitude) * 1.745329252e-9f);
+    const float twice = at.cos * at.cos - at.sin * at.sin;  // of 2 latitude
+    return {latitude, longitude, 1e-7f * at.cos * (111412.84f + 93.5f * (1.0f - 2.0f * twice)),
+            1e-7f * (111132.95f - 559.82f * twice), true};
+}
+
+inline Corner<float> local(const Origin& origin, std::int32_t latitude, std::int32_t longitude) {
+    std::int64_t east = std::int64_t(longitude) - origin.longitude;
+    const std::int64_t turn = 3600000000, half = turn / 2;
+    east += east < -half ? turn : half < east ? -turn : 0;
+    const std::int32_t north = std::int32_t(std::uint32_t(latitude) - std::uint32_t(origin.latitude));
+    return {origin.east * float(std::int32_t(east)), origin.north * float(north)};
+}
+
+/// Mean of the samples, without the least and the most where there are three or more; NaN where there are none.
+inline float mean(const Samples& samples) {
+    if (samples.count == 0) return std::bit_cast<float>(0x7fc00000u);
+    if (samples.count < 3) return float(samples.sum) / float(samples.count);
+    return float(samples.sum - samples.least - samples.most) / float(samples.count - 2);
+}
+
+inline PilotReadings<float> convert(const Calibration& calibration, int joints, const Raw& raw, const Origin& origin) {
+    PilotReadings<float> out{};
+    const auto read = [&](int channel) {
+        return calibration.scale[channel] * (mean(raw.channel[channel]) - calibration.zero[channel]);
+    };
+    for (int j = 0; j < joints; ++j) out.robot.bend[j] = read(bend_channel + j);
+    for (int c = 0; c < 2 * joints; ++c) {
+        out.robot.pressure[c] = read(pressure_channel + c);
+        out.robot.current[c] = read(current_channel + c);
+    }
+    for (int k = 0; k < 3; ++k) {
+        out.robot.rate[k] = read(imu_channel + k);
+        out.robot.acceleration[k] = read(imu_channel + 3 + k);
+        out.field[k] = read(field_channel + k);
+    }
+    out.robot.voltage = read(battery_channel);
+    out.depth = read(depth_channel);
+    out.fixed = raw.fixed && origin.known;
+    if (out.fixed) {
+        const Corner<float> at = local(origin, raw.fix[0], raw.fix[1]);
+        out.fix[0] = at.x, out.fix[1] = at.y;
+    }
+    return out;
+}
+
+/// Call visit(name, index, field) for every number of the calibration.
+template <class Visit>
+void visit_fields(Calibration& c, int joints, const Visit& visit) {
+    const auto both = [&](const char* zero, const char* scale, int first, int count) {
+        for (int k = 0; k < count; ++k) visit(zero, k, c.zero[first + k]);
+        for (int k = 0; k < count; ++k) visit(scale, k, c.scale[first + k]);
+    };
+    both("bend_zero", "bend_scale", bend_channel, joints);
+    both("pressure_zero", "pressure_scale", pressure_channel, 2 * joints);
+    both("current_zero", "current_scale", current_channel, 2 * joints);
+    both("rate_zero", "rate_scale", imu_channel, 3);
+    both("acceleration_zero", "acceleration_scale", imu_channel + 3, 3);
+    both("voltage_zero", "voltage_scale", battery_channel, 1);
+    both("depth_zero", "depth_scale", depth_channel, 1);
+    both("field_zero", "field_scale", field_channel, 3);
+    for (int k = 0; k < 2 * joints + 2; ++k) visit("servo_trim", k, c.trim[k]);
+}
+
+}  // namespace hypertuna::firmware

@@ -1,0 +1,118 @@
+/// Parameters: what makes this program the firmware of one robot, and which of it may be set over the radio.
+///
+/// `hypertuna firmware params` writes a Description from robots/NAME.toml. It has every number of pilot, controller,
+/// calibration and limits in one row, in the order of visit_fields. A parameter is a number of that row that may be
+/// set, within a range.
+#pragma once
+
+#include "app/vehicle/convert.hpp"
+#include "hypertuna/pilot/pilot.hpp"
+
+namespace hypertuna::firmware {
+
+inline constexpr int most_parameters = 96;
+
+/// What the supervisor and the link go by.
+struct Limits {
+    float manual_timeout, link_timeout, home_timeout;  // s without joystick; without the ground; until the way home
+    float voltage_empty, voltage_after;                // V; s that a low voltage must last
+    float tilt_most, tilt_after;                       // sine of roll or pitch; s
+    float leak_after;                                  // s
+    float rise_depth;                                  // m: from deeper it comes up when it has no way home
+    float link_rate, link_share;                       // bit/s of the radio; part of it that telemetry may take
+    float system_id;                                   // of MAVLink
+    float sign;                                        // 1: orders must be signed
+};
+
+/// Everything that the firmware computes with but its state.
+struct Model {
+    Pilot<float> pilot;
+    Calibration calibration;
+    Limits limits;
+};
+
+template <class Visit>
+void visit_fields(Limits& m, const Visit& visit) {
+    visit("manual_timeout", 0, m.manual_timeout), visit("link_timeout", 0, m.link_timeout);
+    visit("home_timeout", 0, m.home_timeout), visit("voltage_empty", 0, m.voltage_empty);
+    visit("voltage_after", 0, m.voltage_after), visit("tilt_most", 0, m.tilt_most);
+    visit("tilt_after", 0, m.tilt_after), visit("leak_after", 0, m.leak_after);
+    visit("rise_depth", 0, m.rise_depth);
+    visit("link_rate", 0, m.link_rate), visit("link_share", 0, m.link_share);
+    visit("system_id", 0, m.system_id), visit("sign", 0, m.sign);
+}
+
+/// Call visit(name, index, field) for every number of the model. Joints and gaits are set before.
+template <class Visit>
+void visit_fields(Model& m, const Visit& visit) {
+    hypertuna::visit_fields(m.pilot.controller, visit);
+    hypertuna::visit_fields(m.pilot, visit);
+    visit_fields(m.calibration, m.pilot.controller.joints, visit);
+    visit_fields(m.limits, visit);
+}
+
+/// A number that the radio may read and set. Names have 16 characters at most.
+struct ParameterInfo {
+    const char* name;
+    float low, high, standard;  // range, and the value of the robot's description
+    bool whole;                 // a whole number
+    std::int16_t field;         // its place in the row of all numbers
+};
+
+/// A robot as its description was when this program was made.
+struct Description {
+    const char* name;
+    int joints, gaits;
+    const float* value;  // of all numbers
+    int values;
+    const ParameterInfo* parameter;
+    int parameters;
+    std::uint32_t layout;  // of names and number of the parameters: a stored set of another layout is not taken
+};
+
+/// One number of the row, or the parameter that takes its place.
+inline float number_at(const Description& robot, const float* parameter, int field) {
+    for (int k = 0; k < robot.parameters; ++k)
+        if (robot.parameter[k].field == field) return parameter[k];
+    return field < robot.values ? robot.value[field] : 0.0f;
+}
+
+inline constexpr int all_fields = -1;
+
+/// Fills one field after another, or a single one of them. Not inlined into each of them: that would take a quarter of
+/// the program.
+struct Filler {
+    const Description& robot;
+    const float* parameter;
+    int only;
+    int& at;
+
+    template <class Field>
+    HYPERTUNA_NOINLINE void operator()(const char*, int, Field& field) const {
+        const int here = at++;
+        if (only == all_fields || only == here) field = Field(number_at(robot, parameter, here));
+    }
+};
+
+/// Fill a model from the row of all numbers, and the parameters among them; or only one field of it.
+[[gnu::cold]] inline void configure(Model& model, const Description& robot, const float* parameter,
+                                    int only = all_fields) {
+    model.pilot.controller.joints = model.pilot.guidance.steering.joints = robot.joints;
+    model.pilot.guidance.steering.table.gaits = robot.gaits;
+    int at = 0;
+    visit_fields(model, Filler{robot, parameter, only, at});
+}
+
+/// Whether a parameter may have a value.
+inline bool in_range(const ParameterInfo& info, float value) {
+    return info.low <= value && value <= info.high && (!info.whole || value == float(int(value)));
+}
+
+/// Whether limits that belong together keep their order.
+inline bool consistent(const Model& model) {
+    const Controller<float>& c = model.pilot.controller;
+    return c.pressure_soft < c.pressure_hard && c.pulse_least < c.pulse_center && c.pulse_center < c.pulse_most &&
+           model.limits.link_timeout <= model.limits.home_timeout && model.limits.voltage_empty < c.voltage_low;
+}
+
+}  // namespace hypertuna::firmware

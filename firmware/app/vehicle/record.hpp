@@ -1,0 +1,42 @@
+/// Record of a tick: what the black box takes down of it, in this order. Whoever reads a box goes by the same list.
+#pragma once
+
+#include "app/vehicle/vehicle.hpp"
+
+namespace hypertuna::firmware {
+
+/// Call visit(name, word), visit(name, number) or visit(name, numbers, count) for all that a record has, by the names
+/// that a log has for them (mission_record.py). The last word has four names, and a byte for each.
+template <class Visit>
+constexpr void visit_record(const Snapshot& now, int joints, const Visit& visit) {
+    const Readings<float>& robot = now.readings.robot;
+    const Command<float>& command = now.command;
+    const Estimate<float>& at = now.estimate;
+    visit("tick", now.tick);
+    visit("bend_read", robot.bend, joints), visit("pressure_read", robot.pressure, 2 * joints);
+    visit("current_read", robot.current, 2 * joints), visit("turn_rate_read", robot.rate, 3);
+    visit("acceleration_read", robot.acceleration, 3), visit("battery_voltage_read", robot.voltage);
+    visit("depth_read", now.readings.depth), visit("field_read", now.readings.field, 3);
+    visit("pulse", now.output.pulse, 2 * joints + 2), visit("angle_set", now.output.set, joints);
+    visit("frequency_commanded", command.frequency), visit("amplitude_commanded", command.amplitude, joints);
+    visit("lag_commanded", command.phase, joints), visit("bias_commanded", command.bias, joints);
+    visit("fin_commanded", command.fin, 2);
+    visit("attitude_estimated", &at.q.w, 4), visit("position_estimated", &at.x, 2);
+    visit("depth_estimated", at.depth), visit("speed_estimated", at.speed), visit("position_error", at.position_error);
+    visit("status", now.output.status.flags), visit("reasons", now.reasons.flags), visit("faults", now.faults.flags);
+    visit("mode control armed answer", std::uint32_t(now.mode) | std::uint32_t(now.control) << 8 |
+                                           std::uint32_t(now.armed) << 16 | std::uint32_t(now.answer) << 24);
+}
+
+/// Digest of the names above (FNV-1a), by which a reader tells whether it knows a box's records.
+inline constexpr std::uint32_t record_layout = [] {
+    const Snapshot none{};
+    std::uint32_t sum = 2166136261u;
+    visit_record(none, most_joints, [&](const char* name, auto...) {
+        do sum = (sum ^ std::uint8_t(*name)) * 16777619u;
+        while (*name++ != 0);
+    });
+    return sum;
+}();
+
+}  // namespace hypertuna::firmware

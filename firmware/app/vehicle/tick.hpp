@@ -1,0 +1,197 @@
+/// Tick: what the vehicle does a hundred times a second.
+///
+/// counts -> readings -> estimate -> command of mission, gait or joystick -> controller -> pulses; then the supervisor
+/// looks at what came of it, and decides what the next tick may do.
+#pragma once
+
+#include <new>
+
+#include "app/vehicle/controller.hpp"
+#include "app/vehicle/record.hpp"
+
+namespace hypertuna::firmware {
+
+/// Take over the stored parameters; false where one is out of its range, or does not fit to another.
+[[gnu::cold]] inline bool restore(Vehicle& vehicle) {
+    const Description& robot = *vehicle.robot;
+    std::memcpy(vehicle.value, vehicle.kept, std::size_t(4 * robot.parameters));
+    for (int k = 0; k < robot.parameters; ++k)
+        if (!in_range(robot.parameter[k], vehicle.value[k])) return false;
+    configure(vehicle.model, robot, vehicle.value);
+    return consistent(vehicle.model);
+}
+
+/// Take over the kept mission and its origin, if it can still be followed.
+[[gnu::cold]] inline void restore_mission(Vehicle& vehicle) {
+    const KeptMission& plan = vehicle.plan;
+    if (plan.waypoints < 1 || !fits(plan.waypoints, plan.corners)) return;
+    const Mission<float> mission = mission_of(plan);
+    if (!sound(mission) || !is_place(plan.latitude, plan.longitude)) return;
+    vehicle.mission = mission;
+    vehicle.has_mission = true;
+    if (plan.placed == 0) return;
+    vehicle.origin = origin_at(plan.latitude, plan.longitude);
+    vehicle.remembered = true;
+}
+
+/// As it boots: disarmed, everything at rest, parameters from the store or else from the description.
+template <Board B>
+[[gnu::cold]] void boot(Vehicle& vehicle, const Description& robot, B& board) {
+    static_assert(std::is_trivially_copyable_v<Vehicle> && std::is_trivially_default_constructible_v<Vehicle>);
+    std::memset(&vehicle, 0, sizeof(vehicle));  // a temporary one would not fit onto the stack
+    vehicle.robot = &robot;
+    vehicle.store = {0, kept_size(robot), robot.layout, 0, -1, false, false, {}};
+    vehicle.missions = {missions_at, int(sizeof(KeptMission)), mission_layout, 0, -1, false, false, {}};
+    vehicle.stamps = {stamps_at, 8, stamp_layout, 0, -1, false, false, {}};
+    vehicle.defaults = !open(vehicle.store, vehicle.kept, board) || !restore(vehicle);
+    if (vehicle.defaults) {  // nothing of a set that cannot be used
+        std::memset(vehicle.kept, 0, sizeof(vehicle.kept));
+        for (int k = 0; k < robot.parameters; ++k) vehicle.value[k] = robot.parameter[k].standard;
+        std::memcpy(vehicle.kept, vehicle.value, std::size_t(4 * robot.parameters));
+        configure(vehicle.model, robot, vehicle.value);
+    }
+    vehicle.key = vehicle.kept[4 * robot.parameters] == 1;
+    open(vehicle.stamps, reinterpret_cast<std::uint8_t*>(&vehicle.stamp), board);
+    vehicle.mission.home_radius = vehicle.mission.home_speed = 1;
+    if (open(vehicle.missions, reinterpret_cast<std::uint8_t*>(&vehicle.plan), board)) restore_mission(vehicle);
+    new (&vehicle.state) PilotState<float>(init(vehicle.model.pilot, vehicle.mission));  // in place, as above
+    vehicle.now.control = Control::gait;
+    vehicle.woken = board.woken();
+    Record record(vehicle.box, Kind::robot);
+    record.put(record_layout), record.put(robot.layout), record.put(std::uint32_t(robot.joints));
+    record.end();
+}
+
+/// Whether a robot without a way home must come up: it is deeper than a tank, and not up yet. The depth is the last
+/// that was believed.
+inline bool ascends(Vehicle& vehicle) {
+    const Estimate<float>& at = vehicle.now.estimate;
+    const Guidance<float>& guidance = vehicle.model.pilot.guidance;
+    if (vehicle.ascent == Ascent::none && vehicle.model.limits.rise_depth < at.depth) {
+        vehicle.ascent = Ascent::on;
+        begin_ascent(vehicle);
+    } else if (vehicle.ascent == Ascent::on) {
+        const bool up = at.depth < guidance.surface_depth,
+                   late = 0 <= std::int32_t(vehicle.now.tick - vehicle.ascent_ends);
+        if (up || late || vehicle.state.guidance.mode == Mode::hold) vehicle.ascent = up ? Ascent::none : Ascent::vain;
+    }
+    return vehicle.ascent == Ascent::on;
+}
+
+/// The command that the answer to all faults leaves: null where guidance makes it.
+inline const Command<float>* chosen(Vehicle& vehicle, Command<float>& made) {
+    Snapshot& now = vehicle.now;
+    const Answer answer = now.answer;
+    if (answer == Answer::disarm) arm(vehicle, false);
+    made = rest();
+    made.armed = now.armed;
+    if (!now.armed || answer >= Answer::rest) return &made;
+    if (answer == Answer::home && !(vehicle.has_mission && vehicle.way_home)) return ascends(vehicle) ? nullptr : &made;
+    if (answer == Answer::home && now.control != Control::mission) ask_control(vehicle, Control::mission);
+    if (now.control == Control::mission) {
+        if (answer == Answer::home) vehicle.state.guidance.reasons.tell(Reason::recalled);
+        return nullptr;
+    }
+    // A joystick is asked for often, a gait goes on while the ground is heard.
+    const Limits& limits = vehicle.model.limits;
+    const std::uint32_t since = now.tick - (now.control == Control::manual ? vehicle.asked_at : vehicle.heard);
+    const float patience = now.control == Control::manual ? limits.manual_timeout : limits.link_timeout;
+    if (float(since) * vehicle.model.pilot.controller.tick <= patience) made = vehicle.asked;
+    made.fresh = true;
+    return &made;
+}
+
+/// Take down what happened in a tick.
+inline void note(Vehicle& vehicle) {
+    Record record(vehicle.box, Kind::tick);
+    visit_record(vehicle.now, vehicle.model.pilot.controller.joints,
+                 [&](const char*, auto... told) { record.put(told...); });
+    record.end();
+}
+
+/// What the supervisor makes of the tick.
+inline void supervise(Vehicle& vehicle) {
+    Snapshot& now = vehicle.now;
+    const float tick = vehicle.model.pilot.controller.tick;
+    const float silence = float(now.tick - vehicle.heard) * tick;
+    const Heard heard{
+        vehicle.state.controller,         now.output.status, now.estimate, vehicle.raw.leak, now.load > 1.0f,
+        vehicle.box.lost != vehicle.lost, now.armed,         silence};
+    vehicle.lost = vehicle.box.lost;
+    watch(vehicle.model, vehicle.memory, heard);
+    weigh_faults(vehicle);
+    const Guidance<float>& guidance = vehicle.model.pilot.guidance;
+    const float above = vehicle.state.controller.supply + guidance.battery_drop - guidance.battery_empty;
+    now.battery_left = clamp(above / guidance.battery_span, 0.0f, 1.0f);
+}
+
+/// From counts to pulses.
+template <Board B>
+void control(Vehicle& vehicle, B& board) {
+    Snapshot& now = vehicle.now;
+    PilotState<float>& state = vehicle.state;
+    const Pilot<float>& pilot = vehicle.model.pilot;
+    vehicle.raw.fixed = vehicle.raw.fixed && is_place(vehicle.raw.fix[0], vehicle.raw.fix[1]);
+    if (vehicle.raw.fixed && (vehicle.remembered || !vehicle.origin.known)) meet_fix(vehicle, vehicle.raw.fix);
+    now.readings = convert(vehicle.model.calibration, pilot.controller.joints, vehicle.raw, vehicle.origin);
+    const std::uint32_t start = board.clock();
+    now.estimate = perceive(pilot, state, now.readings);
+    Command<float> made;
+    const Command<float>* command = chosen(vehicle, made);
+    const bool decision = due(pilot, state);
+    if (command == nullptr && decision)
+        decide(pilot, state, now.estimate, now.control == Control::mission ? vehicle.mission : vehicle.up);
+    if (command != nullptr) state.command = *command;
+    const std::uint32_t middle = board.clock();
+    follow(pilot, state, now.estimate, now.readings.robot, now.output);
+    vehicle.profile.controller = board.clock() - middle;
+    vehicle.profile.pilot = middle - start;
+    now.command = state.command;
+    const bool guided = now.control == Control::mission || command == nullptr;
+    now.mode = guided ? state.guidance.mode : Mode::idle;
+    now.reasons = state.guidance.reasons;
+    now.leg = state.guidance.leg;
+}
+
+/// Servo pulses: the controller's with each servo's trim, within the clamp; none once a disarmed tail has come to rest.
+template <Board B>
+void send_pulses(const Vehicle& vehicle, B& board) {
+    const Controller<float>& controller = vehicle.model.pilot.controller;
+    const int servos = 2 * controller.joints + 2;
+    float pulse[most_servos] = {};
+    bool moving = vehicle.now.armed;
+    for (int k = 0; k < servos; ++k) moving = moving || 1e-3f < abs(vehicle.now.output.target[k]);
+    for (int k = 0; k < servos && moving; ++k)
+        pulse[k] = clamp(vehicle.now.output.pulse[k] + vehicle.model.calibration.trim[k], controller.pulse_least,
+                         controller.pulse_most);
+    board.drive(pulse, servos);
+}
+
+/// Parameters change while disarmed alone; a mission that came while armed waits until then. The stamp does not wait.
+template <Board B>
+void write_stores(Vehicle& vehicle, B& board) {
+    write_some(vehicle.store, vehicle.kept, board);
+    if (!vehicle.now.armed) write_some(vehicle.missions, reinterpret_cast<std::uint8_t*>(&vehicle.plan), board);
+    write_some(vehicle.stamps, reinterpret_cast<std::uint8_t*>(&vehicle.stamp), board);
+}
+
+/// One tick, after the link took in what it was told.
+template <Board B>
+void tick(Vehicle& vehicle, B& board) {
+    const std::uint32_t start = board.clock();
+    vehicle.raw = {};
+    board.read(vehicle.raw);
+    control(vehicle, board);
+    send_pulses(vehicle, board);
+    supervise(vehicle);
+    note(vehicle);
+    flush(vehicle.box, board);
+    write_stores(vehicle, board);
+    ++vehicle.now.tick;
+    vehicle.now.time = float(vehicle.now.tick) * vehicle.model.pilot.controller.tick;
+    vehicle.profile.whole = board.clock() - start;
+    vehicle.now.load = float(vehicle.profile.whole + vehicle.profile.link) / float(board.per_tick());
+    board.feed();
+}
+
+}  // namespace hypertuna::firmware
