@@ -17,7 +17,7 @@ from typer.main import get_command
 import hypertuna as ht
 from hypertuna import _core, cli
 from hypertuna.console import number_list, plain, progress_bar, ranges
-from hypertuna.results import version
+from hypertuna.io.files import version
 from program import Run
 
 FAST = ("--frequency", "6", "--amplitude", "16,25", "--phase", "0,40")

@@ -10,7 +10,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.errors import InputError
-from hypertuna.journal import Journal, journal_header, read_header
+from hypertuna.io.checkpoint import Journal, journal_header, read_header
 
 HEADER = {"kind": "test", "version": "1", "options": {"seed": 1, "bounds": [0.0, 0.1]}}
 

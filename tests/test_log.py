@@ -21,7 +21,7 @@ from hypertuna.mission_record import COLUMNS, MissionRecord, joined, mission_fro
 from voyage import voyage
 
 foxglove = pytest.importorskip("foxglove", reason="needs the extra log: pip install 'hypertuna[log]'")
-from hypertuna.mcap_file import CHUNK  # noqa: E402
+from hypertuna.io.mcap import CHUNK  # noqa: E402
 from hypertuna.mcap_log import LogWriter, write_log  # noqa: E402
 
 
@@ -160,7 +160,7 @@ def test_transforms_are_forward_left_up(file: Path, record: MissionRecord) -> No
     """The x axis that viewers show is the way the head faces: minus our axis from nose to tail."""
     from mcap.reader import make_reader
 
-    from hypertuna.mcap_file import wire as _wire
+    from hypertuna.io.mcap import wire as _wire
 
     with file.open("rb") as stream:
         _, _, message = next(iter(make_reader(stream).iter_messages(topics=["/tf"])))
@@ -305,7 +305,7 @@ def test_other_files_are_told(tmp_path: Path) -> None:
 def test_without_the_extra_it_is_asked_for(
     monkeypatch: pytest.MonkeyPatch, record: MissionRecord, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("hypertuna.mcap_file.find_spec", lambda name: None)
+    monkeypatch.setattr("hypertuna.io.mcap.find_spec", lambda name: None)
     with pytest.raises(
         ht.InputError, match=r"foxglove is needed by logs and is not installed: pip install 'hypertuna\[log\]'"
     ):

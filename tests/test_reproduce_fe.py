@@ -13,10 +13,10 @@ import hypertuna as ht
 from hypertuna import reproduce_fe
 from hypertuna.description import parse
 from hypertuna.errors import InputError
+from hypertuna.io.files import data_folder
 from hypertuna.ledger import judge, published
 from hypertuna.report import Picture, inline
 from hypertuna.reproduce_fe import FE, ROBOTS, Elements, findings, joint_hash, read_elements, sections, solve_elements
-from hypertuna.results import data_folder
 
 PRESSURE = np.linspace(0, 250, 6)  # kPa
 TENTH = 1.1  # of the analytic bend, in made-up records

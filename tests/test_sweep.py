@@ -11,8 +11,8 @@ import xarray as xr
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES
+from hypertuna.io.files import write_netcdf
 from hypertuna.model import core_model
-from hypertuna.results import write_netcdf
 from hypertuna.sweep import CHUNK, Gaits
 from models import MODELS, changed, fastest
 

@@ -17,7 +17,7 @@ from scipy.signal import resample
 import hypertuna as ht
 from hypertuna.beats import STATUSES
 from hypertuna.gait import named_gait
-from hypertuna.results import write_netcdf
+from hypertuna.io.files import write_netcdf
 from hypertuna.trajectory import body_points
 from models import MODELS, changed, fastest, later, turning
 from oracles import beats

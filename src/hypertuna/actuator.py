@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.files import dataset
 from hypertuna.provenance import provenance
-from hypertuna.results import dataset
 from hypertuna.schema_actuator import NEUTRAL_BRAID
 from hypertuna.soft_joint import (
     LUMEN_LEFT,

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from hypertuna.figures import COLORS, FAINT, GRID, INK
+from hypertuna.io.files import write_atomically
 from hypertuna.plots import last_beat
-from hypertuna.results import write_atomically
 from hypertuna.swim import Swim
 from hypertuna.trajectory import body_points
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hypertuna.actuator import SIDES
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.tables import check_width, read_rows
 from hypertuna.link_trials import bench_rows
-from hypertuna.tables import check_width, read_rows
 
 __all__ = ["COLUMNS", "HIGHEST_PRESSURE", "Bench", "Loop", "joint_index", "read_bench"]
 

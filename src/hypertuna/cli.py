@@ -38,7 +38,7 @@ from hypertuna.cli_turn import turn_command
 from hypertuna.cli_twin import twin_command
 from hypertuna.console import print_json
 from hypertuna.errors import InputError
-from hypertuna.results import version
+from hypertuna.io.files import version
 
 __all__ = ["app", "main"]
 

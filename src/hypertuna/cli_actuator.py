@@ -11,7 +11,7 @@ from rich.text import Text
 
 from hypertuna.cli_bench import fit_command
 from hypertuna.console import number, print_json
-from hypertuna.results import version
+from hypertuna.io.files import version
 from hypertuna.silicone import UP_TO, TensileFit, TensileTest, fit_silicone, read_tensile
 
 __all__ = ["actuator_app"]

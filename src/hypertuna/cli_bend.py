@@ -18,9 +18,9 @@ from hypertuna.bench import joint_index
 from hypertuna.console import check_suffix, command_line, print_json, tell_written
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
+from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.options import AsJson, Joint, Name, Pressure, Side, pressures
 from hypertuna.provenance import provenance
-from hypertuna.results import rows_csv, write_atomically, write_netcdf
 
 __all__ = ["bend_command"]
 

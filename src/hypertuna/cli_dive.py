@@ -21,9 +21,9 @@ from hypertuna.console import (
 )
 from hypertuna.description import load
 from hypertuna.dive import Dive, dive
+from hypertuna.io.files import columns_csv, write_atomically, write_netcdf
 from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, Seed, gait_axes, one_gait, spelled
 from hypertuna.provenance import provenance
-from hypertuna.results import columns_csv, write_atomically, write_netcdf
 
 __all__ = ["dive_command"]
 

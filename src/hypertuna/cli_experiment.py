@@ -33,8 +33,8 @@ from hypertuna.description import load
 from hypertuna.errors import InputError
 from hypertuna.experiment import TankSearch, TankWish
 from hypertuna.gait import Gait
+from hypertuna.io.files import write_atomically
 from hypertuna.provenance import provenance
-from hypertuna.results import write_atomically
 from hypertuna.space import gait_columns
 from hypertuna.steady import COLUMNS, SteadyRun, read_steady
 

@@ -46,9 +46,9 @@ from hypertuna.fe_geometry import JointBody, joint_body, write_geometry
 from hypertuna.fe_measure import Measured
 from hypertuna.fe_model import FeModel
 from hypertuna.fe_record import SUMMARY, bend_csv, bend_record, oil_taken
+from hypertuna.io.files import write_atomically, write_netcdf
 from hypertuna.options import AsJson, Joint, Name, Pressure, Side
 from hypertuna.provenance import provenance
-from hypertuna.results import write_atomically, write_netcdf
 
 __all__ = ["fe_app"]
 

@@ -31,8 +31,8 @@ from hypertuna.description import load
 from hypertuna.fe_bend import JOURNAL, fe_bend
 from hypertuna.fe_compare import FeComparison, compare
 from hypertuna.fe_record import bend_record
+from hypertuna.io.files import write_atomically
 from hypertuna.options import AsJson, Joint, Name, Pressure, Side
-from hypertuna.results import write_atomically
 
 __all__ = ["compare_command"]
 

@@ -14,9 +14,9 @@ from hypertuna import _core
 from hypertuna.console import check_suffix, command_line, print_json, tell_written
 from hypertuna.description import load
 from hypertuna.firmware_params import FirmwareTable, firmware_table, header
+from hypertuna.io.files import write_atomically
 from hypertuna.options import AsJson, Name
 from hypertuna.provenance import provenance
-from hypertuna.results import write_atomically
 
 __all__ = ["firmware_app"]
 

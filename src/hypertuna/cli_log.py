@@ -14,14 +14,14 @@ from hypertuna.console import check_suffix, command_line, print_json, progress_b
 from hypertuna.description import load
 from hypertuna.errors import InputError
 from hypertuna.gpx import write_gpx
+from hypertuna.io.files import columns_csv, write_atomically
+from hypertuna.io.mcap import need_log
 from hypertuna.log_fields import DEGREES, DERIVED, fields
-from hypertuna.mcap_file import need_log
 from hypertuna.mcap_log import write_log
 from hypertuna.mcap_read import Log, read_log
 from hypertuna.mission_file import read_mission
 from hypertuna.mission_record import MissionRecord, record_facts
 from hypertuna.options import Name
-from hypertuna.results import columns_csv, write_atomically
 
 __all__ = ["log_app"]
 

@@ -28,11 +28,11 @@ from hypertuna.errors import InputError, shown
 from hypertuna.flight import Flight, Outcome, expected, fly, fly_seeds, outcome
 from hypertuna.gpx import check_origin, write_gpx
 from hypertuna.guidance import gait_table
-from hypertuna.mcap_file import need_log
+from hypertuna.io.files import rows_csv, write_atomically
+from hypertuna.io.mcap import need_log
 from hypertuna.mission_file import MissionFile, missions, read_mission
 from hypertuna.mission_record import record_facts
 from hypertuna.provenance import provenance
-from hypertuna.results import rows_csv, write_atomically
 
 __all__ = ["mission_command"]
 

@@ -37,10 +37,10 @@ from hypertuna.console import (
     whole_number,
 )
 from hypertuna.description import load
+from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.objective import OBJECTIVES
 from hypertuna.pareto import SLOW, Front, pareto
 from hypertuna.provenance import provenance
-from hypertuna.results import rows_csv, write_atomically, write_netcdf
 from hypertuna.robust import WAYS
 
 __all__ = ["pareto_command"]

@@ -25,10 +25,10 @@ from hypertuna.console import (
 )
 from hypertuna.description import Robot
 from hypertuna.hydraulics import ZERO_CELSIUS
+from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.options import MEDIA, Bore, Medium, Name, Seed, Temperature, celsius, choice, robot_of
 from hypertuna.posture import CLOSE, EASED, PostureTest, posture_test
 from hypertuna.provenance import provenance
-from hypertuna.results import rows_csv, write_atomically, write_netcdf
 
 __all__ = ["posture_command"]
 

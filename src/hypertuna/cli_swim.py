@@ -24,9 +24,9 @@ from hypertuna.console import (
 )
 from hypertuna.description import load
 from hypertuna.errors import InputError
+from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, gait_axes, one_gait, spelled
 from hypertuna.provenance import provenance
-from hypertuna.results import rows_csv, write_atomically, write_netcdf
 from hypertuna.sweep import Gaits, sweep
 from hypertuna.swim import Swim, swim
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hypertuna.description import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
-from hypertuna.journal import Journal, journal_header, read_header
+from hypertuna.io.checkpoint import Journal, journal_header, read_header
 from hypertuna.limits import Limit, gait_quantities
 from hypertuna.objective import Problem
 from hypertuna.optimize import make_optimizer, wish

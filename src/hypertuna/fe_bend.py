@@ -16,9 +16,9 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe_measure import Measured, measure
 from hypertuna.fe_model import FeModel, FeOptions, equilibrium, fe_model
-from hypertuna.journal import Journal, journal_header
+from hypertuna.io.checkpoint import Journal, journal_header
+from hypertuna.io.files import dataset, write_atomically
 from hypertuna.provenance import provenance
-from hypertuna.results import dataset, write_atomically
 from hypertuna.soft_joint import drive_unit, joint_group
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any
 
 from hypertuna.fe_model import FeModel
 from hypertuna.fe_solid import solid_energy
-from hypertuna.results import write_atomically
+from hypertuna.io.files import write_atomically
 
 __all__ = ["DISPLACEMENT", "FACE", "FACE_NUMBERS", "STRAIN", "STRESS", "surface_path", "volume_path", "write_vtu"]
 

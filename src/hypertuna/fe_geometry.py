@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from hypertuna.description import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe_extra import need_fe
-from hypertuna.results import write_atomically
+from hypertuna.io.files import write_atomically
 from hypertuna.soft_joint import drive_unit, joint_group
 
 __all__ = ["FACES", "Channel", "JointBody", "half_shape", "joint_body", "write_geometry"]

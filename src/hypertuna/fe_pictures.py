@@ -28,7 +28,7 @@ from hypertuna.fe_extra import need_pictures
 from hypertuna.fe_fields import DISPLACEMENT, FACE, FACE_NUMBERS, STRAIN, STRESS, surface_path
 from hypertuna.fe_record import SUMMARY
 from hypertuna.figures import FAINT, SEQUENCE, WIDTH, styled
-from hypertuna.results import write_atomically
+from hypertuna.io.files import write_atomically
 
 __all__ = [
     "QUANTITIES",

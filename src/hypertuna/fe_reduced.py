@@ -29,9 +29,9 @@ from hypertuna.fe_bend import ngsolve_version
 from hypertuna.fe_model import FeOptions
 from hypertuna.fe_points import Joint, Pair, joint_by_elements
 from hypertuna.fe_potential import Left, Potential, Samples, best_potential, left
-from hypertuna.journal import Journal, journal_header
+from hypertuna.io.checkpoint import Journal, journal_header
+from hypertuna.io.files import dataset
 from hypertuna.provenance import provenance
-from hypertuna.results import dataset
 from hypertuna.robot_file import write_robot
 from hypertuna.soft_joint import drive_unit, joint_group, joint_tables
 

@@ -14,7 +14,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from hypertuna.errors import InputError
-from hypertuna.results import write_atomically
+from hypertuna.io.files import write_atomically
 
 __all__ = ["FAINT", "GRID", "POINTS", "SEQUENCE", "TIGHT", "WIDTH", "save", "sequence", "styled"]
 

@@ -18,7 +18,7 @@ from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError
-from hypertuna.journal import Journal, journal_header
+from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.mcap_log import LogWriter
 from hypertuna.mission import Mission, fence_distance
 from hypertuna.mission_file import MissionFile, drawn

@@ -21,9 +21,9 @@ from hypertuna.description import Robot, parse
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.fit_warnings import repeated, warnings_of
 from hypertuna.free_names import NUISANCES, free_of, split_names
-from hypertuna.journal import Journal, journal_header
+from hypertuna.io.checkpoint import Journal, journal_header
+from hypertuna.io.files import version
 from hypertuna.predict import LOSSES, experiment, predict
-from hypertuna.results import version
 from hypertuna.search import CONVERGED, Search, fit, sketch, start_points, stop_sentence
 from hypertuna.trials import Trials, digest, read_trials, split
 from hypertuna.validation import written

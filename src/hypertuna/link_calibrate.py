@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from hypertuna.errors import InputError, did_you_mean, finite, shown
-from hypertuna.tables import check_width, read_rows
+from hypertuna.io.tables import check_width, read_rows
 
 __all__ = ["KINDS", "Calibration", "Pair", "calibrate", "read_pairs", "sensor_of"]
 

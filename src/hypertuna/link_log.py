@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
-from hypertuna.mcap_file import CHUNK, LINK, METADATA, NANO, need_log, pile_of
-from hypertuna.results import version
+from hypertuna.io.files import version
+from hypertuna.io.mcap import CHUNK, LINK, METADATA, NANO, need_log, pile_of
 
 __all__ = ["LinkLog", "LinkLogWriter", "check_new", "read_link_log"]
 

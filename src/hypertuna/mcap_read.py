@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
 from hypertuna.frames import attitude_from
+from hypertuna.io.mcap import LINK, NANO, Pile, pile_of, wire
 from hypertuna.log_fields import fields
-from hypertuna.mcap_file import LINK, NANO, Pile, pile_of, wire
 from hypertuna.mission_record import COLUMNS, MissionRecord, mission_from
 
 __all__ = ["Log", "read_log"]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.tables import check_width, read_rows
+from hypertuna.io.tables import check_width, read_rows
 
 __all__ = ["JointSeries", "Track", "read_joints", "read_tracks"]
 

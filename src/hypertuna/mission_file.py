@@ -18,10 +18,10 @@ from pydantic import ValidationError
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.frames import pose_from
 from hypertuna.geodesy import FARTHEST, to_local
+from hypertuna.io.tables import read_text
 from hypertuna.mission import Mission, Waypoint, cross, fence_distance, sides
 from hypertuna.reference import markdown
 from hypertuna.schema_mission import Document, Place, Scatter, too_far
-from hypertuna.tables import read_text
 from hypertuna.validation import translate
 
 __all__ = ["MissionFile", "Scatter", "drawn", "missions", "parse_mission", "read_mission", "reference"]

@@ -16,7 +16,7 @@ from hypertuna.beats import DEFAULT_STEPS, check_steps
 from hypertuna.descents import Descents
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.journal import Journal, journal_header
+from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.objective import Goal, Limit, Problem, expected_speed, goal
 from hypertuna.optimizers import CovarianceAdaptation, Optimizer, de, pso
 from hypertuna.optimum import Margin, Optimum, concluded

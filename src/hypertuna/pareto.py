@@ -17,7 +17,7 @@ from hypertuna.description import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.evolution import Evolution, hypervolume, nondominated
 from hypertuna.gait import Gait
-from hypertuna.journal import Journal, journal_header
+from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.limits import Limit, gait_limits
 from hypertuna.objective import Evaluation, Goal, Problem, goal
 from hypertuna.polish import MOST_ROUNDS, Descent, descend, stationarity

@@ -18,7 +18,7 @@ from hypertuna.coefficients import from_scale, to_scale
 from hypertuna.description import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.identify import Fit
-from hypertuna.journal import Journal, journal_header
+from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.predict import Experiment, experiment, loss_terms, predict
 from hypertuna.trials import digest
 

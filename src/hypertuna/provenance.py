@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from hypertuna import _core
 from hypertuna.description import Robot
-from hypertuna.results import version
+from hypertuna.io.files import version
 
 if TYPE_CHECKING:
     pass

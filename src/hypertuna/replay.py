@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, shown
+from hypertuna.io.files import dataset
 from hypertuna.measured import JointSeries, Track
 from hypertuna.model import core_model, twist_from_rest
-from hypertuna.results import dataset
 from hypertuna.smoothing import SmoothSeries, smooth
 from hypertuna.trajectory import trajectory
 

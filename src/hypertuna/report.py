@@ -14,7 +14,7 @@ from itertools import groupby, pairwise, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from hypertuna.results import version, write_atomically
+from hypertuna.io.files import version, write_atomically
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -17,9 +17,9 @@ from hypertuna.errors import InputError
 from hypertuna.fe_bend import fe_bend
 from hypertuna.fe_model import FeOptions
 from hypertuna.fe_record import bend_record
+from hypertuna.io.files import data_folder
 from hypertuna.ledger import Finding
 from hypertuna.report import WIDTH, Picture, Section, Table
-from hypertuna.results import data_folder
 from hypertuna.soft_joint import drive_unit, joint_group
 
 __all__ = ["FE", "MESH", "PRESSURES", "ROBOTS", "Elements", "Solved", "command", "difference_table", "findings"]

@@ -11,11 +11,11 @@ import numpy as np
 
 from hypertuna.description import load
 from hypertuna.flight import Flight, fly, outcome
+from hypertuna.io.files import data_folder
 from hypertuna.ledger import Finding, published
 from hypertuna.mission_file import read_mission
 from hypertuna.mission_record import MissionRecord
 from hypertuna.report import WIDTH, Picture, Section
-from hypertuna.results import data_folder
 
 __all__ = ["LAKE", "STORED", "Lake", "findings", "fly_lake", "lake_record", "read_lake", "sections"]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.description import Robot, parse, robot_path
-from hypertuna.results import write_atomically
+from hypertuna.io.files import write_atomically
 
 __all__ = ["robot_text", "write_robot"]
 

@@ -13,8 +13,8 @@ from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.frames import angles_of, rotation_of
 from hypertuna.gait import Gait
+from hypertuna.io.files import dataset
 from hypertuna.provenance import provenance
-from hypertuna.results import dataset
 from hypertuna.sea import Sea
 from hypertuna.twin_run import VARIABLES as INNER
 

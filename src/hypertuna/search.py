@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hypertuna.agreement import normal_mean, squares
 from hypertuna.coefficients import Free, from_scale, to_scale
 from hypertuna.free_names import default_bounds
-from hypertuna.journal import Journal
+from hypertuna.io.checkpoint import Journal
 from hypertuna.predict import FIRST_LEVEL, KINDS, Experiment, loss_terms, predict, weighted
 from hypertuna.trials import Trials
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.gait import Gait
-from hypertuna.tables import check_width, read_rows
+from hypertuna.io.tables import check_width, read_rows
 
 __all__ = ["COLUMNS", "SteadyRun", "read_steady"]
 

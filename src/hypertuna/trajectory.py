@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hypertuna.description import Robot
+from hypertuna.io.files import Array, dataset
 from hypertuna.provenance import provenance
-from hypertuna.results import Array, dataset
 
 if TYPE_CHECKING:
     import xarray as xr

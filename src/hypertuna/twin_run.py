@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.gait import Gait
+from hypertuna.io.files import dataset
 from hypertuna.provenance import provenance
-from hypertuna.results import dataset
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -22,8 +22,8 @@ import numpy as np
 
 from hypertuna.description import load
 from hypertuna.fe_pictures import write_filmstrip
+from hypertuna.io.files import write_atomically
 from hypertuna.reproduce_fe import FE, ROBOTS, command, joint_hash
-from hypertuna.results import write_atomically
 
 ROOT = Path(__file__).resolve().parents[2]
 STORE = ROOT / "data" / "fe"

@@ -16,8 +16,8 @@ import json
 import sys
 from pathlib import Path
 
+from hypertuna.io.files import write_atomically
 from hypertuna.reproduce_lake import STORED, fly_lake, read_lake
-from hypertuna.results import write_atomically
 
 PATH = Path(__file__).resolve().parents[2] / "data" / STORED
 CLOSE = 0.01  # relative: what another machine or version may differ by

@@ -17,7 +17,7 @@ from typing import Any, Self
 from hypertuna import _core
 from hypertuna.description import Robot
 from hypertuna.errors import InputError, shown
-from hypertuna.results import version
+from hypertuna.io.files import version
 
 __all__ = ["Journal", "journal_header", "read_header"]
 
