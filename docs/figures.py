@@ -31,7 +31,7 @@ from scipy.special import ellipe
 
 from hypertuna.beats import QUANTITIES
 from hypertuna.cli import main
-from hypertuna.description import load
+from hypertuna.description.robot import load
 from hypertuna.dive import dive
 from hypertuna.drawing import draw
 from hypertuna.figures import save

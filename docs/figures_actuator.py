@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from hypertuna import _core
 from hypertuna.actuator import LAWS, MATERIAL_SETS, bend, joint_tables, misprints
-from hypertuna.description import Robot, load, parse
+from hypertuna.description.robot import Robot, load, parse
 from hypertuna.plots_actuator import plot_bend
 from hypertuna.soft_joint import JointTable, joint_group, mooney, muscle, soft_joint
 

@@ -18,7 +18,7 @@ from hypertuna.bench_fit import BenchFit, fit_bench
 from hypertuna.bench_unknowns import FACTORS, PER_JOINT, SHARED, unknowns
 from hypertuna.bench_worth import worth
 from hypertuna.cli_bench import BORDER, COUNTED
-from hypertuna.description import load
+from hypertuna.description.robot import load
 from hypertuna.plots_bench import plot_bench
 
 FOLDER = Path(__file__).resolve().parents[1] / "examples" / "bench"

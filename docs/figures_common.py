@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hypertuna.description import load
+from hypertuna.description.robot import load
 from hypertuna.ledger import published
 
 PAPER = published()

@@ -9,7 +9,7 @@ from functools import cache
 from figures_common import FISH, PAPER, rows, told
 from matplotlib.figure import Figure
 
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.gait import named_gait
 from hypertuna.plots_pump import plot_pump
 from hypertuna.sizing import Size, largest_beat, size_pump

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from hypertuna.description import load
+from hypertuna.description.robot import load
 from hypertuna.flight import Flight, fly
 from hypertuna.ledger import published
 from hypertuna.log_fields import BORDER, DERIVED, SCALARS

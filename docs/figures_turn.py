@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from hypertuna.description import Robot, load
+from hypertuna.description.robot import Robot, load
 from hypertuna.gait import Gait, named_gait
 from hypertuna.ledger import published
 from hypertuna.plots_turn import plot_turn

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import hypertuna as ht
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.gait import named_gait
 
 

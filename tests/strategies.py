@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import hypertuna as ht
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 
 Array = NDArray[np.float64]
 

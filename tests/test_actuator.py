@@ -16,7 +16,7 @@ from scipy.special import ellipe
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.actuator import MATERIAL_SETS, bend, joint_tables, misprints
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.soft_joint import COLUMNS, mooney, muscle, soft_joint
 

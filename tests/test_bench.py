@@ -19,8 +19,8 @@ from hypertuna.bench_fit import BenchFit, fit_bench
 from hypertuna.bench_search import computed
 from hypertuna.bench_unknowns import unknowns, with_unknowns
 from hypertuna.bench_worth import worth
-from hypertuna.description import parse
-from hypertuna.robot_file import robot_text
+from hypertuna.description.robot import parse
+from hypertuna.description.writer import robot_text
 from hypertuna.soft_joint import muscle
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "bench"

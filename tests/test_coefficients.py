@@ -11,11 +11,11 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.coefficients import Free, columns, directions, draws, free, from_scale, to_scale, with_values
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
+from hypertuna.description.writer import robot_text, write_robot
 from hypertuna.free_names import free_of, split_names
 from hypertuna.identify import with_fit
 from hypertuna.model import parameter_names
-from hypertuna.robot_file import robot_text, write_robot
 from models import MODELS, changed
 from synthetic import NINE
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hypertuna.description import Robot, json_schema, load, parse, reference
+from hypertuna.description.robot import Robot, json_schema, load, parse, reference
 from hypertuna.errors import InputError
 
 ROOT = Path(__file__).parents[1]

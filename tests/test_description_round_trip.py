@@ -7,7 +7,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 
 TEXTS = st.text(st.characters(categories=("L", "N", "P", "S", "Zs")), min_size=1, max_size=8)
 POSITIVE = st.floats(1e-3, 1e3)

@@ -7,7 +7,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.energy import battery_columns, range_of
 from hypertuna.errors import InputError
 

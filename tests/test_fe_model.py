@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.fe_bend import JOURNAL, fe_bend
 from hypertuna.fe_geometry import joint_body, write_geometry

@@ -16,13 +16,13 @@ from typer.testing import CliRunner
 import hypertuna as ht
 from hypertuna.actuator import JointTable, joint_tables
 from hypertuna.cli_fe import fe_app
-from hypertuna.description import load, parse
+from hypertuna.description.robot import load, parse
+from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
 from hypertuna.fe_mesh import MESHES, MeshSize
 from hypertuna.fe_model import FeOptions
 from hypertuna.fe_points import Joint, joint_by_elements
 from hypertuna.fe_reduced import ReducedJoint, reduce_joint, with_reduced, write_reduced
-from hypertuna.robot_file import write_robot
 from hypertuna.twin import twin
 from hypertuna.twin_parts import parts_of
 

@@ -20,7 +20,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.boards import firmware_of, missing, started
-from hypertuna.description import robot_path
+from hypertuna.description.robot import robot_path
 from hypertuna.errors import InputError
 from hypertuna.fil import firmware_in_the_loop
 from hypertuna.fil_scenario import random_messages, scenario_of

@@ -9,7 +9,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.control import controller_columns
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.firmware_params import MOST_NAME, MOST_PARAMETERS, firmware_table, header
 from hypertuna.guidance import pilot_columns

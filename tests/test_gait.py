@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hypertuna.description import load, robots
+from hypertuna.description.robot import load, robots
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, check_gait, named_gait
 

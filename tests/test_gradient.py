@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import hypertuna as ht
 from hypertuna.beats import STATUSES, settle, slopes
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.model import core_model, parameter_names
 from hypertuna.sweep import Gaits
 from models import MODELS, changed, fastest, turning

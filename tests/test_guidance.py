@@ -9,7 +9,7 @@ import pytest
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.control import controller_columns
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.guidance import curvature, gait_table, glide, mission_columns, pilot_columns
 from hypertuna.mission import Mission, Waypoint

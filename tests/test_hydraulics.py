@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.actuator import joint_tables
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.hydraulics import (
     circuits,

@@ -198,7 +198,7 @@ def test_threads_and_repetition_change_nothing(tuna: ht.Robot) -> None:
 
 
 def test_fitted_robots_load_and_swim(tuna: ht.Robot, tmp_path: Path) -> None:
-    from hypertuna.robot_file import write_robot
+    from hypertuna.description.writer import write_robot
 
     fit = identify(tuna, steady(tuna, FEW, noise=0.01), ["water.drag[7]", "joints.bandwidth"], starts=1)
     robot = ht.load(write_robot(fit.robot, tmp_path / "fit.toml"))

@@ -11,7 +11,7 @@ import pytest
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.beats import settle
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.model import core_model, parameter_names
 from hypertuna.sweep import Gaits
 from models import changed, fastest

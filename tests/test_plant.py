@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hypertuna import Robot, _core, load
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.hydraulics import circuits
 from hypertuna.twin_parts import parts_of
 from oracles import plant as oracle

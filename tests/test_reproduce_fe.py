@@ -11,7 +11,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import reproduce_fe
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.io.files import data_folder
 from hypertuna.ledger import judge, published

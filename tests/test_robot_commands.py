@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from hypertuna.cli_robot import robot_app
-from hypertuna.description import json_schema, load, parse, robots
+from hypertuna.description.robot import json_schema, load, parse, robots
 from hypertuna.drawing import draw, midline
 from hypertuna.errors import InputError
 from hypertuna.figures import save

@@ -12,7 +12,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.model import core_model
 from hypertuna.sea import sea_parts

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
-from hypertuna.description import load, robots
+from hypertuna.description.robot import load, robots
 
 ROOT = Path(__file__).parents[1]
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hypertuna as ht
-from hypertuna.description import load, parse
+from hypertuna.description.robot import load, parse
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
 from hypertuna.model import parameter_names

@@ -10,7 +10,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.twin import twin, twins
 from hypertuna.twin_run import VARIABLES, TwinRun
 

@@ -2,7 +2,7 @@
 
 from hypertuna.actuator import Bend, bend
 from hypertuna.comparison import compare_recording, replay_recording
-from hypertuna.description import Robot, load, robots
+from hypertuna.description.robot import Robot, load, robots
 from hypertuna.dive import Dive, Leg, dive
 from hypertuna.errors import InputError
 from hypertuna.flight import Flight, fly

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.description import Robot
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import dataset
-from hypertuna.provenance import provenance
 from hypertuna.schema_actuator import NEUTRAL_BRAID
 from hypertuna.soft_joint import (
     LUMEN_LEFT,

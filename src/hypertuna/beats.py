@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core, metrics
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.model import core_model
 

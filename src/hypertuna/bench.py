@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.actuator import SIDES
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import check_width, read_rows
 from hypertuna.link_trials import bench_rows

@@ -29,7 +29,7 @@ from hypertuna.bench_search import (
     taken_up,
 )
 from hypertuna.bench_unknowns import Unknown, keys_of, with_unknowns
-from hypertuna.description import Robot, parse
+from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.predict import loss_terms
 from hypertuna.valley import Valley, lengths

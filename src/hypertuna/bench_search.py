@@ -14,7 +14,7 @@ from hypertuna.actuator import SIDES, bend
 from hypertuna.agreement import excess
 from hypertuna.bench import Bench
 from hypertuna.bench_unknowns import Unknown, unknowns, with_unknowns
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.predict import LOSSES, loss_terms
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot, parse
+from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.free_names import split_names
 from hypertuna.schema_actuator import NEUTRAL_BRAID

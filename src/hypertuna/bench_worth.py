@@ -14,7 +14,7 @@ from hypertuna.bench import Bench, Loop
 from hypertuna.bench_fit import BenchFit
 from hypertuna.bench_search import computed
 from hypertuna.bench_unknowns import with_unknowns
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.soft_joint import drive_unit, joint_group, mooney, muscle, soft_joint
 
 __all__ = ["Worth", "worth"]

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.firmware_params import FirmwareTable, firmware_table
 from hypertuna.mission import Mission
 from hypertuna.mission_file import MissionFile
 from hypertuna.mission_record import COLUMNS, MissionRecord
-from hypertuna.provenance import provenance
 
 __all__ = ["Box", "boxes_of", "record_dtype", "record_of"]
 

@@ -17,10 +17,10 @@ from hypertuna.bench_fit import BenchFit, fit_bench
 from hypertuna.bench_unknowns import BORDER, FACTORS, Unknown
 from hypertuna.bench_worth import Worth, worth
 from hypertuna.console import check_suffix, number, print_json, progress_bar, tell_written, whole_number
-from hypertuna.description import load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import load
+from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
-from hypertuna.provenance import provenance
-from hypertuna.robot_file import write_robot
 
 __all__ = ["fit_command"]
 

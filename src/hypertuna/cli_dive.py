@@ -19,11 +19,11 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
-from hypertuna.description import load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import load
 from hypertuna.dive import Dive, dive
 from hypertuna.io.files import columns_csv, write_atomically, write_netcdf
 from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, Seed, gait_axes, one_gait, spelled
-from hypertuna.provenance import provenance
 
 __all__ = ["dive_command"]
 

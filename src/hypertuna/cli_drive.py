@@ -18,7 +18,7 @@ from rich.live import Live
 
 from hypertuna.cli_link import FLUSH, Connect, Key, read_key
 from hypertuna.console import check_suffix, print_json, tell_written
-from hypertuna.description import Robot, load
+from hypertuna.description.robot import Robot, load
 from hypertuna.dialect import need_radio
 from hypertuna.drive import EVENT, Stick, gamepad, keys, moved, pressed, view
 from hypertuna.errors import InputError

@@ -29,12 +29,12 @@ from hypertuna.cli_optimize import (
     limits_of,
 )
 from hypertuna.console import check_suffix, number, number_list, print_json, tell_written, whole_number
-from hypertuna.description import load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.experiment import TankSearch, TankWish
 from hypertuna.gait import Gait
 from hypertuna.io.files import write_atomically
-from hypertuna.provenance import provenance
 from hypertuna.space import gait_columns
 from hypertuna.steady import COLUMNS, SteadyRun, read_steady
 

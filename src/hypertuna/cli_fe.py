@@ -38,7 +38,8 @@ from hypertuna.console import (
     run_folder,
     tell_written,
 )
-from hypertuna.description import Robot, load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot, load
 from hypertuna.fe_bend import JOURNAL, FeBend, fe_bend
 from hypertuna.fe_extra import need_fe, need_screenless
 from hypertuna.fe_fields import write_vtu
@@ -48,7 +49,6 @@ from hypertuna.fe_model import FeModel
 from hypertuna.fe_record import SUMMARY, bend_csv, bend_record, oil_taken
 from hypertuna.io.files import write_atomically, write_netcdf
 from hypertuna.options import AsJson, Joint, Name, Pressure, Side
-from hypertuna.provenance import provenance
 
 __all__ = ["fe_app"]
 

@@ -27,7 +27,7 @@ from hypertuna.cli_fe_options import (
     rising_pressures,
 )
 from hypertuna.console import command_line, plain, print_json, progress_bar, run_folder, tell_written
-from hypertuna.description import load
+from hypertuna.description.robot import load
 from hypertuna.fe_bend import JOURNAL, fe_bend
 from hypertuna.fe_compare import FeComparison, compare
 from hypertuna.fe_record import bend_record

@@ -24,11 +24,11 @@ from hypertuna.cli_fe_options import (
     rising_pressures,
 )
 from hypertuna.console import check_suffix, command_line, number, print_json, progress_bar, ranges, tell_written
-from hypertuna.description import load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import load
 from hypertuna.fe_bend import ngsolve_version
 from hypertuna.fe_reduced import ReducedJoint, reduce_joint, write_reduced
 from hypertuna.options import AsJson, Joint, Name
-from hypertuna.provenance import provenance
 
 __all__ = ["reduce_command"]
 

@@ -13,10 +13,10 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.console import command_line, print_json, progress_bar
-from hypertuna.description import load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import load
 from hypertuna.fe_cases import Case, validate
 from hypertuna.options import AsJson
-from hypertuna.provenance import provenance
 
 __all__ = ["validate_command"]
 

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from hypertuna.black_box import boxes_of, record_of
 from hypertuna.console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
-from hypertuna.description import load
+from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.gpx import write_gpx
 from hypertuna.io.files import columns_csv, write_atomically

@@ -23,7 +23,8 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
-from hypertuna.description import Robot, load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError, shown
 from hypertuna.flight import Flight, Outcome, expected, fly, fly_seeds, outcome
 from hypertuna.gpx import check_origin, write_gpx
@@ -32,7 +33,6 @@ from hypertuna.io.files import rows_csv, write_atomically
 from hypertuna.io.mcap import need_log
 from hypertuna.mission_file import MissionFile, missions, read_mission
 from hypertuna.mission_record import record_facts
-from hypertuna.provenance import provenance
 
 __all__ = ["mission_command"]
 

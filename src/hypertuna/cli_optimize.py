@@ -20,13 +20,13 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
-from hypertuna.description import Robot, load, parse
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot, load, parse
+from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError, shown
 from hypertuna.gait import Gait
 from hypertuna.objective import Limit, gait_limits
 from hypertuna.optimize import Margin, Optimum, optimize
-from hypertuna.provenance import provenance
-from hypertuna.robot_file import write_robot
 from hypertuna.robust import WAYS
 
 __all__ = ["bounds_of", "gait_record", "limits_of", "optimize_app"]

@@ -36,11 +36,11 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
-from hypertuna.description import load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import load
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.objective import OBJECTIVES
 from hypertuna.pareto import SLOW, Front, pareto
-from hypertuna.provenance import provenance
 from hypertuna.robust import WAYS
 
 __all__ = ["pareto_command"]

@@ -23,12 +23,12 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
-from hypertuna.description import Robot
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
 from hypertuna.hydraulics import ZERO_CELSIUS
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.options import MEDIA, Bore, Medium, Name, Seed, Temperature, celsius, choice, robot_of
 from hypertuna.posture import CLOSE, EASED, PostureTest, posture_test
-from hypertuna.provenance import provenance
 
 __all__ = ["posture_command"]
 

@@ -20,13 +20,13 @@ from hypertuna.console import (
     ranges,
     tell_written,
 )
-from hypertuna.description import Robot, load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
 from hypertuna.hydraulics import ZERO_CELSIUS, circuits
 from hypertuna.io.files import dataset, rows_csv, write_atomically, write_netcdf
 from hypertuna.options import BORES
-from hypertuna.provenance import provenance
 from hypertuna.sizing import Size, largest_beat, size_pump
 
 __all__ = ["COLUMNS", "pump_command"]

@@ -11,13 +11,13 @@ from rich.text import Text
 
 from hypertuna.cli_optimize import gait_record
 from hypertuna.console import number, number_list, print_json
-from hypertuna.description import Robot, load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot, load
 from hypertuna.energy import Range, range_of
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, named_gait
 from hypertuna.ledger import judge, published
 from hypertuna.options import BACKWARD, check_beats, heads_first
-from hypertuna.provenance import provenance
 from hypertuna.reproduce_gaits import range_finding
 from hypertuna.twin import twin
 

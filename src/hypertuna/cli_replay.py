@@ -15,12 +15,12 @@ from rich.table import Table
 
 from hypertuna.comparison import compare_recording, replay_recording, with_fitted_clock
 from hypertuna.console import check_suffix, command_line, number, number_list, print_json, tell_written
-from hypertuna.description import Robot, load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_netcdf
 from hypertuna.manifest import Recording
 from hypertuna.measured import Track, read_joints, read_tracks
-from hypertuna.provenance import provenance
 from hypertuna.replay import AXES, Pose, head_center, replay, rmse
 from hypertuna.smoothing import smooth
 from hypertuna.trials import read_trials

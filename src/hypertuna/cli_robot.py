@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.console import print_json, tell_written
-from hypertuna.description import Entry, Robot, json_schema, load
+from hypertuna.description.robot import Entry, Robot, json_schema, load
 from hypertuna.errors import InputError
 
 __all__ = ["robot_app"]

@@ -22,11 +22,11 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
-from hypertuna.description import load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, gait_axes, one_gait, spelled
-from hypertuna.provenance import provenance
 from hypertuna.sweep import Gaits, sweep
 from hypertuna.swim import Swim, swim
 

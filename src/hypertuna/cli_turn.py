@@ -22,12 +22,12 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
-from hypertuna.description import Robot, load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.gait import named_gait
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.options import Name, Named, gait_axes, one_gait, spelled
-from hypertuna.provenance import provenance
 from hypertuna.sweep import Gaits
 from hypertuna.turn import KINDS, Tightest, Turning, gait_at, turn
 

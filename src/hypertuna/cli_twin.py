@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.console import check_suffix, command_line, number, print_json, tell_written, whole_number
+from hypertuna.description.provenance import provenance
 from hypertuna.hydraulics import ZERO_CELSIUS
 from hypertuna.io.files import columns_csv, write_atomically, write_netcdf
 from hypertuna.options import (
@@ -36,7 +37,6 @@ from hypertuna.options import (
     robot_of,
     spelled,
 )
-from hypertuna.provenance import provenance
 from hypertuna.twin import twin
 from hypertuna.twin_run import TwinRun
 

@@ -11,7 +11,8 @@ from typing import Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot, parse
+from hypertuna.description.robot import Robot, parse
+from hypertuna.description.validation import nested_model, unit_of
 from hypertuna.errors import InputError
 from hypertuna.free_names import (
     NUISANCES,
@@ -24,7 +25,6 @@ from hypertuna.free_names import (
 )
 from hypertuna.model import parameter_names
 from hypertuna.truncated import truncated_normal
-from hypertuna.validation import nested_model, unit_of
 
 __all__ = [
     "Free",

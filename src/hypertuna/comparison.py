@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.manifest import Recording
 from hypertuna.measured import Track
 from hypertuna.replay import Pose, head_center, replay, rmse, seen_from_start

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuator import JointTable, joint_tables
-from hypertuna.description import Robot, needed
+from hypertuna.description.robot import Robot, needed
 from hypertuna.errors import InputError
 from hypertuna.hydraulics import Circuits, circuits, pump_servo, servo_angle
 from hypertuna.model import core_model

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.figures import BODY, COLORS, EDGE, INK, SHAPES
 from hypertuna.gait import Gait, named_gait
 from hypertuna.trajectory import body_points

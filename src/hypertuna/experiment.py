@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot, load
+from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
 from hypertuna.io.checkpoint import Journal, journal_header, read_header

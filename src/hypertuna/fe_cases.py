@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.fe_blocks import STRAINS, cantilever, closed_form, cube_stress
 from hypertuna.fe_measure import measure
 from hypertuna.fe_model import FeOptions, equilibrium, fe_model

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.actuator import Bend, bend, check_side
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe_bend import FeBend
 from hypertuna.fe_geometry import joint_body

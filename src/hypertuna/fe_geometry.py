@@ -15,7 +15,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe_extra import need_fe
 from hypertuna.io.files import write_atomically

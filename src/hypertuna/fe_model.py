@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.fe_extra import need_fe
 from hypertuna.fe_geometry import FACES, JointBody, joint_body
 from hypertuna.fe_mesh import MeshSize, joint_mesh, mesh_size

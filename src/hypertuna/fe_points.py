@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.fe_measure import measure
 from hypertuna.fe_model import FeOptions, equilibrium, fe_model
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.actuator import SIDES
+from hypertuna.description.provenance import provenance
 from hypertuna.fe_bend import FeBend, ngsolve_version
 from hypertuna.fe_measure import Measured
-from hypertuna.provenance import provenance
 from hypertuna.soft_joint import drive_unit, joint_group
 
 __all__ = ["SUMMARY", "bend_csv", "bend_record", "measured_record", "oil_taken"]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.actuator import SIDES, check_side
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.fe_extra import need_fe
 from hypertuna.fe_geometry import MM, joint_body
 from hypertuna.fe_model import FeOptions, soft_parts

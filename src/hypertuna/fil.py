@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.boards import INSTRUCTIONS, Board, firmware_of, started
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.fil_scenario import Scenario, orders_of, random_messages
 from hypertuna.firmware_params import FirmwareTable, firmware_table

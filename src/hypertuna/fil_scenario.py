@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, whole
 from hypertuna.firmware_params import FirmwareTable
 from hypertuna.gait import Gait, named_gait

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.control import controller_columns, sensor_range
-from hypertuna.description import Robot, needed
+from hypertuna.description.robot import Robot, needed
 from hypertuna.errors import InputError
 from hypertuna.guidance import GaitTable, gait_table, pilot_columns
 from hypertuna.schema_firmware import Firmware

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
 from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal, journal_header
@@ -25,7 +26,6 @@ from hypertuna.mission_file import MissionFile, drawn
 from hypertuna.mission_record import COLUMNS, MissionRecord, joined
 from hypertuna.mission_run import MissionRun, MissionStart, fly_part, mission_start, over, part_ticks
 from hypertuna.mission_run import joined as joined_parts
-from hypertuna.provenance import provenance
 
 __all__ = ["Flight", "Outcome", "expected", "fly", "fly_seeds", "outcome"]
 

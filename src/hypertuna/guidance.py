@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.control import controller_columns, sensor_range
-from hypertuna.description import Robot, needed
+from hypertuna.description.robot import Robot, needed
 from hypertuna.energy import battery_columns, range_of
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, named_gait

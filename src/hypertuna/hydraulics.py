@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot, needed
+from hypertuna.description.robot import Robot, needed
 from hypertuna.errors import InputError
 from hypertuna.schema import JointGroup
 from hypertuna.schema_hydraulics import HOTTEST, Line, Oil, Pump, Servo

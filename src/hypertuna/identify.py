@@ -17,7 +17,8 @@ from hypertuna.agreement import Errors, criteria, errors
 from hypertuna.beats import DEFAULT_STEPS, check_steps
 from hypertuna.certainty import Certainty, certainty
 from hypertuna.coefficients import Free, column_key, column_of, free, from_scale, with_values
-from hypertuna.description import Robot, parse
+from hypertuna.description.robot import Robot, parse
+from hypertuna.description.validation import written
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.fit_warnings import repeated, warnings_of
 from hypertuna.free_names import NUISANCES, free_of, split_names
@@ -26,7 +27,6 @@ from hypertuna.io.files import version
 from hypertuna.predict import LOSSES, experiment, predict
 from hypertuna.search import CONVERGED, Search, fit, sketch, start_points, stop_sentence
 from hypertuna.trials import Trials, digest, read_trials, split
-from hypertuna.validation import written
 
 __all__ = ["Fit", "compare", "identify", "with_fit"]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.dialect import SILENT
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait

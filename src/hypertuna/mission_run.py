@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot, needed
+from hypertuna.description.robot import Robot, needed
 from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError, did_you_mean, finite, shown, whole
 from hypertuna.guidance import GaitTable, gait_table, mission_columns, pilot_columns

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 
 __all__ = ["core_model", "parameter_names", "twist_from_rest"]

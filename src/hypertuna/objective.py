@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, settle, slopes
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.limits import Limit, gait_limits, gait_quantities
 from hypertuna.space import Space

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hypertuna.beats import DEFAULT_STEPS, check_steps
 from hypertuna.descents import Descents
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.objective import Goal, Limit, Problem, expected_speed, goal

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.gait import Gait
 from hypertuna.limits import Limit
 from hypertuna.objective import UNUSABLE, Evaluation, Goal, Problem, goal

@@ -11,7 +11,7 @@ import typer
 
 from hypertuna.bench import HIGHEST_PRESSURE
 from hypertuna.console import number, number_list, ranges
-from hypertuna.description import Robot, load
+from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.gait import Gait, named_gait
 from hypertuna.hydraulics import ZERO_CELSIUS

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, check_steps
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.evolution import Evolution, hypervolume, nondominated
 from hypertuna.gait import Gait

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.figures import COLORS, FAINT, WIDTH, styled
 from hypertuna.manifest import Recording
 from hypertuna.measured import Track

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hypertuna.agreement import curvature, squares
 from hypertuna.coefficients import from_scale, to_scale
-from hypertuna.description import Robot, parse
+from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.identify import Fit
 from hypertuna.io.checkpoint import Journal, journal_header

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
 from hypertuna.io.files import dataset
-from hypertuna.provenance import provenance
 from hypertuna.twin import twin
 from hypertuna.twin_parts import EXACT
 from hypertuna.twin_run import TwinRun

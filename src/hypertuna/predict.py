@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hypertuna.beats import DEFAULT_STEPS, settle, slopes
 from hypertuna.coefficients import Free, columns, directions, position
 from hypertuna.comparison import repeatability
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.manifest import Recording
 from hypertuna.measured import Track

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.gait import Gait, named_gait
 from hypertuna.sweep import Gaits, sweep
 from hypertuna.swim import Swim, swim

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.gait import Gait, named_gait
 from hypertuna.posture import PostureTest, posture_test
 from hypertuna.published_swims import SPEEDS

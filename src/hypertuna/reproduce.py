@@ -23,10 +23,10 @@ from hypertuna import (
     reproduce_turning,
     reproduce_twin,
 )
-from hypertuna.description import load
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import load
 from hypertuna.dive import Dive
 from hypertuna.ledger import RULES, VERDICTS, Entry, judge, published
-from hypertuna.provenance import provenance
 from hypertuna.published_swims import AS_PRINTED, MODELS, SPEEDS, Trial, swim_published
 from hypertuna.report import Section
 

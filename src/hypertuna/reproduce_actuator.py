@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hypertuna.actuator import MATERIAL_SETS, Bend, Step, bend, misprints
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.ledger import Finding
 from hypertuna.report import WIDTH, Picture, Section, Table

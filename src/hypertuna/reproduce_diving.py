@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.dive import Dive, dive
 from hypertuna.gait import named_gait
 from hypertuna.ledger import Finding

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.actuator import Bend, bend, straightness
-from hypertuna.description import Robot, load
+from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.fe_bend import fe_bend
 from hypertuna.fe_model import FeOptions

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.ledger import Finding, judge
 from hypertuna.metrics import cost_of_transport
 from hypertuna.published_swims import OURS, PAPER, SPEEDS, WISHES, Trial, bandwidths

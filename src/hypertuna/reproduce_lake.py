@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.description import load
+from hypertuna.description.robot import load
 from hypertuna.flight import Flight, fly, outcome
 from hypertuna.io.files import data_folder
 from hypertuna.ledger import Finding, published

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.energy import range_of
 from hypertuna.ledger import Finding
 from hypertuna.posture import CLOSE, Held, PostureTest

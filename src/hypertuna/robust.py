@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.coefficients import draws
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.limits import Limit
 from hypertuna.objective import Evaluation, Goal, Problem

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot, needed
+from hypertuna.description.robot import Robot, needed
 from hypertuna.errors import InputError, finite, shown
 
 __all__ = ["Sea", "sea_parts"]

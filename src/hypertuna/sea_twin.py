@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot, needed
+from hypertuna.description.robot import Robot, needed
 from hypertuna.errors import InputError, finite, shown, whole
 from hypertuna.frames import attitude_of
 from hypertuna.gait import Gait, check_gait

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from hypertuna import _core
-from hypertuna.description import Robot, needed
+from hypertuna.description.robot import Robot, needed
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.hydraulics import SIDES
 from hypertuna.schema_control import Sensor

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot, parse
+from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
 from hypertuna.twin import twins

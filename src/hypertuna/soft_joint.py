@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown, whole
 from hypertuna.schema import JointGroup
 from hypertuna.schema_actuator import Actuator, DriveUnit, Material, MaterialSet, Reduced

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES, settle, slopes
-from hypertuna.description import Robot
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.gait import LARGEST, Gait, check_gait
 from hypertuna.io.files import dataset
 from hypertuna.model import parameter_names
-from hypertuna.provenance import provenance
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.beats import DEFAULT_STEPS, STATUSES, check_steps, settle, status_text
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, check_gait
 from hypertuna.model import core_model, twist_from_rest

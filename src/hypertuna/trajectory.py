@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hypertuna.description import Robot
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
 from hypertuna.io.files import Array, dataset
-from hypertuna.provenance import provenance
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.importers import import_folder
 from hypertuna.link_trials import steady_runs

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.beats import DEFAULT_STEPS, STATUSES
-from hypertuna.description import Robot, parse
+from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait
 from hypertuna.sweep import Gaits, sweep

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot, needed
+from hypertuna.description.robot import Robot, needed
 from hypertuna.errors import InputError, did_you_mean, finite, shown
 from hypertuna.gait import Gait, check_gait
 from hypertuna.twin_parts import (

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.actuator import JointTable, joint_tables
 from hypertuna.control import controller_columns
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError, finite, shown, whole
 from hypertuna.gait import Gait

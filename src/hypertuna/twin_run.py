@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
 from hypertuna.gait import Gait
 from hypertuna.io.files import dataset
-from hypertuna.provenance import provenance
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 import hypertuna as ht
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.fe_model import FeOptions
 from hypertuna.fe_section import section_bend
 from hypertuna.soft_joint import drive_unit, muscle

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.description import load
+from hypertuna.description.robot import load
 from hypertuna.fe_pictures import write_filmstrip
 from hypertuna.io.files import write_atomically
 from hypertuna.reproduce_fe import FE, ROBOTS, command, joint_hash

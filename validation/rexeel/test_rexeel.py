@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import least_squares
 
 import hypertuna as ht
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.identify import identify
 from hypertuna.measured import read_joints
 from hypertuna.replay import replay, rmse, smooth

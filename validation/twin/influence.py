@@ -13,7 +13,7 @@ import numpy as np
 
 import hypertuna as ht
 from hypertuna.console import progress_bar
-from hypertuna.description import parse
+from hypertuna.description.robot import parse
 from hypertuna.sobol import FACTORS, influence, spread
 
 study = runpy.run_path(str(Path(__file__).with_name("study.py")))

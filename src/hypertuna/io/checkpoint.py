@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import version
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hypertuna import _core
-from hypertuna.description import Robot
+from hypertuna.description.robot import Robot
 from hypertuna.io.files import version
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description import Robot, parse, robot_path
+from hypertuna.description.robot import Robot, parse, robot_path
 from hypertuna.io.files import write_atomically
 
 __all__ = ["robot_text", "write_robot"]

@@ -14,8 +14,9 @@ from typing import Any, Literal, NamedTuple, Self, TypeVar
 
 from pydantic import PrivateAttr, ValidationError, model_validator
 
+from hypertuna.description.reference import markdown
+from hypertuna.description.validation import Place, field_at, translate, unit_of, written
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.reference import markdown
 from hypertuna.schema import Body, Choice, Fitted, GaitBounds, JointGroup, Links, NamedGait, Water, check_sizes
 from hypertuna.schema_actuator import DriveUnit, Hinge, Material
 from hypertuna.schema_base import Part, Text, entry, same_length, unique
@@ -24,7 +25,6 @@ from hypertuna.schema_firmware import Firmware, check_firmware
 from hypertuna.schema_guidance import Guidance, check_guidance
 from hypertuna.schema_hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.schema_spatial import Fins, Spatial
-from hypertuna.validation import Place, field_at, translate, unit_of, written
 
 __all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "robot_path", "robots"]
 

@@ -1,0 +1,1 @@
+"""One robot, described: schema, robot, validation, provenance, writer."""
