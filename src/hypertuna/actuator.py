@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
+from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import dataset
-from hypertuna.schema_actuator import NEUTRAL_BRAID
 from hypertuna.soft_joint import (
     LUMEN_LEFT,
     MATERIAL_SETS,

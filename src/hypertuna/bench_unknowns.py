@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot, parse
+from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.free_names import split_names
-from hypertuna.schema_actuator import NEUTRAL_BRAID
 from hypertuna.soft_joint import mooney
 
 __all__ = [

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.actuator import JointTable, joint_tables
 from hypertuna.description.robot import Robot, needed
+from hypertuna.description.schema.body import JointGroup
+from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError
 from hypertuna.hydraulics import Circuits, circuits, pump_servo, servo_angle
 from hypertuna.model import core_model
-from hypertuna.schema import JointGroup
-from hypertuna.schema_control import Controller
 
 __all__ = ["PumpMap", "controller_columns", "pump_map"]
 

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.control import controller_columns, sensor_range
 from hypertuna.description.robot import Robot, needed
+from hypertuna.description.schema.guidance import Guidance
 from hypertuna.energy import battery_columns, range_of
 from hypertuna.errors import InputError
 from hypertuna.gait import Gait, named_gait
 from hypertuna.mission import Mission
 from hypertuna.model import core_model
-from hypertuna.schema_guidance import Guidance
 from hypertuna.sensing import sensor_of
 from hypertuna.swim import swim
 

@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
 from hypertuna.description.robot import Robot, needed
+from hypertuna.description.schema.body import JointGroup
+from hypertuna.description.schema.hydraulics import HOTTEST, Line, Oil, Pump, Servo
 from hypertuna.errors import InputError
-from hypertuna.schema import JointGroup
-from hypertuna.schema_hydraulics import HOTTEST, Line, Oil, Pump, Servo
 
 __all__ = [
     "SIDES",

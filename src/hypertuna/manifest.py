@@ -14,12 +14,12 @@ from pydantic import ValidationError
 
 from hypertuna.description.reference import markdown
 from hypertuna.description.robot import Robot
+from hypertuna.description.schema.base import Count, Degrees, Flag, NotNegativeDegrees, Part, Real, Text, entry, unique
 from hypertuna.description.validation import translate
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import read_text
 from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
 from hypertuna.replay import Pose
-from hypertuna.schema_base import Count, Degrees, Flag, NotNegativeDegrees, Part, Real, Text, entry, unique
 from hypertuna.steady import SteadyRun, read_steady
 
 __all__ = ["Manifest", "Recording", "parse_manifest", "read_manifest", "reference"]

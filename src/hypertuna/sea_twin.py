@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
 from hypertuna.description.robot import Robot, needed
+from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, finite, shown, whole
 from hypertuna.frames import attitude_of
 from hypertuna.gait import Gait, check_gait
-from hypertuna.schema_control import Controller
 from hypertuna.sea import Sea, sea_parts
 from hypertuna.sea_run import VARIABLES, SeaRun
 from hypertuna.twin_parts import (

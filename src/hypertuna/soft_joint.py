@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
 from hypertuna.description.robot import Robot
+from hypertuna.description.schema.actuator import Actuator, DriveUnit, Material, MaterialSet, Reduced
+from hypertuna.description.schema.body import JointGroup
 from hypertuna.errors import InputError, did_you_mean, shown, whole
-from hypertuna.schema import JointGroup
-from hypertuna.schema_actuator import Actuator, DriveUnit, Material, MaterialSet, Reduced
 from hypertuna.silicone import Mooney
 
 __all__ = [

@@ -15,16 +15,26 @@ from typing import Any, Literal, NamedTuple, Self, TypeVar
 from pydantic import PrivateAttr, ValidationError, model_validator
 
 from hypertuna.description.reference import markdown
+from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
+from hypertuna.description.schema.base import Part, Text, entry, same_length, unique
+from hypertuna.description.schema.body import (
+    Body,
+    Choice,
+    Fitted,
+    GaitBounds,
+    JointGroup,
+    Links,
+    NamedGait,
+    Water,
+    check_sizes,
+)
+from hypertuna.description.schema.control import Controller, Sensor
+from hypertuna.description.schema.firmware import Firmware, check_firmware
+from hypertuna.description.schema.guidance import Guidance, check_guidance
+from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
+from hypertuna.description.schema.spatial import Fins, Spatial
 from hypertuna.description.validation import Place, field_at, translate, unit_of, written
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.schema import Body, Choice, Fitted, GaitBounds, JointGroup, Links, NamedGait, Water, check_sizes
-from hypertuna.schema_actuator import DriveUnit, Hinge, Material
-from hypertuna.schema_base import Part, Text, entry, same_length, unique
-from hypertuna.schema_control import Controller, Sensor
-from hypertuna.schema_firmware import Firmware, check_firmware
-from hypertuna.schema_guidance import Guidance, check_guidance
-from hypertuna.schema_hydraulics import Battery, Oil, Pump, Servo
-from hypertuna.schema_spatial import Fins, Spatial
 
 __all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "robot_path", "robots"]
 

@@ -11,9 +11,8 @@ from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
-from hypertuna.errors import InputError
-from hypertuna.schema_actuator import Actuator, DriveUnit, Reduced
-from hypertuna.schema_base import (
+from hypertuna.description.schema.actuator import Actuator, DriveUnit, Reduced
+from hypertuna.description.schema.base import (
     Amplitude,
     Count,
     Degrees,
@@ -30,7 +29,8 @@ from hypertuna.schema_base import (
     same_length,
     unique,
 )
-from hypertuna.schema_hydraulics import Line, Pump
+from hypertuna.description.schema.hydraulics import Line, Pump
+from hypertuna.errors import InputError
 
 
 class Body(Part):

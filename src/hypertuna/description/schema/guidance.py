@@ -7,8 +7,7 @@ from typing import Self
 
 from pydantic import model_validator
 
-from hypertuna.errors import InputError, did_you_mean
-from hypertuna.schema_base import (
+from hypertuna.description.schema.base import (
     NotNegative,
     Part,
     Positive,
@@ -19,6 +18,7 @@ from hypertuna.schema_base import (
     entry,
     same_length,
 )
+from hypertuna.errors import InputError, did_you_mean
 
 
 class Guidance(Part):

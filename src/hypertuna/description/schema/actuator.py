@@ -8,8 +8,18 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from hypertuna.description.schema.base import (
+    Degrees,
+    NotNegative,
+    Part,
+    Positive,
+    PositiveDegrees,
+    Real,
+    Text,
+    entry,
+    same_length,
+)
 from hypertuna.errors import InputError
-from hypertuna.schema_base import Degrees, NotNegative, Part, Positive, PositiveDegrees, Real, Text, entry, same_length
 
 NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where the volume in a braid is largest
 LEAST_ANGLES = 5  # of a reduced joint: a cubic spline takes four

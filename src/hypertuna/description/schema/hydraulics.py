@@ -7,8 +7,7 @@ from typing import Self
 from pydantic import model_validator
 
 from hypertuna import _core
-from hypertuna.errors import InputError
-from hypertuna.schema_base import (
+from hypertuna.description.schema.base import (
     AmpereHours,
     Celsius,
     Count,
@@ -23,6 +22,7 @@ from hypertuna.schema_base import (
     Text,
     entry,
 )
+from hypertuna.errors import InputError
 
 HOTTEST = 373.15  # K: the warmer of the two viscosities that an oil is described by
 THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is not defined from there down

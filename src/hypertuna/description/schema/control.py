@@ -6,8 +6,17 @@ from typing import Literal, Self
 
 from pydantic import model_validator
 
+from hypertuna.description.schema.base import (
+    Microseconds,
+    NotNegative,
+    Part,
+    Positive,
+    PositiveDegrees,
+    Real,
+    Text,
+    entry,
+)
 from hypertuna.errors import InputError
-from hypertuna.schema_base import Microseconds, NotNegative, Part, Positive, PositiveDegrees, Real, Text, entry
 
 
 class Controller(Part):

@@ -6,8 +6,17 @@ from typing import Self
 
 from pydantic import model_validator
 
+from hypertuna.description.schema.base import (
+    Count,
+    Fraction,
+    Index,
+    Part,
+    Positive,
+    PositiveDegrees,
+    PositiveFraction,
+    entry,
+)
 from hypertuna.errors import InputError
-from hypertuna.schema_base import Count, Fraction, Index, Part, Positive, PositiveDegrees, PositiveFraction, entry
 
 # Teensy 4.1, by PJRC's card of its pins. Pins 42 to 47 are the card's, and those above lie under the board.
 PINS = range(42)

@@ -6,8 +6,8 @@ from typing import Self
 
 from pydantic import model_validator
 
+from hypertuna.description.schema.base import Fraction, NotNegative, Part, Positive, PositiveDegrees, Real, entry
 from hypertuna.errors import InputError
-from hypertuna.schema_base import Fraction, NotNegative, Part, Positive, PositiveDegrees, Real, entry
 
 
 class Spatial(Part):

@@ -1,0 +1,1 @@
+"""The schema of a robot file, a module per group of tables."""
