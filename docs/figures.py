@@ -29,18 +29,14 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
-from hypertuna.beats import QUANTITIES
 from hypertuna.cli import main
 from hypertuna.description.robot import load
 from hypertuna.dive import dive
-from hypertuna.drawing import draw
 from hypertuna.figures import save
-from hypertuna.gait import named_gait
 from hypertuna.limits import gait_limits
 from hypertuna.objective import OBJECTIVES
 from hypertuna.optimize import METHODS, Optimum, optimize
 from hypertuna.pareto import Front, pareto
-from hypertuna.plots import plot_swim
 from hypertuna.plots_dive import plot_dive
 from hypertuna.plots_optimize import plot_convergence
 from hypertuna.plots_pareto import plot_pareto
@@ -53,7 +49,11 @@ from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table
 from hypertuna.reproduce_twin import bore_table, speed_table, tank_table
 from hypertuna.results_page import posture_table
-from hypertuna.swim import Swim, swim
+from hypertuna.swimming.beat import QUANTITIES
+from hypertuna.swimming.drawing import draw
+from hypertuna.swimming.gait import named_gait
+from hypertuna.swimming.plots import plot_swim
+from hypertuna.swimming.swim import Swim, swim
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "docs"))

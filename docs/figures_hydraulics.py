@@ -10,9 +10,9 @@ from figures_common import FISH, PAPER, rows, told
 from matplotlib.figure import Figure
 
 from hypertuna.description.robot import parse
-from hypertuna.gait import named_gait
 from hypertuna.plots_pump import plot_pump
 from hypertuna.sizing import Size, largest_beat, size_pump
+from hypertuna.swimming.gait import named_gait
 from hypertuna.twin import twin
 
 

@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from hypertuna.description.robot import Robot, load
-from hypertuna.gait import Gait, named_gait
 from hypertuna.ledger import published
-from hypertuna.plots_turn import plot_turn
-from hypertuna.sweep import Gaits, sweep
-from hypertuna.swim import swim
-from hypertuna.turn import Turning, point_radius, scaled, turn
+from hypertuna.swimming.gait import Gait, named_gait
+from hypertuna.swimming.plots_turn import plot_turn
+from hypertuna.swimming.sweep import Gaits, sweep
+from hypertuna.swimming.swim import swim
+from hypertuna.swimming.turn import Turning, point_radius, scaled, turn
 
 FISH = load("hypertuna")
 PAPER = published()

@@ -4,7 +4,7 @@ import numpy as np
 
 import hypertuna as ht
 from hypertuna.figures import save
-from hypertuna.plots import plot_sweep
+from hypertuna.swimming.plots import plot_sweep
 
 fish = ht.load("hypertuna").using(joints="ideal")
 amplitudes = {"small": (8, 15), "medium": (12, 20), "large": (16, 25)}

@@ -2,7 +2,7 @@
 
 import hypertuna as ht
 from hypertuna.figures import save
-from hypertuna.plots import plot_swim
+from hypertuna.swimming.plots import plot_swim
 
 fish = ht.load("hypertuna")
 gait = ht.Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 40))

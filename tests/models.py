@@ -9,7 +9,7 @@ from typing import Any
 
 import hypertuna as ht
 from hypertuna.description.robot import parse
-from hypertuna.gait import named_gait
+from hypertuna.swimming.gait import named_gait
 
 
 def changed(robot: ht.Robot, changes: Mapping[str, Any]) -> ht.Robot:

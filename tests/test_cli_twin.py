@@ -12,8 +12,8 @@ import xarray as xr
 
 import hypertuna as ht
 from hypertuna import cli_twin
-from hypertuna.gait import Gait
 from hypertuna.posture import PostureTest, posture_test
+from hypertuna.swimming.gait import Gait
 from hypertuna.twin import twin
 from hypertuna.twin_run import TwinRun
 from program import Run

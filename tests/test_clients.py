@@ -21,11 +21,11 @@ import hypertuna as ht
 from hypertuna.boards import firmware_of, missing
 from hypertuna.dialect import mavutil
 from hypertuna.errors import InputError
-from hypertuna.gait import named_gait
 from hypertuna.link_client import connect
 from hypertuna.link_mission import download, upload
 from hypertuna.link_parameters import read_parameters, set_parameter
 from hypertuna.mission_file import read_mission
+from hypertuna.swimming.gait import named_gait
 from link_bench import free_port, running
 
 WIRE = 115200  # bit/s: as a cable, so that a test takes seconds

@@ -15,7 +15,7 @@ from hypertuna.description.robot import parse
 from hypertuna.description.writer import robot_text, write_robot
 from hypertuna.free_names import free_of, split_names
 from hypertuna.identify import with_fit
-from hypertuna.model import parameter_names
+from hypertuna.swimming.model import parameter_names
 from models import MODELS, changed
 from synthetic import NINE
 

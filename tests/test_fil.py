@@ -25,10 +25,10 @@ from hypertuna.errors import InputError
 from hypertuna.fil import firmware_in_the_loop
 from hypertuna.fil_scenario import random_messages, scenario_of
 from hypertuna.firmware_params import firmware_table
-from hypertuna.gait import named_gait
 from hypertuna.lockstep import order
 from hypertuna.radio import RadioModel
 from hypertuna.relay import radio_model
+from hypertuna.swimming.gait import named_gait
 from program import Run
 
 MOST_INSTRUCTIONS, MOST_TEXT, MOST_STACK = 4000, 64 * 1024, 2048

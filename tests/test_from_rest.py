@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.model import core_model
+from hypertuna.swimming.model import core_model
 from models import MODELS, fastest, turning
 
 

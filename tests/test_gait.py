@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hypertuna.description.robot import load, robots
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait, check_gait, named_gait
+from hypertuna.swimming.gait import Gait, check_gait, named_gait
 
 GOOD: dict[str, Any] = {"frequency": 6, "amplitude": (16, 25), "phase": (0, 40)}
 

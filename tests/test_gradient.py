@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 
 import hypertuna as ht
-from hypertuna.beats import STATUSES, settle, slopes
 from hypertuna.description.robot import parse
-from hypertuna.model import core_model, parameter_names
-from hypertuna.sweep import Gaits
+from hypertuna.swimming.beat import STATUSES, settle, slopes
+from hypertuna.swimming.model import core_model, parameter_names
+from hypertuna.swimming.sweep import Gaits
 from models import MODELS, changed, fastest, turning
 
 Array = NDArray[np.float64]

@@ -10,10 +10,10 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.beats import settle
 from hypertuna.description.robot import parse
-from hypertuna.model import core_model, parameter_names
-from hypertuna.sweep import Gaits
+from hypertuna.swimming.beat import settle
+from hypertuna.swimming.model import core_model, parameter_names
+from hypertuna.swimming.sweep import Gaits
 from models import changed, fastest
 
 LAG = 0.3  # rad

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.beats import settle
 from hypertuna.errors import InputError
 from hypertuna.limits import gait_limits, gait_quantities
 from hypertuna.objective import UNUSABLE, Problem, expected_speed, goal
 from hypertuna.space import gait_bounds
+from hypertuna.swimming.beat import settle
 
 
 @pytest.fixture(scope="module")

@@ -12,11 +12,11 @@ from numpy.testing import assert_allclose
 from PIL import Image
 
 import hypertuna as ht
-from hypertuna.animation import FRAMES, animate_swim, outlines, slowed, swimming_svg
 from hypertuna.figures import save, sequence
-from hypertuna.gait import named_gait
-from hypertuna.plots import last_beat, plot_ledger, plot_sweep, plot_swim, unroll
-from hypertuna.plots_turn import plot_turning
+from hypertuna.swimming.animation import FRAMES, animate_swim, outlines, slowed, swimming_svg
+from hypertuna.swimming.gait import named_gait
+from hypertuna.swimming.plots import last_beat, plot_ledger, plot_sweep, plot_swim, unroll
+from hypertuna.swimming.plots_turn import plot_turning
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from scipy.integrate import simpson
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.model import core_model
+from hypertuna.swimming.model import core_model
 from models import MODELS, fastest, has_linear_drag, later, mirrored, turning
 from strategies import gaits, robots, states
 

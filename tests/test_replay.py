@@ -13,9 +13,9 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.cli_replay import replay_command
 from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
-from hypertuna.model import core_model, parameter_names
 from hypertuna.replay import Pose, head_center, joint_grid, replay, replay_slopes, residuals, rmse
 from hypertuna.smoothing import smooth
+from hypertuna.swimming.model import core_model, parameter_names
 
 SAMPLING = 44.0  # Hz
 

@@ -15,7 +15,6 @@ import pytest
 import hypertuna as ht
 from hypertuna import published_twins, reproduce_fe, reproduce_fit, reproduce_lake, reproduce_optima
 from hypertuna.cli import main
-from hypertuna.gait import named_gait
 from hypertuna.ledger import RULES, VERDICTS, Entry, Finding, judge, published
 from hypertuna.ledger_page import ledger_html, write_ledger
 from hypertuna.published_swims import OURS, PAPER, SPEEDS
@@ -24,6 +23,7 @@ from hypertuna.reproduce import Ledger, ledger_record, ledger_sections, reproduc
 from hypertuna.reproduce_gaits import ARITHMETIC
 from hypertuna.reproduce_others import computed_among
 from hypertuna.reproduce_twin import TWIN
+from hypertuna.swimming.gait import named_gait
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ from typer.testing import CliRunner, Result
 
 from hypertuna.cli_robot import robot_app
 from hypertuna.description.robot import json_schema, load, parse, robots
-from hypertuna.drawing import draw, midline
 from hypertuna.errors import InputError
 from hypertuna.figures import save
+from hypertuna.swimming.drawing import draw, midline
 
 
 def run(*arguments: str) -> Result:

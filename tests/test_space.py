@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 import hypertuna as ht
 from hypertuna.description.robot import load, parse
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait
-from hypertuna.model import parameter_names
 from hypertuna.space import gait_bounds, gait_columns
+from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.model import parameter_names
 from models import changed
 
 

@@ -10,10 +10,10 @@ import xarray as xr
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES
 from hypertuna.io.files import write_netcdf
-from hypertuna.model import core_model
-from hypertuna.sweep import CHUNK, Gaits
+from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, STATUSES
+from hypertuna.swimming.model import core_model
+from hypertuna.swimming.sweep import CHUNK, Gaits
 from models import MODELS, changed, fastest
 
 FREQUENCY = [1.0, 2.5, 6.0]

@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 
 import hypertuna as ht
 from hypertuna.cli import main
-from hypertuna.gait import named_gait
-from hypertuna.plots_turn import plot_turn
-from hypertuna.turn import Turning, fit_circle, nose_path, point_radius, scaled, tightest, turn
+from hypertuna.swimming.gait import named_gait
+from hypertuna.swimming.plots_turn import plot_turn
+from hypertuna.swimming.turn import Turning, fit_circle, nose_path, point_radius, scaled, tightest, turn
 
 Run = Callable[..., tuple[int, str, str]]
 PHASES = np.radians([160, 200, 240])

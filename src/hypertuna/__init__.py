@@ -6,7 +6,6 @@ from hypertuna.description.robot import Robot, load, robots
 from hypertuna.dive import Dive, Leg, dive
 from hypertuna.errors import InputError
 from hypertuna.flight import Flight, fly
-from hypertuna.gait import Gait, named_gait
 from hypertuna.identify import Fit, identify
 from hypertuna.limits import Limit, gait_limits
 from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
@@ -19,10 +18,11 @@ from hypertuna.sea import Sea
 from hypertuna.sea_run import SeaRun
 from hypertuna.sea_twin import twin_at_sea
 from hypertuna.smoothing import SmoothSeries, smooth
-from hypertuna.sweep import Gaits, Gradient, gradient, sweep
-from hypertuna.swim import Swim, swim
+from hypertuna.swimming.gait import Gait, named_gait
+from hypertuna.swimming.sweep import Gaits, Gradient, gradient, sweep
+from hypertuna.swimming.swim import Swim, swim
+from hypertuna.swimming.turn import Turning, turn
 from hypertuna.trials import Recording, SteadyRun, Trials, read_trials
-from hypertuna.turn import Turning, turn
 from hypertuna.twin import twin, twins
 from hypertuna.twin_run import TwinRun
 

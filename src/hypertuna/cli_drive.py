@@ -22,9 +22,9 @@ from hypertuna.description.robot import Robot, load
 from hypertuna.dialect import need_radio
 from hypertuna.drive import EVENT, Stick, gamepad, keys, moved, pressed, view
 from hypertuna.errors import InputError
-from hypertuna.gait import named_gait
 from hypertuna.link_client import Client, connect
 from hypertuna.link_log import LinkLogWriter, check_new
+from hypertuna.swimming.gait import named_gait
 
 __all__ = ["Pad", "drive_command"]
 

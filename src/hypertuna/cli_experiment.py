@@ -33,10 +33,10 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.experiment import TankSearch, TankWish
-from hypertuna.gait import Gait
 from hypertuna.io.files import write_atomically
 from hypertuna.space import gait_columns
 from hypertuna.steady import COLUMNS, SteadyRun, read_steady
+from hypertuna.swimming.gait import Gait
 
 __all__ = ["ask_command", "tell_command"]
 

@@ -10,7 +10,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.beats import QUANTITIES
 from hypertuna.console import (
     check_suffix,
     command_line,
@@ -24,10 +23,11 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError, shown
-from hypertuna.gait import Gait
 from hypertuna.objective import Limit, gait_limits
 from hypertuna.optimize import Margin, Optimum, optimize
 from hypertuna.robust import WAYS
+from hypertuna.swimming.beat import QUANTITIES
+from hypertuna.swimming.gait import Gait
 
 __all__ = ["bounds_of", "gait_record", "limits_of", "optimize_app"]
 

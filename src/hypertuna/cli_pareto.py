@@ -10,7 +10,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.beats import DEFAULT_STEPS
 from hypertuna.cli_optimize import (
     Areas,
     Bounds,
@@ -42,6 +41,7 @@ from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.objective import OBJECTIVES
 from hypertuna.pareto import SLOW, Front, pareto
 from hypertuna.robust import WAYS
+from hypertuna.swimming.beat import DEFAULT_STEPS
 
 __all__ = ["pareto_command"]
 

@@ -23,11 +23,11 @@ from hypertuna.console import (
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.gait import named_gait
 from hypertuna.hydraulics import ZERO_CELSIUS, circuits
 from hypertuna.io.files import dataset, rows_csv, write_atomically, write_netcdf
 from hypertuna.options import BORES
 from hypertuna.sizing import Size, largest_beat, size_pump
+from hypertuna.swimming.gait import named_gait
 
 __all__ = ["COLUMNS", "pump_command"]
 

@@ -15,10 +15,10 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.energy import Range, range_of
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait, named_gait
 from hypertuna.ledger import judge, published
 from hypertuna.options import BACKWARD, check_beats, heads_first
 from hypertuna.reproduce_gaits import range_finding
+from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.twin import twin
 
 __all__ = ["range_command"]

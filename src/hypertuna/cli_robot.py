@@ -66,8 +66,8 @@ def show(
     """Show every value of a robot with its unit and source, estimates marked."""
     robot = load(name)
     if plot is not None:
-        from hypertuna.drawing import draw
         from hypertuna.figures import save
+        from hypertuna.swimming.drawing import draw
 
         save(draw(robot), plot)
     if as_json:

@@ -10,7 +10,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.beats import DEFAULT_STEPS, STATUSES
 from hypertuna.console import (
     check_suffix,
     command_line,
@@ -27,8 +26,9 @@ from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, gait_axes, one_gait, spelled
-from hypertuna.sweep import Gaits, sweep
-from hypertuna.swim import Swim, swim
+from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
+from hypertuna.swimming.sweep import Gaits, sweep
+from hypertuna.swimming.swim import Swim, swim
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -235,9 +235,9 @@ def _print_swim(done: Swim) -> None:
 
 def _plot_swim(done: Swim, plot: str, kind: str | None) -> None:
     """Draw a swim; what draws is imported only now, because that takes longer than the swim."""
-    from hypertuna.animation import animate_swim
     from hypertuna.figures import save
-    from hypertuna.plots import plot_swim
+    from hypertuna.swimming.animation import animate_swim
+    from hypertuna.swimming.plots import plot_swim
 
     animate_swim(done, plot) if kind == ".gif" else save(plot_swim(done), plot)
 
@@ -245,7 +245,7 @@ def _plot_swim(done: Swim, plot: str, kind: str | None) -> None:
 def _plot_sweep(found: xr.Dataset, plot: str) -> None:
     """Draw a sweep."""
     from hypertuna.figures import save
-    from hypertuna.plots import plot_sweep
+    from hypertuna.swimming.plots import plot_sweep
 
     save(plot_sweep(found), plot)
 

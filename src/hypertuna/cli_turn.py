@@ -11,7 +11,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.beats import DEFAULT_STEPS, STATUSES
 from hypertuna.cli_optimize import Areas, Joints, Water
 from hypertuna.console import (
     check_suffix,
@@ -25,11 +24,12 @@ from hypertuna.console import (
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.gait import named_gait
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.options import Name, Named, gait_axes, one_gait, spelled
-from hypertuna.sweep import Gaits
-from hypertuna.turn import KINDS, Tightest, Turning, gait_at, turn
+from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
+from hypertuna.swimming.gait import named_gait
+from hypertuna.swimming.sweep import Gaits
+from hypertuna.swimming.turn import KINDS, Tightest, Turning, gait_at, turn
 
 __all__ = ["turn_command"]
 
@@ -191,7 +191,7 @@ def _csv(turning: Turning) -> str:
 def _plot(turning: Turning, plot: str) -> None:
     """Draw the turns; what draws is imported only now, because that takes longer than the turns."""
     from hypertuna.figures import save
-    from hypertuna.plots_turn import plot_turn
+    from hypertuna.swimming.plots_turn import plot_turn
 
     save(plot_turn(turning), plot)
 

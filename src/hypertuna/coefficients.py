@@ -23,7 +23,7 @@ from hypertuna.free_names import (
     members,
     resolve,
 )
-from hypertuna.model import parameter_names
+from hypertuna.swimming.model import parameter_names
 from hypertuna.truncated import truncated_normal
 
 __all__ = [
@@ -53,7 +53,7 @@ class Free:
     Attributes
     ----------
     name : str
-        ``water.lumped.drag[1-6]``: the column as `hypertuna.model.parameter_names` writes it, and the indices that
+        ``water.lumped.drag[1-6]``: the column as `hypertuna.swimming.model.parameter_names` writes it, and the indices that
         share the value.
     lower, upper : float
         Bounds, in SI units.
@@ -108,7 +108,7 @@ def free(
     ----------
     robot : Robot
     names : sequence of str
-        As `hypertuna.model.parameter_names` gives them, ``water.drag`` being short for the law in use. Without
+        As `hypertuna.swimming.model.parameter_names` gives them, ``water.drag`` being short for the law in use. Without
         brackets all values of a column share one value; ``[0]`` is one of them, ``[1-6]`` and ``[1+4]`` tie several,
         ``[0,1-6,7]`` are three and ``[*]`` as many as there are; names of links and joint groups are indices, too.
         ``time_offset`` and ``cost_factor`` belong to the trials.
@@ -213,7 +213,7 @@ def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array
     Returns
     -------
     dict of list of float
-        The columns that change, as `hypertuna.model.core_model` takes them.
+        The columns that change, as `hypertuna.swimming.model.core_model` takes them.
     """
     changed: dict[str, list[float]] = {}
     for f, value in zip(frees, values, strict=True):
@@ -240,7 +240,7 @@ def directions(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Ar
     Returns
     -------
     ndarray, shape (parameters, n)
-        In the order of `hypertuna.model.parameter_names` [SI per SI or per logarithm]; zero for nuisances.
+        In the order of `hypertuna.swimming.model.parameter_names` [SI per SI or per logarithm]; zero for nuisances.
     """
     row = {name: k for k, name in enumerate(parameter_names(robot))}
     matrix = np.zeros((len(row), len(frees)))

@@ -18,7 +18,7 @@ from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError
 from hypertuna.hydraulics import Circuits, circuits, pump_servo, servo_angle
-from hypertuna.model import core_model
+from hypertuna.swimming.model import core_model
 
 __all__ = ["PumpMap", "controller_columns", "pump_map"]
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, finite
-from hypertuna.gait import Gait
 from hypertuna.sea import Sea
 from hypertuna.sea_run import SeaRun
 from hypertuna.sea_twin import STILL, twin_at_sea
+from hypertuna.swimming.gait import Gait
 
 __all__ = ["Dive", "Leg", "dive"]
 

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait
 from hypertuna.io.checkpoint import Journal, journal_header, read_header
 from hypertuna.limits import Limit, gait_quantities
 from hypertuna.objective import Problem
 from hypertuna.optimize import make_optimizer, wish
 from hypertuna.space import gait_bounds
 from hypertuna.steady import SteadyRun
+from hypertuna.swimming.gait import Gait
 
 __all__ = ["TankSearch", "TankWish"]
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.model import parameter_names
+from hypertuna.swimming.model import parameter_names
 
 __all__ = [
     "NUISANCES",

@@ -19,11 +19,11 @@ from hypertuna.description.robot import Robot, needed
 from hypertuna.description.schema.guidance import Guidance
 from hypertuna.energy import battery_columns, range_of
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait, named_gait
 from hypertuna.mission import Mission
-from hypertuna.model import core_model
 from hypertuna.sensing import sensor_of
-from hypertuna.swim import swim
+from hypertuna.swimming.gait import Gait, named_gait
+from hypertuna.swimming.model import core_model
+from hypertuna.swimming.swim import swim
 
 __all__ = ["GaitTable", "gait_table", "glide", "mission_columns", "pilot_columns"]
 

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.agreement import Errors, criteria, errors
-from hypertuna.beats import DEFAULT_STEPS, check_steps
 from hypertuna.certainty import Certainty, certainty
 from hypertuna.coefficients import Free, column_key, column_of, free, from_scale, with_values
 from hypertuna.description.robot import Robot, parse
@@ -26,6 +25,7 @@ from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.io.files import version
 from hypertuna.predict import LOSSES, experiment, predict
 from hypertuna.search import CONVERGED, Search, fit, sketch, start_points, stop_sentence
+from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
 from hypertuna.trials import Trials, digest, read_trials, split
 
 __all__ = ["Fit", "compare", "identify", "with_fit"]

@@ -69,7 +69,7 @@ def ledger_html(ledger: Ledger) -> str:
 
 def _html(ledger: Ledger, sections: list[Section]) -> str:
     """Fill the template."""
-    from hypertuna.animation import slowed, swimming_svg
+    from hypertuna.swimming.animation import slowed, swimming_svg
 
     best = ledger.trials[OURS].gaits["unoptimised-max"]
     chapters = _chapters(ledger)
@@ -135,7 +135,7 @@ def _facts(ledger: Ledger) -> list[Fact]:
 
 def _robot(ledger: Ledger) -> Section:
     """Draw the robot."""
-    from hypertuna.drawing import draw
+    from hypertuna.swimming.drawing import draw
 
     robot = ledger.trials[OURS].robot
     links = sum(robot.links.mass)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.sweep import Gaits
+from hypertuna.swimming.sweep import Gaits
 
 __all__ = ["Limit", "gait_limits", "gait_quantities"]
 
@@ -23,7 +23,7 @@ class Limit:
     Attributes
     ----------
     quantity : str
-        One of `hypertuna.beats.QUANTITIES`, or of the `gait_quantities` of the gait alone.
+        One of `hypertuna.swimming.beat.QUANTITIES`, or of the `gait_quantities` of the gait alone.
     limit : float
         [unit of the quantity].
     upper : bool

@@ -11,7 +11,7 @@ from typing import Any, NoReturn, Self
 from hypertuna import _core
 from hypertuna.dialect import dialect, mavutil
 from hypertuna.errors import InputError, shown
-from hypertuna.gait import Gait
+from hypertuna.swimming.gait import Gait
 
 __all__ = ["COMPONENT", "PATIENCE", "SYSTEM", "Client", "Listener", "address", "connect"]
 

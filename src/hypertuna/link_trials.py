@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from hypertuna.description.robot import Robot
 from hypertuna.dialect import SILENT
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait
 from hypertuna.link_log import LinkLog, read_link_log
 from hypertuna.steady import SteadyRun
+from hypertuna.swimming.gait import Gait
 
 __all__ = ["Row", "bench_rows", "steady_runs"]
 

@@ -9,12 +9,12 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, settle, slopes
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.limits import Limit, gait_limits, gait_quantities
 from hypertuna.space import Space
-from hypertuna.sweep import Gaits
+from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, settle, slopes
+from hypertuna.swimming.sweep import Gaits
 
 __all__ = [
     "OBJECTIVES",
@@ -63,7 +63,7 @@ class Goal:
     name : str
         In the words of the user.
     terms : tuple of (str, float)
-        Quantities of `hypertuna.beats.QUANTITIES` and their factors.
+        Quantities of `hypertuna.swimming.beat.QUANTITIES` and their factors.
     expected : float or None
         Expected speed U_e [m/s]; its distance |U - U_e| is added (Eq. 42).
     """
@@ -140,7 +140,7 @@ class Evaluation:
     violation : ndarray, shape (points, limits)
         How far each limit is passed, relative to it; kept where <= 0 [1].
     found : dict of ndarray, shape (points,)
-        Quantities in SI units, and ``status``, index into `hypertuna.beats.STATUSES`.
+        Quantities in SI units, and ``status``, index into `hypertuna.swimming.beat.STATUSES`.
     value_slopes : ndarray, shape (points, goals, dim), or None
         Derivatives of the values; of |U - U_e| on either side.
     violation_slopes : ndarray, shape (points, limits, dim), or None

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.beats import DEFAULT_STEPS, check_steps
 from hypertuna.descents import Descents
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
@@ -22,6 +21,7 @@ from hypertuna.optimizers import CovarianceAdaptation, Optimizer, de, pso
 from hypertuna.optimum import Margin, Optimum, concluded
 from hypertuna.robust import over_fit
 from hypertuna.space import gait_bounds
+from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
 
 __all__ = ["METHODS", "WEIGHT", "Margin", "Optimum", "make_optimizer", "optimize", "wish"]
 
@@ -100,7 +100,7 @@ def optimize(
     ----------
     robot : Robot
     maximize, minimize : str, optional
-        A quantity of `hypertuna.beats.QUANTITIES` to make large or small. One of these two and `speed` must be given.
+        A quantity of `hypertuna.swimming.beat.QUANTITIES` to make large or small. One of these two and `speed` must be given.
     speed : float, optional
         Expected speed U_e; the fitness is ``|U - U_e| + k COT`` (Eq. 42) [m/s].
     weight : float, optional

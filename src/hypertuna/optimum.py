@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
-from hypertuna.gait import Gait
 from hypertuna.limits import Limit
 from hypertuna.objective import UNUSABLE, Evaluation, Goal, Problem, goal
 from hypertuna.optimizers import Optimizer
 from hypertuna.robust import RobustProblem
 from hypertuna.space import Space
-from hypertuna.swim import Swim, swim
+from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.swim import Swim, swim
 
 __all__ = ["Margin", "Optimum", "concluded"]
 

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, check_steps
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.evolution import Evolution, hypervolume, nondominated
-from hypertuna.gait import Gait
 from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.limits import Limit, gait_limits
 from hypertuna.objective import Evaluation, Goal, Problem, goal
 from hypertuna.polish import MOST_ROUNDS, Descent, descend, stationarity
 from hypertuna.robust import WAYS, How, RobustProblem, over_fit
 from hypertuna.space import Space, gait_bounds
-from hypertuna.sweep import sweep
+from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, check_steps
+from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.sweep import sweep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,7 +102,7 @@ class Front:
 
     @cached_property
     def points(self) -> xr.Dataset:
-        """All quantities of the gaits as `hypertuna.sweep` finds them for the robot itself, and the figures above."""
+        """All quantities of the gaits as `hypertuna.swimming.sweep` finds them for the robot itself, and the figures above."""
         found = sweep(self.robot, self.gaits, threads=1)
         told: dict[str, Any] = {"stationarity": (self.stationarity, "1", "residual of the conditions of optimality")}
         for name, unit, values in zip(self.objectives, self.units, self.values.T, strict=True):

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from hypertuna.beats import QUANTITIES
 from hypertuna.figures import POINTS, TIGHT, WIDTH, sequence, styled
 from hypertuna.optimize import Optimum
+from hypertuna.swimming.beat import QUANTITIES
 
 __all__ = ["plot_convergence"]
 

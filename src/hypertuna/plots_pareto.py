@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hypertuna.figures import FAINT, INK, SEQUENCE, TIGHT, WIDTH, styled
-from hypertuna.gait import Gait
 from hypertuna.pareto import Front
-from hypertuna.sweep import sweep
+from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.sweep import sweep
 
 __all__ = ["plot_pareto"]
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, styled
-from hypertuna.swim import Swim
+from hypertuna.swimming.swim import Swim
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,7 +45,7 @@ def plot_map(
     Parameters
     ----------
     found : xarray.Dataset
-        A grid of `hypertuna.sweep` with one bias.
+        A grid of `hypertuna.swimming.sweep` with one bias.
     quantity, label : str
         What to map, and what to call it.
     levels : mapping of str to float or None

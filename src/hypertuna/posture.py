@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait
 from hypertuna.io.files import dataset
+from hypertuna.swimming.gait import Gait
 from hypertuna.twin import twin
 from hypertuna.twin_parts import EXACT
 from hypertuna.twin_run import TwinRun

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hypertuna.description.robot import Robot
-from hypertuna.gait import Gait, named_gait
-from hypertuna.sweep import Gaits, sweep
-from hypertuna.swim import Swim, swim
+from hypertuna.swimming.gait import Gait, named_gait
+from hypertuna.swimming.sweep import Gaits, sweep
+from hypertuna.swimming.swim import Swim, swim
 
 if TYPE_CHECKING:
     import xarray as xr

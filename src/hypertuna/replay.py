@@ -14,9 +14,9 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import dataset
 from hypertuna.measured import JointSeries, Track
-from hypertuna.model import core_model, twist_from_rest
 from hypertuna.smoothing import SmoothSeries, smooth
-from hypertuna.trajectory import trajectory
+from hypertuna.swimming.model import core_model, twist_from_rest
+from hypertuna.swimming.trajectory import trajectory
 
 if TYPE_CHECKING:
     import xarray as xr

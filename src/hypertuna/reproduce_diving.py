@@ -8,9 +8,9 @@ from typing import Any
 
 from hypertuna.description.robot import Robot
 from hypertuna.dive import Dive, dive
-from hypertuna.gait import named_gait
 from hypertuna.ledger import Finding
 from hypertuna.report import WIDTH, Picture, Section
+from hypertuna.swimming.gait import named_gait
 
 __all__ = ["dive_published", "findings", "sections"]
 

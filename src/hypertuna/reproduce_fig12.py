@@ -11,7 +11,7 @@ from hypertuna.identify import Fit
 from hypertuna.metrics import cost_of_transport
 from hypertuna.published_swims import OURS, PAPER, SPEEDS, Trial
 from hypertuna.report import WIDTH, Picture, Section
-from hypertuna.swim import swim
+from hypertuna.swimming.swim import swim
 
 __all__ = ["sections"]
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.gait import named_gait
 from hypertuna.identify import Fit, identify
 from hypertuna.ledger import Finding
 from hypertuna.published_swims import OURS, PAPER, SPEEDS, Trial, bandwidths
 from hypertuna.report import WIDTH, Picture, Section, Table
-from hypertuna.swim import swim
+from hypertuna.swimming.gait import named_gait
+from hypertuna.swimming.swim import swim
 from hypertuna.trials import SteadyRun, Trials
 
 __all__ = ["Fits", "bandwidth_table", "coefficient_table", "findings", "fit_published", "sections"]

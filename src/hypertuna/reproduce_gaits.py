@@ -12,7 +12,7 @@ from hypertuna.ledger import Finding, judge
 from hypertuna.metrics import cost_of_transport
 from hypertuna.published_swims import OURS, PAPER, SPEEDS, WISHES, Trial, bandwidths
 from hypertuna.report import WIDTH, Picture, Section
-from hypertuna.swim import Swim
+from hypertuna.swimming.swim import Swim
 
 __all__ = ["ARITHMETIC", "findings", "range_finding", "range_section", "sections"]
 
@@ -60,7 +60,7 @@ def sections(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> list[Sect
     -------
     list of Section
     """
-    from hypertuna.plots import plot_ledger, plot_swim
+    from hypertuna.swimming.plots import plot_ledger, plot_swim
 
     truth = [paper["values"][f"speed/{name}"]["value"] for name in SPEEDS]
     computed = {model: [trials[model].gaits[name].speed for name in SPEEDS] for model in (PAPER, OURS)}

@@ -9,12 +9,12 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from hypertuna.gait import Gait
 from hypertuna.ledger import RULES, Finding
 from hypertuna.optimize import Optimum, optimize
 from hypertuna.published_swims import OURS, PAPER, WISHES, Trial
 from hypertuna.report import WIDTH, Picture, Section, Table
-from hypertuna.swim import swim
+from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.swim import swim
 
 __all__ = ["Optima", "findings", "gait_table", "method_table", "sections", "seek"]
 

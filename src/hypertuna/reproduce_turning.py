@@ -10,7 +10,7 @@ import numpy as np
 from hypertuna.ledger import Finding
 from hypertuna.published_swims import OURS, PAPER, Trial
 from hypertuna.report import WIDTH, Picture, Section
-from hypertuna.turn import fit_circle, nose_path, point_radius
+from hypertuna.swimming.turn import fit_circle, nose_path, point_radius
 
 __all__ = ["findings", "sections"]
 
@@ -43,7 +43,7 @@ def sections(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> list[Sect
     -------
     list of Section
     """
-    from hypertuna.plots_turn import plot_turning
+    from hypertuna.swimming.plots_turn import plot_turning
 
     ours = trials[OURS]
     point = paper["values"]["turning/best-phase"]["value"], paper["values"]["turning/radius-bl"]["value"]

@@ -9,15 +9,15 @@ from typing import TypeAlias
 
 import numpy as np
 
-from hypertuna.beats import QUANTITIES
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait
 from hypertuna.identify import Fit
 from hypertuna.optimize import Optimum
 from hypertuna.pareto import Front
 from hypertuna.posture import Held, PostureTest
 from hypertuna.report import WIDTH, Part, Picture, Section, Table, write_page
-from hypertuna.swim import Swim
+from hypertuna.swimming.beat import QUANTITIES
+from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.swim import Swim
 from hypertuna.twin_run import TwinRun
 
 __all__ = ["posture_table", "report", "spelled_limits"]
@@ -137,7 +137,7 @@ def _apart(section: Section, k: int) -> Section:
 
 def _swim(swim: Swim) -> Section:
     """Tell how a gait swims."""
-    from hypertuna.animation import slowed, swimming_svg
+    from hypertuna.swimming.animation import slowed, swimming_svg
 
     parts: list[Part] = [_numbers(swim)]
     if swim.status != "diverged":
@@ -184,7 +184,7 @@ def _posture(test: PostureTest) -> Section:
 
 def _motion(swim: Swim) -> Picture:
     """Draw a swim."""
-    from hypertuna.plots import plot_swim
+    from hypertuna.swimming.plots import plot_swim
 
     how = "The settled beat." if swim.duration is None else f"From rest, {swim.duration:g} s."
     shows = "Paths of nose and tail tip, midlines, forward speed and mechanical power."

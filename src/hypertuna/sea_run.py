@@ -13,9 +13,9 @@ from hypertuna import _core
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.frames import angles_of, rotation_of
-from hypertuna.gait import Gait
 from hypertuna.io.files import dataset
 from hypertuna.sea import Sea
+from hypertuna.swimming.gait import Gait
 from hypertuna.twin_run import VARIABLES as INNER
 
 if TYPE_CHECKING:

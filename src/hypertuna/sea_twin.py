@@ -17,9 +17,9 @@ from hypertuna.description.robot import Robot, needed
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, finite, shown, whole
 from hypertuna.frames import attitude_of
-from hypertuna.gait import Gait, check_gait
 from hypertuna.sea import Sea, sea_parts
 from hypertuna.sea_run import VARIABLES, SeaRun
+from hypertuna.swimming.gait import Gait, check_gait
 from hypertuna.twin_parts import (
     EXACT,
     check_command,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait
+from hypertuna.swimming.gait import Gait
 from hypertuna.twin import twins
 from hypertuna.twin_run import TwinRun
 

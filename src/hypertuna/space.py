@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.gait import LARGEST, Gait
-from hypertuna.model import parameter_names
-from hypertuna.sweep import Gaits
+from hypertuna.swimming.gait import LARGEST, Gait
+from hypertuna.swimming.model import parameter_names
+from hypertuna.swimming.sweep import Gaits
 
 __all__ = ["Space", "gait_bounds", "gait_columns"]
 
@@ -136,7 +136,7 @@ class Space:
         Returns
         -------
         ndarray, shape (parameters, dim)
-            In the order of `hypertuna.model.parameter_names` [1].
+            In the order of `hypertuna.swimming.model.parameter_names` [1].
         """
         names = parameter_names(robot)
         groups = range(len(robot.joints))

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.gait import Gait
 from hypertuna.io.tables import check_width, read_rows
+from hypertuna.swimming.gait import Gait
 
 __all__ = ["COLUMNS", "SteadyRun", "read_steady"]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.description.robot import Robot, needed
 from hypertuna.errors import InputError, did_you_mean, finite, shown
-from hypertuna.gait import Gait, check_gait
+from hypertuna.swimming.gait import Gait, check_gait
 from hypertuna.twin_parts import (
     STEP,
     check_command,

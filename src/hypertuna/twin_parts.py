@@ -17,12 +17,12 @@ from hypertuna.control import controller_columns
 from hypertuna.description.robot import Robot
 from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError, finite, shown, whole
-from hypertuna.gait import Gait
 from hypertuna.hydraulics import Circuits, circuits
-from hypertuna.model import core_model
 from hypertuna.sensing import Fault, sensor_columns
 from hypertuna.sensing import faults as read_faults
-from hypertuna.swim import swim
+from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.model import core_model
+from hypertuna.swimming.swim import swim
 
 __all__ = [
     "EXACT",

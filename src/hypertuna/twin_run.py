@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
-from hypertuna.gait import Gait
 from hypertuna.io.files import dataset
+from hypertuna.swimming.gait import Gait
 
 if TYPE_CHECKING:
     import xarray as xr

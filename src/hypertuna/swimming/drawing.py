@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.figures import BODY, COLORS, EDGE, INK, SHAPES
-from hypertuna.gait import Gait, named_gait
-from hypertuna.trajectory import body_points
+from hypertuna.swimming.gait import Gait, named_gait
+from hypertuna.swimming.trajectory import body_points
 
 __all__ = ["draw", "midline"]
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, EDGE, FAINT, INK, SHAPES, TIGHT, WIDTH, sequence, styled
-from hypertuna.swim import Swim, swim
-from hypertuna.trajectory import body_points
-from hypertuna.turn import Points, Tightest, Turning, nose_path
+from hypertuna.swimming.swim import Swim, swim
+from hypertuna.swimming.trajectory import body_points
+from hypertuna.swimming.turn import Points, Tightest, Turning, nose_path
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal, Self, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.beats import DEFAULT_STEPS, QUANTITIES, STATUSES, settle, slopes
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
-from hypertuna.gait import LARGEST, Gait, check_gait
 from hypertuna.io.files import dataset
-from hypertuna.model import parameter_names
+from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, STATUSES, settle, slopes
+from hypertuna.swimming.gait import LARGEST, Gait, check_gait
+from hypertuna.swimming.model import parameter_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -175,7 +175,7 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        Every quantity of `hypertuna.beats.QUANTITIES`, ``status`` and ``settled``, with dimensions frequency,
+        Every quantity of `hypertuna.swimming.beat.QUANTITIES`, ``status`` and ``settled``, with dimensions frequency,
         amplitude, phase and bias for a grid, or gait for a list; angles of every joint group [rad] are coordinates
         such as ``amplitude_I``. A gait that diverged leaves the others untouched.
 

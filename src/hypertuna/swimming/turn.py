@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.beats import DEFAULT_STEPS, STATUSES
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait
-from hypertuna.sweep import Gaits, sweep
-from hypertuna.swim import Swim, swim
+from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
+from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.sweep import Gaits, sweep
+from hypertuna.swimming.swim import Swim, swim
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,7 +97,7 @@ class Turning:
     ----------
     robot : Robot
     found : xarray.Dataset
-        As `hypertuna.sweep` returns it for a grid, with ``circle_radius`` and ``circle_residual`` [m] of the circle
+        As `hypertuna.swimming.sweep` returns it for a grid, with ``circle_radius`` and ``circle_residual`` [m] of the circle
         fitted to each gait's path: not numbers where a gait is not settled, infinite and not a number where it swims
         straight.
     tightest, forward : Tightest or None

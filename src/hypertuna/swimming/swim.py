@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.beats import DEFAULT_STEPS, STATUSES, check_steps, settle, status_text
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.gait import Gait, check_gait
-from hypertuna.model import core_model, twist_from_rest
-from hypertuna.trajectory import trajectory
+from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES, check_steps, settle, status_text
+from hypertuna.swimming.gait import Gait, check_gait
+from hypertuna.swimming.model import core_model, twist_from_rest
+from hypertuna.swimming.trajectory import trajectory
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hypertuna import _core, metrics
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.model import core_model
+from hypertuna.swimming.model import core_model
 
 __all__ = [
     "DEFAULT_STEPS",

@@ -14,9 +14,9 @@ from PIL import Image
 
 from hypertuna.figures import COLORS, FAINT, GRID, INK
 from hypertuna.io.files import write_atomically
-from hypertuna.plots import last_beat
-from hypertuna.swim import Swim
-from hypertuna.trajectory import body_points
+from hypertuna.swimming.plots import last_beat
+from hypertuna.swimming.swim import Swim
+from hypertuna.swimming.trajectory import body_points
 
 __all__ = ["animate_swim", "outlines", "slowed", "swimming_svg"]
 

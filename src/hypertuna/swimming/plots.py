@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, sequence, styled
-from hypertuna.swim import Swim
-from hypertuna.trajectory import body_points
+from hypertuna.swimming.swim import Swim
+from hypertuna.swimming.trajectory import body_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,7 +74,7 @@ def plot_sweep(found: xr.Dataset, *, width: float = WIDTH) -> Figure:
     Parameters
     ----------
     found : xarray.Dataset
-        A grid of `hypertuna.sweep` with one bias.
+        A grid of `hypertuna.swimming.sweep` with one bias.
     width : float
         Of the figure [inch].
 

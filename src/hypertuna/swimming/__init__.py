@@ -1,0 +1,1 @@
+"""From a gait to the settled beat, its sweep, gradient and turn."""
