@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from hypertuna import _core
-from hypertuna.actuator import LAWS, MATERIAL_SETS, bend, joint_tables, misprints
+from hypertuna.actuation.bending import LAWS, MATERIAL_SETS, bend, joint_tables, misprints
+from hypertuna.actuation.plots import plot_bend
+from hypertuna.actuation.soft_joint import JointTable, joint_group, mooney, muscle, soft_joint
 from hypertuna.description.robot import Robot, load, parse
-from hypertuna.plots_actuator import plot_bend
-from hypertuna.soft_joint import JointTable, joint_group, mooney, muscle, soft_joint
 
 FISH = load("hypertuna")
 JOINTS = tuple(group.name for group in FISH.joints)

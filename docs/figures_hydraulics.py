@@ -9,9 +9,9 @@ from functools import cache
 from figures_common import FISH, PAPER, rows, told
 from matplotlib.figure import Figure
 
+from hypertuna.actuation.plots import plot_pump
+from hypertuna.actuation.sizing import Size, largest_beat, size_pump
 from hypertuna.description.robot import parse
-from hypertuna.plots_pump import plot_pump
-from hypertuna.sizing import Size, largest_beat, size_pump
 from hypertuna.swimming.gait import named_gait
 from hypertuna.twin import twin
 

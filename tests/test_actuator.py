@@ -15,10 +15,10 @@ from scipy.special import ellipe
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.actuator import MATERIAL_SETS, bend, joint_tables, misprints
+from hypertuna.actuation.bending import MATERIAL_SETS, bend, joint_tables, misprints
+from hypertuna.actuation.soft_joint import COLUMNS, mooney, muscle, soft_joint
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.soft_joint import COLUMNS, mooney, muscle, soft_joint
 
 OUTER, INNER, BRAID = 8e-3, 5.6e-3, math.radians(37)
 HOSE, SLEEVE = (40e3, 7e3), (20e3, 3e3)

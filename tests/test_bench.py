@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.actuator import bend
+from hypertuna.actuation.bending import bend
+from hypertuna.actuation.soft_joint import muscle
 from hypertuna.bench import Bench, read_bench
 from hypertuna.bench_fit import BenchFit, fit_bench
 from hypertuna.bench_search import computed
@@ -21,7 +22,6 @@ from hypertuna.bench_unknowns import unknowns, with_unknowns
 from hypertuna.bench_worth import worth
 from hypertuna.description.robot import parse
 from hypertuna.description.writer import robot_text
-from hypertuna.soft_joint import muscle
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "bench"
 HEAD = "joint,side,branch,pressure_kpa,angle_deg\n"

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 import hypertuna as ht
-from hypertuna.actuator import MATERIAL_SETS, bend
-from hypertuna.plots_actuator import plot_bend
+from hypertuna.actuation.bending import MATERIAL_SETS, bend
+from hypertuna.actuation.plots import plot_bend
 from program import Run
 
 BEND = ("bend", "--robot", "hypertuna", "--joint", "I")

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import hypertuna as ht
-from hypertuna.sizing import largest_beat, size_pump
+from hypertuna.actuation.sizing import largest_beat, size_pump
 from program import Run
 
 PUMP = ("pump", "--robot", "hypertuna")

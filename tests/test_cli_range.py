@@ -7,7 +7,7 @@ import json
 import pytest
 
 import hypertuna as ht
-from hypertuna.energy import range_of
+from hypertuna.actuation.battery import range_of
 from hypertuna.twin import twin
 from program import Run
 

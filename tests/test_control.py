@@ -7,10 +7,10 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.actuator import joint_tables
+from hypertuna.actuation.bending import joint_tables
+from hypertuna.actuation.hydraulics import circuits
 from hypertuna.control import controller_columns, pump_map
 from hypertuna.errors import InputError
-from hypertuna.hydraulics import circuits
 
 PAGE = Path(__file__).parents[1] / "docs" / "control.md"
 

@@ -7,8 +7,8 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
+from hypertuna.actuation.battery import battery_columns, range_of
 from hypertuna.description.robot import parse
-from hypertuna.energy import battery_columns, range_of
 from hypertuna.errors import InputError
 
 FASTEST, LAKE = {"power": 22.45, "speed": 0.56}, {"power": 18.2, "speed": 800 / 1800}

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna import cli_fe_validate, fe_blocks
+from hypertuna.actuation.silicone import Mooney
 from hypertuna.cli_fe import fe_app
 from hypertuna.errors import InputError
 from hypertuna.fe_blocks import cantilever, closed_form, cube_stress
@@ -22,7 +23,6 @@ from hypertuna.fe_model import FeOptions, equilibrium, fe_model
 from hypertuna.fe_newton import Equilibrium, lead
 from hypertuna.fe_solid import LAWS, Solid, Wall, solid_energy
 from hypertuna.fe_tube import ideal_pull, ideal_stretch, load, pull, sleeve_pull, tube
-from hypertuna.silicone import Mooney
 
 ROBOT = ht.load("hypertuna")
 SILICONE = Mooney(10e3, 3e3)

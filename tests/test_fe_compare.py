@@ -12,14 +12,14 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna import fe_bend as fe_bend_module
-from hypertuna.actuator import bend
+from hypertuna.actuation.bending import bend
+from hypertuna.actuation.soft_joint import mooney, muscle
 from hypertuna.errors import InputError
 from hypertuna.fe_bend import FeBend, fe_bend
 from hypertuna.fe_compare import compare, shortening_bend
 from hypertuna.fe_mesh import MeshSize
 from hypertuna.fe_model import FeOptions
 from hypertuna.fe_newton import Equilibrium
-from hypertuna.soft_joint import mooney, muscle
 from program import Run
 
 PRESSURE = np.array([25e3, 50e3])

@@ -9,10 +9,8 @@ from hypothesis import strategies as st
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.actuator import joint_tables
-from hypertuna.description.robot import parse
-from hypertuna.errors import InputError
-from hypertuna.hydraulics import (
+from hypertuna.actuation.bending import joint_tables
+from hypertuna.actuation.hydraulics import (
     circuits,
     line_inertance,
     line_loss,
@@ -21,7 +19,9 @@ from hypertuna.hydraulics import (
     supply_voltage,
     viscosity,
 )
-from hypertuna.sizing import POWERS, Size, largest_beat, size_pump
+from hypertuna.actuation.sizing import POWERS, Size, largest_beat, size_pump
+from hypertuna.description.robot import parse
+from hypertuna.errors import InputError
 
 WARM = 293.15
 

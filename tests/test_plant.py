@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from hypertuna import Robot, _core, load
+from hypertuna.actuation.hydraulics import circuits
 from hypertuna.description.robot import parse
-from hypertuna.hydraulics import circuits
 from hypertuna.twin_parts import parts_of
 from oracles import plant as oracle
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna.actuation.silicone import Mooney, fit_silicone, read_tensile
 from hypertuna.cli import main
 from hypertuna.errors import InputError
-from hypertuna.silicone import Mooney, fit_silicone, read_tensile
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "silicone"
 HEADER = "PARAMETER;INFO;URL;;\nMaterial;Jelly;;;\n;;;;\n"

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import hypertuna as ht
-from hypertuna.actuator import bend
+from hypertuna.actuation.bending import bend
 from hypertuna.bench_unknowns import unknowns, with_unknowns
 
 SEED = 1

@@ -1,6 +1,6 @@
 """Open digital twin and control stack for soft robotic fish."""
 
-from hypertuna.actuator import Bend, bend
+from hypertuna.actuation.bending import Bend, bend
 from hypertuna.comparison import compare_recording, replay_recording
 from hypertuna.description.robot import Robot, load, robots
 from hypertuna.dive import Dive, Leg, dive

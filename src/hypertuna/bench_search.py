@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.actuator import SIDES, bend
+from hypertuna.actuation.bending import SIDES, bend
 from hypertuna.agreement import excess
 from hypertuna.bench import Bench
 from hypertuna.bench_unknowns import Unknown, unknowns, with_unknowns

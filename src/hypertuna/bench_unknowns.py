@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.actuation.soft_joint import mooney
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.free_names import split_names
-from hypertuna.soft_joint import mooney
 
 __all__ = [
     "BORDER",

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.actuator import SIDES, bend
+from hypertuna.actuation.bending import SIDES, bend
+from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney, muscle, soft_joint
 from hypertuna.bench import Bench, Loop
 from hypertuna.bench_fit import BenchFit
 from hypertuna.bench_search import computed
 from hypertuna.bench_unknowns import with_unknowns
 from hypertuna.description.robot import Robot
-from hypertuna.soft_joint import drive_unit, joint_group, mooney, muscle, soft_joint
 
 __all__ = ["Worth", "worth"]
 

@@ -9,10 +9,10 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from hypertuna.actuation.silicone import UP_TO, TensileFit, TensileTest, fit_silicone, read_tensile
 from hypertuna.cli_bench import fit_command
 from hypertuna.console import number, print_json
 from hypertuna.io.files import version
-from hypertuna.silicone import UP_TO, TensileFit, TensileTest, fit_silicone, read_tensile
 
 __all__ = ["actuator_app"]
 

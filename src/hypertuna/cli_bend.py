@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.actuator import MATERIAL_SETS, Bend, Step, bend, misprints, mooney
+from hypertuna.actuation.bending import MATERIAL_SETS, Bend, Step, bend, misprints, mooney
 from hypertuna.bench import joint_index
 from hypertuna.console import check_suffix, command_line, print_json, tell_written
 from hypertuna.description.provenance import provenance
@@ -174,8 +174,8 @@ def _csv(first: Bend, sets: Mapping[str, Bend]) -> str:
 
 def _plot(first: Bend, sets: Mapping[str, Bend], plot: str) -> None:
     """Draw a bend; what draws is imported only now, because that takes long."""
+    from hypertuna.actuation.plots import plot_bend
     from hypertuna.figures import save
-    from hypertuna.plots_actuator import plot_bend
 
     save(plot_bend(first, sets), plot)
 

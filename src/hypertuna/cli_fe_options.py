@@ -8,7 +8,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from hypertuna.actuator import MATERIAL_SETS, check_pressure
+from hypertuna.actuation.bending import MATERIAL_SETS, check_pressure
 from hypertuna.console import number
 from hypertuna.fe_mesh import MESHES
 from hypertuna.fe_model import FeOptions

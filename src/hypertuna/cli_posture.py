@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna import _core
+from hypertuna.actuation.hydraulics import ZERO_CELSIUS
 from hypertuna.console import (
     check_suffix,
     command_line,
@@ -25,7 +26,6 @@ from hypertuna.console import (
 )
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
-from hypertuna.hydraulics import ZERO_CELSIUS
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.options import MEDIA, Bore, Medium, Name, Seed, Temperature, celsius, choice, robot_of
 from hypertuna.posture import CLOSE, EASED, PostureTest, posture_test

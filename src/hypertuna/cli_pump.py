@@ -11,6 +11,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from hypertuna.actuation.hydraulics import ZERO_CELSIUS, circuits
+from hypertuna.actuation.sizing import Size, largest_beat, size_pump
 from hypertuna.console import (
     check_suffix,
     command_line,
@@ -23,10 +25,8 @@ from hypertuna.console import (
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.hydraulics import ZERO_CELSIUS, circuits
 from hypertuna.io.files import dataset, rows_csv, write_atomically, write_netcdf
 from hypertuna.options import BORES
-from hypertuna.sizing import Size, largest_beat, size_pump
 from hypertuna.swimming.gait import named_gait
 
 __all__ = ["COLUMNS", "pump_command"]
@@ -115,8 +115,8 @@ def pump_command(
             progress=progress,
         )
     if plot is not None:
+        from hypertuna.actuation.plots import plot_pump
         from hypertuna.figures import save
-        from hypertuna.plots_pump import plot_pump
 
         save(plot_pump(sizes), plot)
     if output is not None and kind == ".nc":

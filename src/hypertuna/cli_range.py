@@ -9,11 +9,11 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from hypertuna.actuation.battery import Range, range_of
 from hypertuna.cli_optimize import gait_record
 from hypertuna.console import number, number_list, print_json
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
-from hypertuna.energy import Range, range_of
 from hypertuna.errors import InputError
 from hypertuna.ledger import judge, published
 from hypertuna.options import BACKWARD, check_beats, heads_first

@@ -11,9 +11,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from hypertuna.actuation.hydraulics import ZERO_CELSIUS
 from hypertuna.console import check_suffix, command_line, number, print_json, tell_written, whole_number
 from hypertuna.description.provenance import provenance
-from hypertuna.hydraulics import ZERO_CELSIUS
 from hypertuna.io.files import columns_csv, write_atomically, write_netcdf
 from hypertuna.options import (
     BACKWARD,

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.actuator import SIDES, check_pressure, check_side, straightness
+from hypertuna.actuation.bending import SIDES, check_pressure, check_side, straightness
+from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
@@ -19,7 +20,6 @@ from hypertuna.fe_measure import Measured, measure
 from hypertuna.fe_model import FeModel, FeOptions, equilibrium, fe_model
 from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.io.files import dataset, write_atomically
-from hypertuna.soft_joint import drive_unit, joint_group
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hypertuna import _core
+from hypertuna.actuation.silicone import Mooney
+from hypertuna.actuation.soft_joint import LUMEN_LEFT, drive_unit, mooney
 from hypertuna.description.robot import Robot
 from hypertuna.fe_blocks import STRAINS, cantilever, closed_form, cube_stress
 from hypertuna.fe_measure import measure
@@ -19,8 +21,6 @@ from hypertuna.fe_model import FeOptions, equilibrium, fe_model
 from hypertuna.fe_newton import Equilibrium
 from hypertuna.fe_solid import LAWS, Solid, Wall
 from hypertuna.fe_tube import CARRIER, ideal_pull, ideal_stretch, load, pull, tube
-from hypertuna.silicone import Mooney
-from hypertuna.soft_joint import LUMEN_LEFT, drive_unit, mooney
 
 __all__ = ["ANGLES", "Case", "beam_cases", "cube_cases", "joint_cases", "muscle_cases", "sleeve_cases", "validate"]
 

@@ -22,14 +22,14 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.actuator import Bend, bend, check_side
+from hypertuna.actuation.bending import Bend, bend, check_side
+from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney, muscle
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe_bend import FeBend
 from hypertuna.fe_geometry import joint_body
 from hypertuna.fe_record import oil_taken
 from hypertuna.fe_section import section_bend
-from hypertuna.soft_joint import drive_unit, joint_group, mooney, muscle
 
 __all__ = ["FeComparison", "Reason", "compare", "shortening_bend"]
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.actuator import SIDES
+from hypertuna.actuation.bending import SIDES
+from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.description.provenance import provenance
 from hypertuna.fe_bend import FeBend, ngsolve_version
 from hypertuna.fe_measure import Measured
-from hypertuna.soft_joint import drive_unit, joint_group
 
 __all__ = ["SUMMARY", "bend_csv", "bend_record", "measured_record", "oil_taken"]
 

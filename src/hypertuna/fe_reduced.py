@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hypertuna.actuation.soft_joint import drive_unit, joint_group, joint_tables
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load, parse
 from hypertuna.description.writer import write_robot
@@ -33,7 +34,6 @@ from hypertuna.fe_points import Joint, Pair, joint_by_elements
 from hypertuna.fe_potential import Left, Potential, Samples, best_potential, left
 from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.io.files import dataset
-from hypertuna.soft_joint import drive_unit, joint_group, joint_tables
 
 if TYPE_CHECKING:
     import xarray as xr

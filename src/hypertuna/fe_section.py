@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.actuator import SIDES, check_side
+from hypertuna.actuation.bending import SIDES, check_side
+from hypertuna.actuation.soft_joint import joint_group
 from hypertuna.description.robot import Robot
 from hypertuna.fe_extra import need_fe
 from hypertuna.fe_geometry import MM, joint_body
 from hypertuna.fe_model import FeOptions, soft_parts
 from hypertuna.fe_newton import Problem, lead
 from hypertuna.fe_solid import Solid, Wall, braid_energy, hose_energy, solid_energy
-from hypertuna.soft_joint import joint_group
 
 __all__ = ["Section", "section_bend"]
 

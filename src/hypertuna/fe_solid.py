@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from hypertuna.actuation.silicone import Mooney
 from hypertuna.errors import InputError, shown
-from hypertuna.silicone import Mooney
 
 __all__ = [
     *("LAWS", "SLACK", "Solid", "Wall", "braid_energy", "cavity", "fiber_stretches", "hose_energy", "nominal_stress"),

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.actuation.battery import battery_columns
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
-from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.mcap_log import LogWriter

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.actuation.battery import battery_columns, range_of
 from hypertuna.control import controller_columns, sensor_range
 from hypertuna.description.robot import Robot, needed
 from hypertuna.description.schema.guidance import Guidance
-from hypertuna.energy import battery_columns, range_of
 from hypertuna.errors import InputError
 from hypertuna.mission import Mission
 from hypertuna.sensing import sensor_of

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.actuation.battery import battery_columns
 from hypertuna.description.robot import Robot, needed
-from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError, did_you_mean, finite, shown, whole
 from hypertuna.guidance import GaitTable, gait_table, mission_columns, pilot_columns
 from hypertuna.mission import Mission, fence_distance

@@ -9,12 +9,12 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from hypertuna.actuation.hydraulics import ZERO_CELSIUS
+from hypertuna.actuation.sizing import with_bore
 from hypertuna.bench import HIGHEST_PRESSURE
 from hypertuna.console import number, number_list, ranges
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError, did_you_mean
-from hypertuna.hydraulics import ZERO_CELSIUS
-from hypertuna.sizing import with_bore
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.twin_run import TwinRun
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hypertuna.actuator import SIDES, bend
+from hypertuna.actuation.bending import SIDES, bend
 from hypertuna.bench import Loop
 from hypertuna.bench_combinations import DETERMINED
 from hypertuna.bench_fit import BenchFit

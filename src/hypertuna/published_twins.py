@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.actuation.sizing import with_bore
 from hypertuna.description.robot import Robot
 from hypertuna.posture import PostureTest, posture_test
 from hypertuna.published_swims import SPEEDS
-from hypertuna.sizing import with_bore
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.twin import twins
 from hypertuna.twin_run import TwinRun

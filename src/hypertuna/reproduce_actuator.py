@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hypertuna.actuator import MATERIAL_SETS, Bend, Step, bend, misprints
+from hypertuna.actuation.bending import MATERIAL_SETS, Bend, Step, bend, misprints
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.ledger import Finding
@@ -108,7 +108,7 @@ def sections(bends: Bends) -> list[Section]:
     -------
     list of Section
     """
-    from hypertuna.plots_actuator import plot_bend
+    from hypertuna.actuation.plots import plot_bend
 
     pictures = [
         Picture(

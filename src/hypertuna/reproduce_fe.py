@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.actuator import Bend, bend, straightness
+from hypertuna.actuation.bending import Bend, bend, straightness
+from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.fe_bend import fe_bend
@@ -20,7 +21,6 @@ from hypertuna.fe_record import bend_record
 from hypertuna.io.files import data_folder
 from hypertuna.ledger import Finding
 from hypertuna.report import WIDTH, Picture, Section, Table
-from hypertuna.soft_joint import drive_unit, joint_group
 
 __all__ = ["FE", "MESH", "PRESSURES", "ROBOTS", "Elements", "Solved", "command", "difference_table", "findings"]
 __all__ += ["joint_hash", "read_elements", "sections", "solve_elements"]

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.actuation.battery import range_of
 from hypertuna.description.robot import Robot
-from hypertuna.energy import range_of
 from hypertuna.ledger import Finding
 from hypertuna.posture import CLOSE, Held, PostureTest
 from hypertuna.published_swims import SPEEDS, WISHES, bandwidths

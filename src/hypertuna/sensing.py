@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from hypertuna import _core
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.description.robot import Robot, needed
 from hypertuna.description.schema.control import Sensor
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.hydraulics import SIDES
 
 __all__ = ["Fault", "channels", "faults", "pilot_sensor_columns", "sensor_columns", "sensor_of"]
 

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.actuator import JointTable, joint_tables
+from hypertuna.actuation.battery import battery_columns
+from hypertuna.actuation.bending import JointTable, joint_tables
+from hypertuna.actuation.hydraulics import Circuits, circuits
 from hypertuna.control import controller_columns
 from hypertuna.description.robot import Robot
-from hypertuna.energy import battery_columns
 from hypertuna.errors import InputError, finite, shown, whole
-from hypertuna.hydraulics import Circuits, circuits
 from hypertuna.sensing import Fault, sensor_columns
 from hypertuna.sensing import faults as read_faults
 from hypertuna.swimming.gait import Gait

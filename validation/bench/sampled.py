@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from hypertuna.actuator import bend
+from hypertuna.actuation.bending import bend
 from hypertuna.bench import read_bench
 from hypertuna.bench_fit import BenchFit, fit_bench
 from hypertuna.bench_unknowns import with_unknowns

@@ -16,9 +16,9 @@ import numpy as np
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.actuator import joint_tables
+from hypertuna.actuation.bending import joint_tables
+from hypertuna.actuation.hydraulics import circuits, servo_angle
 from hypertuna.description.robot import parse
-from hypertuna.hydraulics import circuits, servo_angle
 from hypertuna.twin_parts import parts_of
 from hypertuna.twin_run import TwinRun
 

@@ -12,12 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot
-from hypertuna.description.schema.actuator import NEUTRAL_BRAID
-from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.io.files import dataset
-from hypertuna.soft_joint import (
+from hypertuna.actuation.soft_joint import (
     LUMEN_LEFT,
     MATERIAL_SETS,
     JointTable,
@@ -28,6 +23,11 @@ from hypertuna.soft_joint import (
     muscle,
     soft_joint,
 )
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
+from hypertuna.description.schema.actuator import NEUTRAL_BRAID
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.files import dataset
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
+from hypertuna.actuation.silicone import Mooney
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.actuator import Actuator, DriveUnit, Material, MaterialSet, Reduced
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.errors import InputError, did_you_mean, shown, whole
-from hypertuna.silicone import Mooney
 
 __all__ = [
     "COLUMNS",

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.actuator import JointTable, joint_tables
+from hypertuna.actuation.bending import JointTable, joint_tables
+from hypertuna.actuation.hydraulics import Circuits, circuits, servo_angle, supply_voltage
 from hypertuna.description.robot import Robot, needed, parse
 from hypertuna.errors import InputError
-from hypertuna.hydraulics import Circuits, circuits, servo_angle, supply_voltage
 
 __all__ = ["POWERS", "Size", "largest_beat", "size_pump", "with_bore"]
 

@@ -1,0 +1,1 @@
+"""Silicone, soft joint, bending, hydraulics, sizing, battery."""
