@@ -9,7 +9,7 @@ from typing import Any
 
 from figures_common import rows
 
-from hypertuna.fe_mesh import MESHES
+from hypertuna.fe.mesh import MESHES
 from hypertuna.reproduce_fe import FE, ROBOTS, difference_table, read_elements
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -21,9 +21,9 @@ import xarray as xr
 import hypertuna as ht
 from hypertuna import fe_bend as path_module
 from hypertuna import fe_extra, fe_pictures
-from hypertuna.fe_geometry import joint_body
-from hypertuna.fe_newton import Equilibrium
-from hypertuna.plots_fe import plot_fe_bend
+from hypertuna.fe.geometry import joint_body
+from hypertuna.fe.newton import Equilibrium
+from hypertuna.fe.plots import plot_fe_bend
 from program import Run
 
 BEND = ("fe", "bend", "--robot", "hypertuna", "--joint", "II")

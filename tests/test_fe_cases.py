@@ -15,13 +15,13 @@ from hypertuna import cli_fe_validate, fe_blocks
 from hypertuna.actuation.silicone import Mooney
 from hypertuna.cli_fe import fe_app
 from hypertuna.errors import InputError
+from hypertuna.fe.energies import LAWS, Solid, Wall, solid_energy
+from hypertuna.fe.measure import measure
+from hypertuna.fe.mesh import MeshSize
+from hypertuna.fe.model import FeOptions, equilibrium, fe_model
+from hypertuna.fe.newton import Equilibrium, lead
 from hypertuna.fe_blocks import cantilever, closed_form, cube_stress
 from hypertuna.fe_cases import ANGLES, Case, beam_cases, cube_cases, muscle_cases, sleeve_cases
-from hypertuna.fe_measure import measure
-from hypertuna.fe_mesh import MeshSize
-from hypertuna.fe_model import FeOptions, equilibrium, fe_model
-from hypertuna.fe_newton import Equilibrium, lead
-from hypertuna.fe_solid import LAWS, Solid, Wall, solid_energy
 from hypertuna.fe_tube import ideal_pull, ideal_stretch, load, pull, sleeve_pull, tube
 
 ROBOT = ht.load("hypertuna")

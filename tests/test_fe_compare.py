@@ -15,11 +15,11 @@ from hypertuna import fe_bend as fe_bend_module
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.soft_joint import mooney, muscle
 from hypertuna.errors import InputError
-from hypertuna.fe_bend import FeBend, fe_bend
-from hypertuna.fe_compare import compare, shortening_bend
-from hypertuna.fe_mesh import MeshSize
-from hypertuna.fe_model import FeOptions
-from hypertuna.fe_newton import Equilibrium
+from hypertuna.fe.bend import FeBend, fe_bend
+from hypertuna.fe.comparison import compare, shortening_bend
+from hypertuna.fe.mesh import MeshSize
+from hypertuna.fe.model import FeOptions
+from hypertuna.fe.newton import Equilibrium
 from program import Run
 
 PRESSURE = np.array([25e3, 50e3])
@@ -138,7 +138,7 @@ def test_the_right_side_bends_as_the_left_of_the_mirrored_joint(fish: ht.Robot) 
 
 @pytest.mark.fe
 def test_sections_bend_to_the_right_as_the_mirrored_ones_to_the_left(fish: ht.Robot) -> None:
-    from hypertuna.fe_section import section_bend
+    from hypertuna.fe.section import section_bend
 
     one = {"segments": False}
     left, right = (section_bend(uneven(fish, 0.2), "II", PRESSURE, side=side, **one) for side in ("left", "right"))
@@ -193,7 +193,7 @@ def test_nothing_to_compare_is_said(found: FeBend) -> None:
 @pytest.mark.fe
 def test_sections_do_not_depend_on_the_side_of_the_mesh(fish: ht.Robot) -> None:
     """One mean section stands for all segments within 5 %."""
-    from hypertuna.fe_section import section_bend
+    from hypertuna.fe.section import section_bend
 
     each = section_bend(fish, "II", PRESSURE)
     mean = section_bend(fish, "II", PRESSURE, segments=False)

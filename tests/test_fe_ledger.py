@@ -2,8 +2,8 @@
 
 import pytest
 
-from hypertuna.fe_bend import fe_bend
-from hypertuna.fe_model import FeOptions
+from hypertuna.fe.bend import fe_bend
+from hypertuna.fe.model import FeOptions
 from hypertuna.reproduce_fe import FE, read_elements
 
 COARSE = 0.05  # by which the bend of a coarse mesh may differ from that of the stored one

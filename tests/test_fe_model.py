@@ -12,11 +12,11 @@ import pytest
 import hypertuna as ht
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.fe_bend import JOURNAL, fe_bend
-from hypertuna.fe_geometry import joint_body, write_geometry
-from hypertuna.fe_measure import measure, von_mises
-from hypertuna.fe_mesh import MeshSize, joint_mesh
-from hypertuna.fe_model import FeOptions, equilibrium, fe_model
+from hypertuna.fe.bend import JOURNAL, fe_bend
+from hypertuna.fe.geometry import joint_body, write_geometry
+from hypertuna.fe.measure import measure, von_mises
+from hypertuna.fe.mesh import MeshSize, joint_mesh
+from hypertuna.fe.model import FeOptions, equilibrium, fe_model
 
 ROBOT = ht.load("hypertuna")
 SMALL = MeshSize(0.8, largest=6.0, pieces=3.0)  # seconds instead of minutes

@@ -19,10 +19,9 @@ from hypertuna.cli_fe import fe_app
 from hypertuna.description.robot import load, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
-from hypertuna.fe_mesh import MESHES, MeshSize
-from hypertuna.fe_model import FeOptions
-from hypertuna.fe_points import Joint, joint_by_elements
-from hypertuna.fe_reduced import ReducedJoint, reduce_joint, with_reduced, write_reduced
+from hypertuna.fe.mesh import MESHES, MeshSize
+from hypertuna.fe.model import FeOptions
+from hypertuna.fe.reduction import Joint, ReducedJoint, joint_by_elements, reduce_joint, with_reduced, write_reduced
 from hypertuna.twin import twin
 from hypertuna.twin_parts import parts_of
 

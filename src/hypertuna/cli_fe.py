@@ -40,13 +40,13 @@ from hypertuna.console import (
 )
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
-from hypertuna.fe_bend import JOURNAL, FeBend, fe_bend
-from hypertuna.fe_extra import need_fe, need_screenless
-from hypertuna.fe_fields import write_vtu
-from hypertuna.fe_geometry import JointBody, joint_body, write_geometry
-from hypertuna.fe_measure import Measured
-from hypertuna.fe_model import FeModel
-from hypertuna.fe_record import SUMMARY, bend_csv, bend_record, oil_taken
+from hypertuna.fe.bend import JOURNAL, FeBend, fe_bend
+from hypertuna.fe.extra import need_fe, need_screenless
+from hypertuna.fe.fields import write_vtu
+from hypertuna.fe.geometry import JointBody, joint_body, write_geometry
+from hypertuna.fe.measure import Measured
+from hypertuna.fe.model import FeModel
+from hypertuna.fe.record import SUMMARY, bend_csv, bend_record, oil_taken
 from hypertuna.io.files import write_atomically, write_netcdf
 from hypertuna.options import AsJson, Joint, Name, Pressure, Side
 
@@ -207,7 +207,7 @@ def _write(found: FeBend, record: dict[str, Any], folder: Path, *, pictures: boo
     write_netcdf(found.dataset().assign_attrs(command=record["command"]), folder / "bend.nc")
     if not pictures or not len(found.pressure):
         return
-    from hypertuna.fe_pictures import QUANTITIES, draw_step, read_film, write_filmstrip, write_png
+    from hypertuna.fe.pictures import QUANTITIES, draw_step, read_film, write_filmstrip, write_png
 
     film = read_film(folder)
     total = len(found.pressure) * len(QUANTITIES)
@@ -227,8 +227,8 @@ def _analytic(found: FeBend) -> Bend:
 
 def _plot(found: FeBend, plot: str) -> None:
     """Draw a bend beside the analytic model's; what draws is imported only now, because that takes long."""
+    from hypertuna.fe.plots import plot_fe_bend
     from hypertuna.figures import save
-    from hypertuna.plots_fe import plot_fe_bend
 
     other = _analytic(found)
     group = next(group for group in found.robot.joints if group.name == found.joint)

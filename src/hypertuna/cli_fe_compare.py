@@ -28,9 +28,9 @@ from hypertuna.cli_fe_options import (
 )
 from hypertuna.console import command_line, plain, print_json, progress_bar, run_folder, tell_written
 from hypertuna.description.robot import load
-from hypertuna.fe_bend import JOURNAL, fe_bend
-from hypertuna.fe_compare import FeComparison, compare
-from hypertuna.fe_record import bend_record
+from hypertuna.fe.bend import JOURNAL, fe_bend
+from hypertuna.fe.comparison import FeComparison, compare
+from hypertuna.fe.record import bend_record
 from hypertuna.io.files import write_atomically
 from hypertuna.options import AsJson, Joint, Name, Pressure, Side
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import MATERIAL_SETS, check_pressure
 from hypertuna.console import number
-from hypertuna.fe_mesh import MESHES
-from hypertuna.fe_model import FeOptions
-from hypertuna.fe_solid import LAWS
+from hypertuna.fe.energies import LAWS
+from hypertuna.fe.mesh import MESHES
+from hypertuna.fe.model import FeOptions
 from hypertuna.options import pressures
 
 __all__ = [

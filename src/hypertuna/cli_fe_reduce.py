@@ -26,8 +26,8 @@ from hypertuna.cli_fe_options import (
 from hypertuna.console import check_suffix, command_line, number, print_json, progress_bar, ranges, tell_written
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
-from hypertuna.fe_bend import ngsolve_version
-from hypertuna.fe_reduced import ReducedJoint, reduce_joint, write_reduced
+from hypertuna.fe.bend import ngsolve_version
+from hypertuna.fe.reduction import ReducedJoint, reduce_joint, write_reduced
 from hypertuna.options import AsJson, Joint, Name
 
 __all__ = ["reduce_command"]

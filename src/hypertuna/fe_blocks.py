@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from hypertuna.fe_extra import need_fe
-from hypertuna.fe_mixed import mixed_energy, mixed_space, settling
-from hypertuna.fe_newton import Equilibrium, Problem, lead
-from hypertuna.fe_solid import Solid, nominal_stress, solid_energy
+from hypertuna.fe.energies import Solid, nominal_stress, solid_energy
+from hypertuna.fe.extra import need_fe
+from hypertuna.fe.mixed import mixed_energy, mixed_space, settling
+from hypertuna.fe.newton import Equilibrium, Problem, lead
 
 __all__ = ["STRAINS", "cantilever", "closed_form", "cube_stress", "timoshenko"]
 

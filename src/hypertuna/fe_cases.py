@@ -15,11 +15,11 @@ from hypertuna import _core
 from hypertuna.actuation.silicone import Mooney
 from hypertuna.actuation.soft_joint import LUMEN_LEFT, drive_unit, mooney
 from hypertuna.description.robot import Robot
+from hypertuna.fe.energies import LAWS, Solid, Wall
+from hypertuna.fe.measure import measure
+from hypertuna.fe.model import FeOptions, equilibrium, fe_model
+from hypertuna.fe.newton import Equilibrium
 from hypertuna.fe_blocks import STRAINS, cantilever, closed_form, cube_stress
-from hypertuna.fe_measure import measure
-from hypertuna.fe_model import FeOptions, equilibrium, fe_model
-from hypertuna.fe_newton import Equilibrium
-from hypertuna.fe_solid import LAWS, Solid, Wall
 from hypertuna.fe_tube import CARRIER, ideal_pull, ideal_stretch, load, pull, tube
 
 __all__ = ["ANGLES", "Case", "beam_cases", "cube_cases", "joint_cases", "muscle_cases", "sleeve_cases", "validate"]

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from hypertuna.actuation.silicone import Mooney
-from hypertuna.fe_extra import need_fe
-from hypertuna.fe_model import surface_strain
-from hypertuna.fe_newton import Equilibrium, Problem, lead
-from hypertuna.fe_solid import Solid, Wall, braid_energy, cavity, hose_energy, nominal_stress, solid_energy
+from hypertuna.fe.energies import Solid, Wall, braid_energy, cavity, hose_energy, nominal_stress, solid_energy
+from hypertuna.fe.extra import need_fe
+from hypertuna.fe.model import surface_strain
+from hypertuna.fe.newton import Equilibrium, Problem, lead
 
 __all__ = ["CARRIER", "Tube", "ideal_pull", "ideal_stretch", "load", "pull", "sleeve_pull", "tube"]
 

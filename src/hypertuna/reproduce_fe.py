@@ -15,9 +15,9 @@ from hypertuna.actuation.bending import Bend, bend, straightness
 from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.fe_bend import fe_bend
-from hypertuna.fe_model import FeOptions
-from hypertuna.fe_record import bend_record
+from hypertuna.fe.bend import fe_bend
+from hypertuna.fe.model import FeOptions
+from hypertuna.fe.record import bend_record
 from hypertuna.io.files import data_folder
 from hypertuna.ledger import Finding
 from hypertuna.report import WIDTH, Picture, Section, Table
@@ -354,7 +354,7 @@ def _shape(joint: str, png: bytes, one: Solved) -> Picture:
 
 def _curve(joint: str, one: Solved) -> Picture:
     """Draw a joint's bend over the pressure; what draws is imported only now, because that takes long."""
-    from hypertuna.plots_fe import plot_fe_bend
+    from hypertuna.fe.plots import plot_fe_bend
 
     fine = np.linspace(0, one.pressure[-1], 51)
     beside = bend(one.robot, joint, fine)

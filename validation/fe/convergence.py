@@ -18,9 +18,9 @@ import sys
 from pathlib import Path
 
 import hypertuna as ht
-from hypertuna.fe_bend import fe_bend
-from hypertuna.fe_mesh import MeshSize
-from hypertuna.fe_model import FeOptions
+from hypertuna.fe.bend import fe_bend
+from hypertuna.fe.mesh import MeshSize
+from hypertuna.fe.model import FeOptions
 
 PAPER = {
     "I": MeshSize(0.27, largest=1.75, grading=0.32, order=2, pieces=29.0),

@@ -20,8 +20,8 @@ from scipy.optimize import brentq
 import hypertuna as ht
 from hypertuna.actuation.soft_joint import drive_unit, muscle
 from hypertuna.description.robot import Robot
-from hypertuna.fe_model import FeOptions
-from hypertuna.fe_section import section_bend
+from hypertuna.fe.model import FeOptions
+from hypertuna.fe.section import section_bend
 
 FISH = ht.load("hypertuna-fe")
 PRESSURE = np.array([100e3, 150e3, 200e3, 250e3])

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna.description.robot import load
-from hypertuna.fe_pictures import write_filmstrip
+from hypertuna.fe.pictures import write_filmstrip
 from hypertuna.io.files import write_atomically
 from hypertuna.reproduce_fe import FE, ROBOTS, command, joint_hash
 

@@ -20,9 +20,9 @@ from hypertuna.actuation.bending import joint_tables
 from hypertuna.console import progress_bar
 from hypertuna.description.provenance import provenance
 from hypertuna.description.writer import write_robot
-from hypertuna.fe_measure import measure
-from hypertuna.fe_model import FeOptions, equilibrium, fe_model
-from hypertuna.fe_reduced import ReducedJoint, reduce_joint, with_reduced
+from hypertuna.fe.measure import measure
+from hypertuna.fe.model import FeOptions, equilibrium, fe_model
+from hypertuna.fe.reduction import ReducedJoint, reduce_joint, with_reduced
 from hypertuna.twin import twin
 from hypertuna.twin_run import TwinRun
 

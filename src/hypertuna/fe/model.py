@@ -17,12 +17,12 @@ from typing import Any
 from hypertuna.actuation.silicone import Mooney
 from hypertuna.actuation.soft_joint import drive_unit, mooney
 from hypertuna.description.robot import Robot
-from hypertuna.fe_extra import need_fe
-from hypertuna.fe_geometry import FACES, JointBody, joint_body
-from hypertuna.fe_mesh import MeshSize, joint_mesh, mesh_size
-from hypertuna.fe_mixed import mixed_energy, mixed_space, settling
-from hypertuna.fe_newton import Equilibrium, Problem, lead
-from hypertuna.fe_solid import Solid, Wall, braid_energy, cavity, hose_energy, solid_energy
+from hypertuna.fe.energies import Solid, Wall, braid_energy, cavity, hose_energy, solid_energy
+from hypertuna.fe.extra import need_fe
+from hypertuna.fe.geometry import FACES, JointBody, joint_body
+from hypertuna.fe.mesh import MeshSize, joint_mesh, mesh_size
+from hypertuna.fe.mixed import mixed_energy, mixed_space, settling
+from hypertuna.fe.newton import Equilibrium, Problem, lead
 
 __all__ = ["FeModel", "FeOptions", "SurfaceStrain", "equilibrium", "fe_model", "soft_parts", "surface_strain"]
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.fe_geometry import FACES, MM, JointBody, half_shape
+from hypertuna.fe.geometry import FACES, MM, JointBody, half_shape
 
 __all__ = ["MESHES", "MeshSize", "joint_mesh", "mesh_size"]
 

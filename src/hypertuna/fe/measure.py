@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.fe_geometry import FACES
-from hypertuna.fe_model import FeModel, surface_strain
-from hypertuna.fe_solid import cavity, fiber_stretches, nominal_stress
+from hypertuna.fe.energies import cavity, fiber_stretches, nominal_stress
+from hypertuna.fe.geometry import FACES
+from hypertuna.fe.model import FeModel, surface_strain
 
 __all__ = ["Measured", "measure", "von_mises"]
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 from hypertuna.errors import InputError
-from hypertuna.fe_solid import Solid
+from hypertuna.fe.energies import Solid
 
 __all__ = ["dilatation", "mixed_energy", "mixed_space", "settling"]
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.fe_extra import need_fe
+from hypertuna.fe.extra import need_fe
 from hypertuna.io.files import write_atomically
 
 __all__ = ["FACES", "Channel", "JointBody", "half_shape", "joint_body", "write_geometry"]

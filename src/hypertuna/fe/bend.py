@@ -16,8 +16,8 @@ from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.fe_measure import Measured, measure
-from hypertuna.fe_model import FeModel, FeOptions, equilibrium, fe_model
+from hypertuna.fe.measure import Measured, measure
+from hypertuna.fe.model import FeModel, FeOptions, equilibrium, fe_model
 from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.io.files import dataset, write_atomically
 

@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 from hypertuna.actuation.bending import SIDES, check_side
 from hypertuna.actuation.soft_joint import joint_group
 from hypertuna.description.robot import Robot
-from hypertuna.fe_extra import need_fe
-from hypertuna.fe_geometry import MM, joint_body
-from hypertuna.fe_model import FeOptions, soft_parts
-from hypertuna.fe_newton import Problem, lead
-from hypertuna.fe_solid import Solid, Wall, braid_energy, hose_energy, solid_energy
+from hypertuna.fe.energies import Solid, Wall, braid_energy, hose_energy, solid_energy
+from hypertuna.fe.extra import need_fe
+from hypertuna.fe.geometry import MM, joint_body
+from hypertuna.fe.model import FeOptions, soft_parts
+from hypertuna.fe.newton import Problem, lead
 
 __all__ = ["Section", "section_bend"]
 

@@ -26,10 +26,10 @@ from hypertuna.actuation.bending import Bend, bend, check_side
 from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney, muscle
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.fe_bend import FeBend
-from hypertuna.fe_geometry import joint_body
-from hypertuna.fe_record import oil_taken
-from hypertuna.fe_section import section_bend
+from hypertuna.fe.bend import FeBend
+from hypertuna.fe.geometry import joint_body
+from hypertuna.fe.record import oil_taken
+from hypertuna.fe.section import section_bend
 
 __all__ = ["FeComparison", "Reason", "compare", "shortening_bend"]
 

@@ -24,9 +24,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
-from hypertuna.fe_extra import need_pictures
-from hypertuna.fe_fields import DISPLACEMENT, FACE, FACE_NUMBERS, STRAIN, STRESS, surface_path
-from hypertuna.fe_record import SUMMARY
+from hypertuna.fe.extra import need_pictures
+from hypertuna.fe.fields import DISPLACEMENT, FACE, FACE_NUMBERS, STRAIN, STRESS, surface_path
+from hypertuna.fe.record import SUMMARY
 from hypertuna.figures import FAINT, SEQUENCE, WIDTH, styled
 from hypertuna.io.files import write_atomically
 

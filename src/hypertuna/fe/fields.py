@@ -6,8 +6,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from hypertuna.fe_model import FeModel
-from hypertuna.fe_solid import solid_energy
+from hypertuna.fe.energies import solid_energy
+from hypertuna.fe.model import FeModel
 from hypertuna.io.files import write_atomically
 
 __all__ = ["DISPLACEMENT", "FACE", "FACE_NUMBERS", "STRAIN", "STRESS", "surface_path", "volume_path", "write_vtu"]

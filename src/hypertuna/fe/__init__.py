@@ -1,0 +1,1 @@
+"""The soft joints by finite elements."""
