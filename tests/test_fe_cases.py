@@ -20,9 +20,9 @@ from hypertuna.fe.measure import measure
 from hypertuna.fe.mesh import MeshSize
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
 from hypertuna.fe.newton import Equilibrium, lead
-from hypertuna.fe_blocks import cantilever, closed_form, cube_stress
-from hypertuna.fe_cases import ANGLES, Case, beam_cases, cube_cases, muscle_cases, sleeve_cases
-from hypertuna.fe_tube import ideal_pull, ideal_stretch, load, pull, sleeve_pull, tube
+from hypertuna.fe.verification.blocks import cantilever, closed_form, cube_stress
+from hypertuna.fe.verification.cases import ANGLES, Case, beam_cases, cube_cases, muscle_cases, sleeve_cases
+from hypertuna.fe.verification.tube import ideal_pull, ideal_stretch, load, pull, sleeve_pull, tube
 
 ROBOT = ht.load("hypertuna")
 SILICONE = Mooney(10e3, 3e3)

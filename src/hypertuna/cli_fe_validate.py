@@ -15,7 +15,7 @@ from rich.text import Text
 from hypertuna.console import command_line, print_json, progress_bar
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
-from hypertuna.fe_cases import Case, validate
+from hypertuna.fe.verification.cases import Case, validate
 from hypertuna.options import AsJson
 
 __all__ = ["validate_command"]

@@ -19,8 +19,8 @@ from hypertuna.fe.energies import LAWS, Solid, Wall
 from hypertuna.fe.measure import measure
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
 from hypertuna.fe.newton import Equilibrium
-from hypertuna.fe_blocks import STRAINS, cantilever, closed_form, cube_stress
-from hypertuna.fe_tube import CARRIER, ideal_pull, ideal_stretch, load, pull, tube
+from hypertuna.fe.verification.blocks import STRAINS, cantilever, closed_form, cube_stress
+from hypertuna.fe.verification.tube import CARRIER, ideal_pull, ideal_stretch, load, pull, tube
 
 __all__ = ["ANGLES", "Case", "beam_cases", "cube_cases", "joint_cases", "muscle_cases", "sleeve_cases", "validate"]
 
