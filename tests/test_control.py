@@ -9,7 +9,7 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.actuation.bending import joint_tables
 from hypertuna.actuation.hydraulics import circuits
-from hypertuna.control import controller_columns, pump_map
+from hypertuna.control.controller import controller_columns, pump_map
 from hypertuna.errors import InputError
 
 PAGE = Path(__file__).parents[1] / "docs" / "control.md"

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.control import controller_columns
+from hypertuna.control.controller import controller_columns
+from hypertuna.control.guidance import pilot_columns
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.firmware_params import MOST_NAME, MOST_PARAMETERS, firmware_table, header
-from hypertuna.guidance import pilot_columns
 from hypertuna.lockstep import CHANNELS, NO_SAMPLE, Counts
 from program import Run
 

@@ -17,9 +17,9 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.cli import main
+from hypertuna.control.mission import fence_distance
 from hypertuna.flight import Flight, expected, fly, fly_seeds, outcome
 from hypertuna.gpx import read_gpx
-from hypertuna.mission import fence_distance
 from hypertuna.mission_file import MissionFile, read_mission
 from hypertuna.mission_run import fly_mission
 

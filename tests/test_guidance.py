@@ -8,12 +8,12 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.control import controller_columns
+from hypertuna.control.controller import controller_columns
+from hypertuna.control.guidance import curvature, gait_table, glide, mission_columns, pilot_columns
+from hypertuna.control.mission import Mission, Waypoint
+from hypertuna.control.sensors import channels, faults, pilot_sensor_columns
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.guidance import curvature, gait_table, glide, mission_columns, pilot_columns
-from hypertuna.mission import Mission, Waypoint
-from hypertuna.sensing import channels, faults, pilot_sensor_columns
 
 PAGE = Path(__file__).parents[1] / "docs" / "pilot.md"
 CALM = {"bend": [0.0, 0.0], "pressure": [6e4] * 4, "current": [0.3] * 4, "rate": [0.0] * 3, "voltage": [15.5]}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna.control.mission import Mission, Waypoint
 from hypertuna.errors import InputError
 from hypertuna.frames import angles_of
-from hypertuna.mission import Mission, Waypoint
 from hypertuna.mission_run import MissionRun, fly_mission, fly_part, joined, mission_start
 
 NORTH = -math.pi / 2  # of the axis from nose to tail: the robot faces north

@@ -5,8 +5,8 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
+from hypertuna.control.sensors import channels, faults, sensor_columns
 from hypertuna.errors import InputError
-from hypertuna.sensing import channels, faults, sensor_columns
 
 TRUTH = {"bend": [0.1, -0.2], "pressure": [6e4] * 4, "current": [0.3] * 4, "rate": [0.0] * 3}
 TRUTH |= {"acceleration": [0.0, 0.0, 9.8], "voltage": [15.0]}

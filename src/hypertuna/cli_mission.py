@@ -23,12 +23,12 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
+from hypertuna.control.guidance import gait_table
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError, shown
 from hypertuna.flight import Flight, Outcome, expected, fly, fly_seeds, outcome
 from hypertuna.gpx import check_origin, write_gpx
-from hypertuna.guidance import gait_table
 from hypertuna.io.files import rows_csv, write_atomically
 from hypertuna.io.mcap import need_log
 from hypertuna.mission_file import MissionFile, missions, read_mission

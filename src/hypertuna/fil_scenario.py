@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.control.mission import Mission
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, whole
 from hypertuna.firmware_params import FirmwareTable
 from hypertuna.lockstep import DEGREES, FIXED, GROUND, LAST, NO_SAMPLE, STACK, TO_BOARD, Counts, order
-from hypertuna.mission import Mission
 from hypertuna.mission_file import MissionFile, missions, read_mission
 from hypertuna.swimming.gait import Gait, named_gait
 

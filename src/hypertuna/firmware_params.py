@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.control import controller_columns, sensor_range
+from hypertuna.control.controller import controller_columns, sensor_range
+from hypertuna.control.guidance import GaitTable, gait_table, pilot_columns
 from hypertuna.description.robot import Robot, needed
 from hypertuna.description.schema.firmware import Firmware
 from hypertuna.errors import InputError
-from hypertuna.guidance import GaitTable, gait_table, pilot_columns
 
 __all__ = ["FirmwareTable", "Parameter", "firmware_table", "header"]
 

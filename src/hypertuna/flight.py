@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
+from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.mcap_log import LogWriter
-from hypertuna.mission import Mission, fence_distance
 from hypertuna.mission_file import MissionFile, drawn
 from hypertuna.mission_record import COLUMNS, MissionRecord, joined
 from hypertuna.mission_run import MissionRun, MissionStart, fly_part, mission_start, over, part_ticks

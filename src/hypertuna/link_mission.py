@@ -6,10 +6,10 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from hypertuna.control.mission import Mission
 from hypertuna.dialect import dialect
 from hypertuna.errors import InputError
 from hypertuna.link_client import SYSTEM, Client
-from hypertuna.mission import Mission
 
 __all__ = ["download", "items_of", "upload"]
 

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.control.mission import Mission, Waypoint
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.frames import angles_of
-from hypertuna.mission import Mission, Waypoint
 
 __all__ = [
     *("BELIEVED", "COLUMNS", "Column", "MissionRecord"),

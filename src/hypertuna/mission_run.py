@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
+from hypertuna.control.guidance import GaitTable, gait_table, mission_columns, pilot_columns
+from hypertuna.control.mission import Mission, fence_distance
+from hypertuna.control.sensors import FOREVER, pilot_sensor_columns
 from hypertuna.description.robot import Robot, needed
 from hypertuna.errors import InputError, did_you_mean, finite, shown, whole
-from hypertuna.guidance import GaitTable, gait_table, mission_columns, pilot_columns
-from hypertuna.mission import Mission, fence_distance
 from hypertuna.sea import Sea, sea_parts
 from hypertuna.sea_run import Motion
-from hypertuna.sensing import FOREVER, pilot_sensor_columns
 from hypertuna.twin_parts import checked_seed, controller_of, found_faults, listed, parts_of, steps_needed
 
 __all__ = ["MissionRun", "MissionStart", "fly_mission", "fly_part", "mission_start"]

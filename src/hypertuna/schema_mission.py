@@ -8,10 +8,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from hypertuna.control.mission import cross, sides
 from hypertuna.description.schema.base import Degrees, NotNegative, Part, Positive, PositiveFraction, Real, Text, entry
 from hypertuna.errors import InputError
 from hypertuna.geodesy import FARTHEST
-from hypertuna.mission import cross, sides
 
 __all__ = ["Document", "Place", "Scatter", "too_far"]
 

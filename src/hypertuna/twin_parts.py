@@ -15,11 +15,11 @@ from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
 from hypertuna.actuation.bending import JointTable, joint_tables
 from hypertuna.actuation.hydraulics import Circuits, circuits
-from hypertuna.control import controller_columns
+from hypertuna.control.controller import controller_columns
+from hypertuna.control.sensors import Fault, sensor_columns
+from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, finite, shown, whole
-from hypertuna.sensing import Fault, sensor_columns
-from hypertuna.sensing import faults as read_faults
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import hypertuna as ht
-from hypertuna.sensing import KINDS, channels
+from hypertuna.control.sensors import KINDS, channels
 from hypertuna.twin_run import TwinRun
 
 ROBOT = ht.load("hypertuna")

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns, range_of
-from hypertuna.control import controller_columns, sensor_range
+from hypertuna.control.controller import controller_columns, sensor_range
+from hypertuna.control.mission import Mission
+from hypertuna.control.sensors import sensor_of
 from hypertuna.description.robot import Robot, needed
 from hypertuna.description.schema.guidance import Guidance
 from hypertuna.errors import InputError
-from hypertuna.mission import Mission
-from hypertuna.sensing import sensor_of
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim

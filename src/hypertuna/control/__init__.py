@@ -1,0 +1,1 @@
+"""What runs on board, computed from the description: controller, sensors, guidance, mission."""
