@@ -9,11 +9,11 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.black_box import Box, boxes_of, record_dtype, record_of
-from hypertuna.boards import firmware_of, missing
 from hypertuna.errors import InputError
-from hypertuna.fil import firmware_in_the_loop
-from hypertuna.fil_scenario import scenario_of
+from hypertuna.firmware.black_box import Box, boxes_of, record_dtype, record_of
+from hypertuna.firmware.boards import firmware_of, missing
+from hypertuna.firmware.in_the_loop import firmware_in_the_loop
+from hypertuna.firmware.scenario import scenario_of
 from hypertuna.mission_record import COLUMNS
 from program import Run
 

@@ -18,9 +18,9 @@ import pytest
 pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
 import hypertuna as ht
-from hypertuna.boards import firmware_of, missing
 from hypertuna.dialect import mavutil
 from hypertuna.errors import InputError
+from hypertuna.firmware.boards import firmware_of, missing
 from hypertuna.link_client import connect
 from hypertuna.link_mission import download, upload
 from hypertuna.link_parameters import read_parameters, set_parameter

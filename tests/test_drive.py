@@ -23,7 +23,7 @@ from hypertuna.cli_drive import Pad
 from hypertuna.dialect import dialect
 from hypertuna.drive import Stick, gamepad, keys, moved, pressed, view
 from hypertuna.errors import InputError
-from hypertuna.firmware_params import firmware_table
+from hypertuna.firmware.parameters import firmware_table
 from hypertuna.link_calibrate import calibrate, read_pairs
 from hypertuna.link_client import address
 from link_bench import free_port, running

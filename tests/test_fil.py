@@ -19,15 +19,15 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.boards import firmware_of, missing, started
 from hypertuna.description.robot import robot_path
 from hypertuna.errors import InputError
-from hypertuna.fil import firmware_in_the_loop
-from hypertuna.fil_scenario import random_messages, scenario_of
-from hypertuna.firmware_params import firmware_table
-from hypertuna.lockstep import order
-from hypertuna.radio import RadioModel
-from hypertuna.relay import radio_model
+from hypertuna.firmware.boards import firmware_of, missing, started
+from hypertuna.firmware.channel import RadioModel
+from hypertuna.firmware.in_the_loop import firmware_in_the_loop
+from hypertuna.firmware.lockstep import order
+from hypertuna.firmware.parameters import firmware_table
+from hypertuna.firmware.relay import radio_model
+from hypertuna.firmware.scenario import random_messages, scenario_of
 from hypertuna.swimming.gait import named_gait
 from program import Run
 

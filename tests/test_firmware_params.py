@@ -12,8 +12,8 @@ from hypertuna.control.controller import controller_columns
 from hypertuna.control.guidance import pilot_columns
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.firmware_params import MOST_NAME, MOST_PARAMETERS, firmware_table, header
-from hypertuna.lockstep import CHANNELS, NO_SAMPLE, Counts
+from hypertuna.firmware.lockstep import CHANNELS, NO_SAMPLE, Counts
+from hypertuna.firmware.parameters import MOST_NAME, MOST_PARAMETERS, firmware_table, header
 from program import Run
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
 from hypertuna.dialect import dialect
-from hypertuna.radio import Air, RadioModel
+from hypertuna.firmware.channel import Air, RadioModel
 from link_bench import TICK, LinkBench, Told
 from test_radio import GROUND, ROBOT
 

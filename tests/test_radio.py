@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hypertuna.errors import InputError
-from hypertuna.radio import Air, RadioModel
+from hypertuna.firmware.channel import Air, RadioModel
 
 ROBOT, GROUND = 0, 1
 

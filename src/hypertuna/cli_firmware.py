@@ -14,7 +14,7 @@ from hypertuna import _core
 from hypertuna.console import check_suffix, command_line, print_json, tell_written
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
-from hypertuna.firmware_params import FirmwareTable, firmware_table, header
+from hypertuna.firmware.parameters import FirmwareTable, firmware_table, header
 from hypertuna.io.files import write_atomically
 from hypertuna.options import AsJson, Name
 

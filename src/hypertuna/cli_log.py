@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.black_box import boxes_of, record_of
 from hypertuna.console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
+from hypertuna.firmware.black_box import boxes_of, record_of
 from hypertuna.gpx import write_gpx
 from hypertuna.io.files import columns_csv, write_atomically
 from hypertuna.io.mcap import need_log

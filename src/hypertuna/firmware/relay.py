@@ -9,7 +9,7 @@ from dataclasses import fields
 from typing import Any, Self
 
 from hypertuna.errors import InputError, did_you_mean, finite, shown
-from hypertuna.radio import Air, RadioModel
+from hypertuna.firmware.channel import Air, RadioModel
 
 __all__ = ["Relay", "radio_model"]
 

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
+from hypertuna.firmware.lockstep import FROM_BOARD
 from hypertuna.io.files import write_atomically
-from hypertuna.lockstep import FROM_BOARD
 
 __all__ = ["BOARDS", "Board", "firmware_of", "missing", "started"]
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hypertuna.control.mission import Mission
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, whole
-from hypertuna.firmware_params import FirmwareTable
-from hypertuna.lockstep import DEGREES, FIXED, GROUND, LAST, NO_SAMPLE, STACK, TO_BOARD, Counts, order
+from hypertuna.firmware.lockstep import DEGREES, FIXED, GROUND, LAST, NO_SAMPLE, STACK, TO_BOARD, Counts, order
+from hypertuna.firmware.parameters import FirmwareTable
 from hypertuna.mission_file import MissionFile, missions, read_mission
 from hypertuna.swimming.gait import Gait, named_gait
 

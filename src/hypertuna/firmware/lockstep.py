@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.firmware_params import CONVERTER, SIGNED, FirmwareTable
+from hypertuna.firmware.parameters import CONVERTER, SIGNED, FirmwareTable
 from hypertuna.geodesy import from_local
 
 __all__ = ["CHANNELS", "COMPARED", "FROM_BOARD", "ORDERS", "TO_BOARD", "Counts", "order"]

@@ -20,7 +20,7 @@ from hypertuna.control.mission import Mission
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.firmware_params import FirmwareTable, firmware_table
+from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.mission_file import MissionFile
 from hypertuna.mission_record import COLUMNS, MissionRecord
 

@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.boards import INSTRUCTIONS, Board, firmware_of, started
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.fil_scenario import Scenario, orders_of, random_messages
-from hypertuna.firmware_params import FirmwareTable, firmware_table
-from hypertuna.lockstep import COMPARED, FIXED, FROM_BOARD, GROUND, STACK, Counts, order
+from hypertuna.firmware.boards import INSTRUCTIONS, Board, firmware_of, started
+from hypertuna.firmware.channel import RadioModel
+from hypertuna.firmware.lockstep import COMPARED, FIXED, FROM_BOARD, GROUND, STACK, Counts, order
+from hypertuna.firmware.parameters import FirmwareTable, firmware_table
+from hypertuna.firmware.relay import Relay
+from hypertuna.firmware.scenario import Scenario, orders_of, random_messages
 from hypertuna.mission_run import MissionRun, fly_part, joined, mission_start
-from hypertuna.radio import RadioModel
-from hypertuna.relay import Relay
 
 __all__ = ["FirmwareRun", "firmware_in_the_loop"]
 

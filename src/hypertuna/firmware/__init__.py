@@ -1,0 +1,1 @@
+"""Firmware parameters, lock-step, boards, firmware in the loop, black box."""
