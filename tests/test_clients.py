@@ -18,13 +18,13 @@ import pytest
 pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
 import hypertuna as ht
-from hypertuna.dialect import mavutil
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import firmware_of, missing
-from hypertuna.link_client import connect
 from hypertuna.link_mission import download, upload
-from hypertuna.link_parameters import read_parameters, set_parameter
 from hypertuna.mission_file import read_mission
+from hypertuna.radio.client import connect
+from hypertuna.radio.dialect import mavutil
+from hypertuna.radio.parameters import read_parameters, set_parameter
 from hypertuna.swimming.gait import named_gait
 from link_bench import free_port, running
 

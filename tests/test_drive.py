@@ -20,12 +20,12 @@ from rich.console import Console
 
 import hypertuna as ht
 from hypertuna.cli_drive import Pad
-from hypertuna.dialect import dialect
-from hypertuna.drive import Stick, gamepad, keys, moved, pressed, view
 from hypertuna.errors import InputError
 from hypertuna.firmware.parameters import firmware_table
-from hypertuna.link_calibrate import calibrate, read_pairs
-from hypertuna.link_client import address
+from hypertuna.radio.calibration import calibrate, read_pairs
+from hypertuna.radio.client import address
+from hypertuna.radio.dialect import dialect
+from hypertuna.radio.drive import Stick, gamepad, keys, moved, pressed, view
 from link_bench import free_port, running
 from program import Run
 
@@ -256,7 +256,7 @@ def test_a_drive_from_a_terminal(tmp_path: Path) -> None:
         os.close(master)
     assert told["messages"] > 0
     assert b"frequency" in screen
-    from hypertuna.link_log import read_link_log
+    from hypertuna.radio.log import read_link_log
 
     found = read_link_log(log)
     armed = found.fields["HEARTBEAT"]["base_mode"].astype(int) & 128

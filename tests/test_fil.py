@@ -231,7 +231,7 @@ def persistently(ask: Callable[[], None]) -> None:
 def test_through_the_modelled_radio(fish: ht.Robot, pc: Path, board: str, request: pytest.FixtureRequest) -> None:
     """A fifth of the packets is lost, in bursts, a tenth damaged: what is asked again and again arrives."""
     pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
-    from hypertuna.link_client import connect
+    from hypertuna.radio.client import connect
 
     request.getfixturevalue(board)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:

@@ -7,8 +7,8 @@ import pytest
 
 pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
-from hypertuna.dialect import dialect
 from hypertuna.firmware.channel import Air, RadioModel
+from hypertuna.radio.dialect import dialect
 from link_bench import TICK, LinkBench, Told
 from test_radio import GROUND, ROBOT
 

@@ -11,10 +11,10 @@ import pytest
 
 pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
-from hypertuna.dialect import dialect
 from hypertuna.errors import InputError
-from hypertuna.link_client import Client, connect
-from hypertuna.link_parameters import read_parameter, set_parameter
+from hypertuna.radio.client import Client, connect
+from hypertuna.radio.dialect import dialect
+from hypertuna.radio.parameters import read_parameter, set_parameter
 from link_bench import free_port
 
 ROBOT, CAMERA, OTHER = 7, 200, 9

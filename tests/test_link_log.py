@@ -11,9 +11,9 @@ pytest.importorskip("foxglove", reason="logs need the extra log")
 
 import hypertuna as ht
 from hypertuna.bench import read_bench
-from hypertuna.dialect import dialect
 from hypertuna.errors import InputError
-from hypertuna.link_log import LinkLogWriter, read_link_log
+from hypertuna.radio.dialect import dialect
+from hypertuna.radio.log import LinkLogWriter, read_link_log
 from models import changed
 
 START = 1_800_000_000.0  # s since 1970

@@ -19,11 +19,11 @@ from rich.live import Live
 from hypertuna.cli_link import FLUSH, Connect, Key, read_key
 from hypertuna.console import check_suffix, print_json, tell_written
 from hypertuna.description.robot import Robot, load
-from hypertuna.dialect import need_radio
-from hypertuna.drive import EVENT, Stick, gamepad, keys, moved, pressed, view
 from hypertuna.errors import InputError
-from hypertuna.link_client import Client, connect
-from hypertuna.link_log import LinkLogWriter, check_new
+from hypertuna.radio.client import Client, connect
+from hypertuna.radio.dialect import need_radio
+from hypertuna.radio.drive import EVENT, Stick, gamepad, keys, moved, pressed, view
+from hypertuna.radio.log import LinkLogWriter, check_new
 from hypertuna.swimming.gait import named_gait
 
 __all__ = ["Pad", "drive_command"]

@@ -17,15 +17,15 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.console import check_suffix, number, print_json, progress_bar, tell_written
-from hypertuna.dialect import SILENT, need_radio
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
-from hypertuna.link_calibrate import KINDS, Calibration, Pair, calibrate, read_pairs, sensor_of
-from hypertuna.link_client import Client, connect
-from hypertuna.link_log import LinkLogWriter, check_new
 from hypertuna.link_mission import download, upload
-from hypertuna.link_parameters import read_parameter, read_parameters, set_parameter
 from hypertuna.mission_file import read_mission
+from hypertuna.radio.calibration import KINDS, Calibration, Pair, calibrate, read_pairs, sensor_of
+from hypertuna.radio.client import Client, connect
+from hypertuna.radio.dialect import SILENT, need_radio
+from hypertuna.radio.log import LinkLogWriter, check_new
+from hypertuna.radio.parameters import read_parameter, read_parameters, set_parameter
 
 __all__ = ["FLUSH", "Connect", "Key", "link_app", "read_key"]
 

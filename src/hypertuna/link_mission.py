@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from hypertuna.control.mission import Mission
-from hypertuna.dialect import dialect
 from hypertuna.errors import InputError
-from hypertuna.link_client import SYSTEM, Client
+from hypertuna.radio.client import SYSTEM, Client
+from hypertuna.radio.dialect import dialect
 
 __all__ = ["download", "items_of", "upload"]
 

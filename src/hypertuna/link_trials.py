@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
-from hypertuna.dialect import SILENT
 from hypertuna.errors import InputError
-from hypertuna.link_log import LinkLog, read_link_log
+from hypertuna.radio.dialect import SILENT
+from hypertuna.radio.log import LinkLog, read_link_log
 from hypertuna.steady import SteadyRun
 from hypertuna.swimming.gait import Gait
 

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from hypertuna.dialect import dialect
 from hypertuna.errors import InputError, shown
-from hypertuna.link_client import PATIENCE, Client
+from hypertuna.radio.client import PATIENCE, Client
+from hypertuna.radio.dialect import dialect
 
 __all__ = ["read_parameter", "read_parameters", "set_parameter"]
 

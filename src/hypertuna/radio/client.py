@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NoReturn, Self
 
 from hypertuna import _core
-from hypertuna.dialect import dialect, mavutil
 from hypertuna.errors import InputError, shown
+from hypertuna.radio.dialect import dialect, mavutil
 from hypertuna.swimming.gait import Gait
 
 __all__ = ["COMPONENT", "PATIENCE", "SYSTEM", "Client", "Listener", "address", "connect"]

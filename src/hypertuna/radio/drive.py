@@ -15,7 +15,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.dialect import SILENT, dialect
+from hypertuna.radio.dialect import SILENT, dialect
 
 __all__ = ["EVENT", "KEYS", "Stick", "gamepad", "keys", "moved", "pressed", "view"]
 

@@ -1,0 +1,1 @@
+"""MAVLink from the ground: dialect, client, parameters, calibration, log, drive."""
