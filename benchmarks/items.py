@@ -286,7 +286,7 @@ def twin_speed(turns: int) -> Item:
         Row("twin_run_ms", f"a run of {duration:g} s", 1e3 * seconds, "ms"),
     ]
     method = (
-        "`hypertuna.twin` with closed loop, 3 Hz, 12 and 20 deg, in water, on one thread; the robot's tables are "
+        "`hypertuna.simulation.twin` with closed loop, 3 Hz, 12 and 20 deg, in water, on one thread; the robot's tables are "
         f"computed before. Median of {turns}."
     )
     return Item("Twin", method, rows)

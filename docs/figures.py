@@ -31,13 +31,11 @@ from scipy.special import ellipe
 
 from hypertuna.cli import main
 from hypertuna.description.robot import load
-from hypertuna.dive import dive
 from hypertuna.figures import save
 from hypertuna.limits import gait_limits
 from hypertuna.objective import OBJECTIVES
 from hypertuna.optimize import METHODS, Optimum, optimize
 from hypertuna.pareto import Front, pareto
-from hypertuna.plots_dive import plot_dive
 from hypertuna.plots_optimize import plot_convergence
 from hypertuna.plots_pareto import plot_pareto
 from hypertuna.published_swims import SPEEDS, Trial, swim_published
@@ -49,6 +47,8 @@ from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table
 from hypertuna.reproduce_twin import bore_table, speed_table, tank_table
 from hypertuna.results_page import posture_table
+from hypertuna.simulation.dive import dive
+from hypertuna.simulation.plots import plot_dive
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.drawing import draw
 from hypertuna.swimming.gait import named_gait

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from hypertuna.actuation.plots import plot_pump
 from hypertuna.actuation.sizing import Size, largest_beat, size_pump
 from hypertuna.description.robot import parse
+from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import named_gait
-from hypertuna.twin import twin
 
 
 def servo_power_table() -> str:

@@ -8,7 +8,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.actuation.battery import range_of
-from hypertuna.twin import twin
+from hypertuna.simulation.twin import twin
 from program import Run
 
 RANGE = ("range", "--robot", "hypertuna")

@@ -12,10 +12,10 @@ import xarray as xr
 
 import hypertuna as ht
 from hypertuna import cli_twin
-from hypertuna.posture import PostureTest, posture_test
+from hypertuna.simulation.posture_test import PostureTest, posture_test
+from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import Gait
-from hypertuna.twin import twin
-from hypertuna.twin_run import TwinRun
 from program import Run
 
 GAIT = ("--frequency", "3", "--amplitude", "12,20", "--phase", "0,20")

@@ -22,8 +22,8 @@ from hypertuna.errors import InputError
 from hypertuna.fe.mesh import MESHES, MeshSize
 from hypertuna.fe.model import FeOptions
 from hypertuna.fe.reduction import Joint, ReducedJoint, joint_by_elements, reduce_joint, with_reduced, write_reduced
-from hypertuna.twin import twin
-from hypertuna.twin_parts import parts_of
+from hypertuna.simulation.plant import parts_of
+from hypertuna.simulation.twin import twin
 
 ROBOT = ht.load("hypertuna")
 TABLE = {table.name: table for table in joint_tables(ROBOT)}

@@ -12,7 +12,7 @@ import pytest
 from hypertuna import Robot, _core, load
 from hypertuna.actuation.hydraulics import circuits
 from hypertuna.description.robot import parse
-from hypertuna.twin_parts import parts_of
+from hypertuna.simulation.plant import parts_of
 from oracles import plant as oracle
 
 TICK = 0.01

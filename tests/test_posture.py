@@ -12,7 +12,7 @@ import pytest
 import hypertuna as ht
 from hypertuna import posture
 from hypertuna.errors import InputError
-from hypertuna.posture import Held, peak_bends, posture_test, reach
+from hypertuna.simulation.posture_test import Held, peak_bends, posture_test, reach
 from hypertuna.swimming.gait import Gait
 
 RATE = 100.0

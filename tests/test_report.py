@@ -13,8 +13,8 @@ from hypertuna.errors import InputError
 from hypertuna.figures import INK, styled
 from hypertuna.identify import identify
 from hypertuna.plots_report import plot_dots, plot_map
-from hypertuna.posture import posture_test
 from hypertuna.report import Fact, Picture, Section, Table, inline, page, write_page
+from hypertuna.simulation.posture_test import posture_test
 
 VOID = {"meta", "br", "hr", "img", "link", "input"}
 

@@ -14,7 +14,7 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.sea import sea_parts
+from hypertuna.simulation.sea import sea_parts
 from hypertuna.swimming.model import core_model
 from models import changed
 from oracles.planar import Real

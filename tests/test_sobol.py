@@ -9,7 +9,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import sobol
-from hypertuna.sobol import FACTORS, influence, spread
+from hypertuna.simulation.sensitivity import FACTORS, influence, spread
 
 ROBOT = ht.load("hypertuna")
 GAIT = ht.Gait.from_degrees(frequency=3, amplitude=(6, 9), phase=(0, 30))

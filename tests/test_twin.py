@@ -11,8 +11,8 @@ import pytest
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.description.robot import parse
-from hypertuna.twin import twin, twins
-from hypertuna.twin_run import VARIABLES, TwinRun
+from hypertuna.simulation.run import VARIABLES, TwinRun
+from hypertuna.simulation.twin import twin, twins
 
 ROBOT = ht.load("hypertuna")
 SMALL = ht.Gait.from_degrees(frequency=2, amplitude=(6, 9), phase=(0, 30))
@@ -133,7 +133,7 @@ def test_half_the_step_changes_nothing_above_a_thousandth(gait: Any) -> None:
 
 def driven(target: Any, steps: int) -> dict[str, Any]:
     """The plant alone, its servos told where to go."""
-    from hypertuna.twin_parts import parts_of
+    from hypertuna.simulation.plant import parts_of
 
     parts = parts_of(ROBOT, "water", None)
     return _core.run_plant(

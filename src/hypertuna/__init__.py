@@ -3,7 +3,6 @@
 from hypertuna.actuation.bending import Bend, bend
 from hypertuna.comparison import compare_recording, replay_recording
 from hypertuna.description.robot import Robot, load, robots
-from hypertuna.dive import Dive, Leg, dive
 from hypertuna.errors import InputError
 from hypertuna.flight import Flight, fly
 from hypertuna.identify import Fit, identify
@@ -14,17 +13,18 @@ from hypertuna.optimize import Optimum, optimize
 from hypertuna.pareto import Front, pareto
 from hypertuna.replay import Pose, replay, residuals, rmse
 from hypertuna.results_page import report
-from hypertuna.sea import Sea
-from hypertuna.sea_run import SeaRun
-from hypertuna.sea_twin import twin_at_sea
+from hypertuna.simulation.dive import Dive, Leg, dive
+from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.sea import Sea
+from hypertuna.simulation.sea_run import SeaRun
+from hypertuna.simulation.sea_twin import twin_at_sea
+from hypertuna.simulation.twin import twin, twins
 from hypertuna.smoothing import SmoothSeries, smooth
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.swimming.sweep import Gaits, Gradient, gradient, sweep
 from hypertuna.swimming.swim import Swim, swim
 from hypertuna.swimming.turn import Turning, turn
 from hypertuna.trials import Recording, SteadyRun, Trials, read_trials
-from hypertuna.twin import twin, twins
-from hypertuna.twin_run import TwinRun
 
 __all__ = [
     "Bend",

@@ -21,9 +21,9 @@ from hypertuna.console import (
 )
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
-from hypertuna.dive import Dive, dive
 from hypertuna.io.files import columns_csv, write_atomically, write_netcdf
 from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, Seed, gait_axes, one_gait, spelled
+from hypertuna.simulation.dive import Dive, dive
 
 __all__ = ["dive_command"]
 
@@ -133,7 +133,7 @@ def _csv(done: Dive) -> str:
 def _plot(done: Dive, plot: str) -> None:
     """Draw a dive; what draws is imported only now, because that takes longer than the run."""
     from hypertuna.figures import save
-    from hypertuna.plots_dive import plot_dive
+    from hypertuna.simulation.plots import plot_dive
 
     save(plot_dive(done), plot)
 

@@ -28,7 +28,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.options import MEDIA, Bore, Medium, Name, Seed, Temperature, celsius, choice, robot_of
-from hypertuna.posture import CLOSE, EASED, PostureTest, posture_test
+from hypertuna.simulation.posture_test import CLOSE, EASED, PostureTest, posture_test
 
 __all__ = ["posture_command"]
 
@@ -185,7 +185,7 @@ def _csv(done: PostureTest) -> str:
 def _plot(done: PostureTest, plot: str) -> None:
     """Draw a test; what draws is imported only now, because that takes long."""
     from hypertuna.figures import save
-    from hypertuna.plots_posture import plot_posture
+    from hypertuna.simulation.plots import plot_posture
 
     save(plot_posture(done), plot)
 

@@ -18,8 +18,8 @@ from hypertuna.errors import InputError
 from hypertuna.ledger import judge, published
 from hypertuna.options import BACKWARD, check_beats, heads_first
 from hypertuna.reproduce_gaits import range_finding
+from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import Gait, named_gait
-from hypertuna.twin import twin
 
 __all__ = ["range_command"]
 

@@ -37,8 +37,8 @@ from hypertuna.options import (
     robot_of,
     spelled,
 )
-from hypertuna.twin import twin
-from hypertuna.twin_run import TwinRun
+from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.twin import twin
 
 __all__ = ["twin_command"]
 
@@ -203,7 +203,7 @@ def _csv(done: TwinRun) -> str:
 def _plot(done: TwinRun, plot: str) -> None:
     """Draw a run; what draws is imported only now, because that takes longer than the run."""
     from hypertuna.figures import save
-    from hypertuna.plots_twin import plot_twin
+    from hypertuna.simulation.plots import plot_twin
 
     save(plot_twin(done), plot)
 

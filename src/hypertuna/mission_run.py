@@ -19,9 +19,9 @@ from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.control.sensors import FOREVER, pilot_sensor_columns
 from hypertuna.description.robot import Robot, needed
 from hypertuna.errors import InputError, did_you_mean, finite, shown, whole
-from hypertuna.sea import Sea, sea_parts
-from hypertuna.sea_run import Motion
-from hypertuna.twin_parts import checked_seed, controller_of, found_faults, listed, parts_of, steps_needed
+from hypertuna.simulation.plant import checked_seed, controller_of, found_faults, listed, parts_of, steps_needed
+from hypertuna.simulation.sea import Sea, sea_parts
+from hypertuna.simulation.sea_run import Motion
 
 __all__ = ["MissionRun", "MissionStart", "fly_mission", "fly_part", "mission_start"]
 

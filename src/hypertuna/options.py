@@ -15,8 +15,8 @@ from hypertuna.bench import HIGHEST_PRESSURE
 from hypertuna.console import number, number_list, ranges
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError, did_you_mean
+from hypertuna.simulation.run import TwinRun
 from hypertuna.swimming.gait import Gait, named_gait
-from hypertuna.twin_run import TwinRun
 
 __all__ = [
     "BACKWARD",

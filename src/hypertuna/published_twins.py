@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from hypertuna.actuation.sizing import with_bore
 from hypertuna.description.robot import Robot
-from hypertuna.posture import PostureTest, posture_test
 from hypertuna.published_swims import SPEEDS
+from hypertuna.simulation.posture_test import PostureTest, posture_test
+from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.twin import twins
 from hypertuna.swimming.gait import Gait, named_gait
-from hypertuna.twin import twins
-from hypertuna.twin_run import TwinRun
 
 __all__ = ["SWIM", "TANK_PHASE", "Twins", "run_published", "swim_bores"]
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from hypertuna.description.robot import Robot
-from hypertuna.dive import Dive, dive
 from hypertuna.ledger import Finding
 from hypertuna.report import WIDTH, Picture, Section
+from hypertuna.simulation.dive import Dive, dive
 from hypertuna.swimming.gait import named_gait
 
 __all__ = ["dive_published", "findings", "sections"]
@@ -69,7 +69,7 @@ def sections(done: Dive) -> list[Section]:
     -------
     list of Section
     """
-    from hypertuna.plots_dive import plot_dive
+    from hypertuna.simulation.plots import plot_dive
 
     picture = Picture(
         "diving",

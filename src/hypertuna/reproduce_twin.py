@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from hypertuna.actuation.battery import range_of
 from hypertuna.description.robot import Robot
 from hypertuna.ledger import Finding
-from hypertuna.posture import CLOSE, Held, PostureTest
 from hypertuna.published_swims import SPEEDS, WISHES, bandwidths
 from hypertuna.published_twins import SWIM, TANK_PHASE, Twins
 from hypertuna.report import WIDTH, Part, Picture, Section, Table
 from hypertuna.results_page import posture_table, spelled_limits
-from hypertuna.twin_run import TwinRun
+from hypertuna.simulation.posture_test import CLOSE, Held, PostureTest
+from hypertuna.simulation.run import TwinRun
 
 __all__ = ["EASED", "TWIN", "bore_table", "findings", "sections", "speed_table", "tank_table"]
 
@@ -214,8 +214,7 @@ def _settling(one: Held, model: str) -> Finding:
 
 def _swim_section(twins: Twins, paper: Mapping[str, Any]) -> Section:
     """Show the eight gaits, amplitudes over frequency, and the pressures behind them."""
-    from hypertuna.plots_posture import plot_limits
-    from hypertuna.plots_twin import plot_pressures, plot_twin
+    from hypertuna.simulation.plots import plot_limits, plot_pressures, plot_twin
 
     fastest, middle = twins.gaits["unoptimised-max"], twins.tank[len(twins.tank) // 2]
     limits = Picture(
@@ -293,7 +292,7 @@ def _cheapest(twins: Twins) -> str:
 
 def _posture_section(twins: Twins) -> Section:
     """Show Fig. 8 and what limits the joints."""
-    from hypertuna.plots_posture import plot_posture
+    from hypertuna.simulation.plots import plot_posture
 
     test = twins.posture
     name, degrees = test.held[0].name, np.degrees(test.held[0].angle)

@@ -13,12 +13,12 @@ from hypertuna.errors import InputError
 from hypertuna.identify import Fit
 from hypertuna.optimize import Optimum
 from hypertuna.pareto import Front
-from hypertuna.posture import Held, PostureTest
 from hypertuna.report import WIDTH, Part, Picture, Section, Table, write_page
+from hypertuna.simulation.posture_test import Held, PostureTest
+from hypertuna.simulation.run import TwinRun
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import Swim
-from hypertuna.twin_run import TwinRun
 
 __all__ = ["posture_table", "report", "spelled_limits"]
 
@@ -150,7 +150,7 @@ def _swim(swim: Swim) -> Section:
 
 def _twin(run: TwinRun) -> Section:
     """Tell how the twin ran."""
-    from hypertuna.plots_twin import plot_twin
+    from hypertuna.simulation.plots import plot_twin
 
     rows: list[list[str | float]] = [*_gait_rows(run.gait)]
     if run.fish_in == "water":
@@ -173,7 +173,7 @@ def _twin(run: TwinRun) -> Section:
 
 def _posture(test: PostureTest) -> Section:
     """Tell how the posture control settles."""
-    from hypertuna.plots_posture import plot_posture
+    from hypertuna.simulation.plots import plot_posture
 
     shows = "Bend from rest to the set angle, error of the peak bends beat by beat, and the largest amplitude held."
     picture = Picture(

@@ -9,7 +9,7 @@ import numpy as np
 
 import hypertuna as ht
 from hypertuna.control.sensors import KINDS, channels
-from hypertuna.twin_run import TwinRun
+from hypertuna.simulation.run import TwinRun
 
 ROBOT = ht.load("hypertuna")
 THREADS = 2

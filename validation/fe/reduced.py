@@ -23,8 +23,8 @@ from hypertuna.description.writer import write_robot
 from hypertuna.fe.measure import measure
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
 from hypertuna.fe.reduction import ReducedJoint, reduce_joint, with_reduced
-from hypertuna.twin import twin
-from hypertuna.twin_run import TwinRun
+from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.twin import twin
 
 PAIRS = ((60, 60), (80, 40), (100, 20), (120, 0), (120, 60), (180, 0), (180, 60))  # kPa
 PRESSURE = np.linspace(0, 250e3, 6)

@@ -14,7 +14,7 @@ import numpy as np
 import hypertuna as ht
 from hypertuna.console import progress_bar
 from hypertuna.description.robot import parse
-from hypertuna.sobol import FACTORS, influence, spread
+from hypertuna.simulation.sensitivity import FACTORS, influence, spread
 
 study = runpy.run_path(str(Path(__file__).with_name("study.py")))
 GAITS, PUBLISHED, ROBOT, eight, main = (study[name] for name in ("GAITS", "PUBLISHED", "ROBOT", "eight", "main"))

@@ -19,8 +19,8 @@ from hypertuna import _core
 from hypertuna.actuation.bending import joint_tables
 from hypertuna.actuation.hydraulics import circuits, servo_angle
 from hypertuna.description.robot import parse
-from hypertuna.twin_parts import parts_of
-from hypertuna.twin_run import TwinRun
+from hypertuna.simulation.plant import parts_of
+from hypertuna.simulation.run import TwinRun
 
 ROBOT = ht.load("hypertuna")
 GAITS = [f"{kind}-{speed}" for kind in ("unoptimised", "optimised") for speed in ("0.3", "0.4", "0.5", "max")]

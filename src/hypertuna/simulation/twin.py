@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.description.robot import Robot, needed
 from hypertuna.errors import InputError, did_you_mean, finite, shown
-from hypertuna.swimming.gait import Gait, check_gait
-from hypertuna.twin_parts import (
+from hypertuna.simulation.plant import (
     STEP,
     check_command,
     checked_seed,
@@ -32,7 +31,8 @@ from hypertuna.twin_parts import (
     steps_of,
     ticks_of,
 )
-from hypertuna.twin_run import VARIABLES, TwinRun
+from hypertuna.simulation.run import VARIABLES, TwinRun
+from hypertuna.swimming.gait import Gait, check_gait
 
 __all__ = ["STEP", "twin", "twins"]
 

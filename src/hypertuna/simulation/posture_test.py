@@ -15,10 +15,10 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
+from hypertuna.simulation.plant import EXACT
+from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import Gait
-from hypertuna.twin import twin
-from hypertuna.twin_parts import EXACT
-from hypertuna.twin_run import TwinRun
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
+from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.twin import twins
 from hypertuna.swimming.gait import Gait
-from hypertuna.twin import twins
-from hypertuna.twin_run import TwinRun
 
 __all__ = ["FACTORS", "Factor", "Influence", "Spread", "influence", "spread", "varied"]
 

@@ -17,10 +17,7 @@ from hypertuna.description.robot import Robot, needed
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, finite, shown, whole
 from hypertuna.frames import attitude_of
-from hypertuna.sea import Sea, sea_parts
-from hypertuna.sea_run import VARIABLES, SeaRun
-from hypertuna.swimming.gait import Gait, check_gait
-from hypertuna.twin_parts import (
+from hypertuna.simulation.plant import (
     EXACT,
     check_command,
     checked_seed,
@@ -35,6 +32,9 @@ from hypertuna.twin_parts import (
     steps_of,
     ticks_of,
 )
+from hypertuna.simulation.sea import Sea, sea_parts
+from hypertuna.simulation.sea_run import VARIABLES, SeaRun
+from hypertuna.swimming.gait import Gait, check_gait
 
 __all__ = ["twin_at_sea"]
 

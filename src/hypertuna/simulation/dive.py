@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, finite
-from hypertuna.sea import Sea
-from hypertuna.sea_run import SeaRun
-from hypertuna.sea_twin import STILL, twin_at_sea
+from hypertuna.simulation.sea import Sea
+from hypertuna.simulation.sea_run import SeaRun
+from hypertuna.simulation.sea_twin import STILL, twin_at_sea
 from hypertuna.swimming.gait import Gait
 
 __all__ = ["Dive", "Leg", "dive"]

@@ -14,9 +14,9 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.frames import angles_of, rotation_of
 from hypertuna.io.files import dataset
-from hypertuna.sea import Sea
+from hypertuna.simulation.run import VARIABLES as INNER
+from hypertuna.simulation.sea import Sea
 from hypertuna.swimming.gait import Gait
-from hypertuna.twin_run import VARIABLES as INNER
 
 if TYPE_CHECKING:
     import xarray as xr

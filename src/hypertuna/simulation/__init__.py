@@ -1,0 +1,1 @@
+"""The digital twin in the plane and at sea; posture test, dive."""
