@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 import hypertuna
-from hypertuna.trials import SteadyRun, Trials
+from hypertuna.trials.trials import SteadyRun, Trials
 from items import Item, Row, setting
 from peers import numba_tasks
 from peers.fish import Array, Fish

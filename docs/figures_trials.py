@@ -8,8 +8,8 @@ from pathlib import Path
 from figures_common import rows
 from matplotlib.figure import Figure
 
-from hypertuna.manifest import reference as manifest_keys
-from hypertuna.steady import COLUMNS
+from hypertuna.trials.manifest import reference as manifest_keys
+from hypertuna.trials.steady import COLUMNS
 
 ROOT = Path(__file__).resolve().parents[1]
 

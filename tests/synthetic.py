@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 import hypertuna as ht
-from hypertuna.measured import JointSeries, Track
-from hypertuna.replay import head_center, replay
-from hypertuna.smoothing import smooth
 from hypertuna.swimming.beat import settle
-from hypertuna.trials import Recording, SteadyRun, Trials
+from hypertuna.trials.replay import head_center, replay
+from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.tracks import JointSeries, Track
+from hypertuna.trials.trials import Recording, SteadyRun, Trials
 
 NINE = ("water.added_mass[0,1-6,7]", "water.friction[0,1-6,7]", "water.drag[0,1-6,7]")  # Table III
 

@@ -14,7 +14,7 @@ from hypertuna.agreement import criteria, errors, misfit, squares
 from hypertuna.certainty import _units, certainty
 from hypertuna.coefficients import Free, draws, free
 from hypertuna.predict import Experiment, Prediction, experiment, loss_terms, predict, weighted
-from hypertuna.trials import Trials
+from hypertuna.trials.trials import Trials
 from synthetic import NINE, grid, steady, swims
 
 Array = NDArray[np.float64]

@@ -18,7 +18,7 @@ from hypertuna.coefficients import Free, free, from_scale, to_scale, with_values
 from hypertuna.identify import compare, identify
 from hypertuna.posterior import posterior, with_posterior
 from hypertuna.predict import FAILED, experiment, predict, weighted
-from hypertuna.trials import SteadyRun, Trials, digest, split
+from hypertuna.trials.trials import SteadyRun, Trials, digest, split
 from models import MODELS, changed
 from synthetic import NINE, grid, steady, swims
 

@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.cli_replay import replay_command
-from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
-from hypertuna.replay import Pose, head_center, joint_grid, replay, replay_slopes, residuals, rmse
-from hypertuna.smoothing import smooth
 from hypertuna.swimming.model import core_model, parameter_names
+from hypertuna.trials.replay import Pose, head_center, joint_grid, replay, replay_slopes, residuals, rmse
+from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.tracks import JointSeries, Track, read_joints, read_tracks
 
 SAMPLING = 44.0  # Hz
 

@@ -11,12 +11,12 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna.cli import app
-from hypertuna.comparison import best_time_offset, compare_recording, repeatability, replay_recording
 from hypertuna.description.robot import load, parse
 from hypertuna.description.writer import write_robot
-from hypertuna.manifest import Recording
-from hypertuna.measured import JointSeries, Track
-from hypertuna.replay import head_center, replay
+from hypertuna.trials.comparison import best_time_offset, compare_recording, repeatability, replay_recording
+from hypertuna.trials.manifest import Recording
+from hypertuna.trials.replay import head_center, replay
+from hypertuna.trials.tracks import JointSeries, Track
 
 TANK = Path(__file__).parents[1] / "examples" / "tank"
 

@@ -15,10 +15,10 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna.cli import app
-from hypertuna.importers import import_folder
-from hypertuna.manifest import Manifest, parse_manifest, read_manifest
-from hypertuna.steady import read_steady
-from hypertuna.trials import Trials, read_trials
+from hypertuna.trials.importers import import_folder
+from hypertuna.trials.manifest import Manifest, parse_manifest, read_manifest
+from hypertuna.trials.steady import read_steady
+from hypertuna.trials.trials import Trials, read_trials
 
 TANK = Path(__file__).parents[1] / "examples" / "tank"
 HEAD = "frequency_hz,amplitude_I_deg,amplitude_II_deg,phase_II_deg,speed_m_s"

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import hypertuna as ht
-from hypertuna.replay import head_center
+from hypertuna.trials.replay import head_center
 
 SEED = 1
 NOISE = 0.01  # relative, of speed and cost of transport of a single swim

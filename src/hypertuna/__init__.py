@@ -1,17 +1,14 @@
 """Open digital twin and control stack for soft robotic fish."""
 
 from hypertuna.actuation.bending import Bend, bend
-from hypertuna.comparison import compare_recording, replay_recording
 from hypertuna.description.robot import Robot, load, robots
 from hypertuna.errors import InputError
 from hypertuna.flight import Flight, fly
 from hypertuna.identify import Fit, identify
 from hypertuna.limits import Limit, gait_limits
-from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
 from hypertuna.mission_file import MissionFile, read_mission
 from hypertuna.optimize import Optimum, optimize
 from hypertuna.pareto import Front, pareto
-from hypertuna.replay import Pose, replay, residuals, rmse
 from hypertuna.results_page import report
 from hypertuna.simulation.dive import Dive, Leg, dive
 from hypertuna.simulation.run import TwinRun
@@ -19,12 +16,15 @@ from hypertuna.simulation.sea import Sea
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.simulation.sea_twin import twin_at_sea
 from hypertuna.simulation.twin import twin, twins
-from hypertuna.smoothing import SmoothSeries, smooth
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.swimming.sweep import Gaits, Gradient, gradient, sweep
 from hypertuna.swimming.swim import Swim, swim
 from hypertuna.swimming.turn import Turning, turn
-from hypertuna.trials import Recording, SteadyRun, Trials, read_trials
+from hypertuna.trials.comparison import compare_recording, replay_recording
+from hypertuna.trials.replay import Pose, replay, residuals, rmse
+from hypertuna.trials.smoothing import SmoothSeries, smooth
+from hypertuna.trials.tracks import JointSeries, Track, read_joints, read_tracks
+from hypertuna.trials.trials import Recording, SteadyRun, Trials, read_trials
 
 __all__ = [
     "Bend",

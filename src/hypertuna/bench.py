@@ -14,7 +14,7 @@ from hypertuna.actuation.bending import SIDES
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import check_width, read_rows
-from hypertuna.link_trials import bench_rows
+from hypertuna.trials.radio_log import bench_rows
 
 __all__ = ["COLUMNS", "HIGHEST_PRESSURE", "Bench", "Loop", "joint_index", "read_bench"]
 

@@ -35,8 +35,8 @@ from hypertuna.errors import InputError
 from hypertuna.experiment import TankSearch, TankWish
 from hypertuna.io.files import write_atomically
 from hypertuna.space import gait_columns
-from hypertuna.steady import COLUMNS, SteadyRun, read_steady
 from hypertuna.swimming.gait import Gait
+from hypertuna.trials.steady import COLUMNS, SteadyRun, read_steady
 
 __all__ = ["ask_command", "tell_command"]
 

@@ -23,7 +23,7 @@ from hypertuna.errors import InputError, did_you_mean
 from hypertuna.free_names import split_names
 from hypertuna.identify import Fit, compare, identify
 from hypertuna.posterior import Posterior, check_draws, posterior, with_posterior
-from hypertuna.trials import Trials, read_trials
+from hypertuna.trials.trials import Trials, read_trials
 
 __all__ = ["identify_command"]
 

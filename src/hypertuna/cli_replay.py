@@ -13,17 +13,17 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from hypertuna.comparison import compare_recording, replay_recording, with_fitted_clock
 from hypertuna.console import check_suffix, command_line, number, number_list, print_json, tell_written
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_netcdf
-from hypertuna.manifest import Recording
-from hypertuna.measured import Track, read_joints, read_tracks
-from hypertuna.replay import AXES, Pose, head_center, replay, rmse
-from hypertuna.smoothing import smooth
-from hypertuna.trials import read_trials
+from hypertuna.trials.comparison import compare_recording, replay_recording, with_fitted_clock
+from hypertuna.trials.manifest import Recording
+from hypertuna.trials.replay import AXES, Pose, head_center, replay, rmse
+from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.tracks import Track, read_joints, read_tracks
+from hypertuna.trials.trials import read_trials
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -197,7 +197,7 @@ def _tracks(files: list[str], columns: str, units: str, yaw_zero: float, clockwi
 def _plot(robot: Robot, result: xr.Dataset, tracks: list[Track], plot: str) -> None:
     """Draw a replay; what draws is imported only now."""
     from hypertuna.figures import save
-    from hypertuna.plots_replay import plot_replay
+    from hypertuna.trials.plots import plot_replay
 
     save(plot_replay(robot, result, tracks), plot)
 
@@ -339,6 +339,6 @@ def _write(results: dict[str, xr.Dataset], output: str) -> None:
 def _plot_recordings(robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], plot: str) -> None:
     """Draw replays; what draws is imported only now."""
     from hypertuna.figures import save
-    from hypertuna.plots_replay import plot_recordings
+    from hypertuna.trials.plots import plot_recordings
 
     save(plot_recordings(robot, recordings, results), plot)

@@ -10,16 +10,16 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from hypertuna.comparison import repeatability
 from hypertuna.console import check_suffix, print_json, tell_written
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.importers import import_folder, manifest_text
 from hypertuna.io.files import version, write_atomically
-from hypertuna.manifest import Recording
-from hypertuna.steady import COLUMNS, SteadyRun
-from hypertuna.trials import Trials, read_trials
+from hypertuna.trials.comparison import repeatability
+from hypertuna.trials.importers import import_folder, manifest_text
+from hypertuna.trials.manifest import Recording
+from hypertuna.trials.steady import COLUMNS, SteadyRun
+from hypertuna.trials.trials import Trials, read_trials
 
 __all__ = ["trials_app"]
 

@@ -17,8 +17,8 @@ from hypertuna.limits import Limit, gait_quantities
 from hypertuna.objective import Problem
 from hypertuna.optimize import make_optimizer, wish
 from hypertuna.space import gait_bounds
-from hypertuna.steady import SteadyRun
 from hypertuna.swimming.gait import Gait
+from hypertuna.trials.steady import SteadyRun
 
 __all__ = ["TankSearch", "TankWish"]
 

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from hypertuna.agreement import ERRORS, LABELS
-from hypertuna.comparison import replay_recording, with_fitted_clock
 from hypertuna.description.provenance import provenance
 from hypertuna.identify import Fit
-from hypertuna.manifest import Recording
 from hypertuna.plots_fit import plot_correlation, plot_errors, plot_intervals, plot_measured
-from hypertuna.plots_replay import plot_recordings
 from hypertuna.posterior import Posterior
 from hypertuna.report import WIDTH, Fact, Part, Picture, Section, Table, write_page
+from hypertuna.trials.comparison import replay_recording, with_fitted_clock
+from hypertuna.trials.manifest import Recording
+from hypertuna.trials.plots import plot_recordings
 
 __all__ = ["fit_sections", "write_fit"]
 

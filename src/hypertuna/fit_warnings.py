@@ -11,7 +11,7 @@ from hypertuna.certainty import Certainty
 from hypertuna.coefficients import Free, column_of
 from hypertuna.free_names import NUISANCES
 from hypertuna.predict import Experiment
-from hypertuna.trials import Trials
+from hypertuna.trials.trials import Trials
 
 __all__ = ["repeated", "warnings_of"]
 

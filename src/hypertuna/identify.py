@@ -26,7 +26,7 @@ from hypertuna.io.files import version
 from hypertuna.predict import LOSSES, experiment, predict
 from hypertuna.search import CONVERGED, Search, fit, sketch, start_points, stop_sentence
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
-from hypertuna.trials import Trials, digest, read_trials, split
+from hypertuna.trials.trials import Trials, digest, read_trials, split
 
 __all__ = ["Fit", "compare", "identify", "with_fit"]
 

@@ -20,7 +20,7 @@ from hypertuna.errors import InputError
 from hypertuna.identify import Fit
 from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.predict import Experiment, experiment, loss_terms, predict
-from hypertuna.trials import digest
+from hypertuna.trials.trials import digest
 
 __all__ = ["Posterior", "check_draws", "posterior", "with_posterior"]
 

@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.coefficients import Free, columns, directions, position
-from hypertuna.comparison import repeatability
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.manifest import Recording
-from hypertuna.measured import Track
-from hypertuna.replay import joint_grid, replay_slopes, seen_from_start
-from hypertuna.smoothing import smooth
 from hypertuna.swimming.beat import DEFAULT_STEPS, settle, slopes
 from hypertuna.swimming.model import core_model, parameter_names
-from hypertuna.trials import Trials
+from hypertuna.trials.comparison import repeatability
+from hypertuna.trials.manifest import Recording
+from hypertuna.trials.replay import joint_grid, replay_slopes, seen_from_start
+from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.tracks import Track
+from hypertuna.trials.trials import Trials
 
 __all__ = ["KINDS", "Experiment", "Prediction", "experiment", "loss_terms", "predict", "weighted"]
 

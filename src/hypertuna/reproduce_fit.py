@@ -14,7 +14,7 @@ from hypertuna.published_swims import OURS, PAPER, SPEEDS, Trial, bandwidths
 from hypertuna.report import WIDTH, Picture, Section, Table
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
-from hypertuna.trials import SteadyRun, Trials
+from hypertuna.trials.trials import SteadyRun, Trials
 
 __all__ = ["Fits", "bandwidth_table", "coefficient_table", "findings", "fit_published", "sections"]
 

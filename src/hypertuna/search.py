@@ -16,7 +16,7 @@ from hypertuna.coefficients import Free, from_scale, to_scale
 from hypertuna.free_names import default_bounds
 from hypertuna.io.checkpoint import Journal
 from hypertuna.predict import FIRST_LEVEL, KINDS, Experiment, loss_terms, predict, weighted
-from hypertuna.trials import Trials
+from hypertuna.trials.trials import Trials
 
 __all__ = ["CONVERGED", "Search", "fit", "search_from", "sketch", "start_points", "stop_sentence"]
 

@@ -12,9 +12,9 @@ from scipy.optimize import least_squares
 import hypertuna as ht
 from hypertuna.description.robot import parse
 from hypertuna.identify import identify
-from hypertuna.measured import read_joints
-from hypertuna.replay import replay, rmse, smooth
-from hypertuna.trials import read_trials
+from hypertuna.trials.replay import replay, rmse, smooth
+from hypertuna.trials.tracks import read_joints
+from hypertuna.trials.trials import read_trials
 
 DATA = Path(os.environ.get("HYPERTUNA_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rexeel"
 BORDER = np.array([100, 100, 180 / math.pi])  # cm, cm, deg

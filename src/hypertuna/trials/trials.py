@@ -13,10 +13,10 @@ import numpy as np
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.importers import import_folder
-from hypertuna.link_trials import steady_runs
-from hypertuna.manifest import Recording, parse_manifest, read_manifest
-from hypertuna.steady import SteadyRun, read_steady
+from hypertuna.trials.importers import import_folder
+from hypertuna.trials.manifest import Recording, parse_manifest, read_manifest
+from hypertuna.trials.radio_log import steady_runs
+from hypertuna.trials.steady import SteadyRun, read_steady
 
 __all__ = ["Recording", "SteadyRun", "Trials", "digest", "read_trials", "split"]
 

@@ -13,8 +13,8 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.radio.dialect import SILENT
 from hypertuna.radio.log import LinkLog, read_link_log
-from hypertuna.steady import SteadyRun
 from hypertuna.swimming.gait import Gait
+from hypertuna.trials.steady import SteadyRun
 
 __all__ = ["Row", "bench_rows", "steady_runs"]
 

@@ -13,10 +13,10 @@ from hypertuna import _core
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import dataset
-from hypertuna.measured import JointSeries, Track
-from hypertuna.smoothing import SmoothSeries, smooth
 from hypertuna.swimming.model import core_model, twist_from_rest
 from hypertuna.swimming.trajectory import trajectory
+from hypertuna.trials.smoothing import SmoothSeries, smooth
+from hypertuna.trials.tracks import JointSeries, Track
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -29,7 +29,7 @@ def import_folder(folder: str | Path, format: str = "rexeel", *, relative_to: Pa
     Returns
     -------
     dict
-        What `hypertuna.manifest.parse_manifest` takes.
+        What `hypertuna.trials.manifest.parse_manifest` takes.
 
     Raises
     ------

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from hypertuna.description.robot import Robot
 from hypertuna.figures import COLORS, FAINT, WIDTH, styled
-from hypertuna.manifest import Recording
-from hypertuna.measured import Track
-from hypertuna.replay import AXES, head_center, seen_from_start
+from hypertuna.trials.manifest import Recording
+from hypertuna.trials.replay import AXES, head_center, seen_from_start
+from hypertuna.trials.tracks import Track
 
 if TYPE_CHECKING:
     import xarray as xr

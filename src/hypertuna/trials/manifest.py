@@ -18,9 +18,9 @@ from hypertuna.description.schema.base import Count, Degrees, Flag, NotNegativeD
 from hypertuna.description.validation import translate
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import read_text
-from hypertuna.measured import JointSeries, Track, read_joints, read_tracks
-from hypertuna.replay import Pose
-from hypertuna.steady import SteadyRun, read_steady
+from hypertuna.trials.replay import Pose
+from hypertuna.trials.steady import SteadyRun, read_steady
+from hypertuna.trials.tracks import JointSeries, Track, read_joints, read_tracks
 
 __all__ = ["Manifest", "Recording", "parse_manifest", "read_manifest", "reference"]
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
-from hypertuna.manifest import Recording
-from hypertuna.measured import Track
-from hypertuna.replay import Pose, head_center, replay, rmse, seen_from_start
-from hypertuna.smoothing import smooth
+from hypertuna.trials.manifest import Recording
+from hypertuna.trials.replay import Pose, head_center, replay, rmse, seen_from_start
+from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.tracks import Track
 
 if TYPE_CHECKING:
     import xarray as xr

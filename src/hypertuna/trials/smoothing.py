@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.errors import InputError, shown
-from hypertuna.measured import JointSeries
+from hypertuna.trials.tracks import JointSeries
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline

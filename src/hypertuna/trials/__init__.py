@@ -1,0 +1,1 @@
+"""Tank runs: tracks, steady runs, manifests, importers, replay, comparison."""
