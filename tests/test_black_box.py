@@ -14,7 +14,7 @@ from hypertuna.firmware.black_box import Box, boxes_of, record_dtype, record_of
 from hypertuna.firmware.boards import firmware_of, missing
 from hypertuna.firmware.in_the_loop import firmware_in_the_loop
 from hypertuna.firmware.scenario import scenario_of
-from hypertuna.mission_record import COLUMNS
+from hypertuna.mission.record import COLUMNS
 from program import Run
 
 JOINTS = 2
@@ -193,7 +193,7 @@ def test_boards_write_the_same_box(fish: ht.Robot, tmp_path: Path) -> None:
 
 def test_a_box_becomes_a_log(run: Run, tmp_path: Path) -> None:
     pytest.importorskip("foxglove", reason="needs the extra log")
-    from hypertuna.mcap_read import read_log
+    from hypertuna.mission.read_log import read_log
 
     box, log, table = tmp_path / "box.bin", tmp_path / "box.mcap", tmp_path / "box.csv"
     box.write_bytes(head() + b"".join(tick(k) for k in range(300) if k != 7))

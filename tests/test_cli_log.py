@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from hypertuna.cli import main
-from hypertuna.gpx import read_gpx
-from hypertuna.mission_record import MissionRecord
-from hypertuna.plots_mission import plot_mission
+from hypertuna.mission.gpx import read_gpx
+from hypertuna.mission.plots import plot_mission
+from hypertuna.mission.record import MissionRecord
 from voyage import voyage
 
 pytest.importorskip("foxglove", reason="needs the extra log: pip install 'hypertuna[log]'")
-from hypertuna.mcap_log import write_log
+from hypertuna.mission.log import write_log
 
 Run = Callable[..., tuple[int, str, str]]
 

@@ -20,8 +20,8 @@ pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 import hypertuna as ht
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import firmware_of, missing
-from hypertuna.link_mission import download, upload
-from hypertuna.mission_file import read_mission
+from hypertuna.mission.file import read_mission
+from hypertuna.mission.upload import download, upload
 from hypertuna.radio.client import connect
 from hypertuna.radio.dialect import mavutil
 from hypertuna.radio.parameters import read_parameters, set_parameter

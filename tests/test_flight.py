@@ -18,10 +18,10 @@ import pytest
 import hypertuna as ht
 from hypertuna.cli import main
 from hypertuna.control.mission import fence_distance
-from hypertuna.flight import Flight, expected, fly, fly_seeds, outcome
-from hypertuna.gpx import read_gpx
-from hypertuna.mission_file import MissionFile, read_mission
-from hypertuna.mission_run import fly_mission
+from hypertuna.mission.file import MissionFile, read_mission
+from hypertuna.mission.flight import Flight, expected, fly, fly_seeds, outcome
+from hypertuna.mission.gpx import read_gpx
+from hypertuna.mission.run import fly_mission
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -176,7 +176,7 @@ def test_no_mission_is_swum_faster_than_the_fastest_gait() -> None:
 
 def test_the_command_flies_and_writes(run: Run, path: Path, flight: Flight, tmp_path: Path) -> None:
     pytest.importorskip("foxglove", reason="needs the extra log: pip install 'hypertuna[log]'")
-    from hypertuna.mcap_read import read_log
+    from hypertuna.mission.read_log import read_log
 
     log, track, plot = (str(tmp_path / name) for name in ("run.mcap", "run.gpx", "run.svg"))
     code, output, _ = run("mission", str(path), "-o", log, "--gpx", track, "--plot", plot, "--json")

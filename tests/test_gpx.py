@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.geodesy import from_local, to_local
-from hypertuna.gpx import SPACE, gpx_text, read_gpx, write_gpx
+from hypertuna.mission.geodesy import from_local, to_local
+from hypertuna.mission.gpx import SPACE, gpx_text, read_gpx, write_gpx
 from voyage import voyage
 
 # Children of each element in the order of the schema, topografix.com/GPX/1/1/gpx.xsd; * for any number.

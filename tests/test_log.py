@@ -16,13 +16,13 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.frames import angles_of, rotation_of
-from hypertuna.mcap_read import Log, read_log
-from hypertuna.mission_record import COLUMNS, MissionRecord, joined, mission_from, mission_table
+from hypertuna.mission.read_log import Log, read_log
+from hypertuna.mission.record import COLUMNS, MissionRecord, joined, mission_from, mission_table
 from voyage import voyage
 
 foxglove = pytest.importorskip("foxglove", reason="needs the extra log: pip install 'hypertuna[log]'")
 from hypertuna.io.mcap import CHUNK  # noqa: E402
-from hypertuna.mcap_log import LogWriter, write_log  # noqa: E402
+from hypertuna.mission.log import LogWriter, write_log  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -251,8 +251,8 @@ CHILD = """
 import sys, time
 from pathlib import Path
 from voyage import voyage
-from hypertuna.mcap_log import LogWriter
-from hypertuna.mission_record import MissionRecord
+from hypertuna.mission.log import LogWriter
+from hypertuna.mission.record import MissionRecord
 whole = voyage(150)
 names = MissionRecord.__dataclass_fields__
 writer = LogWriter(Path(sys.argv[1]))

@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 
 import hypertuna as ht
 from hypertuna.frames import pose_to
-from hypertuna.geodesy import from_local, to_local
-from hypertuna.mission_file import MissionFile, drawn, missions, parse_mission, read_mission, reference
+from hypertuna.mission.file import MissionFile, drawn, missions, parse_mission, read_mission, reference
+from hypertuna.mission.geodesy import from_local, to_local
 
 SHIPPED = Path(__file__).parents[1] / "missions"
 SEEDS = 400  # of the fuzz

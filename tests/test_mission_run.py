@@ -9,7 +9,7 @@ import hypertuna as ht
 from hypertuna.control.mission import Mission, Waypoint
 from hypertuna.errors import InputError
 from hypertuna.frames import angles_of
-from hypertuna.mission_run import MissionRun, fly_mission, fly_part, joined, mission_start
+from hypertuna.mission.run import MissionRun, fly_mission, fly_part, joined, mission_start
 
 NORTH = -math.pi / 2  # of the axis from nose to tail: the robot faces north
 OUT = Mission(waypoints=(Waypoint(0, 60, 1, 0.3, 2), Waypoint(30, 60, 1, 0.3, 2)), heading=NORTH, stay=True)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.frames import attitude_of
-from hypertuna.mission_file import read_mission
-from hypertuna.mission_record import MissionRecord
+from hypertuna.mission.file import read_mission
+from hypertuna.mission.record import MissionRecord
 
 Array = NDArray[np.float64]
 

@@ -3,10 +3,10 @@
 from hypertuna.actuation.bending import Bend, bend
 from hypertuna.description.robot import Robot, load, robots
 from hypertuna.errors import InputError
-from hypertuna.flight import Flight, fly
 from hypertuna.identify import Fit, identify
 from hypertuna.limits import Limit, gait_limits
-from hypertuna.mission_file import MissionFile, read_mission
+from hypertuna.mission.file import MissionFile, read_mission
+from hypertuna.mission.flight import Flight, fly
 from hypertuna.optimize import Optimum, optimize
 from hypertuna.pareto import Front, pareto
 from hypertuna.results_page import report

@@ -19,8 +19,8 @@ from rich.text import Text
 from hypertuna.console import check_suffix, number, print_json, progress_bar, tell_written
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
-from hypertuna.link_mission import download, upload
-from hypertuna.mission_file import read_mission
+from hypertuna.mission.file import read_mission
+from hypertuna.mission.upload import download, upload
 from hypertuna.radio.calibration import KINDS, Calibration, Pair, calibrate, read_pairs, sensor_of
 from hypertuna.radio.client import Client, connect
 from hypertuna.radio.dialect import SILENT, need_radio

@@ -13,14 +13,14 @@ from hypertuna.console import check_suffix, command_line, print_json, progress_b
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.firmware.black_box import boxes_of, record_of
-from hypertuna.gpx import write_gpx
 from hypertuna.io.files import columns_csv, write_atomically
 from hypertuna.io.mcap import need_log
-from hypertuna.log_fields import DEGREES, DERIVED, fields
-from hypertuna.mcap_log import write_log
-from hypertuna.mcap_read import Log, read_log
-from hypertuna.mission_file import read_mission
-from hypertuna.mission_record import MissionRecord, record_facts
+from hypertuna.mission.file import read_mission
+from hypertuna.mission.gpx import write_gpx
+from hypertuna.mission.log import write_log
+from hypertuna.mission.log_fields import DEGREES, DERIVED, fields
+from hypertuna.mission.read_log import Log, read_log
+from hypertuna.mission.record import MissionRecord, record_facts
 from hypertuna.options import Name
 
 __all__ = ["log_app"]
@@ -53,7 +53,7 @@ def plot_command(file: File, output: Output, as_json: AsJson = False) -> None:
     check_suffix(output, (".svg", ".png", ".pdf"), "--output")
     log = read_log(file)
     from hypertuna.figures import save
-    from hypertuna.plots_mission import plot_mission
+    from hypertuna.mission.plots import plot_mission
 
     save(plot_mission(log.record), output)
     _finish(log, output, as_json)

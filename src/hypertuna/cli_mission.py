@@ -27,12 +27,12 @@ from hypertuna.control.guidance import gait_table
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError, shown
-from hypertuna.flight import Flight, Outcome, expected, fly, fly_seeds, outcome
-from hypertuna.gpx import check_origin, write_gpx
 from hypertuna.io.files import rows_csv, write_atomically
 from hypertuna.io.mcap import need_log
-from hypertuna.mission_file import MissionFile, missions, read_mission
-from hypertuna.mission_record import record_facts
+from hypertuna.mission.file import MissionFile, missions, read_mission
+from hypertuna.mission.flight import Flight, Outcome, expected, fly, fly_seeds, outcome
+from hypertuna.mission.gpx import check_origin, write_gpx
+from hypertuna.mission.record import record_facts
 
 __all__ = ["mission_command"]
 
@@ -289,6 +289,6 @@ def _csv(file: MissionFile, robot: Robot, done: Sequence[Outcome]) -> str:
 def _plot(flight: Flight, plot: str) -> None:
     """Draw a flight; what draws is imported only now, because that takes long."""
     from hypertuna.figures import save
-    from hypertuna.plots_mission import plot_mission
+    from hypertuna.mission.plots import plot_mission
 
     save(plot_mission(flight.record), plot)

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from hypertuna.description.robot import load
-from hypertuna.flight import Flight, fly, outcome
 from hypertuna.io.files import data_folder
 from hypertuna.ledger import Finding, published
-from hypertuna.mission_file import read_mission
-from hypertuna.mission_record import MissionRecord
+from hypertuna.mission.file import read_mission
+from hypertuna.mission.flight import Flight, fly, outcome
+from hypertuna.mission.record import MissionRecord
 from hypertuna.report import WIDTH, Picture, Section
 
 __all__ = ["LAKE", "STORED", "Lake", "findings", "fly_lake", "lake_record", "read_lake", "sections"]
@@ -171,7 +171,7 @@ def sections(lake: Lake) -> list[Section]:
     found = {finding.id: finding for finding in findings(lake)}
     if lake.record is None:
         return [Section("Open water", [f"Not told: {lake.why}."])]
-    from hypertuna.plots_mission import plot_mission
+    from hypertuna.mission.plots import plot_mission
 
     picture = Picture(
         "lake",

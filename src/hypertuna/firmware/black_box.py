@@ -21,8 +21,8 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table
-from hypertuna.mission_file import MissionFile
-from hypertuna.mission_record import COLUMNS, MissionRecord
+from hypertuna.mission.file import MissionFile
+from hypertuna.mission.record import COLUMNS, MissionRecord
 
 __all__ = ["Box", "boxes_of", "record_dtype", "record_of"]
 
@@ -97,7 +97,7 @@ def record_dtype(joints: int) -> np.dtype[Any]:
     Returns
     -------
     numpy.dtype
-        Fields by the names of `hypertuna.mission_record.COLUMNS`, and the tick.
+        Fields by the names of `hypertuna.mission.record.COLUMNS`, and the tick.
     """
     fields: list[Any] = []
     for name, number, count in _core.record_fields(joints):

@@ -25,7 +25,7 @@ from hypertuna.firmware.lockstep import COMPARED, FIXED, FROM_BOARD, GROUND, STA
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.firmware.relay import Relay
 from hypertuna.firmware.scenario import Scenario, orders_of, random_messages
-from hypertuna.mission_run import MissionRun, fly_part, joined, mission_start
+from hypertuna.mission.run import MissionRun, fly_part, joined, mission_start
 
 __all__ = ["FirmwareRun", "firmware_in_the_loop"]
 

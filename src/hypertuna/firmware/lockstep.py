@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.firmware.parameters import CONVERTER, SIGNED, FirmwareTable
-from hypertuna.geodesy import from_local
+from hypertuna.mission.geodesy import from_local
 
 __all__ = ["CHANNELS", "COMPARED", "FROM_BOARD", "ORDERS", "TO_BOARD", "Counts", "order"]
 

@@ -15,7 +15,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, whole
 from hypertuna.firmware.lockstep import DEGREES, FIXED, GROUND, LAST, NO_SAMPLE, STACK, TO_BOARD, Counts, order
 from hypertuna.firmware.parameters import FirmwareTable
-from hypertuna.mission_file import MissionFile, missions, read_mission
+from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.swimming.gait import Gait, named_gait
 
 __all__ = ["Scenario", "orders_of", "random_messages", "scenario_of"]

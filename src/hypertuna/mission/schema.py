@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field, model_validator
 from hypertuna.control.mission import cross, sides
 from hypertuna.description.schema.base import Degrees, NotNegative, Part, Positive, PositiveFraction, Real, Text, entry
 from hypertuna.errors import InputError
-from hypertuna.geodesy import FARTHEST
+from hypertuna.mission.geodesy import FARTHEST
 
 __all__ = ["Document", "Place", "Scatter", "too_far"]
 

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
 from hypertuna.frames import attitude_to
-from hypertuna.geodesy import from_local
 from hypertuna.io.files import write_atomically
 from hypertuna.io.mcap import CHUNK, ENDING, METADATA, NANO, need_log
-from hypertuna.log_fields import DEGREES, DERIVED, Field, fields, schema
-from hypertuna.mission_record import BELIEVED, COLUMNS, MissionRecord, mission_table
+from hypertuna.mission.geodesy import from_local
+from hypertuna.mission.log_fields import DEGREES, DERIVED, Field, fields, schema
+from hypertuna.mission.record import BELIEVED, COLUMNS, MissionRecord, mission_table
 
 __all__ = ["LogWriter", "write_log"]
 

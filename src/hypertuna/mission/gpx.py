@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.errors import InputError, shown
-from hypertuna.geodesy import from_local
 from hypertuna.io.files import version, write_atomically
-from hypertuna.mission_record import MissionRecord
+from hypertuna.mission.geodesy import from_local
+from hypertuna.mission.record import MissionRecord
 
 __all__ = ["GpxTrack", "check_origin", "gpx_text", "read_gpx", "write_gpx"]
 

@@ -21,11 +21,11 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal, journal_header
-from hypertuna.mcap_log import LogWriter
-from hypertuna.mission_file import MissionFile, drawn
-from hypertuna.mission_record import COLUMNS, MissionRecord, joined
-from hypertuna.mission_run import MissionRun, MissionStart, fly_part, mission_start, over, part_ticks
-from hypertuna.mission_run import joined as joined_parts
+from hypertuna.mission.file import MissionFile, drawn
+from hypertuna.mission.log import LogWriter
+from hypertuna.mission.record import COLUMNS, MissionRecord, joined
+from hypertuna.mission.run import MissionRun, MissionStart, fly_part, mission_start, over, part_ticks
+from hypertuna.mission.run import joined as joined_parts
 
 __all__ = ["Flight", "Outcome", "expected", "fly", "fly_seeds", "outcome"]
 
@@ -118,7 +118,7 @@ def fly(
         Of the sensors' noise, and of the water and the satellites where the file scatters them; 0 for the mission as
         it stands.
     faults : iterable of str
-        Of sensors and fins, as `hypertuna.mission_run.mission_start` takes them.
+        Of sensors and fins, as `hypertuna.mission.run.mission_start` takes them.
     every : int
         Ticks from one row of the record to the next.
     duration : float, optional

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hypertuna.mission_record import COLUMNS, parts_of
+from hypertuna.mission.record import COLUMNS, parts_of
 
 __all__ = ["SCALARS", "Field", "fields", "schema"]
 
@@ -68,7 +68,7 @@ def fields(names: Collection[str], joints: tuple[str, ...], circuits: tuple[str,
     Parameters
     ----------
     names : collection of str
-        Quantities that are recorded, of `hypertuna.mission_record.COLUMNS`.
+        Quantities that are recorded, of `hypertuna.mission.record.COLUMNS`.
     joints, circuits : tuple of str
         Names of the joint groups and of the oil circuits.
 

@@ -20,9 +20,9 @@ from hypertuna.description.reference import markdown
 from hypertuna.description.validation import translate
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.frames import pose_from
-from hypertuna.geodesy import FARTHEST, to_local
 from hypertuna.io.tables import read_text
-from hypertuna.schema_mission import Document, Place, Scatter, too_far
+from hypertuna.mission.geodesy import FARTHEST, to_local
+from hypertuna.mission.schema import Document, Place, Scatter, too_far
 
 __all__ = ["MissionFile", "Scatter", "drawn", "missions", "parse_mission", "read_mission", "reference"]
 

@@ -10,7 +10,7 @@ from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
 from hypertuna.figures import COLORS, EDGE, FAINT, GRID, INK, TIGHT, WIDTH, styled
-from hypertuna.mission_record import MissionRecord
+from hypertuna.mission.record import MissionRecord
 
 __all__ = ["plot_mission"]
 

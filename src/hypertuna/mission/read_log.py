@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from hypertuna.errors import InputError
 from hypertuna.frames import attitude_from
 from hypertuna.io.mcap import LINK, NANO, Pile, pile_of, wire
-from hypertuna.log_fields import fields
-from hypertuna.mission_record import COLUMNS, MissionRecord, mission_from
+from hypertuna.mission.log_fields import fields
+from hypertuna.mission.record import COLUMNS, MissionRecord, mission_from
 
 __all__ = ["Log", "read_log"]
 

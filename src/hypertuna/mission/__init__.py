@@ -1,0 +1,1 @@
+"""Mission files, flights, records, logs, GPX, upload."""
