@@ -10,10 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 import hypertuna as ht
-from hypertuna.agreement import criteria, errors, misfit, squares
-from hypertuna.certainty import _units, certainty
-from hypertuna.coefficients import Free, draws, free
-from hypertuna.predict import Experiment, Prediction, experiment, loss_terms, predict, weighted
+from hypertuna.identification.coefficients import Free, draws, free
+from hypertuna.identification.prediction import Experiment, Prediction, experiment, loss_terms, predict, weighted
+from hypertuna.identification.residuals import criteria, errors, misfit, squares
+from hypertuna.identification.uncertainty import _units, certainty
 from hypertuna.trials.trials import Trials
 from synthetic import NINE, grid, steady, swims
 

@@ -10,11 +10,20 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.coefficients import Free, columns, directions, draws, free, from_scale, to_scale, with_values
 from hypertuna.description.robot import parse
 from hypertuna.description.writer import robot_text, write_robot
-from hypertuna.free_names import free_of, split_names
-from hypertuna.identify import with_fit
+from hypertuna.identification.coefficients import (
+    Free,
+    columns,
+    directions,
+    draws,
+    free,
+    from_scale,
+    to_scale,
+    with_values,
+)
+from hypertuna.identification.identify import with_fit
+from hypertuna.identification.names import free_of, split_names
 from hypertuna.swimming.model import parameter_names
 from models import MODELS, changed
 from synthetic import NINE

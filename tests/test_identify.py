@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.coefficients import Free, free, from_scale, to_scale, with_values
-from hypertuna.identify import compare, identify
-from hypertuna.posterior import posterior, with_posterior
-from hypertuna.predict import FAILED, experiment, predict, weighted
+from hypertuna.identification.coefficients import Free, free, from_scale, to_scale, with_values
+from hypertuna.identification.identify import compare, identify
+from hypertuna.identification.posterior import posterior, with_posterior
+from hypertuna.identification.prediction import FAILED, experiment, predict, weighted
 from hypertuna.trials.trials import SteadyRun, Trials, digest, split
 from models import MODELS, changed
 from synthetic import NINE, grid, steady, swims
@@ -281,7 +281,7 @@ def test_digest_sees_what_the_runs_hold_and_not_where_they_lie(tuna: ht.Robot) -
 FIT = """
     import sys
     import hypertuna as ht
-    from hypertuna.identify import identify
+    from hypertuna.identification.identify import identify
     sys.path.insert(0, {tests!r})
     from synthetic import grid, steady
 

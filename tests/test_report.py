@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 import hypertuna as ht
 from hypertuna.errors import InputError
 from hypertuna.figures import INK, styled
-from hypertuna.identify import identify
+from hypertuna.identification.identify import identify
 from hypertuna.plots_report import plot_dots, plot_map
 from hypertuna.report import Fact, Picture, Section, Table, inline, page, write_page
 from hypertuna.simulation.posture_test import posture_test

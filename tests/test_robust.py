@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.coefficients import draws, free
 from hypertuna.errors import InputError
-from hypertuna.identify import with_fit
+from hypertuna.identification.coefficients import draws, free
+from hypertuna.identification.identify import with_fit
 from hypertuna.limits import gait_limits
 from hypertuna.objective import Problem, goal
 from hypertuna.optimize import optimize

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hypertuna.truncated import truncated_normal
+from hypertuna.identification.truncated_normal import truncated_normal
 
 COUNT = 400
 

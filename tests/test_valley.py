@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hypertuna.valley import Valley, lengths
+from hypertuna.identification.profile import Valley, lengths
 
 WIDE, NARROW = 0.5, 0.01  # standard deviations along the valley and across it
 

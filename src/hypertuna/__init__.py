@@ -3,7 +3,7 @@
 from hypertuna.actuation.bending import Bend, bend
 from hypertuna.description.robot import Robot, load, robots
 from hypertuna.errors import InputError
-from hypertuna.identify import Fit, identify
+from hypertuna.identification.identify import Fit, identify
 from hypertuna.limits import Limit, gait_limits
 from hypertuna.mission.file import MissionFile, read_mission
 from hypertuna.mission.flight import Flight, fly

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.agreement import excess
 from hypertuna.bench import Bench
 from hypertuna.bench_combinations import DETERMINED, Combination, Direction, combinations
 from hypertuna.bench_draws import draws
@@ -31,8 +30,9 @@ from hypertuna.bench_search import (
 from hypertuna.bench_unknowns import Unknown, keys_of, with_unknowns
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
-from hypertuna.predict import loss_terms
-from hypertuna.valley import Valley, lengths
+from hypertuna.identification.prediction import loss_terms
+from hypertuna.identification.profile import Valley, lengths
+from hypertuna.identification.residuals import excess
 
 __all__ = ["BenchFit", "fit_bench"]
 
@@ -170,7 +170,7 @@ def fit_bench(
     uniform distribution; so the result is unique where the rows leave unknowns free, and an interval there is that of
     the bounds. With the Jacobian J of the residuals over their noise, in those units, J = U diag(s) V^T gives
     combinations sum_k V_kj x_k, products of powers: the bench knows the j-th s_j times better than it was known before,
-    and both together leave 1 / sqrt(1 + s_j^2) of its interval. `hypertuna.valley.lengths` widens that where the valley
+    and both together leave 1 / sqrt(1 + s_j^2) of its interval. `hypertuna.identification.profile.lengths` widens that where the valley
     of equally good fits bends. Noise that is not stated is estimated from the residuals in turn with the fit.
     """
     begun = time.monotonic()

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import SIDES, bend
-from hypertuna.agreement import excess
 from hypertuna.bench import Bench
 from hypertuna.bench_unknowns import Unknown, unknowns, with_unknowns
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.predict import LOSSES, loss_terms
+from hypertuna.identification.prediction import LOSSES, loss_terms
+from hypertuna.identification.residuals import excess
 
 __all__ = [
     "FIRST_LEVEL",
@@ -297,7 +297,7 @@ def taken_up(slope: Array) -> float:
 
 
 def levels(problem: Problem, found: Any, level: Array) -> Array:
-    """Estimate the noise that is not stated from the residuals, as `hypertuna.search` does where a loss is robust.
+    """Estimate the noise that is not stated from the residuals, as `hypertuna.identification.search` does where a loss is robust.
 
     Parameters
     ----------

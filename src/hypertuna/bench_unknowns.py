@@ -15,7 +15,7 @@ from hypertuna.actuation.soft_joint import mooney
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 from hypertuna.errors import InputError, did_you_mean
-from hypertuna.free_names import split_names
+from hypertuna.identification.names import split_names
 
 __all__ = [
     "BORDER",

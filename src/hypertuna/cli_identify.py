@@ -14,15 +14,15 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.agreement import LABELS
 from hypertuna.console import check_suffix, command_line, number, print_json, progress_bar, tell_written, whole_number
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError, did_you_mean
-from hypertuna.free_names import split_names
-from hypertuna.identify import Fit, compare, identify
-from hypertuna.posterior import Posterior, check_draws, posterior, with_posterior
+from hypertuna.identification.identify import Fit, compare, identify
+from hypertuna.identification.names import split_names
+from hypertuna.identification.posterior import Posterior, check_draws, posterior, with_posterior
+from hypertuna.identification.residuals import LABELS
 from hypertuna.trials.trials import Trials, read_trials
 
 __all__ = ["identify_command"]

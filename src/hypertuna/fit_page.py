@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hypertuna.agreement import ERRORS, LABELS
 from hypertuna.description.provenance import provenance
-from hypertuna.identify import Fit
-from hypertuna.plots_fit import plot_correlation, plot_errors, plot_intervals, plot_measured
-from hypertuna.posterior import Posterior
+from hypertuna.identification.identify import Fit
+from hypertuna.identification.plots import plot_correlation, plot_errors, plot_intervals, plot_measured
+from hypertuna.identification.posterior import Posterior
+from hypertuna.identification.residuals import ERRORS, LABELS
 from hypertuna.report import WIDTH, Fact, Part, Picture, Section, Table, write_page
 from hypertuna.trials.comparison import replay_recording, with_fitted_clock
 from hypertuna.trials.manifest import Recording

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.identify import Fit
+from hypertuna.identification.identify import Fit
 from hypertuna.metrics import cost_of_transport
 from hypertuna.published_swims import OURS, PAPER, SPEEDS, Trial
 from hypertuna.report import WIDTH, Picture, Section
@@ -64,7 +64,7 @@ def _path(fits: Mapping[str, Fit], paper: Mapping[str, Any]) -> Picture:
         f"Fig. 12(a): the nine coefficients on their way from {begin} to the best fit of the eight "
         f"published speeds, in {rounds}; the authors' needed {paper['identification']['rounds']} rounds on their own "
         "data. Each between its bounds of Table III; most end on one.",
-        "`hypertuna.identify` with exact derivatives: SciPy's trust region method.",
+        "`hypertuna.identification.identify` with exact derivatives: SciPy's trust region method.",
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.identify import Fit, identify
+from hypertuna.identification.identify import Fit, identify
 from hypertuna.ledger import Finding
 from hypertuna.published_swims import OURS, PAPER, SPEEDS, Trial, bandwidths
 from hypertuna.report import WIDTH, Picture, Section, Table
@@ -138,7 +138,7 @@ def sections(fits: Fits, trials: Mapping[str, Trial], paper: Mapping[str, Any]) 
         "The nine coefficients of Table III between their bounds: as published, and as identified from the eight "
         "published speeds, with 95 % intervals. Where the interval fills the whole range, the speeds say nothing of "
         "the coefficient.",
-        "`hypertuna.identify` with exact derivatives from the paper's start values; intervals from the curvature of "
+        "`hypertuna.identification.identify` with exact derivatives from the paper's start values; intervals from the curvature of "
         "the error at the result.",
     )
     return [

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from hypertuna.errors import InputError
-from hypertuna.identify import Fit
+from hypertuna.identification.identify import Fit
 from hypertuna.optimize import Optimum
 from hypertuna.pareto import Front
 from hypertuna.report import WIDTH, Part, Picture, Section, Table, write_page

@@ -10,9 +10,9 @@ from typing import Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.coefficients import draws
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
+from hypertuna.identification.coefficients import draws
 from hypertuna.limits import Limit
 from hypertuna.objective import Evaluation, Goal, Problem
 from hypertuna.space import Space
@@ -196,7 +196,7 @@ def robust_problem(problem: Problem, robots: Sequence[Robot], how: str) -> Robus
     ----------
     problem : Problem
     robots : sequence of Robot
-        Such as `hypertuna.coefficients.draws` gives.
+        Such as `hypertuna.identification.coefficients.draws` gives.
     how : {"mean", "worst5"}
 
     Returns

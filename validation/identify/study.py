@@ -19,7 +19,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 import hypertuna as ht
-from hypertuna.identify import identify
+from hypertuna.identification.identify import identify
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 

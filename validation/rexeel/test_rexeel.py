@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 import hypertuna as ht
 from hypertuna.description.robot import parse
-from hypertuna.identify import identify
+from hypertuna.identification.identify import identify
 from hypertuna.trials.replay import replay, rmse, smooth
 from hypertuna.trials.tracks import read_joints
 from hypertuna.trials.trials import read_trials

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.validation import nested_model, unit_of
 from hypertuna.errors import InputError
-from hypertuna.free_names import (
+from hypertuna.identification.names import (
     NUISANCES,
     check_once,
     covered,
@@ -23,8 +23,8 @@ from hypertuna.free_names import (
     members,
     resolve,
 )
+from hypertuna.identification.truncated_normal import truncated_normal
 from hypertuna.swimming.model import parameter_names
-from hypertuna.truncated import truncated_normal
 
 __all__ = [
     "Free",

@@ -11,11 +11,11 @@ from matplotlib.colors import LinearSegmentedColormap, to_rgba
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hypertuna.agreement import Errors
-from hypertuna.coefficients import Free, to_scale
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
-from hypertuna.identify import Fit
-from hypertuna.posterior import Posterior
+from hypertuna.identification.coefficients import Free, to_scale
+from hypertuna.identification.identify import Fit
+from hypertuna.identification.posterior import Posterior
+from hypertuna.identification.residuals import Errors
 
 __all__ = ["plot_correlation", "plot_errors", "plot_intervals", "plot_measured", "short_names"]
 

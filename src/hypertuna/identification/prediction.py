@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.coefficients import Free, columns, directions, position
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
+from hypertuna.identification.coefficients import Free, columns, directions, position
 from hypertuna.swimming.beat import DEFAULT_STEPS, settle, slopes
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.comparison import repeatability

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.agreement import normal_mean, squares
-from hypertuna.coefficients import Free, from_scale, to_scale
-from hypertuna.free_names import default_bounds
+from hypertuna.identification.coefficients import Free, from_scale, to_scale
+from hypertuna.identification.names import default_bounds
+from hypertuna.identification.prediction import FIRST_LEVEL, KINDS, Experiment, loss_terms, predict, weighted
+from hypertuna.identification.residuals import normal_mean, squares
 from hypertuna.io.checkpoint import Journal
-from hypertuna.predict import FIRST_LEVEL, KINDS, Experiment, loss_terms, predict, weighted
 from hypertuna.trials.trials import Trials
 
 __all__ = ["CONVERGED", "Search", "fit", "search_from", "sketch", "start_points", "stop_sentence"]
@@ -53,9 +53,9 @@ class Search:
         Of part of the steady runs, for rough searches.
     frees : tuple of Free
     loss : str
-        As for `hypertuna.predict.loss_terms`.
+        As for `hypertuna.identification.prediction.loss_terms`.
     steps, threads : int
-        As for `hypertuna.predict.predict`.
+        As for `hypertuna.identification.prediction.predict`.
     """
 
     data: Experiment
@@ -167,7 +167,7 @@ def search_from(search: Search, start: Array, levels: dict[str, float], *, rough
     start : ndarray, shape (n,)
         In the scales of the coefficients [SI or logarithm].
     levels : dict of float
-        As for `hypertuna.predict.weighted` [1, m and rad].
+        As for `hypertuna.identification.prediction.weighted` [1, m and rad].
 
     Returns
     -------

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.predict import KINDS, Experiment, Prediction, loss_terms, weighted
+from hypertuna.identification.prediction import KINDS, Experiment, Prediction, loss_terms, weighted
 
 __all__ = [
     "ERRORS",
@@ -64,7 +64,7 @@ def squares(data: Experiment, found: Prediction, levels: dict[str, float]) -> Ar
     data : Experiment
     found : Prediction
     levels : dict of float
-        As for `hypertuna.predict.weighted` [1, m and rad].
+        As for `hypertuna.identification.prediction.weighted` [1, m and rad].
 
     Returns
     -------
@@ -81,7 +81,7 @@ def normal_mean(loss: str) -> float:
     Parameters
     ----------
     loss : str
-        As for `hypertuna.predict.loss_terms`.
+        As for `hypertuna.identification.prediction.loss_terms`.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def excess(z: Array, loss: str, count: int = 0) -> float:
     z : ndarray, shape (samples,)
         Squared residuals, from `squares` [1].
     loss : str
-        As for `hypertuna.predict.loss_terms`; outliers count as little as there.
+        As for `hypertuna.identification.prediction.loss_terms`; outliers count as little as there.
     count : int
         Number of coefficients that were fitted to them.
 
@@ -129,7 +129,7 @@ def curvature(data: Experiment, z: Array, loss: str) -> float:
     z : ndarray, shape (samples,)
         Squared residuals, from `squares` [1].
     loss : str
-        As for `hypertuna.predict.loss_terms`.
+        As for `hypertuna.identification.prediction.loss_terms`.
 
     Returns
     -------
@@ -175,7 +175,7 @@ def criteria(data: Experiment, found: Prediction, levels: dict[str, float], loss
     data : Experiment
     found : Prediction
     levels : dict of float
-        As for `hypertuna.predict.weighted` [1, m and rad].
+        As for `hypertuna.identification.prediction.weighted` [1, m and rad].
     loss : str
         Stands for -2 ln of the likelihood of a sample, but for a constant.
     count : int

@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.agreement import Errors, criteria, errors
-from hypertuna.certainty import Certainty, certainty
-from hypertuna.coefficients import Free, column_key, column_of, free, from_scale, with_values
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.validation import written
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.fit_warnings import repeated, warnings_of
-from hypertuna.free_names import NUISANCES, free_of, split_names
+from hypertuna.identification.coefficients import Free, column_key, column_of, free, from_scale, with_values
+from hypertuna.identification.names import NUISANCES, free_of, split_names
+from hypertuna.identification.prediction import LOSSES, experiment, predict
+from hypertuna.identification.residuals import Errors, criteria, errors
+from hypertuna.identification.search import CONVERGED, Search, fit, sketch, start_points, stop_sentence
+from hypertuna.identification.uncertainty import Certainty, certainty
+from hypertuna.identification.warnings import repeated, warnings_of
 from hypertuna.io.checkpoint import Journal, journal_header
 from hypertuna.io.files import version
-from hypertuna.predict import LOSSES, experiment, predict
-from hypertuna.search import CONVERGED, Search, fit, sketch, start_points, stop_sentence
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
 from hypertuna.trials.trials import Trials, digest, read_trials, split
 
@@ -56,7 +56,7 @@ class Fit:
     train, validation : Errors
         The latter of runs that the fit has not seen; None without any.
     criteria : dict
-        From `hypertuna.certainty.criteria`.
+        From `hypertuna.identification.uncertainty.criteria`.
     stop : str
         Why the search ended.
     converged : bool
@@ -124,7 +124,7 @@ def identify(
     trials : Trials, str, Path or sequence of paths
         From `hypertuna.read_trials`, or what that reads.
     free : str, sequence of str, or of Free
-        Names as `hypertuna.coefficients.free` reads them; in one text, with commas between them.
+        Names as `hypertuna.identification.coefficients.free` reads them; in one text, with commas between them.
     validate : float
         Part of the runs, drawn at random, that the fit does not see and is then judged on [1].
     seed : int
@@ -135,7 +135,7 @@ def identify(
         Searches: from the robot's values, from Table III's (for other coefficients what data/published/bounds.toml
         says), then from Sobol's points within the bounds. The best one counts.
     bounds, log, start : optional
-        As for `hypertuna.coefficients.free`, in SI units [SI].
+        As for `hypertuna.identification.coefficients.free`, in SI units [SI].
     steps : int
         Runge-Kutta steps per beat.
     threads : int, optional

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.certainty import Certainty
-from hypertuna.coefficients import Free, column_of
-from hypertuna.free_names import NUISANCES
-from hypertuna.predict import Experiment
+from hypertuna.identification.coefficients import Free, column_of
+from hypertuna.identification.names import NUISANCES
+from hypertuna.identification.prediction import Experiment
+from hypertuna.identification.uncertainty import Certainty
 from hypertuna.trials.trials import Trials
 
 __all__ = ["repeated", "warnings_of"]

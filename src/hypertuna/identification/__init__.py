@@ -1,0 +1,1 @@
+"""Coefficients from trials, with uncertainty."""
