@@ -13,13 +13,13 @@ from unittest import mock
 from figures_common import rows
 from matplotlib.figure import Figure
 
-from hypertuna.bench import read_bench
-from hypertuna.bench_fit import BenchFit, fit_bench
-from hypertuna.bench_unknowns import FACTORS, PER_JOINT, SHARED, unknowns
-from hypertuna.bench_worth import worth
+from hypertuna.characterization.data import read_bench
+from hypertuna.characterization.experiment_design import worth
+from hypertuna.characterization.fit import BenchFit, fit_bench
+from hypertuna.characterization.plots import plot_bench
+from hypertuna.characterization.unknowns import FACTORS, PER_JOINT, SHARED, unknowns
 from hypertuna.cli_bench import BORDER, COUNTED
 from hypertuna.description.robot import load
-from hypertuna.plots_bench import plot_bench
 
 FOLDER = Path(__file__).resolve().parents[1] / "examples" / "bench"
 FISH = load("hypertuna")

@@ -15,11 +15,11 @@ import pytest
 import hypertuna as ht
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.soft_joint import muscle
-from hypertuna.bench import Bench, read_bench
-from hypertuna.bench_fit import BenchFit, fit_bench
-from hypertuna.bench_search import computed
-from hypertuna.bench_unknowns import unknowns, with_unknowns
-from hypertuna.bench_worth import worth
+from hypertuna.characterization.data import Bench, read_bench
+from hypertuna.characterization.experiment_design import worth
+from hypertuna.characterization.fit import BenchFit, fit_bench
+from hypertuna.characterization.search import computed
+from hypertuna.characterization.unknowns import unknowns, with_unknowns
 from hypertuna.description.robot import parse
 from hypertuna.description.writer import robot_text
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import hypertuna as ht
-from hypertuna.bench import read_bench
-from hypertuna.bench_fit import fit_bench
+from hypertuna.characterization.data import read_bench
+from hypertuna.characterization.fit import fit_bench
 from program import Run
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "bench"

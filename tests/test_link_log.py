@@ -10,7 +10,7 @@ pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 pytest.importorskip("foxglove", reason="logs need the extra log")
 
 import hypertuna as ht
-from hypertuna.bench import read_bench
+from hypertuna.characterization.data import read_bench
 from hypertuna.errors import InputError
 from hypertuna.radio.dialect import dialect
 from hypertuna.radio.log import LinkLogWriter, read_link_log

@@ -11,7 +11,7 @@ import numpy as np
 
 import hypertuna as ht
 from hypertuna.actuation.bending import bend
-from hypertuna.bench_unknowns import unknowns, with_unknowns
+from hypertuna.characterization.unknowns import unknowns, with_unknowns
 
 SEED = 1
 ANGLE_NOISE = 0.2  # deg

@@ -11,11 +11,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.bench import Bench, read_bench
-from hypertuna.bench_combinations import DETERMINED, Combination
-from hypertuna.bench_fit import BenchFit, fit_bench
-from hypertuna.bench_unknowns import BORDER, FACTORS, Unknown
-from hypertuna.bench_worth import Worth, worth
+from hypertuna.characterization.combinations import DETERMINED, Combination
+from hypertuna.characterization.data import Bench, read_bench
+from hypertuna.characterization.experiment_design import Worth, worth
+from hypertuna.characterization.fit import BenchFit, fit_bench
+from hypertuna.characterization.unknowns import BORDER, FACTORS, Unknown
 from hypertuna.console import check_suffix, number, print_json, progress_bar, tell_written, whole_number
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
@@ -84,8 +84,8 @@ def fit_command(
         )
     more = worth(fit)
     if plot is not None:
+        from hypertuna.characterization.plots import plot_bench
         from hypertuna.figures import save
-        from hypertuna.plots_bench import plot_bench
 
         save(plot_bench(fit), plot)
     if output is not None:

@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.actuation.bending import MATERIAL_SETS, Bend, Step, bend, misprints, mooney
-from hypertuna.bench import joint_index
+from hypertuna.characterization.data import joint_index
 from hypertuna.console import check_suffix, command_line, print_json, tell_written
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load

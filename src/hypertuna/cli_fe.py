@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.actuation.bending import Bend, bend
-from hypertuna.bench import joint_index
+from hypertuna.characterization.data import joint_index
 from hypertuna.cli_fe_compare import compare_command
 from hypertuna.cli_fe_options import (
     LAW,

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.bench import joint_index
+from hypertuna.characterization.data import joint_index
 from hypertuna.cli_fe_options import (
     LAW,
     MESH,

@@ -11,7 +11,7 @@ import typer
 
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS
 from hypertuna.actuation.sizing import with_bore
-from hypertuna.bench import HIGHEST_PRESSURE
+from hypertuna.characterization.data import HIGHEST_PRESSURE
 from hypertuna.console import number, number_list, ranges
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError, did_you_mean

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from hypertuna.actuation.bending import bend
-from hypertuna.bench import read_bench
-from hypertuna.bench_fit import BenchFit, fit_bench
-from hypertuna.bench_unknowns import with_unknowns
+from hypertuna.characterization.data import read_bench
+from hypertuna.characterization.fit import BenchFit, fit_bench
+from hypertuna.characterization.unknowns import with_unknowns
 
 study = runpy.run_path(str(Path(__file__).with_name("study.py")))
 FISH, drawn = study["FISH"], study["drawn"]

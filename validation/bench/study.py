@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 import hypertuna as ht
-from hypertuna.bench import Bench, Loop
-from hypertuna.bench_fit import BenchFit, fit_bench
-from hypertuna.bench_search import computed
-from hypertuna.bench_unknowns import Unknown, unknowns, with_unknowns
+from hypertuna.characterization.data import Bench, Loop
+from hypertuna.characterization.fit import BenchFit, fit_bench
+from hypertuna.characterization.search import computed
+from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
 
 FISH = ht.load("hypertuna")
 PRESSURES = np.linspace(50e3, 250e3, 5)

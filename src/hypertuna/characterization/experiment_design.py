@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import SIDES, bend
 from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney, muscle, soft_joint
-from hypertuna.bench import Bench, Loop
-from hypertuna.bench_fit import BenchFit
-from hypertuna.bench_search import computed
-from hypertuna.bench_unknowns import with_unknowns
+from hypertuna.characterization.data import Bench, Loop
+from hypertuna.characterization.fit import BenchFit
+from hypertuna.characterization.search import computed
+from hypertuna.characterization.unknowns import with_unknowns
 from hypertuna.description.robot import Robot
 
 __all__ = ["Worth", "worth"]

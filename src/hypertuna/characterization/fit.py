@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.bench import Bench
-from hypertuna.bench_combinations import DETERMINED, Combination, Direction, combinations
-from hypertuna.bench_draws import draws
-from hypertuna.bench_search import (
+from hypertuna.characterization.combinations import DETERMINED, Combination, Direction, combinations
+from hypertuna.characterization.data import Bench
+from hypertuna.characterization.sampling import draws
+from hypertuna.characterization.search import (
     FIRST_LEVEL,
     KINDS,
     ROUGH,
@@ -27,7 +27,7 @@ from hypertuna.bench_search import (
     start_points,
     taken_up,
 )
-from hypertuna.bench_unknowns import Unknown, keys_of, with_unknowns
+from hypertuna.characterization.unknowns import Unknown, keys_of, with_unknowns
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.identification.prediction import loss_terms
@@ -140,9 +140,9 @@ def fit_bench(
     ----------
     robot : Robot
     bench : Bench
-        From `hypertuna.bench.read_bench`.
+        From `hypertuna.characterization.data.read_bench`.
     free : sequence of str or str, optional
-        As for `hypertuna.bench_unknowns.unknowns`.
+        As for `hypertuna.characterization.unknowns.unknowns`.
     bounds : mapping, optional
         Lowest and highest value by name [SI].
     loss : {"soft_l1", "linear", "huber", "cauchy"}

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import SIDES, bend
-from hypertuna.bench import Loop
-from hypertuna.bench_combinations import DETERMINED
-from hypertuna.bench_fit import BenchFit
+from hypertuna.characterization.combinations import DETERMINED
+from hypertuna.characterization.data import Loop
+from hypertuna.characterization.fit import BenchFit
 from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
 
 __all__ = ["plot_bench"]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.bench_search import Problem
+from hypertuna.characterization.search import Problem
 
 __all__ = ["draws"]
 

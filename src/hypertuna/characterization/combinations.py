@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.bench_unknowns import Unknown
+from hypertuna.characterization.unknowns import Unknown
 
 __all__ = ["DETERMINED", "Combination", "Direction", "combinations"]
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import SIDES, bend
-from hypertuna.bench import Bench
-from hypertuna.bench_unknowns import Unknown, unknowns, with_unknowns
+from hypertuna.characterization.data import Bench
+from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.identification.prediction import LOSSES, loss_terms
@@ -167,7 +167,7 @@ def pose(
     robot : Robot
     bench : Bench
     free, bounds, loss, starts
-        As for `hypertuna.bench_fit.fit_bench`.
+        As for `hypertuna.characterization.fit.fit_bench`.
 
     Returns
     -------

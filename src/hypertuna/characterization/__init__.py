@@ -1,0 +1,1 @@
+"""An actuator from its test bench."""
