@@ -32,12 +32,11 @@ from scipy.special import ellipe
 from hypertuna.cli import main
 from hypertuna.description.robot import load
 from hypertuna.figures import save
-from hypertuna.limits import gait_limits
-from hypertuna.objective import OBJECTIVES
-from hypertuna.optimize import METHODS, Optimum, optimize
-from hypertuna.pareto import Front, pareto
-from hypertuna.plots_optimize import plot_convergence
-from hypertuna.plots_pareto import plot_pareto
+from hypertuna.optimization.constraints import gait_limits
+from hypertuna.optimization.objective import OBJECTIVES
+from hypertuna.optimization.optimize import METHODS, Optimum, optimize
+from hypertuna.optimization.pareto import Front, pareto
+from hypertuna.optimization.plots import plot_convergence, plot_pareto
 from hypertuna.published_swims import SPEEDS, Trial, swim_published
 from hypertuna.published_twins import swim_bores
 from hypertuna.report import Table

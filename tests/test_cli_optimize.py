@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.optimize import optimize
+from hypertuna.optimization.optimize import optimize
 from program import Run
 
 SMALL = ("optimize", "--robot", "hypertuna", "--particles", "5", "--iterations", "3")

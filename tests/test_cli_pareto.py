@@ -15,10 +15,10 @@ import pytest
 import xarray as xr
 
 import hypertuna as ht
-from hypertuna.evolution import nondominated
-from hypertuna.objective import OBJECTIVES
-from hypertuna.pareto import Front, pareto
-from hypertuna.plots_pareto import plot_pareto
+from hypertuna.optimization.nsga2 import nondominated
+from hypertuna.optimization.objective import OBJECTIVES
+from hypertuna.optimization.pareto import Front, pareto
+from hypertuna.optimization.plots import plot_pareto
 from program import Run
 
 SMALL = ("pareto", "--robot", "hypertuna", "--population", "8", "--generations", "3")

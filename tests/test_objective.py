@@ -8,9 +8,9 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.errors import InputError
-from hypertuna.limits import gait_limits, gait_quantities
-from hypertuna.objective import UNUSABLE, Problem, expected_speed, goal
-from hypertuna.space import gait_bounds
+from hypertuna.optimization.constraints import gait_limits, gait_quantities
+from hypertuna.optimization.design_space import gait_bounds
+from hypertuna.optimization.objective import UNUSABLE, Problem, expected_speed, goal
 from hypertuna.swimming.beat import settle
 
 

@@ -15,10 +15,10 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.errors import InputError
-from hypertuna.limits import Limit, gait_limits
-from hypertuna.objective import Problem, goal
-from hypertuna.optimize import METHODS, WEIGHT, Optimum, optimize
-from hypertuna.space import gait_bounds
+from hypertuna.optimization.constraints import Limit, gait_limits
+from hypertuna.optimization.design_space import gait_bounds
+from hypertuna.optimization.objective import Problem, goal
+from hypertuna.optimization.optimize import METHODS, WEIGHT, Optimum, optimize
 from models import changed
 
 RUNS = 20  # of the particle swarm, that gradients are compared with
@@ -196,7 +196,7 @@ def test_resumed_search_ends_the_same(tuna: ht.Robot, method: str, tmp_path: Pat
 
 def test_killed_in_the_middle_it_resumes_to_the_same_gait(tuna: ht.Robot, tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
-    program = "from hypertuna.optimize import *; from hypertuna import load; import sys; "
+    program = "from hypertuna.optimization.optimize import *; from hypertuna import load; import sys; "
     program += "optimize(load('hypertuna'), maximize='speed', particles=40, checkpoint=sys.argv[1])"
     with subprocess.Popen([sys.executable, "-c", program, str(path)]) as killed:
         while killed.poll() is None and (not path.exists() or path.read_bytes().count(b"\n") < 6):

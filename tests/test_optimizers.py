@@ -9,10 +9,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from hypertuna.descents import Descents, latin_hypercube
 from hypertuna.errors import InputError
-from hypertuna.objective import Evaluation
-from hypertuna.optimizers import CovarianceAdaptation, Optimizer, de, pso
+from hypertuna.optimization.gradient import Descents, latin_hypercube
+from hypertuna.optimization.objective import Evaluation
+from hypertuna.optimization.optimizers import CovarianceAdaptation, Optimizer, de, pso
 
 LOWER, UPPER = np.array([-1.0, 0.0, 10.0]), np.array([1.0, 2.0, 40.0])
 WIDTH = UPPER - LOWER

@@ -10,11 +10,11 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.errors import InputError
-from hypertuna.evolution import Evolution, hypervolume, nondominated
-from hypertuna.limits import Limit
-from hypertuna.objective import OBJECTIVES, Evaluation
-from hypertuna.pareto import Front, pareto
-from hypertuna.polish import Descent, descend, stationarity
+from hypertuna.optimization.constraints import Limit
+from hypertuna.optimization.nsga2 import Evolution, hypervolume, nondominated
+from hypertuna.optimization.objective import OBJECTIVES, Evaluation
+from hypertuna.optimization.pareto import Front, pareto
+from hypertuna.optimization.polish import Descent, descend, stationarity
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,12 @@ import hypertuna as ht
 from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import draws, free
 from hypertuna.identification.identify import with_fit
-from hypertuna.limits import gait_limits
-from hypertuna.objective import Problem, goal
-from hypertuna.optimize import optimize
-from hypertuna.pareto import pareto
-from hypertuna.robust import over_fit, robust_problem
-from hypertuna.space import gait_bounds
+from hypertuna.optimization.constraints import gait_limits
+from hypertuna.optimization.design_space import gait_bounds
+from hypertuna.optimization.objective import Problem, goal
+from hypertuna.optimization.optimize import optimize
+from hypertuna.optimization.pareto import pareto
+from hypertuna.optimization.robust import over_fit, robust_problem
 from models import changed
 
 GOALS = (goal("speed"), goal("cost_of_transport"))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import hypertuna as ht
 from hypertuna.description.robot import load, parse
 from hypertuna.errors import InputError
-from hypertuna.space import gait_bounds, gait_columns
+from hypertuna.optimization.design_space import gait_bounds, gait_columns
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.model import parameter_names
 from models import changed

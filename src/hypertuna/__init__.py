@@ -4,11 +4,11 @@ from hypertuna.actuation.bending import Bend, bend
 from hypertuna.description.robot import Robot, load, robots
 from hypertuna.errors import InputError
 from hypertuna.identification.identify import Fit, identify
-from hypertuna.limits import Limit, gait_limits
 from hypertuna.mission.file import MissionFile, read_mission
 from hypertuna.mission.flight import Flight, fly
-from hypertuna.optimize import Optimum, optimize
-from hypertuna.pareto import Front, pareto
+from hypertuna.optimization.constraints import Limit, gait_limits
+from hypertuna.optimization.optimize import Optimum, optimize
+from hypertuna.optimization.pareto import Front, pareto
 from hypertuna.results_page import report
 from hypertuna.simulation.dive import Dive, Leg, dive
 from hypertuna.simulation.run import TwinRun

@@ -32,9 +32,9 @@ from hypertuna.console import check_suffix, number, number_list, print_json, tel
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
-from hypertuna.experiment import TankSearch, TankWish
 from hypertuna.io.files import write_atomically
-from hypertuna.space import gait_columns
+from hypertuna.optimization.design_space import gait_columns
+from hypertuna.optimization.experiment import TankSearch, TankWish
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import COLUMNS, SteadyRun, read_steady
 

@@ -23,9 +23,9 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError, shown
-from hypertuna.objective import Limit, gait_limits
-from hypertuna.optimize import Margin, Optimum, optimize
-from hypertuna.robust import WAYS
+from hypertuna.optimization.objective import Limit, gait_limits
+from hypertuna.optimization.optimize import Margin, Optimum, optimize
+from hypertuna.optimization.robust import WAYS
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import Gait
 
@@ -349,6 +349,6 @@ def _with_gait(robot: Robot, gait: Gait) -> Robot:
 def _plot(best: Optimum, plot: str) -> None:
     """Draw the convergence."""
     from hypertuna.figures import save
-    from hypertuna.plots_optimize import plot_convergence
+    from hypertuna.optimization.plots import plot_convergence
 
     save(plot_convergence([best]), plot)

@@ -38,9 +38,9 @@ from hypertuna.console import (
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
-from hypertuna.objective import OBJECTIVES
-from hypertuna.pareto import SLOW, Front, pareto
-from hypertuna.robust import WAYS
+from hypertuna.optimization.objective import OBJECTIVES
+from hypertuna.optimization.pareto import SLOW, Front, pareto
+from hypertuna.optimization.robust import WAYS
 from hypertuna.swimming.beat import DEFAULT_STEPS
 
 __all__ = ["pareto_command"]
@@ -190,7 +190,7 @@ def _csv(front: Front) -> str:
 def _plot(front: Front, plot: str) -> None:
     """Draw a front; what draws is imported only now, because that takes long."""
     from hypertuna.figures import save
-    from hypertuna.plots_pareto import plot_pareto
+    from hypertuna.optimization.plots import plot_pareto
 
     save(plot_pareto(front), plot)
 

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from hypertuna.ledger import RULES, Finding
-from hypertuna.optimize import Optimum, optimize
+from hypertuna.optimization.optimize import Optimum, optimize
 from hypertuna.published_swims import OURS, PAPER, WISHES, Trial
 from hypertuna.report import WIDTH, Picture, Section, Table
 from hypertuna.swimming.gait import Gait

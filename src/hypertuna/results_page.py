@@ -11,8 +11,8 @@ import numpy as np
 
 from hypertuna.errors import InputError
 from hypertuna.identification.identify import Fit
-from hypertuna.optimize import Optimum
-from hypertuna.pareto import Front
+from hypertuna.optimization.optimize import Optimum
+from hypertuna.optimization.pareto import Front
 from hypertuna.report import WIDTH, Part, Picture, Section, Table, write_page
 from hypertuna.simulation.posture_test import Held, PostureTest
 from hypertuna.simulation.run import TwinRun
@@ -240,7 +240,7 @@ def _optimum(best: Optimum) -> Section:
 
 def _front(front: Front) -> Section:
     """Tell of a Pareto front."""
-    from hypertuna.plots_pareto import plot_pareto
+    from hypertuna.optimization.plots import plot_pareto
 
     names = " and ".join(name.replace("_", " ") for name in front.objectives)
     shows = f"{len(front.x)} gaits of which none is better than another in every objective."

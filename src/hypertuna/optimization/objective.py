@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.limits import Limit, gait_limits, gait_quantities
-from hypertuna.space import Space
+from hypertuna.optimization.constraints import Limit, gait_limits, gait_quantities
+from hypertuna.optimization.design_space import Space
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, settle, slopes
 from hypertuna.swimming.sweep import Gaits
 

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.descents import Descents
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.checkpoint import Journal, journal_header
-from hypertuna.objective import Goal, Limit, Problem, expected_speed, goal
-from hypertuna.optimizers import CovarianceAdaptation, Optimizer, de, pso
-from hypertuna.optimum import Margin, Optimum, concluded
-from hypertuna.robust import over_fit
-from hypertuna.space import gait_bounds
+from hypertuna.optimization.design_space import gait_bounds
+from hypertuna.optimization.gradient import Descents
+from hypertuna.optimization.objective import Goal, Limit, Problem, expected_speed, goal
+from hypertuna.optimization.optimizers import CovarianceAdaptation, Optimizer, de, pso
+from hypertuna.optimization.optimum import Margin, Optimum, concluded
+from hypertuna.optimization.robust import over_fit
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
 
 __all__ = ["METHODS", "WEIGHT", "Margin", "Optimum", "make_optimizer", "optimize", "wish"]
@@ -107,7 +107,7 @@ def optimize(
         k of it [m/s per J/(kg m)].
     bounds : mapping, optional
         Lowest and highest values in Hz or degrees beside those of the robot's file, as for
-        `hypertuna.space.gait_bounds` [Hz or deg].
+        `hypertuna.optimization.design_space.gait_bounds` [Hz or deg].
     limits : sequence of Limit
         From `gait_limits`.
     method : {"pso", "cma", "gradient", "de"}

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal, journal_header, read_header
-from hypertuna.limits import Limit, gait_quantities
-from hypertuna.objective import Problem
-from hypertuna.optimize import make_optimizer, wish
-from hypertuna.space import gait_bounds
+from hypertuna.optimization.constraints import Limit, gait_quantities
+from hypertuna.optimization.design_space import gait_bounds
+from hypertuna.optimization.objective import Problem
+from hypertuna.optimization.optimize import make_optimizer, wish
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import SteadyRun
 
@@ -38,9 +38,9 @@ class TankWish:
         Name, or path of its file.
     maximize, minimize : str or None
     speed, weight : float or None
-        As for `hypertuna.optimize` [m/s; m/s per J/(kg m)].
+        As for `hypertuna.optimization.optimize` [m/s; m/s per J/(kg m)].
     bounds : mapping
-        As for `hypertuna.space.gait_bounds` [Hz or deg].
+        As for `hypertuna.optimization.design_space.gait_bounds` [Hz or deg].
     limits : tuple of Limit
         Of the gait alone: rates and reach.
     method : str

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
-from hypertuna.limits import Limit
-from hypertuna.objective import UNUSABLE, Evaluation, Goal, Problem, goal
-from hypertuna.optimizers import Optimizer
-from hypertuna.robust import RobustProblem
-from hypertuna.space import Space
+from hypertuna.optimization.constraints import Limit
+from hypertuna.optimization.design_space import Space
+from hypertuna.optimization.objective import UNUSABLE, Evaluation, Goal, Problem, goal
+from hypertuna.optimization.optimizers import Optimizer
+from hypertuna.optimization.robust import RobustProblem
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import Swim, swim
 
@@ -82,7 +82,7 @@ class Optimum:
     margins : tuple of Margin
         Of the limits.
     bounds : mapping
-        Which end of its bounds the gait lies on, "lower" or "upper", by the names of `hypertuna.space.gait_columns`.
+        Which end of its bounds the gait lies on, "lower" or "upper", by the names of `hypertuna.optimization.design_space.gait_columns`.
     near_best : mapping
         How flat the best is: by the same names, the lowest and highest value between which, all others held, the value
         of the goal stays within 0.5 % of the best and all limits are kept [Hz or deg]; empty where a speed is expected.

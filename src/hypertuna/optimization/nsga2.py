@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.objective import UNUSABLE, Evaluation
+from hypertuna.optimization.objective import UNUSABLE, Evaluation
 
 __all__ = ["Evolution", "hypervolume", "nondominated"]
 

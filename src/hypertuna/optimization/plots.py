@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,14 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hypertuna.figures import FAINT, INK, SEQUENCE, TIGHT, WIDTH, styled
-from hypertuna.pareto import Front
+from hypertuna.figures import FAINT, INK, POINTS, SEQUENCE, TIGHT, WIDTH, sequence, styled
+from hypertuna.optimization.optimize import Optimum
+from hypertuna.optimization.pareto import Front
+from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.sweep import sweep
 
-__all__ = ["plot_pareto"]
+__all__ = ["plot_convergence", "plot_pareto"]
 
 Array = NDArray[np.float64]
 
@@ -87,3 +90,35 @@ def _gathered(points: Array, distance: float) -> list[tuple[tuple[float, float],
         else:
             near.append(k)
     return [((points[g, 0].min(), points[g, 1].max()), [k + 1 for k in g]) for g in groups]
+
+
+@styled
+def plot_convergence(runs: Sequence[Optimum]) -> Figure:
+    """Draw the best value so far against the gaits swum, as Fig. 13(a) of the paper does.
+
+    Parameters
+    ----------
+    runs : sequence of Optimum
+        With the same goal.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
+    axes = figure.subplots()
+    target = runs[0].goal
+    name, factor = target.terms[0]
+    sign = np.sign(factor) if target.expected is None else 1.0  # a quantity to maximize is drawn as it is
+    for run, color in zip(runs, sequence(len(runs)), strict=True):
+        label = f"{run.method}, seed {run.seed}: {run.evaluations} gaits"
+        axes.step(run.swum, sign * run.history, where="post", color=color, label=label)
+        if run.gait is not None:
+            axes.plot(run.swum[-1], sign * run.history[-1], "o", color=color, **POINTS)
+    quantity = f"{name.replace('_', ' ')} [{QUANTITIES[name].unit}]"
+    label = quantity if target.expected is None else "|U − $U_e$| + k COT [m/s]"
+    axes.set(xlabel="gaits swum", ylabel=label, title="Best value so far")
+    axes.set_xlim(0, max(run.evaluations for run in runs) * 1.02)
+    if any(np.isfinite(run.history).any() for run in runs):
+        axes.legend(**TIGHT)
+    return figure

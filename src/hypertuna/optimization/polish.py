@@ -14,9 +14,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.objective import Evaluation
-from hypertuna.space import Space
-from hypertuna.walk import MARGIN, STEEP, Stop, Walk
+from hypertuna.optimization.design_space import Space
+from hypertuna.optimization.gradient import MARGIN, STEEP, Stop, Walk
+from hypertuna.optimization.objective import Evaluation
 
 __all__ = ["Descent", "descend", "stationarity"]
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.identification.coefficients import draws
-from hypertuna.limits import Limit
-from hypertuna.objective import Evaluation, Goal, Problem
-from hypertuna.space import Space
+from hypertuna.optimization.constraints import Limit
+from hypertuna.optimization.design_space import Space
+from hypertuna.optimization.objective import Evaluation, Goal, Problem
 
 __all__ = ["WAYS", "How", "RobustProblem", "over_fit", "robust_problem"]
 

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
-from hypertuna.evolution import Evolution, hypervolume, nondominated
 from hypertuna.io.checkpoint import Journal, journal_header
-from hypertuna.limits import Limit, gait_limits
-from hypertuna.objective import Evaluation, Goal, Problem, goal
-from hypertuna.polish import MOST_ROUNDS, Descent, descend, stationarity
-from hypertuna.robust import WAYS, How, RobustProblem, over_fit
-from hypertuna.space import Space, gait_bounds
+from hypertuna.optimization.constraints import Limit, gait_limits
+from hypertuna.optimization.design_space import Space, gait_bounds
+from hypertuna.optimization.nsga2 import Evolution, hypervolume, nondominated
+from hypertuna.optimization.objective import Evaluation, Goal, Problem, goal
+from hypertuna.optimization.polish import MOST_ROUNDS, Descent, descend, stationarity
+from hypertuna.optimization.robust import WAYS, How, RobustProblem, over_fit
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, check_steps
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.sweep import sweep
@@ -48,7 +48,7 @@ class Front:
     space : Space
         Where they were sought.
     objectives : tuple of str
-        Their names, of `hypertuna.objective.OBJECTIVES`.
+        Their names, of `hypertuna.optimization.objective.OBJECTIVES`.
     x : ndarray, shape (points, dim)
         Points of the space, by the first objective from worst to best [Hz or rad].
     values : ndarray, shape (points, objectives)
@@ -144,12 +144,12 @@ def pareto(
     ----------
     robot : Robot
     objectives : sequence of str
-        Two or three of `hypertuna.objective.OBJECTIVES`, which says whether large or small is good.
+        Two or three of `hypertuna.optimization.objective.OBJECTIVES`, which says whether large or small is good.
     population, generations : int
         Of NSGA-II.
     bounds : mapping, optional
         Lowest and highest values beside those of the robot's table ``[gait_bounds]``, as for
-        `hypertuna.space.gait_bounds` [Hz or deg].
+        `hypertuna.optimization.design_space.gait_bounds` [Hz or deg].
     limits : sequence of Limit
         What every gait must keep.
     min_speed : float, optional

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
-from hypertuna.objective import UNUSABLE, Evaluation
+from hypertuna.optimization.objective import UNUSABLE, Evaluation
 
 __all__ = ["CovarianceAdaptation", "Optimizer", "de", "pso"]
 

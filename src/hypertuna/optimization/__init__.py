@@ -1,0 +1,1 @@
+"""Design space, objectives, optimizers, Pareto front, tank in the loop."""
