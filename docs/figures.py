@@ -39,13 +39,13 @@ from hypertuna.optimization.pareto import Front, pareto
 from hypertuna.optimization.plots import plot_convergence, plot_pareto
 from hypertuna.published_swims import SPEEDS, Trial, swim_published
 from hypertuna.published_twins import swim_bores
-from hypertuna.report import Table
+from hypertuna.reports.html import Table
+from hypertuna.reports.results import posture_table
 from hypertuna.reproduce import Ledger, reproduce
 from hypertuna.reproduce_fit import bandwidth_table, coefficient_table
 from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table
 from hypertuna.reproduce_twin import bore_table, speed_table, tank_table
-from hypertuna.results_page import posture_table
 from hypertuna.simulation.dive import dive
 from hypertuna.simulation.plots import plot_dive
 from hypertuna.swimming.beat import QUANTITIES

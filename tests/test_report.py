@@ -13,7 +13,7 @@ from hypertuna.errors import InputError
 from hypertuna.figures import INK, styled
 from hypertuna.identification.identify import identify
 from hypertuna.plots_report import plot_dots, plot_map
-from hypertuna.report import Fact, Picture, Section, Table, inline, page, write_page
+from hypertuna.reports.html import Fact, Picture, Section, Table, inline, page, write_page
 from hypertuna.simulation.posture_test import posture_test
 
 VOID = {"meta", "br", "hr", "img", "link", "input"}

@@ -18,7 +18,7 @@ from hypertuna.cli import main
 from hypertuna.ledger import RULES, VERDICTS, Entry, Finding, judge, published
 from hypertuna.ledger_page import ledger_html, write_ledger
 from hypertuna.published_swims import OURS, PAPER, SPEEDS
-from hypertuna.report import Picture, Section, Table
+from hypertuna.reports.html import Picture, Section, Table
 from hypertuna.reproduce import Ledger, ledger_record, ledger_sections, reproduce
 from hypertuna.reproduce_gaits import ARITHMETIC
 from hypertuna.reproduce_others import computed_among

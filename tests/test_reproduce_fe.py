@@ -15,7 +15,7 @@ from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.io.files import data_folder
 from hypertuna.ledger import judge, published
-from hypertuna.report import Picture, inline
+from hypertuna.reports.html import Picture, inline
 from hypertuna.reproduce_fe import FE, ROBOTS, Elements, findings, joint_hash, read_elements, sections, solve_elements
 
 PRESSURE = np.linspace(0, 250, 6)  # kPa

@@ -12,7 +12,7 @@ from hypertuna import published_twins
 from hypertuna.ledger import Entry, judge, published
 from hypertuna.published_swims import SPEEDS
 from hypertuna.published_twins import Twins, run_published
-from hypertuna.report import Picture, Section, Table
+from hypertuna.reports.html import Picture, Section, Table
 from hypertuna.reproduce_actuator import ACTUATOR, PRINTED, Bends, bend_published, step_table
 from hypertuna.reproduce_actuator import findings as bend_findings
 from hypertuna.reproduce_twin import TWIN, bore_table, findings, sections, speed_table, tank_table

@@ -9,7 +9,7 @@ from hypertuna.mission.flight import Flight, fly
 from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.optimize import Optimum, optimize
 from hypertuna.optimization.pareto import Front, pareto
-from hypertuna.results_page import report
+from hypertuna.reports.results import report
 from hypertuna.simulation.dive import Dive, Leg, dive
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea import Sea

@@ -102,7 +102,7 @@ def identify_command(
     if output is not None:
         write_robot(fitted, output)
     if report is not None:
-        from hypertuna.fit_page import write_fit  # here, because drawing takes longer to import than a fit takes
+        from hypertuna.reports.fit import write_fit  # here, because drawing takes longer to import than a fit takes
 
         write_fit(fits, best, report, sampled=sampled, command=command_line())
     if as_json:

@@ -10,7 +10,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
 from hypertuna.ledger import MARKS, RULES, VERDICTS, Entry
 from hypertuna.published_swims import OURS, PAPER, bandwidths
-from hypertuna.report import WIDTH, Fact, Picture, Section, page
+from hypertuna.reports.html import WIDTH, Fact, Picture, Section, page
 from hypertuna.reproduce import Ledger, ledger_record, ledger_sections
 from hypertuna.reproduce_gaits import ARITHMETIC
 

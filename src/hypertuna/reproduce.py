@@ -27,7 +27,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.ledger import RULES, VERDICTS, Entry, judge, published
 from hypertuna.published_swims import AS_PRINTED, MODELS, SPEEDS, Trial, swim_published
-from hypertuna.report import Section
+from hypertuna.reports.html import Section
 from hypertuna.simulation.dive import Dive
 
 __all__ = ["Ledger", "ledger_record", "ledger_sections", "reproduce"]

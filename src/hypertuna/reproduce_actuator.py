@@ -12,7 +12,7 @@ from hypertuna.actuation.bending import MATERIAL_SETS, Bend, Step, bend, misprin
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.ledger import Finding
-from hypertuna.report import WIDTH, Picture, Section, Table
+from hypertuna.reports.html import WIDTH, Picture, Section, Table
 
 __all__ = ["ACTUATOR", "PRINTED", "Bends", "bend_published", "findings", "loop", "sections", "step_table"]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from hypertuna.description.robot import Robot
 from hypertuna.ledger import Finding
-from hypertuna.report import WIDTH, Picture, Section
+from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.simulation.dive import Dive, dive
 from hypertuna.swimming.gait import named_gait
 

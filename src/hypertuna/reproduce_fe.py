@@ -20,7 +20,7 @@ from hypertuna.fe.model import FeOptions
 from hypertuna.fe.record import bend_record
 from hypertuna.io.files import data_folder
 from hypertuna.ledger import Finding
-from hypertuna.report import WIDTH, Picture, Section, Table
+from hypertuna.reports.html import WIDTH, Picture, Section, Table
 
 __all__ = ["FE", "MESH", "PRESSURES", "ROBOTS", "Elements", "Solved", "command", "difference_table", "findings"]
 __all__ += ["joint_hash", "read_elements", "sections", "solve_elements"]

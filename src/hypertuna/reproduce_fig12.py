@@ -10,7 +10,7 @@ import numpy as np
 from hypertuna.identification.identify import Fit
 from hypertuna.metrics import cost_of_transport
 from hypertuna.published_swims import OURS, PAPER, SPEEDS, Trial
-from hypertuna.report import WIDTH, Picture, Section
+from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.swimming.swim import swim
 
 __all__ = ["sections"]

@@ -11,7 +11,7 @@ import numpy as np
 from hypertuna.identification.identify import Fit, identify
 from hypertuna.ledger import Finding
 from hypertuna.published_swims import OURS, PAPER, SPEEDS, Trial, bandwidths
-from hypertuna.report import WIDTH, Picture, Section, Table
+from hypertuna.reports.html import WIDTH, Picture, Section, Table
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
 from hypertuna.trials.trials import SteadyRun, Trials

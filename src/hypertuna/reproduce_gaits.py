@@ -11,7 +11,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.ledger import Finding, judge
 from hypertuna.metrics import cost_of_transport
 from hypertuna.published_swims import OURS, PAPER, SPEEDS, WISHES, Trial, bandwidths
-from hypertuna.report import WIDTH, Picture, Section
+from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.swimming.swim import Swim
 
 __all__ = ["ARITHMETIC", "findings", "range_finding", "range_section", "sections"]

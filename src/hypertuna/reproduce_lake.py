@@ -15,7 +15,7 @@ from hypertuna.ledger import Finding, published
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.flight import Flight, fly, outcome
 from hypertuna.mission.record import MissionRecord
-from hypertuna.report import WIDTH, Picture, Section
+from hypertuna.reports.html import WIDTH, Picture, Section
 
 __all__ = ["LAKE", "STORED", "Lake", "findings", "fly_lake", "lake_record", "read_lake", "sections"]
 

@@ -12,7 +12,7 @@ import numpy as np
 from hypertuna.ledger import RULES, Finding
 from hypertuna.optimization.optimize import Optimum, optimize
 from hypertuna.published_swims import OURS, PAPER, WISHES, Trial
-from hypertuna.report import WIDTH, Picture, Section, Table
+from hypertuna.reports.html import WIDTH, Picture, Section, Table
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import swim
 

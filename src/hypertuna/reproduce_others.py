@@ -7,7 +7,7 @@ from typing import Any
 
 from hypertuna.ledger import published
 from hypertuna.published_swims import OURS, Trial
-from hypertuna.report import WIDTH, Part, Picture, Section, Table
+from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table
 
 __all__ = ["computed_among", "sections"]
 

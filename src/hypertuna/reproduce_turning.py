@@ -9,7 +9,7 @@ import numpy as np
 
 from hypertuna.ledger import Finding
 from hypertuna.published_swims import OURS, PAPER, Trial
-from hypertuna.report import WIDTH, Picture, Section
+from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.swimming.turn import fit_circle, nose_path, point_radius
 
 __all__ = ["findings", "sections"]

@@ -14,8 +14,8 @@ from hypertuna.description.robot import Robot
 from hypertuna.ledger import Finding
 from hypertuna.published_swims import SPEEDS, WISHES, bandwidths
 from hypertuna.published_twins import SWIM, TANK_PHASE, Twins
-from hypertuna.report import WIDTH, Part, Picture, Section, Table
-from hypertuna.results_page import posture_table, spelled_limits
+from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table
+from hypertuna.reports.results import posture_table, spelled_limits
 from hypertuna.simulation.posture_test import CLOSE, Held, PostureTest
 from hypertuna.simulation.run import TwinRun
 

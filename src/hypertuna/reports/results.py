@@ -13,7 +13,7 @@ from hypertuna.errors import InputError
 from hypertuna.identification.identify import Fit
 from hypertuna.optimization.optimize import Optimum
 from hypertuna.optimization.pareto import Front
-from hypertuna.report import WIDTH, Part, Picture, Section, Table, write_page
+from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table, write_page
 from hypertuna.simulation.posture_test import Held, PostureTest
 from hypertuna.simulation.run import TwinRun
 from hypertuna.swimming.beat import QUANTITIES
@@ -118,7 +118,7 @@ def _sections(result: Result) -> list[Section]:
     if isinstance(result, PostureTest):
         return [_posture(result)]
     if isinstance(result, Fit):
-        from hypertuna.fit_page import fit_sections
+        from hypertuna.reports.fit import fit_sections
 
         return fit_sections(result)
     if isinstance(result, Optimum):

@@ -14,7 +14,7 @@ from hypertuna.identification.identify import Fit
 from hypertuna.identification.plots import plot_correlation, plot_errors, plot_intervals, plot_measured
 from hypertuna.identification.posterior import Posterior
 from hypertuna.identification.residuals import ERRORS, LABELS
-from hypertuna.report import WIDTH, Fact, Part, Picture, Section, Table, write_page
+from hypertuna.reports.html import WIDTH, Fact, Part, Picture, Section, Table, write_page
 from hypertuna.trials.comparison import replay_recording, with_fitted_clock
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.plots import plot_recordings

@@ -1,0 +1,1 @@
+"""HTML pages of any result, and their templates."""
