@@ -37,11 +37,10 @@ from hypertuna.optimization.objective import OBJECTIVES
 from hypertuna.optimization.optimize import METHODS, Optimum, optimize
 from hypertuna.optimization.pareto import Front, pareto
 from hypertuna.optimization.plots import plot_convergence, plot_pareto
-from hypertuna.published_swims import SPEEDS, Trial, swim_published
-from hypertuna.published_twins import swim_bores
+from hypertuna.paper.computed import SPEEDS, Trial, swim_bores, swim_published
+from hypertuna.paper.reproduce import Ledger, reproduce
 from hypertuna.reports.html import Table
 from hypertuna.reports.results import posture_table
-from hypertuna.reproduce import Ledger, reproduce
 from hypertuna.reproduce_fit import bandwidth_table, coefficient_table
 from hypertuna.reproduce_optima import gait_table, method_table
 from hypertuna.reproduce_others import computed_among, robot_table

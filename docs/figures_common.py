@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hypertuna.description.robot import load
-from hypertuna.ledger import published
+from hypertuna.paper.ledger import published
 
 PAPER = published()
 FISH = load("hypertuna")

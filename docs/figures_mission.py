@@ -11,12 +11,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hypertuna.description.robot import load
-from hypertuna.ledger import published
 from hypertuna.mission.file import read_mission, reference
 from hypertuna.mission.flight import Flight, fly
 from hypertuna.mission.log_fields import BORDER, DERIVED, SCALARS
 from hypertuna.mission.plots import plot_mission
 from hypertuna.mission.record import COLUMNS
+from hypertuna.paper.ledger import published
 from hypertuna.reproduce_lake import read_lake
 
 SPELLED = {

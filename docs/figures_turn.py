@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from hypertuna.description.robot import Robot, load
-from hypertuna.ledger import published
+from hypertuna.paper.ledger import published
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.swimming.plots_turn import plot_turn
 from hypertuna.swimming.sweep import Gaits, sweep

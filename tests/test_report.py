@@ -12,7 +12,7 @@ import hypertuna as ht
 from hypertuna.errors import InputError
 from hypertuna.figures import INK, styled
 from hypertuna.identification.identify import identify
-from hypertuna.plots_report import plot_dots, plot_map
+from hypertuna.paper.figures import plot_dots, plot_map
 from hypertuna.reports.html import Fact, Picture, Section, Table, inline, page, write_page
 from hypertuna.simulation.posture_test import posture_test
 

@@ -15,11 +15,11 @@ import pytest
 import hypertuna as ht
 from hypertuna import published_twins, reproduce_fe, reproduce_fit, reproduce_lake, reproduce_optima
 from hypertuna.cli import main
-from hypertuna.ledger import RULES, VERDICTS, Entry, Finding, judge, published
-from hypertuna.ledger_page import ledger_html, write_ledger
-from hypertuna.published_swims import OURS, PAPER, SPEEDS
+from hypertuna.paper.computed import OURS, PAPER, SPEEDS
+from hypertuna.paper.ledger import RULES, VERDICTS, Entry, Finding, judge, published
+from hypertuna.paper.page import ledger_html, write_ledger
+from hypertuna.paper.reproduce import Ledger, ledger_record, ledger_sections, reproduce
 from hypertuna.reports.html import Picture, Section, Table
-from hypertuna.reproduce import Ledger, ledger_record, ledger_sections, reproduce
 from hypertuna.reproduce_gaits import ARITHMETIC
 from hypertuna.reproduce_others import computed_among
 from hypertuna.reproduce_twin import TWIN
@@ -39,7 +39,7 @@ def sections(ledger: Ledger) -> list[Section]:
 @pytest.fixture(scope="module")
 def folder(ledger: Ledger, sections: list[Section], tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hypertuna.ledger_page.ledger_sections", lambda _: sections)  # drawn once
+        patch.setattr("hypertuna.paper.page.ledger_sections", lambda _: sections)  # drawn once
         return write_ledger(ledger, tmp_path_factory.mktemp("reproduce") / "demo").parent
 
 
@@ -312,7 +312,7 @@ def test_tables_say_what_the_ledger_says(ledger: Ledger, sections: list[Section]
 
 
 def test_the_page_escapes_what_it_shows(ledger: Ledger, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hypertuna.ledger_page.ledger_sections", lambda _: [])
+    monkeypatch.setattr("hypertuna.paper.page.ledger_sections", lambda _: [])
     first = replace(ledger.entries[0], note="<script>alert(1)</script>")
     assert "<script>alert" not in ledger_html(replace(ledger, entries=(first, *ledger.entries[1:])))
 
@@ -335,7 +335,7 @@ def test_the_command(
         return ledger
 
     monkeypatch.setattr("hypertuna.cli_reproduce.reproduce", computed)
-    monkeypatch.setattr("hypertuna.ledger_page.ledger_sections", lambda _: [])
+    monkeypatch.setattr("hypertuna.paper.page.ledger_sections", lambda _: [])
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.setattr(sys, "argv", ["hypertuna", "reproduce", "--json"])
     with pytest.raises(SystemExit) as done:

@@ -14,7 +14,7 @@ from hypertuna import reproduce_fe
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.io.files import data_folder
-from hypertuna.ledger import judge, published
+from hypertuna.paper.ledger import judge, published
 from hypertuna.reports.html import Picture, inline
 from hypertuna.reproduce_fe import FE, ROBOTS, Elements, findings, joint_hash, read_elements, sections, solve_elements
 

@@ -9,9 +9,8 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import published_twins
-from hypertuna.ledger import Entry, judge, published
-from hypertuna.published_swims import SPEEDS
-from hypertuna.published_twins import Twins, run_published
+from hypertuna.paper.computed import SPEEDS, Twins, run_published
+from hypertuna.paper.ledger import Entry, judge, published
 from hypertuna.reports.html import Picture, Section, Table
 from hypertuna.reproduce_actuator import ACTUATOR, PRINTED, Bends, bend_published, step_table
 from hypertuna.reproduce_actuator import findings as bend_findings

@@ -11,8 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.console import print_json, progress_bar
-from hypertuna.ledger import MARKS, Entry
-from hypertuna.reproduce import Ledger, ledger_record, reproduce
+from hypertuna.paper.ledger import MARKS, Entry
+from hypertuna.paper.reproduce import Ledger, ledger_record, reproduce
 
 __all__ = ["reproduce_command"]
 
@@ -49,7 +49,7 @@ def reproduce_command(
 
 def _write(ledger: Ledger, output: str) -> Path:
     """Write the page; what draws it is imported only now."""
-    from hypertuna.ledger_page import write_ledger
+    from hypertuna.paper.page import write_ledger
 
     return write_ledger(ledger, output)
 

@@ -11,7 +11,7 @@ import numpy as np
 from hypertuna.actuation.bending import MATERIAL_SETS, Bend, Step, bend, misprints
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.ledger import Finding
+from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section, Table
 
 __all__ = ["ACTUATOR", "PRINTED", "Bends", "bend_published", "findings", "loop", "sections", "step_table"]

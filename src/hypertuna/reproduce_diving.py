@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from hypertuna.description.robot import Robot
-from hypertuna.ledger import Finding
+from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.simulation.dive import Dive, dive
 from hypertuna.swimming.gait import named_gait

@@ -19,7 +19,7 @@ from hypertuna.fe.bend import fe_bend
 from hypertuna.fe.model import FeOptions
 from hypertuna.fe.record import bend_record
 from hypertuna.io.files import data_folder
-from hypertuna.ledger import Finding
+from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section, Table
 
 __all__ = ["FE", "MESH", "PRESSURES", "ROBOTS", "Elements", "Solved", "command", "difference_table", "findings"]

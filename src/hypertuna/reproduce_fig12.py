@@ -9,7 +9,7 @@ import numpy as np
 
 from hypertuna.identification.identify import Fit
 from hypertuna.metrics import cost_of_transport
-from hypertuna.published_swims import OURS, PAPER, SPEEDS, Trial
+from hypertuna.paper.computed import OURS, PAPER, SPEEDS, Trial
 from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.swimming.swim import swim
 
@@ -50,7 +50,7 @@ quantities for the eight published speeds and the two published costs."""
 
 def _path(fits: Mapping[str, Fit], paper: Mapping[str, Any]) -> Picture:
     """Draw Fig. 12(a)."""
-    from hypertuna.plots_report import plot_paths
+    from hypertuna.paper.figures import plot_paths
 
     frees = next(iter(fits.values())).free
     low, high = (np.array([getattr(one, side) for one in frees]) for side in ("lower", "upper"))
@@ -70,7 +70,7 @@ def _path(fits: Mapping[str, Fit], paper: Mapping[str, Any]) -> Picture:
 
 def _speeds(fits: Mapping[str, Fit], trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> Picture:
     """Draw Fig. 12(b)."""
-    from hypertuna.plots_report import plot_against
+    from hypertuna.paper.figures import plot_against
 
     truth = [paper["values"][f"speed/{name}"]["value"] for name in SPEEDS]
     computed = {model: [trials[model].gaits[name].speed for name in SPEEDS] for model in (PAPER, OURS)}
@@ -87,7 +87,7 @@ def _speeds(fits: Mapping[str, Fit], trials: Mapping[str, Trial], paper: Mapping
 
 def _start(trials: Mapping[str, Trial]) -> Picture:
     """Draw Fig. 12(c)."""
-    from hypertuna.plots_report import plot_start
+    from hypertuna.paper.figures import plot_start
 
     start = trials[OURS].start
     angles = ",".join(f"{angle:g}" for angle in np.degrees(start.gait.amplitude).round(6))
@@ -104,7 +104,7 @@ def _start(trials: Mapping[str, Trial]) -> Picture:
 
 def _costs(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> Picture:
     """Draw what numbers allow of Fig. 12(d)."""
-    from hypertuna.plots_report import plot_normalized
+    from hypertuna.paper.figures import plot_normalized
 
     row = list(paper["tank"]["amplitude_deg"]).index("large")
     column = paper["tank"]["phase_deg"].index(paper["values"]["optimal-phase/fastest"]["value"])

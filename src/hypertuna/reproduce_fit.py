@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from hypertuna.identification.identify import Fit, identify
-from hypertuna.ledger import Finding
-from hypertuna.published_swims import OURS, PAPER, SPEEDS, Trial, bandwidths
+from hypertuna.paper.computed import OURS, PAPER, SPEEDS, Trial, bandwidths
+from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section, Table
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
@@ -125,7 +125,7 @@ def sections(fits: Fits, trials: Mapping[str, Trial], paper: Mapping[str, Any]) 
     -------
     list of Section
     """
-    from hypertuna.plots_report import plot_intervals
+    from hypertuna.paper.figures import plot_intervals
 
     fit = fits.nine[OURS]
     names = [_symbol(one.name) for one in fit.free]

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from hypertuna.description.robot import Robot
-from hypertuna.ledger import Finding, judge
 from hypertuna.metrics import cost_of_transport
-from hypertuna.published_swims import OURS, PAPER, SPEEDS, WISHES, Trial, bandwidths
+from hypertuna.paper.computed import OURS, PAPER, SPEEDS, WISHES, Trial, bandwidths
+from hypertuna.paper.ledger import Finding, judge
 from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.swimming.swim import Swim
 

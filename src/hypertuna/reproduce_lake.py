@@ -11,10 +11,10 @@ import numpy as np
 
 from hypertuna.description.robot import load
 from hypertuna.io.files import data_folder
-from hypertuna.ledger import Finding, published
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.flight import Flight, fly, outcome
 from hypertuna.mission.record import MissionRecord
+from hypertuna.paper.ledger import Finding, published
 from hypertuna.reports.html import WIDTH, Picture, Section
 
 __all__ = ["LAKE", "STORED", "Lake", "findings", "fly_lake", "lake_record", "read_lake", "sections"]

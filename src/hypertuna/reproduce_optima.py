@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from hypertuna.ledger import RULES, Finding
 from hypertuna.optimization.optimize import Optimum, optimize
-from hypertuna.published_swims import OURS, PAPER, WISHES, Trial
+from hypertuna.paper.computed import OURS, PAPER, WISHES, Trial
+from hypertuna.paper.ledger import RULES, Finding
 from hypertuna.reports.html import WIDTH, Picture, Section, Table
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import swim
@@ -176,7 +176,7 @@ def _span(values: Sequence[float]) -> str:
 
 def _fitness(optima: Optima) -> Picture:
     """Draw Fig. 13(a)."""
-    from hypertuna.plots_report import plot_descent
+    from hypertuna.paper.figures import plot_descent
 
     curves = {}
     for wish in WISHES:
@@ -195,7 +195,7 @@ def _fitness(optima: Optima) -> Picture:
 
 def _changes(optima: Optima, trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> Picture:
     """Draw Fig. 13(b)."""
-    from hypertuna.plots_report import plot_changes
+    from hypertuna.paper.figures import plot_changes
 
     values = paper["values"]
     published = [

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from hypertuna.ledger import published
-from hypertuna.published_swims import OURS, Trial
+from hypertuna.paper.computed import OURS, Trial
+from hypertuna.paper.ledger import published
 from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table
 
 __all__ = ["computed_among", "sections"]
@@ -58,7 +58,7 @@ def sections(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> list[Sect
     -------
     list of Section
     """
-    from hypertuna.plots_report import plot_dots
+    from hypertuna.paper.figures import plot_dots
 
     robots, swimmers = computed_among(trials)
     fast, cost = (

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.ledger import Finding
-from hypertuna.published_swims import OURS, PAPER, Trial
+from hypertuna.paper.computed import OURS, PAPER, Trial
+from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section
 
 __all__ = ["findings", "sections"]
@@ -45,7 +45,7 @@ def sections(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> list[Sect
     -------
     list of Section
     """
-    from hypertuna.plots_report import plot_map
+    from hypertuna.paper.figures import plot_map
 
     levels = {
         f"{level}\n{one:g}°, {two:g}°": paper["values"].get(f"optimal-phase/{level}", {}).get("value")

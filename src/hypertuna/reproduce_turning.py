@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.ledger import Finding
-from hypertuna.published_swims import OURS, PAPER, Trial
+from hypertuna.paper.computed import OURS, PAPER, Trial
+from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.swimming.turn import fit_circle, nose_path, point_radius
 

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from hypertuna.actuation.battery import range_of
 from hypertuna.description.robot import Robot
-from hypertuna.ledger import Finding
-from hypertuna.published_swims import SPEEDS, WISHES, bandwidths
-from hypertuna.published_twins import SWIM, TANK_PHASE, Twins
+from hypertuna.paper.computed import SPEEDS, SWIM, TANK_PHASE, WISHES, Twins, bandwidths
+from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table
 from hypertuna.reports.results import posture_table, spelled_limits
 from hypertuna.simulation.posture_test import CLOSE, Held, PostureTest

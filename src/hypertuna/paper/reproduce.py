@@ -25,8 +25,8 @@ from hypertuna import (
 )
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
-from hypertuna.ledger import RULES, VERDICTS, Entry, judge, published
-from hypertuna.published_swims import AS_PRINTED, MODELS, SPEEDS, Trial, swim_published
+from hypertuna.paper.computed import AS_PRINTED, MODELS, SPEEDS, Trial, swim_published
+from hypertuna.paper.ledger import RULES, VERDICTS, Entry, judge, published
 from hypertuna.reports.html import Section
 from hypertuna.simulation.dive import Dive
 
