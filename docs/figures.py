@@ -37,14 +37,14 @@ from hypertuna.optimization.objective import OBJECTIVES
 from hypertuna.optimization.optimize import METHODS, Optimum, optimize
 from hypertuna.optimization.pareto import Front, pareto
 from hypertuna.optimization.plots import plot_convergence, plot_pareto
+from hypertuna.paper.chapters.coefficients import bandwidth_table, coefficient_table
+from hypertuna.paper.chapters.optima import gait_table, method_table
+from hypertuna.paper.chapters.others import computed_among, robot_table
+from hypertuna.paper.chapters.twin import bore_table, speed_table, tank_table
 from hypertuna.paper.computed import SPEEDS, Trial, swim_bores, swim_published
 from hypertuna.paper.reproduce import Ledger, reproduce
 from hypertuna.reports.html import Table
 from hypertuna.reports.results import posture_table
-from hypertuna.reproduce_fit import bandwidth_table, coefficient_table
-from hypertuna.reproduce_optima import gait_table, method_table
-from hypertuna.reproduce_others import computed_among, robot_table
-from hypertuna.reproduce_twin import bore_table, speed_table, tank_table
 from hypertuna.simulation.dive import dive
 from hypertuna.simulation.plots import plot_dive
 from hypertuna.swimming.beat import QUANTITIES

@@ -10,7 +10,7 @@ from typing import Any
 from figures_common import rows
 
 from hypertuna.fe.mesh import MESHES
-from hypertuna.reproduce_fe import FE, ROBOTS, difference_table, read_elements
+from hypertuna.paper.chapters.finite_elements import FE, ROBOTS, difference_table, read_elements
 
 ROOT = Path(__file__).resolve().parents[1]
 ELEMENTS = read_elements()

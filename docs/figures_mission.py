@@ -16,8 +16,8 @@ from hypertuna.mission.flight import Flight, fly
 from hypertuna.mission.log_fields import BORDER, DERIVED, SCALARS
 from hypertuna.mission.plots import plot_mission
 from hypertuna.mission.record import COLUMNS
+from hypertuna.paper.chapters.lake import read_lake
 from hypertuna.paper.ledger import published
-from hypertuna.reproduce_lake import read_lake
 
 SPELLED = {
     "m_s": "m/s",

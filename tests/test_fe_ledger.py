@@ -4,7 +4,7 @@ import pytest
 
 from hypertuna.fe.bend import fe_bend
 from hypertuna.fe.model import FeOptions
-from hypertuna.reproduce_fe import FE, read_elements
+from hypertuna.paper.chapters.finite_elements import FE, read_elements
 
 COARSE = 0.05  # by which the bend of a coarse mesh may differ from that of the stored one
 

@@ -15,14 +15,14 @@ import pytest
 import hypertuna as ht
 from hypertuna import published_twins, reproduce_fe, reproduce_fit, reproduce_lake, reproduce_optima
 from hypertuna.cli import main
+from hypertuna.paper.chapters.gaits import ARITHMETIC
+from hypertuna.paper.chapters.others import computed_among
+from hypertuna.paper.chapters.twin import TWIN
 from hypertuna.paper.computed import OURS, PAPER, SPEEDS
 from hypertuna.paper.ledger import RULES, VERDICTS, Entry, Finding, judge, published
 from hypertuna.paper.page import ledger_html, write_ledger
 from hypertuna.paper.reproduce import Ledger, ledger_record, ledger_sections, reproduce
 from hypertuna.reports.html import Picture, Section, Table
-from hypertuna.reproduce_gaits import ARITHMETIC
-from hypertuna.reproduce_others import computed_among
-from hypertuna.reproduce_twin import TWIN
 from hypertuna.swimming.gait import named_gait
 
 

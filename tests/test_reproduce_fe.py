@@ -14,9 +14,18 @@ from hypertuna import reproduce_fe
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.io.files import data_folder
+from hypertuna.paper.chapters.finite_elements import (
+    FE,
+    ROBOTS,
+    Elements,
+    findings,
+    joint_hash,
+    read_elements,
+    sections,
+    solve_elements,
+)
 from hypertuna.paper.ledger import judge, published
 from hypertuna.reports.html import Picture, inline
-from hypertuna.reproduce_fe import FE, ROBOTS, Elements, findings, joint_hash, read_elements, sections, solve_elements
 
 PRESSURE = np.linspace(0, 250, 6)  # kPa
 TENTH = 1.1  # of the analytic bend, in made-up records

@@ -12,9 +12,9 @@ import hypertuna as ht
 from hypertuna import reproduce_lake
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.flight import Flight
+from hypertuna.paper.chapters.lake import STORED, Lake, findings, lake_record, read_lake, sections
 from hypertuna.paper.ledger import judge, published
 from hypertuna.reports.html import Picture
-from hypertuna.reproduce_lake import STORED, Lake, findings, lake_record, read_lake, sections
 from voyage import voyage
 
 

@@ -9,12 +9,12 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import published_twins
+from hypertuna.paper.chapters.actuator import ACTUATOR, PRINTED, Bends, bend_published, step_table
+from hypertuna.paper.chapters.actuator import findings as bend_findings
+from hypertuna.paper.chapters.twin import TWIN, bore_table, findings, sections, speed_table, tank_table
 from hypertuna.paper.computed import SPEEDS, Twins, run_published
 from hypertuna.paper.ledger import Entry, judge, published
 from hypertuna.reports.html import Picture, Section, Table
-from hypertuna.reproduce_actuator import ACTUATOR, PRINTED, Bends, bend_published, step_table
-from hypertuna.reproduce_actuator import findings as bend_findings
-from hypertuna.reproduce_twin import TWIN, bore_table, findings, sections, speed_table, tank_table
 
 PAPER = published()
 

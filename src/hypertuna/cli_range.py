@@ -16,8 +16,8 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.options import BACKWARD, check_beats, heads_first
+from hypertuna.paper.chapters.gaits import range_finding
 from hypertuna.paper.ledger import judge, published
-from hypertuna.reproduce_gaits import range_finding
 from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import Gait, named_gait
 

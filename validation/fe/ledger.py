@@ -23,7 +23,7 @@ import numpy as np
 from hypertuna.description.robot import load
 from hypertuna.fe.pictures import write_filmstrip
 from hypertuna.io.files import write_atomically
-from hypertuna.reproduce_fe import FE, ROBOTS, command, joint_hash
+from hypertuna.paper.chapters.finite_elements import FE, ROBOTS, command, joint_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 STORE = ROOT / "data" / "fe"

@@ -17,7 +17,7 @@ import sys
 from pathlib import Path
 
 from hypertuna.io.files import write_atomically
-from hypertuna.reproduce_lake import STORED, fly_lake, read_lake
+from hypertuna.paper.chapters.lake import STORED, fly_lake, read_lake
 
 PATH = Path(__file__).resolve().parents[2] / "data" / STORED
 CLOSE = 0.01  # relative: what another machine or version may differ by

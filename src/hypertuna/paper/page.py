@@ -8,11 +8,11 @@ from typing import Any
 
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
+from hypertuna.paper.chapters.gaits import ARITHMETIC
 from hypertuna.paper.computed import OURS, PAPER, bandwidths
 from hypertuna.paper.ledger import MARKS, RULES, VERDICTS, Entry
 from hypertuna.paper.reproduce import Ledger, ledger_record, ledger_sections
 from hypertuna.reports.html import WIDTH, Fact, Picture, Section, page
-from hypertuna.reproduce_gaits import ARITHMETIC
 
 __all__ = ["ledger_html", "write_ledger"]
 
