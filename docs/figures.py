@@ -29,7 +29,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
-from hypertuna.cli import main
+from hypertuna.cli.main import main
 from hypertuna.description.robot import load
 from hypertuna.figures import save
 from hypertuna.optimization.constraints import gait_limits

@@ -18,7 +18,7 @@ from hypertuna.characterization.experiment_design import worth
 from hypertuna.characterization.fit import BenchFit, fit_bench
 from hypertuna.characterization.plots import plot_bench
 from hypertuna.characterization.unknowns import FACTORS, PER_JOINT, SHARED, unknowns
-from hypertuna.cli_bench import BORDER, COUNTED
+from hypertuna.cli.actuator import BORDER, COUNTED
 from hypertuna.description.robot import load
 
 FOLDER = Path(__file__).resolve().parents[1] / "examples" / "bench"

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, settings
 
 import hypertuna as ht
-from hypertuna.cli import main
+from hypertuna.cli.main import main
 from models import MODELS
 from program import Run
 

@@ -16,7 +16,7 @@ from typer.main import get_command
 
 import hypertuna as ht
 from hypertuna import _core, cli
-from hypertuna.console import number_list, plain, progress_bar, ranges
+from hypertuna.cli.console import number_list, plain, progress_bar, ranges
 from hypertuna.io.files import version
 from program import Run
 
@@ -204,7 +204,7 @@ def test_what_stops_the_program_is_told_without_a_traceback(
     def stop(*_: object, **__: object) -> None:
         raise raised
 
-    monkeypatch.setattr("hypertuna.cli_swim.swim", stop)
+    monkeypatch.setattr("hypertuna.cli.swim.swim", stop)
     got, output, errors = run(*SWIM, *FAST)
     assert (got, output, errors.lstrip("\n")) == (code, "", told)
 

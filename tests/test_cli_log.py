@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hypertuna.cli import main
+from hypertuna.cli.main import main
 from hypertuna.mission.gpx import read_gpx
 from hypertuna.mission.plots import plot_mission
 from hypertuna.mission.record import MissionRecord

@@ -150,7 +150,7 @@ def test_plot_of_three_objectives_colors_by_the_third(tuna: ht.Robot) -> None:
 
 
 def test_every_objective_has_a_name_with_its_unit() -> None:
-    from hypertuna.cli_pareto import NAMES
+    from hypertuna.cli.pareto import NAMES
 
     assert set(OBJECTIVES) <= set(NAMES)
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.cli import main
+from hypertuna.cli.main import main
 from hypertuna.errors import InputError
 
 ROBOT = ht.load("hypertuna")

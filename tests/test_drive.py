@@ -19,7 +19,7 @@ pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 from rich.console import Console
 
 import hypertuna as ht
-from hypertuna.cli_drive import Pad
+from hypertuna.cli.drive import Pad
 from hypertuna.errors import InputError
 from hypertuna.firmware.parameters import firmware_table
 from hypertuna.radio.calibration import calibrate, read_pairs

@@ -203,7 +203,7 @@ def test_sections_do_not_depend_on_the_side_of_the_mesh(fish: ht.Robot) -> None:
 
 @pytest.mark.fe
 def test_the_command_compares(tmp_path: Path) -> None:
-    from hypertuna.cli import app
+    from hypertuna.cli.main import app
 
     arguments = [
         "fe",
@@ -231,7 +231,7 @@ def test_the_command_says_that_nothing_was_reached(monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.fe
 def test_bad_options_leave_no_folder(tmp_path: Path) -> None:
-    from hypertuna.cli import app
+    from hypertuna.cli.main import app
 
     result = CliRunner().invoke(app, [*COMMAND, "--side", "up", "-o", str(tmp_path / "run")])
     assert "side must be left or right" in str(result.exception)
@@ -239,7 +239,7 @@ def test_bad_options_leave_no_folder(tmp_path: Path) -> None:
 
 
 def test_bad_pressures_are_refused() -> None:
-    from hypertuna.cli import app
+    from hypertuna.cli.main import app
 
     result = CliRunner().invoke(app, [*COMMAND, "--pressure", "100,50"])
     assert isinstance(result.exception, InputError)  # which the program turns into a sentence and exit code 2

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.cli import main
+from hypertuna.cli.main import main
 from hypertuna.control.mission import fence_distance
 from hypertuna.mission.file import MissionFile, read_mission
 from hypertuna.mission.flight import Flight, expected, fly, fly_seeds, outcome

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.cli_replay import replay_command
+from hypertuna.cli.replay import replay_command
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.replay import Pose, head_center, joint_grid, replay, replay_slopes, residuals, rmse
 from hypertuna.trials.smoothing import smooth

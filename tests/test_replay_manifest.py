@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import hypertuna as ht
-from hypertuna.cli import app
+from hypertuna.cli.main import app
 from hypertuna.description.robot import load, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.trials.comparison import best_time_offset, compare_recording, repeatability, replay_recording

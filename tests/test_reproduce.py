@@ -14,7 +14,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import published_twins, reproduce_fe, reproduce_fit, reproduce_lake, reproduce_optima
-from hypertuna.cli import main
+from hypertuna.cli.main import main
 from hypertuna.paper.chapters.gaits import ARITHMETIC
 from hypertuna.paper.chapters.others import computed_among
 from hypertuna.paper.chapters.twin import TWIN
@@ -334,7 +334,7 @@ def test_the_command(
         asked.append(full)
         return ledger
 
-    monkeypatch.setattr("hypertuna.cli_reproduce.reproduce", computed)
+    monkeypatch.setattr("hypertuna.cli.reproduce.reproduce", computed)
     monkeypatch.setattr("hypertuna.paper.page.ledger_sections", lambda _: [])
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.setattr(sys, "argv", ["hypertuna", "reproduce", "--json"])

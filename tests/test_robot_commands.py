@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from hypertuna.cli_robot import robot_app
+from hypertuna.cli.robot import robot_app
 from hypertuna.description.robot import json_schema, load, parse, robots
 from hypertuna.errors import InputError
 from hypertuna.figures import save

@@ -11,7 +11,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.actuation.silicone import Mooney, fit_silicone, read_tensile
-from hypertuna.cli import main
+from hypertuna.cli.main import main
 from hypertuna.errors import InputError
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "silicone"

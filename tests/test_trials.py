@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import hypertuna as ht
-from hypertuna.cli import app
+from hypertuna.cli.main import app
 from hypertuna.trials.importers import import_folder
 from hypertuna.trials.manifest import Manifest, parse_manifest, read_manifest
 from hypertuna.trials.steady import read_steady

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hypertuna as ht
-from hypertuna.cli import main
+from hypertuna.cli.main import main
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.plots_turn import plot_turn
 from hypertuna.swimming.turn import Turning, fit_circle, nose_path, point_radius, scaled, tightest, turn

@@ -1,5 +1,5 @@
 """`python -m hypertuna` is the program `hypertuna`."""
 
-from hypertuna.cli import main
+from hypertuna.cli.main import main
 
 main()

@@ -13,6 +13,16 @@ from rich.text import Text
 
 from hypertuna.actuation.bending import Bend, bend
 from hypertuna.characterization.data import joint_index
+from hypertuna.cli.console import (
+    check_suffix,
+    command_line,
+    plain,
+    print_json,
+    progress_bar,
+    run_folder,
+    tell_written,
+)
+from hypertuna.cli.options import AsJson, Joint, Name, Pressure, Side
 from hypertuna.cli_fe_compare import compare_command
 from hypertuna.cli_fe_options import (
     LAW,
@@ -29,15 +39,6 @@ from hypertuna.cli_fe_options import (
 )
 from hypertuna.cli_fe_reduce import reduce_command
 from hypertuna.cli_fe_validate import validate_command
-from hypertuna.console import (
-    check_suffix,
-    command_line,
-    plain,
-    print_json,
-    progress_bar,
-    run_folder,
-    tell_written,
-)
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.fe.bend import JOURNAL, FeBend, fe_bend
@@ -48,7 +49,6 @@ from hypertuna.fe.measure import Measured
 from hypertuna.fe.model import FeModel
 from hypertuna.fe.record import SUMMARY, bend_csv, bend_record, oil_taken
 from hypertuna.io.files import write_atomically, write_netcdf
-from hypertuna.options import AsJson, Joint, Name, Pressure, Side
 
 __all__ = ["fe_app"]
 

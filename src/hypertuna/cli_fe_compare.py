@@ -13,6 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.characterization.data import joint_index
+from hypertuna.cli.console import command_line, plain, print_json, progress_bar, run_folder, tell_written
+from hypertuna.cli.options import AsJson, Joint, Name, Pressure, Side
 from hypertuna.cli_fe_options import (
     LAW,
     MESH,
@@ -26,13 +28,11 @@ from hypertuna.cli_fe_options import (
     elements,
     rising_pressures,
 )
-from hypertuna.console import command_line, plain, print_json, progress_bar, run_folder, tell_written
 from hypertuna.description.robot import load
 from hypertuna.fe.bend import JOURNAL, fe_bend
 from hypertuna.fe.comparison import FeComparison, compare
 from hypertuna.fe.record import bend_record
 from hypertuna.io.files import write_atomically
-from hypertuna.options import AsJson, Joint, Name, Pressure, Side
 
 __all__ = ["compare_command"]
 

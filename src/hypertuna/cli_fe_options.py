@@ -9,11 +9,11 @@ import typer
 from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import MATERIAL_SETS, check_pressure
-from hypertuna.console import number
+from hypertuna.cli.console import number
+from hypertuna.cli.options import pressures
 from hypertuna.fe.energies import LAWS
 from hypertuna.fe.mesh import MESHES
 from hypertuna.fe.model import FeOptions
-from hypertuna.options import pressures
 
 __all__ = [
     "LAW",

@@ -11,6 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.characterization.data import joint_index
+from hypertuna.cli.console import check_suffix, command_line, number, print_json, progress_bar, ranges, tell_written
+from hypertuna.cli.options import AsJson, Joint, Name
 from hypertuna.cli_fe_options import (
     LAW,
     MIXED,
@@ -23,12 +25,10 @@ from hypertuna.cli_fe_options import (
     elements,
     rising_pressures,
 )
-from hypertuna.console import check_suffix, command_line, number, print_json, progress_bar, ranges, tell_written
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.fe.bend import ngsolve_version
 from hypertuna.fe.reduction import ReducedJoint, reduce_joint, write_reduced
-from hypertuna.options import AsJson, Joint, Name
 
 __all__ = ["reduce_command"]
 

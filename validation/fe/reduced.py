@@ -17,7 +17,7 @@ import numpy as np
 
 import hypertuna as ht
 from hypertuna.actuation.bending import joint_tables
-from hypertuna.console import progress_bar
+from hypertuna.cli.console import progress_bar
 from hypertuna.description.provenance import provenance
 from hypertuna.description.writer import write_robot
 from hypertuna.fe.measure import measure

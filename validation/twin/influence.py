@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import hypertuna as ht
-from hypertuna.console import progress_bar
+from hypertuna.cli.console import progress_bar
 from hypertuna.description.robot import parse
 from hypertuna.simulation.sensitivity import FACTORS, influence, spread
 

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS, circuits
 from hypertuna.actuation.sizing import Size, largest_beat, size_pump
-from hypertuna.console import (
+from hypertuna.cli.console import (
     check_suffix,
     command_line,
     number_list,
@@ -22,11 +22,11 @@ from hypertuna.console import (
     ranges,
     tell_written,
 )
+from hypertuna.cli.options import BORES
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset, rows_csv, write_atomically, write_netcdf
-from hypertuna.options import BORES
 from hypertuna.swimming.gait import named_gait
 
 __all__ = ["COLUMNS", "pump_command"]

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.console import (
+from hypertuna.cli.console import (
     check_suffix,
     command_line,
     number,
@@ -21,11 +21,11 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
+from hypertuna.cli.options import Amplitude, Bias, Frequency, Name, Named, Phase, gait_axes, one_gait, spelled
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
-from hypertuna.options import Amplitude, Bias, Frequency, Name, Named, Phase, gait_axes, one_gait, spelled
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
 from hypertuna.swimming.sweep import Gaits, sweep
 from hypertuna.swimming.swim import Swim, swim

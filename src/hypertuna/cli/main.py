@@ -12,31 +12,31 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna import _core
-from hypertuna.cli_actuator import actuator_app
-from hypertuna.cli_bend import bend_command
-from hypertuna.cli_dive import dive_command
-from hypertuna.cli_drive import drive_command
-from hypertuna.cli_experiment import ask_command, tell_command
+from hypertuna.cli.actuator import actuator_app
+from hypertuna.cli.bend import bend_command
+from hypertuna.cli.console import print_json
+from hypertuna.cli.dive import dive_command
+from hypertuna.cli.drive import drive_command
+from hypertuna.cli.experiment import ask_command, tell_command
+from hypertuna.cli.fil import fil_command
+from hypertuna.cli.firmware import firmware_app
+from hypertuna.cli.identify import identify_command
+from hypertuna.cli.link import link_app
+from hypertuna.cli.log import log_app
+from hypertuna.cli.mission import mission_command
+from hypertuna.cli.optimize import optimize_app
+from hypertuna.cli.pareto import pareto_command
+from hypertuna.cli.posture import posture_command
+from hypertuna.cli.pump import pump_command
+from hypertuna.cli.range import range_command
+from hypertuna.cli.replay import replay_command
+from hypertuna.cli.reproduce import reproduce_command
+from hypertuna.cli.robot import robot_app
+from hypertuna.cli.swim import sweep_command, swim_command
+from hypertuna.cli.trials import trials_app
+from hypertuna.cli.turn import turn_command
+from hypertuna.cli.twin import twin_command
 from hypertuna.cli_fe import fe_app
-from hypertuna.cli_fil import fil_command
-from hypertuna.cli_firmware import firmware_app
-from hypertuna.cli_identify import identify_command
-from hypertuna.cli_link import link_app
-from hypertuna.cli_log import log_app
-from hypertuna.cli_mission import mission_command
-from hypertuna.cli_optimize import optimize_app
-from hypertuna.cli_pareto import pareto_command
-from hypertuna.cli_posture import posture_command
-from hypertuna.cli_pump import pump_command
-from hypertuna.cli_range import range_command
-from hypertuna.cli_replay import replay_command
-from hypertuna.cli_reproduce import reproduce_command
-from hypertuna.cli_robot import robot_app
-from hypertuna.cli_swim import sweep_command, swim_command
-from hypertuna.cli_trials import trials_app
-from hypertuna.cli_turn import turn_command
-from hypertuna.cli_twin import twin_command
-from hypertuna.console import print_json
 from hypertuna.errors import InputError
 from hypertuna.io.files import version
 

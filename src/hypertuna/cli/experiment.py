@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli_optimize import (
+from hypertuna.cli.console import check_suffix, number, number_list, print_json, tell_written, whole_number
+from hypertuna.cli.optimize import (
     Bounds,
     Iterations,
     Maximize,
@@ -28,7 +29,6 @@ from hypertuna.cli_optimize import (
     gait_record,
     limits_of,
 )
-from hypertuna.console import check_suffix, number, number_list, print_json, tell_written, whole_number
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError

@@ -11,8 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli_optimize import Areas, Joints, Water
-from hypertuna.console import (
+from hypertuna.cli.console import (
     check_suffix,
     command_line,
     print_json,
@@ -21,11 +20,12 @@ from hypertuna.console import (
     tell_written,
     whole_number,
 )
+from hypertuna.cli.optimize import Areas, Joints, Water
+from hypertuna.cli.options import Name, Named, gait_axes, one_gait, spelled
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
-from hypertuna.options import Name, Named, gait_axes, one_gait, spelled
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.sweep import Gaits

@@ -12,7 +12,7 @@ import typer
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS
 from hypertuna.actuation.sizing import with_bore
 from hypertuna.characterization.data import HIGHEST_PRESSURE
-from hypertuna.console import number, number_list, ranges
+from hypertuna.cli.console import number, number_list, ranges
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.simulation.run import TwinRun

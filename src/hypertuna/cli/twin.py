@@ -12,10 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS
-from hypertuna.console import check_suffix, command_line, number, print_json, tell_written, whole_number
-from hypertuna.description.provenance import provenance
-from hypertuna.io.files import columns_csv, write_atomically, write_netcdf
-from hypertuna.options import (
+from hypertuna.cli.console import check_suffix, command_line, number, print_json, tell_written, whole_number
+from hypertuna.cli.options import (
     BACKWARD,
     MEDIA,
     Amplitude,
@@ -37,6 +35,8 @@ from hypertuna.options import (
     robot_of,
     spelled,
 )
+from hypertuna.description.provenance import provenance
+from hypertuna.io.files import columns_csv, write_atomically, write_netcdf
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
 

@@ -10,12 +10,12 @@ from rich.console import Console
 from rich.text import Text
 
 from hypertuna.actuation.battery import Range, range_of
-from hypertuna.cli_optimize import gait_record
-from hypertuna.console import number, number_list, print_json
+from hypertuna.cli.console import number, number_list, print_json
+from hypertuna.cli.optimize import gait_record
+from hypertuna.cli.options import BACKWARD, check_beats, heads_first
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.options import BACKWARD, check_beats, heads_first
 from hypertuna.paper.chapters.gaits import range_finding
 from hypertuna.paper.ledger import judge, published
 from hypertuna.simulation.twin import twin

@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
+from hypertuna.cli.console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
+from hypertuna.cli.options import Name
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.firmware.black_box import boxes_of, record_of
@@ -21,7 +22,6 @@ from hypertuna.mission.log import write_log
 from hypertuna.mission.log_fields import DEGREES, DERIVED, fields
 from hypertuna.mission.read_log import Log, read_log
 from hypertuna.mission.record import MissionRecord, record_facts
-from hypertuna.options import Name
 
 __all__ = ["log_app"]
 

@@ -14,7 +14,15 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.console import check_suffix, command_line, number, print_json, progress_bar, tell_written, whole_number
+from hypertuna.cli.console import (
+    check_suffix,
+    command_line,
+    number,
+    print_json,
+    progress_bar,
+    tell_written,
+    whole_number,
+)
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.description.writer import write_robot

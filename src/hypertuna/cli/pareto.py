@@ -10,7 +10,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli_optimize import (
+from hypertuna.cli.console import (
+    check_suffix,
+    command_line,
+    number,
+    print_json,
+    progress_bar,
+    tell_written,
+    whole_number,
+)
+from hypertuna.cli.optimize import (
     Areas,
     Bounds,
     Joints,
@@ -25,15 +34,6 @@ from hypertuna.cli_optimize import (
     bounds_of,
     gait_record,
     limits_of,
-)
-from hypertuna.console import (
-    check_suffix,
-    command_line,
-    number,
-    print_json,
-    progress_bar,
-    tell_written,
-    whole_number,
 )
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load

@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.text import Text
 
 from hypertuna import _core
-from hypertuna.console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
+from hypertuna.cli.console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
+from hypertuna.cli.options import AsJson, Seed, choice
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
@@ -17,7 +18,6 @@ from hypertuna.firmware.boards import BOARDS, missing
 from hypertuna.firmware.in_the_loop import PARTS, FirmwareRun, firmware_in_the_loop
 from hypertuna.firmware.relay import radio_model
 from hypertuna.firmware.scenario import scenario_of
-from hypertuna.options import AsJson, Seed, choice
 
 __all__ = ["fil_command"]
 

@@ -11,12 +11,12 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna import _core
-from hypertuna.console import check_suffix, command_line, print_json, tell_written
+from hypertuna.cli.console import check_suffix, command_line, print_json, tell_written
+from hypertuna.cli.options import AsJson, Name
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table, header
 from hypertuna.io.files import write_atomically
-from hypertuna.options import AsJson, Name
 
 __all__ = ["firmware_app"]
 
