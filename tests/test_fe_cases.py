@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import hypertuna as ht
 from hypertuna import cli_fe_validate, fe_blocks
 from hypertuna.actuation.silicone import Mooney
-from hypertuna.cli_fe import fe_app
+from hypertuna.cli.fe.app import fe_app
 from hypertuna.errors import InputError
 from hypertuna.fe.energies import LAWS, Solid, Wall, solid_energy
 from hypertuna.fe.measure import measure

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna.actuation.bending import JointTable, joint_tables
-from hypertuna.cli_fe import fe_app
+from hypertuna.cli.fe.app import fe_app
 from hypertuna.description.robot import load, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError

@@ -18,6 +18,7 @@ from hypertuna.cli.console import print_json
 from hypertuna.cli.dive import dive_command
 from hypertuna.cli.drive import drive_command
 from hypertuna.cli.experiment import ask_command, tell_command
+from hypertuna.cli.fe.app import fe_app
 from hypertuna.cli.fil import fil_command
 from hypertuna.cli.firmware import firmware_app
 from hypertuna.cli.identify import identify_command
@@ -36,7 +37,6 @@ from hypertuna.cli.swim import sweep_command, swim_command
 from hypertuna.cli.trials import trials_app
 from hypertuna.cli.turn import turn_command
 from hypertuna.cli.twin import twin_command
-from hypertuna.cli_fe import fe_app
 from hypertuna.errors import InputError
 from hypertuna.io.files import version
 

@@ -12,8 +12,7 @@ from rich.text import Text
 
 from hypertuna.characterization.data import joint_index
 from hypertuna.cli.console import check_suffix, command_line, number, print_json, progress_bar, ranges, tell_written
-from hypertuna.cli.options import AsJson, Joint, Name
-from hypertuna.cli_fe_options import (
+from hypertuna.cli.fe.options import (
     LAW,
     MIXED,
     POISSON,
@@ -25,6 +24,7 @@ from hypertuna.cli_fe_options import (
     elements,
     rising_pressures,
 )
+from hypertuna.cli.options import AsJson, Joint, Name
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.fe.bend import ngsolve_version

@@ -22,9 +22,8 @@ from hypertuna.cli.console import (
     run_folder,
     tell_written,
 )
-from hypertuna.cli.options import AsJson, Joint, Name, Pressure, Side
-from hypertuna.cli_fe_compare import compare_command
-from hypertuna.cli_fe_options import (
+from hypertuna.cli.fe.compare import compare_command
+from hypertuna.cli.fe.options import (
     LAW,
     MESH,
     MIXED,
@@ -37,8 +36,9 @@ from hypertuna.cli_fe_options import (
     elements,
     rising_pressures,
 )
-from hypertuna.cli_fe_reduce import reduce_command
-from hypertuna.cli_fe_validate import validate_command
+from hypertuna.cli.fe.reduce import reduce_command
+from hypertuna.cli.fe.validate import validate_command
+from hypertuna.cli.options import AsJson, Joint, Name, Pressure, Side
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.fe.bend import JOURNAL, FeBend, fe_bend
