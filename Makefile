@@ -108,10 +108,11 @@ system-deps: ## Arm compiler and emulator by apt, for firmware: 430 MB to fetch,
 
 CPP = $(shell find core bindings benchmarks firmware/app firmware/boards firmware/tests -name '*.[ch]pp' -not -path '*/arduino/*')
 
-lint: $(VENV)/.installed-lint ## ruff, mypy, clang-format
+lint: $(VENV)/.installed-lint ## ruff, mypy, import-linter, clang-format
 	@ruff check
 	@ruff format --check
 	@mypy
+	@lint-imports
 	@clang-format --dry-run --Werror $(CPP)
 
 format: $(VENV)/.installed-lint ## put all sources into the common format

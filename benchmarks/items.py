@@ -134,7 +134,7 @@ def periodic_sweep(turns: int) -> Item:
         Row("sweep_180_beats", "beats integrated for a gait, mean", beats, ""),
     ]
     method = (
-        "`hypertuna.swimming.sweep` of 6 frequencies (1 to 6 Hz), 10 phases (0 to 180 deg) and 3 amplitude levels on one "
+        "`hypertuna.sweep` of 6 frequencies (1 to 6 Hz), 10 phases (0 to 180 deg) and 3 amplitude levels on one "
         f"thread, {STEPS} steps per beat, the Dataset included. Median of {turns}."
     )
     return Item("Periodic sweep", method, rows)
@@ -237,9 +237,7 @@ def many_gaits(counts: tuple[int, ...]) -> Item:
     per_gait = [run["seconds"] / run["gaits"] for run in runs]
     growth = per_gait[-1] / per_gait[0]
     rows.append(Row("sweep_linearity", "time of a gait, largest sweep over smallest", growth, "x", "1"))
-    method = (
-        "Random gaits in the paper's box, `hypertuna.swimming.sweep` on one thread, each sweep in a process of its own."
-    )
+    method = "Random gaits in the paper's box, `hypertuna.sweep` on one thread, each sweep in a process of its own."
     return Item("Large sweeps", method, rows)
 
 
@@ -269,7 +267,7 @@ def call_overhead(turns: int) -> Item:
     finally:
         _core.settle = core
     rows = [
-        Row("swim_overhead_ms", "`hypertuna.swimming.swim` beyond the core", 1e3 * beyond, "ms", "0.2 or less"),
+        Row("swim_overhead_ms", "`hypertuna.swim` beyond the core", 1e3 * beyond, "ms", "0.2 or less"),
         Row("swim_core_ms", "the core's part of it", 1e3 * within, "ms"),
     ]
     return Item("One call", f"The whole call less the call of the core inside it. Median of {turns}.", rows)
@@ -286,7 +284,7 @@ def twin_speed(turns: int) -> Item:
         Row("twin_run_ms", f"a run of {duration:g} s", 1e3 * seconds, "ms"),
     ]
     method = (
-        "`hypertuna.simulation.twin` with closed loop, 3 Hz, 12 and 20 deg, in water, on one thread; the robot's tables are "
+        "`hypertuna.twin` with closed loop, 3 Hz, 12 and 20 deg, in water, on one thread; the robot's tables are "
         f"computed before. Median of {turns}."
     )
     return Item("Twin", method, rows)

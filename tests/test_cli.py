@@ -15,7 +15,8 @@ import xarray as xr
 from typer.main import get_command
 
 import hypertuna as ht
-from hypertuna import _core, cli
+from hypertuna import _core
+from hypertuna.cli import main as cli
 from hypertuna.cli.console import number_list, plain, progress_bar, ranges
 from hypertuna.io.files import version
 from program import Run

@@ -19,8 +19,9 @@ import tomlkit
 import xarray as xr
 
 import hypertuna as ht
-from hypertuna import fe_bend as path_module
-from hypertuna import fe_extra, fe_pictures
+from hypertuna.fe import bend as path_module
+from hypertuna.fe import extra as fe_extra
+from hypertuna.fe import pictures as fe_pictures
 from hypertuna.fe.geometry import joint_body
 from hypertuna.fe.newton import Equilibrium
 from hypertuna.fe.plots import plot_fe_bend

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import hypertuna as ht
-from hypertuna import cli_twin
+from hypertuna.cli import twin as cli_twin
 from hypertuna.simulation.posture_test import PostureTest, posture_test
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin

@@ -11,8 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 import hypertuna as ht
-from hypertuna import cli_fe_validate, fe_blocks
 from hypertuna.actuation.silicone import Mooney
+from hypertuna.cli.fe import validate as cli_fe_validate
 from hypertuna.cli.fe.app import fe_app
 from hypertuna.errors import InputError
 from hypertuna.fe.energies import LAWS, Solid, Wall, solid_energy
@@ -20,6 +20,7 @@ from hypertuna.fe.measure import measure
 from hypertuna.fe.mesh import MeshSize
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
 from hypertuna.fe.newton import Equilibrium, lead
+from hypertuna.fe.verification import blocks as fe_blocks
 from hypertuna.fe.verification.blocks import cantilever, closed_form, cube_stress
 from hypertuna.fe.verification.cases import ANGLES, Case, beam_cases, cube_cases, muscle_cases, sleeve_cases
 from hypertuna.fe.verification.tube import ideal_pull, ideal_stretch, load, pull, sleeve_pull, tube

@@ -11,10 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 import hypertuna as ht
-from hypertuna import fe_bend as fe_bend_module
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.soft_joint import mooney, muscle
 from hypertuna.errors import InputError
+from hypertuna.fe import bend as fe_bend_module
 from hypertuna.fe.bend import FeBend, fe_bend
 from hypertuna.fe.comparison import compare, shortening_bend
 from hypertuna.fe.mesh import MeshSize

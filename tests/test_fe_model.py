@@ -109,7 +109,7 @@ def test_the_mesh_is_the_drawing(joint: str, pieces: float) -> None:
 
 @pytest.mark.fe
 def test_a_face_that_is_not_recognized_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    from hypertuna import fe_geometry
+    from hypertuna.fe import geometry as fe_geometry
 
     body, name = joint_body(small(), "II"), fe_geometry._face_name
     monkeypatch.setattr(fe_geometry, "_face_name", lambda *face: name(*face).replace("cap_", "tie_"))

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna.description.provenance import journal_header
 from hypertuna.errors import InputError
-from hypertuna.io.checkpoint import Journal, journal_header, read_header
+from hypertuna.io.checkpoint import Journal, read_header
 
 HEADER = {"kind": "test", "version": "1", "options": {"seed": 1, "bounds": [0.0, 0.1]}}
 

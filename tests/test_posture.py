@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna import posture
 from hypertuna.errors import InputError
+from hypertuna.simulation import posture_test as posture
 from hypertuna.simulation.posture_test import Held, peak_bends, posture_test, reach
 from hypertuna.swimming.gait import Gait
 

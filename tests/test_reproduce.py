@@ -13,8 +13,12 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna import published_twins, reproduce_fe, reproduce_fit, reproduce_lake, reproduce_optima
 from hypertuna.cli.main import main
+from hypertuna.paper import computed as published_twins
+from hypertuna.paper.chapters import coefficients as reproduce_fit
+from hypertuna.paper.chapters import finite_elements as reproduce_fe
+from hypertuna.paper.chapters import lake as reproduce_lake
+from hypertuna.paper.chapters import optima as reproduce_optima
 from hypertuna.paper.chapters.gaits import ARITHMETIC
 from hypertuna.paper.chapters.others import computed_among
 from hypertuna.paper.chapters.twin import TWIN

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna import reproduce_fe
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.io.files import data_folder
+from hypertuna.io.files import shipped
+from hypertuna.paper.chapters import finite_elements as reproduce_fe
 from hypertuna.paper.chapters.finite_elements import (
     FE,
     ROBOTS,
@@ -60,7 +60,7 @@ def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         for group in robot.joints:
             (tmp_path / f"{name}-{group.name}.json").write_text(json.dumps(record(robot, group.name)))
     (tmp_path / "I.png").write_bytes(png(30, 20))
-    monkeypatch.setattr(reproduce_fe, "data_folder", lambda _: tmp_path)
+    monkeypatch.setattr(reproduce_fe, "shipped", lambda _: tmp_path)
     return tmp_path
 
 
@@ -88,7 +88,7 @@ def test_pictures_of_both_joints_are_stored_and_small() -> None:
     elements = read_elements()
     assert set(elements.pictures) == set(elements.solved[FE])
     assert all(len(picture) < 300_000 for picture in elements.pictures.values())
-    assert len(list(data_folder("fe").glob("*.png"))) == len(elements.pictures)
+    assert len(list(shipped("data/fe").glob("*.png"))) == len(elements.pictures)
 
 
 def test_a_tenth_more_than_the_analytic_model(store: Path) -> None:

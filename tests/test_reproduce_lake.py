@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import hypertuna as ht
-from hypertuna import reproduce_lake
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.flight import Flight
+from hypertuna.paper.chapters import lake as reproduce_lake
 from hypertuna.paper.chapters.lake import STORED, Lake, findings, lake_record, read_lake, sections
 from hypertuna.paper.ledger import judge, published
 from hypertuna.reports.html import Picture
@@ -51,7 +51,7 @@ def test_what_was_stored_of_another_robot_does_not_count(
     record: dict[str, object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "missions").mkdir()
-    monkeypatch.setattr(reproduce_lake, "data_folder", lambda _: tmp_path / "published")
+    monkeypatch.setattr(reproduce_lake, "shipped", lambda _: tmp_path)
     assert "no flight is stored" in read_lake().why
     (tmp_path / STORED).write_text(json.dumps(record))
     assert read_lake().record is not None

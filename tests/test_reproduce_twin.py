@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna import published_twins
+from hypertuna.paper import computed as published_twins
 from hypertuna.paper.chapters.actuator import ACTUATOR, PRINTED, Bends, bend_published, step_table
 from hypertuna.paper.chapters.actuator import findings as bend_findings
 from hypertuna.paper.chapters.twin import TWIN, bore_table, findings, sections, speed_table, tank_table

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna import sobol
+from hypertuna.simulation import sensitivity as sobol
 from hypertuna.simulation.sensitivity import FACTORS, influence, spread
 
 ROBOT = ht.load("hypertuna")

@@ -170,7 +170,7 @@ def fit_bench(
     uniform distribution; so the result is unique where the rows leave unknowns free, and an interval there is that of
     the bounds. With the Jacobian J of the residuals over their noise, in those units, J = U diag(s) V^T gives
     combinations sum_k V_kj x_k, products of powers: the bench knows the j-th s_j times better than it was known before,
-    and both together leave 1 / sqrt(1 + s_j^2) of its interval. `hypertuna.identification.profile.lengths` widens that where the valley
+    and both together leave 1 / sqrt(1 + s_j^2) of its interval. The profile widens that where the valley
     of equally good fits bends. Noise that is not stated is estimated from the residuals in turn with the fit.
     """
     begun = time.monotonic()

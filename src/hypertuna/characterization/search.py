@@ -297,7 +297,7 @@ def taken_up(slope: Array) -> float:
 
 
 def levels(problem: Problem, found: Any, level: Array) -> Array:
-    """Estimate the noise that is not stated from the residuals, as `hypertuna.identification.search` does where a loss is robust.
+    """Estimate the noise that is not stated from the residuals.
 
     Parameters
     ----------

@@ -17,7 +17,6 @@ from hypertuna.characterization.data import Bench, read_bench
 from hypertuna.characterization.experiment_design import Worth, worth
 from hypertuna.characterization.fit import BenchFit, fit_bench
 from hypertuna.characterization.unknowns import BORDER, FACTORS, Unknown
-from hypertuna.cli.actuator import fit_command
 from hypertuna.cli.console import check_suffix, number, print_json, progress_bar, tell_written, whole_number
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
@@ -25,10 +24,9 @@ from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import version
 
-__all__ = ["actuator_app", "fit_command"]
+__all__ = ["actuator_app"]
 
 actuator_app = typer.Typer(no_args_is_help=True, help="What tests at the bench tell of an actuator.")
-actuator_app.command("fit")(fit_command)
 
 
 @actuator_app.command("silicone")
@@ -93,6 +91,7 @@ SMALL = 0.5  # an interval of a logarithm that still reads well as a percentage
 MEASUREMENTS, NARROWED = 8, 3  # rows of the table of measurements, and unknowns told in each
 
 
+@actuator_app.command("fit")
 def fit_command(
     files: Annotated[
         list[str],
@@ -148,7 +147,7 @@ def fit_command(
     if output is not None:
         write_robot(fit.robot, output, note="fitted, see [sources]")
     if as_json:
-        print_json(_record(fit, more, files, output))
+        print_json(_bench_record(fit, more, files, output))
     else:
         _print(fit, more)
         tell_written(plot, output)
@@ -195,7 +194,7 @@ def _unknowns(fit: BenchFit) -> list[dict[str, Any]]:
     return rows
 
 
-def _record(fit: BenchFit, more: Sequence[Worth], files: Sequence[str], output: str | None) -> dict[str, Any]:
+def _bench_record(fit: BenchFit, more: Sequence[Worth], files: Sequence[str], output: str | None) -> dict[str, Any]:
     """Say what a fit found, for programs."""
     bench = fit.bench
     return provenance(fit.described) | {

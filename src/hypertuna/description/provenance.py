@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from hypertuna import _core
 from hypertuna.description.robot import Robot
@@ -11,7 +12,7 @@ from hypertuna.io.files import version
 if TYPE_CHECKING:
     pass
 
-__all__ = ["provenance"]
+__all__ = ["journal_header", "provenance"]
 
 
 def provenance(robot: Robot, *, water: bool = True) -> dict[str, str]:
@@ -37,3 +38,22 @@ def provenance(robot: Robot, *, water: bool = True) -> dict[str, str]:
     }
     model = robot.model
     return made | ({"water": model.water, "joints": model.joints, "areas": model.areas} if water else {})
+
+
+def journal_header(kind: str, robot: Robot, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Say what a journal is of; one that says something else is not taken up again.
+
+    Parameters
+    ----------
+    kind : str
+        The work: "optimize", "pareto", "identify" ...
+    robot : Robot
+    options : mapping
+        Everything that the course of the work depends on, seed included; numbers, texts, lists and mappings of them.
+
+    Returns
+    -------
+    dict
+    """
+    robot_facts = {"robot": robot.name, "robot_hash": robot.hash}
+    return {"kind": kind, "version": version(), "isa": _core.isa()} | robot_facts | {"options": dict(options)}

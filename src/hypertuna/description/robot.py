@@ -35,6 +35,7 @@ from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.description.schema.spatial import Fins, Spatial
 from hypertuna.description.validation import Place, field_at, translate, unit_of, written
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.files import shipped
 
 __all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "robot_path", "robots"]
 
@@ -223,7 +224,7 @@ def robots() -> tuple[str, ...]:
     tuple of str
         Names that `load` knows.
     """
-    return tuple(sorted(path.stem for path in _folder().glob("*.toml")))
+    return tuple(sorted(path.stem for path in shipped("robots").glob("*.toml")))
 
 
 def load(robot: str | Path) -> Robot:
@@ -248,7 +249,7 @@ def load(robot: str | Path) -> Robot:
     shipped = path.suffix != ".toml" and len(path.parts) == 1
     file = f"robots/{robot}.toml" if shipped else str(robot)
     if shipped:
-        path = _folder() / f"{robot}.toml"
+        path = shipped("robots") / f"{robot}.toml"
     try:
         content = path.read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -283,7 +284,7 @@ def robot_path(file: str) -> Path:
     """
     path = Path(file)
     shipped = path.parent == Path("robots") and path.stem in robots()
-    return _folder() / path.name if shipped else path
+    return shipped("robots") / path.name if shipped else path
 
 
 def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:
@@ -338,12 +339,6 @@ def reference() -> str:
         "Numbers must be finite; a list has one value per link, or per joint group in a gait."
     )
     return markdown(json_schema(), title="Robot description", introduction=introduction)
-
-
-def _folder() -> Path:
-    """Return the folder of the shipped robots: beside this module in a wheel, at the root of a source tree."""
-    here = Path(__file__).resolve().parent
-    return next((p for p in (here / "robots", here.parents[1] / "robots") if p.is_dir()), here / "robots")
 
 
 def _check_body(robot: Robot) -> None:

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.actuation.bending import SIDES, check_pressure, check_side, straightness
 from hypertuna.actuation.soft_joint import drive_unit, joint_group
-from hypertuna.description.provenance import provenance
+from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe.measure import Measured, measure
 from hypertuna.fe.model import FeModel, FeOptions, equilibrium, fe_model
-from hypertuna.io.checkpoint import Journal, journal_header
+from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import dataset, write_atomically
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.actuation.soft_joint import drive_unit, joint_group, joint_tables
-from hypertuna.description.provenance import provenance
+from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, load, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError, shown
@@ -32,8 +32,7 @@ from hypertuna.fe.bend import ngsolve_version
 from hypertuna.fe.measure import measure
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
 from hypertuna.fe.potential import Left, Potential, Samples, best_potential, left
-from hypertuna.fe.reduction import Joint, Pair, joint_by_elements
-from hypertuna.io.checkpoint import Journal, journal_header
+from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import dataset
 
 if TYPE_CHECKING:

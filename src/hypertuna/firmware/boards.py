@@ -29,7 +29,7 @@ BOX = "black_box"  # that an emulated board writes
 COMPILER = "arm-none-eabi-g++"
 # An instruction takes 64 ns of the emulated time, in which the clock counts 40 ns.
 INSTRUCTIONS = 40 / 64
-FOLDER = Path(__file__).parents[2] / "build" / "firmware"
+FOLDER = Path(__file__).parents[3] / "build" / "firmware"
 
 
 def missing(board: str) -> str | None:

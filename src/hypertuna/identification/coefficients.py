@@ -53,8 +53,7 @@ class Free:
     Attributes
     ----------
     name : str
-        ``water.lumped.drag[1-6]``: the column as `hypertuna.swimming.model.parameter_names` writes it, and the indices that
-        share the value.
+        ``water.lumped.drag[1-6]``: the column as `parameter_names` writes it, and the indices that share the value.
     lower, upper : float
         Bounds, in SI units.
     start : float

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.validation import written
 from hypertuna.errors import InputError, did_you_mean, shown
@@ -23,7 +24,7 @@ from hypertuna.identification.residuals import Errors, criteria, errors
 from hypertuna.identification.search import CONVERGED, Search, fit, sketch, start_points, stop_sentence
 from hypertuna.identification.uncertainty import Certainty, certainty
 from hypertuna.identification.warnings import repeated, warnings_of
-from hypertuna.io.checkpoint import Journal, journal_header
+from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import version
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
 from hypertuna.trials.trials import Trials, digest, read_trials, split

@@ -6,11 +6,11 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.files import shipped
 from hypertuna.swimming.model import parameter_names
 
 __all__ = [
@@ -84,9 +84,7 @@ def default_bounds() -> dict[str, Any]:
         Table ``coefficient`` with ``lower``, ``upper``, ``start`` and ``source`` by column in SI units, and ``factor``
         of the described value for columns of the links.
     """
-    here = Path(__file__).resolve().parent
-    folders = (here / "data" / "published", here.parents[1] / "data" / "published")
-    path = next(folder / "bounds.toml" for folder in folders if (folder / "bounds.toml").is_file())
+    path = shipped("data/published") / "bounds.toml"
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 

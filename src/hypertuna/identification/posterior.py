@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import from_scale, to_scale
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.prediction import Experiment, experiment, loss_terms, predict
 from hypertuna.identification.residuals import curvature, squares
-from hypertuna.io.checkpoint import Journal, journal_header
+from hypertuna.io.checkpoint import Journal
 from hypertuna.trials.trials import digest
 
 __all__ = ["Posterior", "check_draws", "posterior", "with_posterior"]

@@ -159,14 +159,14 @@ def certainty(
     residuals and factor^2 = s^2 mean(psi^2) n / (n - p) / mean(psi')^2, psi of residuals over s, though never less than
     1: a stated noise that the residuals exceed s times is taken for too small (Birge 1932). All frames of a run along
     one axis count as one sample. By the inequality of Cauchy and Schwarz no correlation among them can make the
-    variance larger than that. The runs of a recording share the model's error, see `hypertuna.identification.residuals.misfit`.
+    variance larger than that. The runs of a recording share the model's error; see `misfit`.
 
     A coefficient's unit is its value, at least a tenth and at most the whole of its allowed range; in log scale 1, if
     the range is not less. A time offset and a phase offset, whose 0 is no smaller than other values, have 0.1 s and
     0.1 rad. Directions are those of the singular value decomposition of J in these units.
 
     Along an open direction the truth may lie so far off that the valley of equally good fits bends: the better known
-    directions then belong elsewhere than a linear problem has them: `hypertuna.identification.profile.lengths` allows for that.
+    directions then belong elsewhere than a linear problem has them: `lengths` allows for that.
     """
     linear = _linearize(data, frees, values, found, levels, loss)
     unit, quantile, vectors = linear.unit, linear.quantile, linear.vectors

@@ -14,34 +14,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from hypertuna import _core
-from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
-from hypertuna.io.files import version
 
-__all__ = ["Journal", "journal_header", "read_header"]
+__all__ = ["Journal", "read_header"]
 
 MARK = "hypertuna journal"
 ANOTHER = "give another file, or remove this one to start over"
-
-
-def journal_header(kind: str, robot: Robot, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Say what a journal is of; one that says something else is not taken up again.
-
-    Parameters
-    ----------
-    kind : str
-        The work: "optimize", "pareto", "identify" ...
-    robot : Robot
-    options : mapping
-        Everything that the course of the work depends on, seed included; numbers, texts, lists and mappings of them.
-
-    Returns
-    -------
-    dict
-    """
-    robot_facts = {"robot": robot.name, "robot_hash": robot.hash}
-    return {"kind": kind, "version": version(), "isa": _core.isa()} | robot_facts | {"options": dict(options)}
 
 
 def read_header(path: str | Path) -> dict[str, Any]:

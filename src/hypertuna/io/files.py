@@ -20,7 +20,7 @@ from hypertuna.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["columns_csv", "data_folder", "dataset", "rows_csv", "version", "write_atomically", "write_netcdf"]
+__all__ = ["columns_csv", "dataset", "rows_csv", "shipped", "version", "write_atomically", "write_netcdf"]
 
 Array = NDArray[np.float64]
 
@@ -168,18 +168,8 @@ def _unwritable(path: Path, error: OSError) -> InputError:
     return InputError("must be a writable file", file=str(path), value=f"not ({error.strerror})", fix=fix)
 
 
-def data_folder(name: str) -> Path:
-    """Find data that comes with the package.
-
-    Parameters
-    ----------
-    name : str
-        "published" for numbers of the paper and of others, "fe" for stored results of finite elements.
-
-    Returns
-    -------
-    Path
-        A folder inside the package, or at the top of the source tree.
-    """
-    here = Path(__file__).resolve().parent
-    return next(path for base in (here, here.parents[1]) if (path := base / "data" / name).is_dir())
+def shipped(name: str) -> Path:
+    """Return the folder of files that ship with the package: ``"robots"``, ``"missions"``, ``"data/published"``, ..."""
+    package = Path(__file__).parents[1]  # in a wheel; in a source tree the folders stand at its root
+    root = package.parents[1]
+    return next(path for base in (package, root, root / "firmware") if (path := base / name).is_dir())

@@ -20,6 +20,7 @@ from hypertuna.description.reference import markdown
 from hypertuna.description.validation import translate
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.frames import pose_from
+from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_text
 from hypertuna.mission.geodesy import FARTHEST, to_local
 from hypertuna.mission.schema import Document, Place, Scatter, too_far
@@ -70,7 +71,7 @@ def missions() -> tuple[str, ...]:
     tuple of str
         Names that `read_mission` knows.
     """
-    return tuple(sorted(path.stem for path in _folder().glob("*.toml")))
+    return tuple(sorted(path.stem for path in shipped("missions").glob("*.toml")))
 
 
 def read_mission(path: str | Path) -> MissionFile:
@@ -95,7 +96,7 @@ def read_mission(path: str | Path) -> MissionFile:
         if name not in missions():
             raise InputError("must be a .toml file or a mission that comes with hypertuna", key="mission",
                              value=shown(name), fix=did_you_mean(name, missions()))  # fmt: skip
-        path, file = _folder() / f"{name}.toml", f"missions/{name}.toml"
+        path, file = shipped("missions") / f"{name}.toml", f"missions/{name}.toml"
     content = read_text(path, "a TOML file")
     try:
         document = tomllib.loads(content)
@@ -273,9 +274,3 @@ def _joined(pairs: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], 
         elif end > begin:
             joined.append((begin, end))
     return tuple(joined)
-
-
-def _folder() -> Path:
-    """Find the missions: inside the package, or at the top of the source tree."""
-    here = Path(__file__).resolve().parent
-    return next(path for base in (here, here.parents[1]) if (path := base / "missions").is_dir())

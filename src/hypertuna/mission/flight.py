@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
 from hypertuna.control.mission import Mission, fence_distance
-from hypertuna.description.provenance import provenance
+from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.io.checkpoint import Journal, journal_header
+from hypertuna.io.checkpoint import Journal
 from hypertuna.mission.file import MissionFile, drawn
 from hypertuna.mission.log import LogWriter
 from hypertuna.mission.record import COLUMNS, MissionRecord, joined

@@ -10,9 +10,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.io.checkpoint import Journal, journal_header, read_header
+from hypertuna.io.checkpoint import Journal, read_header
 from hypertuna.optimization.constraints import Limit, gait_quantities
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.objective import Problem

@@ -8,7 +8,6 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.optimization.gradient import MARGIN, STEEP, Stop, Walk
 from hypertuna.optimization.objective import Evaluation
 from hypertuna.optimization.optimizers import Optimizer
 
@@ -117,8 +116,6 @@ def latin_hypercube(count: int, dim: int, seed: int) -> Array:
     slices = np.stack([random.permutation(count) for _ in range(dim)], axis=1)
     return np.asarray((slices + random.random((count, dim))) / count)
 
-
-Array = NDArray[np.float64]
 
 PRECISION = 1e-8  # change of the value at which a descent ends
 MARGIN = 1e-7  # limits are to be kept with so much to spare: SLSQP only nears them

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.io.checkpoint import Journal, journal_header
+from hypertuna.io.checkpoint import Journal
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.gradient import Descents
 from hypertuna.optimization.objective import Goal, Limit, Problem, expected_speed, goal
@@ -100,7 +101,7 @@ def optimize(
     ----------
     robot : Robot
     maximize, minimize : str, optional
-        A quantity of `hypertuna.swimming.beat.QUANTITIES` to make large or small. One of these two and `speed` must be given.
+        A quantity of `QUANTITIES` to make large or small. One of these two and `speed` must be given.
     speed : float, optional
         Expected speed U_e; the fitness is ``|U - U_e| + k COT`` (Eq. 42) [m/s].
     weight : float, optional

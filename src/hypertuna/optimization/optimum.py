@@ -82,7 +82,7 @@ class Optimum:
     margins : tuple of Margin
         Of the limits.
     bounds : mapping
-        Which end of its bounds the gait lies on, "lower" or "upper", by the names of `hypertuna.optimization.design_space.gait_columns`.
+        Which end of its bounds the gait lies on, "lower" or "upper", by the names of `gait_columns`.
     near_best : mapping
         How flat the best is: by the same names, the lowest and highest value between which, all others held, the value
         of the goal stays within 0.5 % of the best and all limits are kept [Hz or deg]; empty where a speed is expected.

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
-from hypertuna.io.checkpoint import Journal, journal_header
+from hypertuna.io.checkpoint import Journal
 from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.design_space import Space, gait_bounds
 from hypertuna.optimization.nsga2 import Evolution, hypervolume, nondominated
@@ -102,7 +103,7 @@ class Front:
 
     @cached_property
     def points(self) -> xr.Dataset:
-        """All quantities of the gaits as `hypertuna.swimming.sweep` finds them for the robot itself, and the figures above."""
+        """All quantities of the gaits as `sweep` finds them for the robot itself, and the figures above."""
         found = sweep(self.robot, self.gaits, threads=1)
         told: dict[str, Any] = {"stationarity": (self.stationarity, "1", "residual of the conditions of optimality")}
         for name, unit, values in zip(self.objectives, self.units, self.values.T, strict=True):

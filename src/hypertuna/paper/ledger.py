@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hypertuna.io.files import data_folder
+from hypertuna.io.files import shipped
 
 __all__ = ["MARKS", "RULES", "VERDICTS", "Entry", "Finding", "Rule", "judge", "published"]
 
@@ -185,7 +185,7 @@ def published(name: str = "published") -> dict[str, Any]:
     dict
         Its content.
     """
-    return tomllib.loads((data_folder("published") / f"{name}.toml").read_text(encoding="utf-8"))
+    return tomllib.loads((shipped("data/published") / f"{name}.toml").read_text(encoding="utf-8"))
 
 
 def judge(paper: Mapping[str, Any], found: Finding) -> Entry:

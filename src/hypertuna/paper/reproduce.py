@@ -8,23 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna import (
-    published_twins,
-    reproduce_actuator,
-    reproduce_diving,
-    reproduce_fe,
-    reproduce_fig12,
-    reproduce_fit,
-    reproduce_gaits,
-    reproduce_lake,
-    reproduce_optima,
-    reproduce_others,
-    reproduce_tank,
-    reproduce_turning,
-    reproduce_twin,
-)
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
+from hypertuna.paper import computed as published_twins
+from hypertuna.paper.chapters import actuator as reproduce_actuator
+from hypertuna.paper.chapters import coefficients as reproduce_fit
+from hypertuna.paper.chapters import diving as reproduce_diving
+from hypertuna.paper.chapters import fig12 as reproduce_fig12
+from hypertuna.paper.chapters import finite_elements as reproduce_fe
+from hypertuna.paper.chapters import gaits as reproduce_gaits
+from hypertuna.paper.chapters import lake as reproduce_lake
+from hypertuna.paper.chapters import optima as reproduce_optima
+from hypertuna.paper.chapters import others as reproduce_others
+from hypertuna.paper.chapters import tank as reproduce_tank
+from hypertuna.paper.chapters import turning as reproduce_turning
+from hypertuna.paper.chapters import twin as reproduce_twin
 from hypertuna.paper.computed import AS_PRINTED, MODELS, SPEEDS, Trial, swim_published
 from hypertuna.paper.ledger import RULES, VERDICTS, Entry, judge, published
 from hypertuna.reports.html import Section

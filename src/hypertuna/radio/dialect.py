@@ -20,6 +20,7 @@ from types import ModuleType
 from typing import Any
 
 from hypertuna.errors import InputError
+from hypertuna.io.files import shipped
 
 __all__ = ["HOW", "SILENT", "dialect", "dialect_file", "mavutil", "need_radio"]
 
@@ -49,9 +50,7 @@ def dialect_file() -> Path:
     Path
         Of hypertuna.xml: inside the package, or in the source tree.
     """
-    here = Path(__file__).resolve().parent
-    places = (here / "mavlink", here.parents[1] / "firmware" / "mavlink")
-    return next(place for place in places if place.is_dir()) / "hypertuna.xml"
+    return shipped("mavlink") / "hypertuna.xml"
 
 
 @functools.cache

@@ -173,7 +173,7 @@ def page(
     import jinja2
 
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("hypertuna", "templates"),
+        loader=jinja2.PackageLoader("hypertuna.reports"),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

@@ -97,7 +97,7 @@ class Turning:
     ----------
     robot : Robot
     found : xarray.Dataset
-        As `hypertuna.swimming.sweep` returns it for a grid, with ``circle_radius`` and ``circle_residual`` [m] of the circle
+        As `sweep` returns it for a grid, with ``circle_radius`` and ``circle_residual`` [m] of the circle
         fitted to each gait's path: not numbers where a gait is not settled, infinite and not a number where it swims
         straight.
     tightest, forward : Tightest or None

@@ -138,7 +138,7 @@ def sections(fits: Fits, trials: Mapping[str, Trial], paper: Mapping[str, Any]) 
         "The nine coefficients of Table III between their bounds: as published, and as identified from the eight "
         "published speeds, with 95 % intervals. Where the interval fills the whole range, the speeds say nothing of "
         "the coefficient.",
-        "`hypertuna.identification.identify` with exact derivatives from the paper's start values; intervals from the curvature of "
+        "`hypertuna.identify` with exact derivatives from the paper's start values; intervals from the curvature of "
         "the error at the result.",
     )
     return [

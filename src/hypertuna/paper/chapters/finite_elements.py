@@ -18,7 +18,7 @@ from hypertuna.errors import InputError
 from hypertuna.fe.bend import fe_bend
 from hypertuna.fe.model import FeOptions
 from hypertuna.fe.record import bend_record
-from hypertuna.io.files import data_folder
+from hypertuna.io.files import shipped
 from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section, Table
 
@@ -164,7 +164,7 @@ def read_elements() -> Elements:
     Elements
         A result that was computed for another description does not hold, and is left out with a sentence.
     """
-    folder = data_folder("fe")
+    folder = shipped("data/fe")
     solved: dict[str, dict[str, Solved]] = {}
     for model, name in ROBOTS.items():
         robot = load(name)

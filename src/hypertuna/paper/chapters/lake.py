@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna.description.robot import load
-from hypertuna.io.files import data_folder
+from hypertuna.io.files import shipped
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.flight import Flight, fly, outcome
 from hypertuna.mission.record import MissionRecord
@@ -52,7 +52,7 @@ def read_lake() -> Lake:
     Lake
         Without a record if the robot or the mission has changed since.
     """
-    folder = data_folder("published").parent
+    folder = shipped("data")
     try:
         record = json.loads((folder / STORED).read_text(encoding="utf-8"))
         robot, mission = load(record["robot"]), read_mission(MISSION)
