@@ -246,9 +246,9 @@ def load(robot: str | Path) -> Robot:
         If there is no such file, or something in it cannot be used: one sentence with file, key, rule, value and fix.
     """
     path = Path(robot)
-    shipped = path.suffix != ".toml" and len(path.parts) == 1
-    file = f"robots/{robot}.toml" if shipped else str(robot)
-    if shipped:
+    by_name = path.suffix != ".toml" and len(path.parts) == 1
+    file = f"robots/{robot}.toml" if by_name else str(robot)
+    if by_name:
         path = shipped("robots") / f"{robot}.toml"
     try:
         content = path.read_text(encoding="utf-8-sig")
@@ -258,7 +258,7 @@ def load(robot: str | Path) -> Robot:
         if not isinstance(error, FileNotFoundError):
             rule = "must be a readable text file"
             raise InputError(rule, file=file, value=f"not ({error.strerror})", fix="check its permissions") from None
-        fix = did_you_mean(str(robot), robots()) if shipped else "give a robot's name or the path of its TOML file"
+        fix = did_you_mean(str(robot), robots()) if by_name else "give a robot's name or the path of its TOML file"
         raise InputError("does not exist", file=file, fix=fix) from None
     except ValueError as error:
         rule = "must be a readable text file"
@@ -283,8 +283,8 @@ def robot_path(file: str) -> Path:
         As it stands, or in the folder of the robots that come with hypertuna.
     """
     path = Path(file)
-    shipped = path.parent == Path("robots") and path.stem in robots()
-    return shipped("robots") / path.name if shipped else path
+    by_name = path.parent == Path("robots") and path.stem in robots()
+    return shipped("robots") / path.name if by_name else path
 
 
 def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:

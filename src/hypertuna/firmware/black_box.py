@@ -1,8 +1,8 @@
 """Black box: what the firmware took down of every tick, read from the card.
 
 A box is a row of little-endian words (firmware/app/vehicle/black_box.hpp). Every record has a mark with its kind and
-number of words, and ends with the sum of all partial sums of the words before. Which word has what, the firmware's own list tells
-(firmware/app/vehicle/record.hpp), which is bound to `hypertuna._core`.
+number of words, and ends with the sum of all partial sums of the words before. Which word has what, the firmware's own
+list tells (firmware/app/vehicle/record.hpp), which is bound to `hypertuna._core`.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from hypertuna.actuation.hydraulics import circuits
 from hypertuna.control.controller import controller_columns, pump_map
 from hypertuna.errors import InputError
 
-PAGE = Path(__file__).parents[1] / "docs" / "control.md"
+PAGE = Path(__file__).parents[2] / "docs" / "control.md"
 
 
 @pytest.fixture(scope="module")

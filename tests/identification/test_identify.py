@@ -297,7 +297,7 @@ def test_kill_in_the_middle_and_resume(tmp_path: Path) -> None:
     """kill -9 after the second start: the resumed fit tells the same values and evaluations as one left alone."""
 
     def program(name: str) -> list[str]:
-        text = FIT.format(tests=str(Path(__file__).parent), path=str(tmp_path / name))
+        text = FIT.format(tests=str(Path(__file__).parents[1]), path=str(tmp_path / name))
         return [sys.executable, "-c", textwrap.dedent(text)]
 
     alone = subprocess.run(program("alone.jsonl"), capture_output=True, text=True, check=True).stdout.splitlines()[-1]
@@ -340,7 +340,7 @@ def test_a_robot_of_fitted_values_is_predicted_as_its_columns_are(tuna: ht.Robot
 
 
 def test_one_text_of_names_and_paths_of_trials() -> None:
-    tank = Path(__file__).parents[1] / "examples" / "tank" / "tank.csv"
+    tank = Path(__file__).parents[2] / "examples" / "tank" / "tank.csv"
     tuna = ht.load("hypertuna")
     names = "water.drag[7],joints.bandwidth"
     first = identify(tuna, ht.read_trials(tank, tuna), names.split(","), starts=1)

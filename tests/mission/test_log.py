@@ -269,7 +269,7 @@ for k in range(0, len(whole.time), 200):
 def test_what_was_written_before_a_kill_is_there(tmp_path: Path) -> None:
     path = tmp_path / "killed.mcap"
     command = [sys.executable, "-c", CHILD, str(path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parent) as child:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[1]) as child:
         assert child.stdout is not None
         done = 0
         for line in child.stdout:

@@ -18,7 +18,7 @@ from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import head_center, replay
 from hypertuna.trials.tracks import JointSeries, Track
 
-TANK = Path(__file__).parents[1] / "examples" / "tank"
+TANK = Path(__file__).parents[2] / "examples" / "tank"
 
 
 @pytest.fixture(scope="module")

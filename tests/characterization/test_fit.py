@@ -23,7 +23,7 @@ from hypertuna.characterization.unknowns import unknowns, with_unknowns
 from hypertuna.description.robot import parse
 from hypertuna.description.writer import robot_text
 
-EXAMPLE = Path(__file__).parents[1] / "examples" / "bench"
+EXAMPLE = Path(__file__).parents[2] / "examples" / "bench"
 HEAD = "joint,side,branch,pressure_kpa,angle_deg\n"
 PRESSURES = (60, 120, 180, 240)  # kPa
 

@@ -11,7 +11,7 @@ from scipy.special import ellipe
 
 from hypertuna.description.robot import load, robots
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize("name", robots())

@@ -63,7 +63,7 @@ def test_threads_change_nothing(tuna: ht.Robot, method: str) -> None:
 RUN = """
 import sys, numpy as np, hypertuna as ht
 from models import MODELS
-from test_lanes import results
+from swimming.test_lanes import results
 np.savez(sys.argv[1], isa=ht._core.isa(), **results())
 """
 
@@ -82,7 +82,7 @@ def results() -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("isa", _core.isas())
 def test_every_instruction_set_gives_the_same(isa: str, tmp_path: Path) -> None:
     there = tmp_path / "results.npz"
-    path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
     environment = os.environ | {"HYPERTUNA_ISA": isa, "PYTHONPATH": path}
     subprocess.run([sys.executable, "-c", RUN, str(there)], env=environment, check=True)
     here = results()

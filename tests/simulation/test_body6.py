@@ -13,8 +13,8 @@ from oracles import space as oracle
 from oracles.cases import Case, random_case
 from oracles.planar import Chain, Real, Water
 from oracles.space import Space
-from test_core_against_oracles import ROUNDING, core_model, difference
-from test_tail import COORDINATES, bent, shares
+from simulation.test_tail import COORDINATES, bent, shares
+from swimming.test_core_against_oracles import ROUNDING, core_model, difference
 
 FIN = {"x": 0.12, "y": 0.09, "z": -0.01, "span": 0.06, "chord": 0.05, "stall": 0.3, "drag_zero": 0.02}
 FIN |= {"bandwidth": 5.0, "speed": 6.0}

@@ -10,7 +10,7 @@ pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 from hypertuna.firmware.channel import Air, RadioModel
 from hypertuna.radio.dialect import dialect
 from link_bench import TICK, LinkBench, Told
-from test_radio import GROUND, ROBOT
+from radio.test_channel import GROUND, ROBOT
 
 BAD = RadioModel(loss=0.3, burst=4.0, damage=0.1, late=0.1)
 MANUAL, GAIT, MISSION = 0, 1, 2

@@ -10,7 +10,7 @@ import pytest
 from hypertuna.description.robot import Robot, json_schema, load, parse, reference
 from hypertuna.errors import InputError
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 EEL = """
 format = 1

@@ -267,7 +267,7 @@ def test_negative_noise_and_folders_of_angles(run: Run, tmp_path: Path) -> None:
 
 def test_a_robot_file_may_begin_with_a_mark_of_byte_order(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "fish.toml"
-    source = Path(__file__).parents[1] / "robots" / "hypertuna.toml"
+    source = Path(__file__).parents[2] / "robots" / "hypertuna.toml"
     file.write_text(source.read_text(encoding="utf-8"), encoding="utf-8-sig")
     assert run("robot", "check", str(file))[0] == 0
 

@@ -16,7 +16,7 @@ from hypertuna.firmware.lockstep import CHANNELS, NO_SAMPLE, Counts
 from hypertuna.firmware.parameters import MOST_NAME, MOST_PARAMETERS, firmware_table, header
 from program import Run
 
-FIRMWARE = Path(__file__).parents[1] / "firmware"
+FIRMWARE = Path(__file__).parents[2] / "firmware"
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?f?")
 
 

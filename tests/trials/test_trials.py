@@ -20,7 +20,7 @@ from hypertuna.trials.manifest import Manifest, parse_manifest, read_manifest
 from hypertuna.trials.steady import read_steady
 from hypertuna.trials.trials import Trials, read_trials
 
-TANK = Path(__file__).parents[1] / "examples" / "tank"
+TANK = Path(__file__).parents[2] / "examples" / "tank"
 HEAD = "frequency_hz,amplitude_I_deg,amplitude_II_deg,phase_II_deg,speed_m_s"
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-SCRIPT = Path(__file__).parents[1] / "validation" / "faults" / "runs.py"
+SCRIPT = Path(__file__).parents[2] / "validation" / "faults" / "runs.py"
 RUNS = 24
 
 

@@ -12,7 +12,7 @@ from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.fit import fit_bench
 from program import Run
 
-EXAMPLE = Path(__file__).parents[1] / "examples" / "bench"
+EXAMPLE = Path(__file__).parents[2] / "examples" / "bench"
 PAPER = ("actuator", "fit", str(EXAMPLE / "paper.csv"), "--robot", "hypertuna", "--starts", "1")
 FEW = ("--free", "lever,stiffness_factor,outer_diameter")
 

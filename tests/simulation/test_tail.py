@@ -10,7 +10,7 @@ from hypertuna import _core
 from oracles import mujoco_chain
 from oracles.cases import Case, random_case
 from oracles.planar import Real
-from test_core_against_oracles import ROUNDING, core_joints, core_model, difference, in_head_axes
+from swimming.test_core_against_oracles import ROUNDING, core_joints, core_model, difference, in_head_axes
 
 COORDINATES = 3
 

@@ -14,7 +14,7 @@ from hypertuna.actuation.silicone import Mooney, fit_silicone, read_tensile
 from hypertuna.cli.main import main
 from hypertuna.errors import InputError
 
-DATA = Path(__file__).parents[2] / "shared" / "data" / "silicone"
+DATA = Path(__file__).parents[3] / "shared" / "data" / "silicone"
 HEADER = "PARAMETER;INFO;URL;;\nMaterial;Jelly;;;\n;;;;\n"
 NAMES = "Time (s);True Strain;True Stress (MPa);Engineering Strain;Engineering Stress (MPa)\n"
 

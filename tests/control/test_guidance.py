@@ -15,7 +15,7 @@ from hypertuna.control.sensors import channels, faults, pilot_sensor_columns
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 
-PAGE = Path(__file__).parents[1] / "docs" / "pilot.md"
+PAGE = Path(__file__).parents[2] / "docs" / "pilot.md"
 CALM = {"bend": [0.0, 0.0], "pressure": [6e4] * 4, "current": [0.3] * 4, "rate": [0.0] * 3, "voltage": [15.5]}
 CALM |= {"acceleration": [0.0, 0.0, 9.81], "depth": [0.0], "field": [0.0, -0.5, -0.86]}
 
