@@ -1,7 +1,7 @@
 /// hypertuna: written by `hypertuna firmware params` from its description. Do not edit.
 #pragma once
 
-#include "../app/parameters.hpp"
+#include "app/vehicle/parameters.hpp"
 
 // clang-format off
 namespace hypertuna::firmware::robot {

@@ -14,7 +14,7 @@ from hypertuna.firmware.black_box import Box, boxes_of, record_dtype, record_of
 from hypertuna.firmware.boards import firmware_of, missing
 from hypertuna.firmware.in_the_loop import firmware_in_the_loop
 from hypertuna.firmware.scenario import scenario_of
-from hypertuna.mission.record import COLUMNS
+from hypertuna.mission.record import COLUMNS, parts_of
 from program import Run
 
 JOINTS = 2
@@ -63,7 +63,7 @@ def test_the_record_is_what_logs_have_names_for() -> None:
     dtype = record_dtype(JOINTS)
     joints, circuits = ("I", "II"), ("a", "b", "c", "d")
     for name in set(dtype.names or ()) - {"tick"}:
-        parts = ht.mission_record.parts_of(name, joints, circuits)
+        parts = parts_of(name, joints, circuits)
         assert dtype[name].shape == ((len(parts),) if parts else ()), name
     assert dtype.itemsize == 4 * 52
     assert len(tick(0)) == 216

@@ -44,7 +44,7 @@ def test_every_number_is_the_columns(table) -> None:
 
 def test_fields_are_the_firmware_s_in_its_order(table) -> None:
     """Of calibration and limits Python has its own list: it must be that of the C++ headers."""
-    sources = "".join((FIRMWARE / "app" / name).read_text() for name in ("convert.hpp", "parameters.hpp"))
+    sources = "".join((FIRMWARE / "app" / "vehicle" / name).read_text() for name in ("convert.hpp", "parameters.hpp"))
     limits = re.findall(r'visit\("(\w+)", 0, m\.\w+\)', sources)
     assert [name for part, name, _ in table.fields if part == "limits"] == limits
     pairs = re.findall(r'both\("(\w+)", "(\w+)"', sources)

@@ -17,7 +17,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.cli.main import main
-from hypertuna.control.mission import fence_distance
+from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.mission.file import MissionFile, read_mission
 from hypertuna.mission.flight import Flight, expected, fly, fly_seeds, outcome
 from hypertuna.mission.gpx import read_gpx
@@ -158,9 +158,9 @@ def test_a_flight_goes_on_from_its_journal(file: MissionFile, flight: Flight, tu
 def test_the_margin_to_a_square_fence(file: MissionFile) -> None:
     places = np.array([[0, 0], [19, 0], [0, 39], [30, 0], [23, 44]])
     np.testing.assert_allclose(fence_distance(file.mission, places), [20, 1, 1, -10, -5])
-    turned = ht.mission.Mission(file.mission.waypoints, fence=tuple(reversed(file.mission.fence)))
+    turned = Mission(file.mission.waypoints, fence=tuple(reversed(file.mission.fence)))
     np.testing.assert_allclose(fence_distance(turned, places), [20, 1, 1, -10, -5])
-    assert np.isinf(fence_distance(ht.mission.Mission(file.mission.waypoints), places)).all()
+    assert np.isinf(fence_distance(Mission(file.mission.waypoints), places)).all()
 
 
 def test_the_lake_takes_800_m_at_half_a_meter_a_second() -> None:

@@ -15,6 +15,8 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna.cli.main import app
+from hypertuna.description.robot import parse
+from hypertuna.description.validation import nested_model
 from hypertuna.trials.importers import import_folder
 from hypertuna.trials.manifest import Manifest, parse_manifest, read_manifest
 from hypertuna.trials.steady import read_steady
@@ -86,7 +88,7 @@ def test_names_of_joint_groups_win_over_their_numbers(tmp_path, tuna):
     document = tuna.document()
     for group, name in zip(document["joints"], "21", strict=True):
         group["name"] = name
-    swapped = ht.description.parse(document)
+    swapped = parse(document)
     head = "frequency_hz,amplitude_1_deg,amplitude_2_deg,phase_1_deg,speed_m_s"
     (run,) = read_steady(write(tmp_path / "tank.csv", head, "6,25,16,40,0.58"), swapped)
     assert run.gait == ht.Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 40))
@@ -509,7 +511,7 @@ def test_every_key_of_the_manifest_is_in_the_example():
     def keys(schema, table):
         for name, field in schema.model_fields.items():
             assert field.alias in table, f"{schema.__name__}.{name}"
-            inner = ht.errors.nested_model(field.annotation)
+            inner = nested_model(field.annotation)
             if inner is not None:
                 value = table[field.alias]
                 keys(inner, value[0] if isinstance(value, list) else value)

@@ -290,7 +290,7 @@ def header(table: FirmwareTable) -> str:
         f"/// {robot.name}: written by `hypertuna firmware params` from its description. Do not edit.",
         "#pragma once",
         "",
-        '#include "../app/vehicle/parameters.hpp"',
+        '#include "app/vehicle/parameters.hpp"',
         "",
         "// clang-format off",
         "namespace hypertuna::firmware::robot {",
