@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import difflib
-import math
-import operator
 from collections.abc import Iterable
-from typing import Any
 
-__all__ = ["InputError", "did_you_mean", "finite", "shown", "whole"]
+__all__ = ["InputError", "did_you_mean", "shown"]
 
 
 class InputError(ValueError):
@@ -82,22 +79,3 @@ def shown(value: object) -> str:
     except ValueError:  # Python writes whole numbers of up to 4300 digits
         text = "a number of more than 4300 digits"
     return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def finite(value: Any, key: str, fix: str) -> float:
-    """Return a finite number, or say that the argument `key` is none: text, true and false are not."""
-    try:
-        number = math.nan if isinstance(value, str | bytes | bool) else float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if not math.isfinite(number):
-        raise InputError("must be a finite number", key=key, value=shown(value), fix=fix)
-    return number
-
-
-def whole(value: Any, key: str, fix: str) -> int:
-    """Return a whole number, or say that the argument `key` is none: 5.0 is not, nor are true and false."""
-    try:
-        return operator.index("" if isinstance(value, bool) else value)  # type: ignore[arg-type]
-    except TypeError:
-        raise InputError("must be a whole number", key=key, value=shown(value), fix=fix) from None

@@ -181,7 +181,7 @@ def test_slow_beats_lose_only_what_gives(tuna: ht.Robot) -> None:
 def test_a_robot_without_a_table_is_told_which(tuna: ht.Robot, tables: tuple[str, ...], key: str) -> None:
     document = {name: table for name, table in tuna.document().items() if name not in tables}
     document["sources"] = {}
-    with pytest.raises(InputError, match=rf"tuna.toml: .*{key}.* is needed for the hydraulics: add"):
+    with pytest.raises(InputError, match=rf"tuna.toml: .*{key}.* is missing: add"):
         circuits(parse(document, file="tuna.toml"))
 
 

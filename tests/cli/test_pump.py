@@ -106,4 +106,4 @@ def test_bad_input_is_told_in_one_sentence(run: Run, options: tuple[str, ...], s
 def test_a_robot_without_a_pump_is_told_so(run: Run) -> None:
     code, _, errors = run("pump", "--robot", "rexeel")
     assert code == 2
-    assert errors == "error: robots/rexeel.toml: pump is needed for the hydraulics: add the table [pump].\n"
+    assert errors == "error: robots/rexeel.toml: pump is missing: add the table [pump].\n"

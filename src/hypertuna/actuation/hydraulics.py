@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
-from hypertuna.description.robot import Robot, needed
+from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.hydraulics import HOTTEST, Line, Oil, Pump, Servo
 from hypertuna.errors import InputError
@@ -187,10 +187,10 @@ def rest_volume(robot: Robot, group: JointGroup) -> float:
     float
         Lumens of straight hoses as long as the joint's neutral layer [m^3].
     """
-    unit = needed(robot.drive_unit, "drive_unit", "add the table [drive_unit]", robot)
+    unit = require(robot.drive_unit, "drive_unit", robot)
     where = f"joints.{group.name}"
-    actuator = needed(group.actuator, f"{where}.actuator", "add the table [joints.actuator] to each joint group", robot)
-    count = needed(group.drive_units, f"{where}.drive_units", "give the number of pairs of drive units", robot)
+    actuator = require(group.actuator, f"{where}.actuator", robot)
+    count = require(group.drive_units, f"{where}.drive_units", robot)
     return float(count * np.pi / 4 * unit.inner_diameter**2 * sum(actuator.segment_length))
 
 
@@ -212,10 +212,10 @@ def pump_servo(robot: Robot) -> Servo:
         If none drives the pump, there are not two a joint, or a value is missing.
     """
     found = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
-    k = needed(found, f"[[servos]] with drives = {DRIVES!r}", "add that table to the robot's file", robot)
+    k = require(found, f"[[servos]] with drives = {DRIVES!r}", robot, "add that table to the robot's file")
     servo = robot.servos[k]
     for name, info in type(servo).model_fields.items():
-        needed(getattr(servo, name), f"servos[{k}].{info.alias}", f"give its {info.description}", robot)
+        require(getattr(servo, name), f"servos[{k}].{info.alias}", robot)
     wanted = len(SIDES) * len(robot.joints)
     if servo.count != wanted:
         rule, fix = f"must be {wanted}, one a side of each joint group", "one servo drives one cylinder"
@@ -240,7 +240,7 @@ def oil_of(robot: Robot, temperature: float | None = None) -> tuple[Oil, float, 
     float
         Kinematic viscosity [m^2/s].
     """
-    oil = needed(robot.oil, "oil", "add the table [oil]", robot)
+    oil = require(robot.oil, "oil", robot)
     at = oil.temperature if temperature is None else temperature
     return oil, at, float(viscosity(oil, at))
 
@@ -257,7 +257,7 @@ def supply_voltage(robot: Robot) -> float:
     float
         At the battery's nominal voltage; without a battery, the one that the servos are rated at [V].
     """
-    battery, rated = robot.battery, needed(pump_servo(robot).voltage, "servos.voltage_v", "give it")
+    battery, rated = robot.battery, require(pump_servo(robot).voltage, "servos.voltage_v", robot)
     if battery is None or battery.series is None:
         return rated
     held = battery.series * battery.voltage
@@ -289,12 +289,12 @@ def circuits(robot: Robot, temperature: float | None = None, *, bore: float | No
     if bore is not None and not 0 < bore < np.inf:
         fix = "give the inner diameter of the lines"
         raise InputError("must be greater than 0", key="bore", value=f"{bore * 1e3:g} mm", fix=fix)
-    pump = needed(robot.pump, "pump", "add the table [pump]", robot)
+    pump = require(robot.pump, "pump", robot)
     oil, at, nu = oil_of(robot, temperature)
     servo = pump_servo(robot)
     names, rows = [], []
     for group in robot.joints:
-        line = needed(group.line, f"joints.{group.name}.line", "add the table [joints.line] to each joint group", robot)
+        line = require(group.line, f"joints.{group.name}.line", robot)
         if bore is not None:
             line = line.model_copy(update={"bore": bore})
         if line.fill_pressure <= oil.cavitation:

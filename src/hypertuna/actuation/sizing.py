@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.actuation.bending import JointTable, joint_tables
 from hypertuna.actuation.hydraulics import Circuits, circuits, servo_angle, supply_voltage
-from hypertuna.description.robot import Robot, needed, parse
+from hypertuna.description.robot import Robot, parse, require
 from hypertuna.errors import InputError
 
 __all__ = ["POWERS", "Size", "largest_beat", "size_pump", "with_bore"]
@@ -133,9 +133,9 @@ def largest_beat(robot: Robot) -> tuple[float, tuple[float, ...]]:
     tuple of float
         Amplitude of each joint group [rad].
     """
-    bounds = needed(robot.gait_bounds, "gait_bounds", "give a frequency", robot)
+    bounds = require(robot.gait_bounds, "gait_bounds", robot, "give a frequency")
     amplitudes = tuple(
-        needed(group.amplitude_max, f"joints.{group.name}.amplitude_max_deg", "give an amplitude", robot)
+        require(group.amplitude_max, f"joints.{group.name}.amplitude_max_deg", robot, "give an amplitude")
         for group in robot.joints
     )
     return bounds.frequency[1], amplitudes
@@ -213,9 +213,9 @@ def _size(
 ) -> Size:
     """Size one joint."""
     group, supply = robot.joints[j], supply_voltage(robot)
-    limit = needed(group.pressure_max, f"joints.{group.name}.pressure_max_pa", "give the joint's pressure limit", robot)
+    limit = require(group.pressure_max, f"joints.{group.name}.pressure_max_pa", robot)
     column = {name: float(found.column(name)[2 * j]) for name in found.columns}
-    hose = needed(group.line, "joints.line", "add that table", robot)
+    hose = require(group.line, "joints.line", robot)
     line = _line(found, table, j, limit, hose.fill_pressure)
     bore = hose.bore if bore is None else bore
     time, period = _times(frequency, line["resistance"] * line["capacity_rest"])
@@ -398,6 +398,6 @@ def with_bore(robot: Robot, bore: float) -> Robot:
     """
     document = robot.document()
     for k, joint in enumerate(document["joints"]):
-        line = needed(joint.get("line"), f"joints[{k}].line", "add that table", robot)
+        line = require(joint.get("line"), f"joints[{k}].line", robot)
         line["bore_m"] = bore
     return parse(document, file=robot.file)

@@ -18,7 +18,8 @@ from hypertuna.actuation.silicone import Mooney
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.actuator import Actuator, DriveUnit, Material, MaterialSet, Reduced
 from hypertuna.description.schema.body import JointGroup
-from hypertuna.errors import InputError, did_you_mean, shown, whole
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.ranges import WHOLE
 
 __all__ = [
     "COLUMNS",
@@ -304,7 +305,7 @@ def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257
     InputError
         If the robot lacks a table, its table ``[joints.reduced]`` cannot be used, or the number of points is even.
     """
-    points = whole(points, "points", "leave it out for 257")
+    points = WHOLE.check(points, "points", "leave it out for 257")
     if points < 3 or points % 2 == 0:
         raise InputError("must be odd, and 3 at least", key="points", value=str(points), fix="leave it out for 257")
     unit = drive_unit(robot)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.actuation.bending import JointTable, joint_tables
 from hypertuna.actuation.hydraulics import Circuits, circuits, pump_servo, servo_angle
-from hypertuna.description.robot import Robot, needed
+from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError
@@ -70,7 +70,7 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     InputError
         If a table is missing.
     """
-    control = needed(robot.controller, "controller", "add the table [controller]", robot)
+    control = require(robot.controller, "controller", robot)
     found = circuits(robot, temperature)
     tick = 1 / control.rate
     columns = _constants(robot, control, tick)
@@ -119,7 +119,7 @@ def pump_map(robot: Robot, found: Circuits, circuit: int) -> PumpMap:
 
 
 def _reach(group: JointGroup) -> float:
-    return BEYOND * needed(group.bend_max, f"joints.{group.name}.bend_max_deg", "give the joint's largest bend")
+    return BEYOND * require(group.bend_max, f"joints.{group.name}.bend_max_deg")
 
 
 def _displacement(found: Circuits, circuit: int, volume: Array, pressure: Array) -> Array:
@@ -143,7 +143,7 @@ def _side_at_rest(robot: Robot, table: JointTable, found: Circuits, circuit: int
     load = table.at(toward * bend)
     own, other = toward * load["slope"][:, side], toward * load["slope"][:, 1 - side]
     elastic, volume = toward * load["elastic"], load["volume"][:, side] - table.at([0.0])["volume"][:, side]
-    fill = needed(robot.joints[circuit // 2].line, "joints.line", "add the table [joints.line]", robot).fill_pressure
+    fill = require(robot.joints[circuit // 2].line, "joints.line", robot).fill_pressure
     low = FLOOR * float(found.column("cavitation")[circuit])
     off = -(elastic + fill * (own + other)) / (own - other)
     low_other = np.maximum(fill - off, low)
@@ -202,7 +202,7 @@ def _constants(robot: Robot, control: Controller, tick: float) -> dict[str, list
 
 def circuits_voltage(robot: Robot) -> float:
     """Voltage that the pump servos' torque and speed are rated at."""
-    return float(needed(pump_servo(robot).voltage, "servos.voltage_v", "give it", robot))
+    return float(require(pump_servo(robot).voltage, "servos.voltage_v", robot))
 
 
 def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
@@ -211,13 +211,13 @@ def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
         if sensor.quantity == quantity and sensor.low is not None and sensor.high is not None:
             return sensor.low, sensor.high
     fix = f"add [[sensors]] with quantity = {quantity!r}, low and high"
-    return needed(None, "sensors", fix, robot)
+    return require(None, "sensors", robot, fix)
 
 
 def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[str, float]:
     """Compute what the controller knows of a joint."""
     group = robot.joints[j]
-    bend_max = needed(group.bend_max, f"joints.{group.name}.bend_max_deg", "give the joint's largest bend", robot)
+    bend_max = require(group.bend_max, f"joints.{group.name}.bend_max_deg", robot)
     high = sensor_range(robot, "bend")[1]
     static, rate, square = _pressure_of_beat(robot, control, found, j)
     return {

@@ -18,7 +18,7 @@ from hypertuna.actuation.battery import battery_columns, range_of
 from hypertuna.control.controller import controller_columns, sensor_range
 from hypertuna.control.mission import Mission
 from hypertuna.control.sensors import sensor_of
-from hypertuna.description.robot import Robot, needed
+from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.guidance import Guidance
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gait, named_gait
@@ -72,7 +72,7 @@ def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] 
         If there are too many gaits, or speed or frequency do not rise from each to the next.
     """
     if not gaits:
-        guidance = needed(robot.guidance, "guidance", "add the table [guidance]", robot)
+        guidance = require(robot.guidance, "guidance", robot)
         gaits = [named_gait(robot, name) for name in guidance.gaits]
         speed = speed or guidance.speed or ()
     if not speed:
@@ -164,8 +164,8 @@ def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, lis
     InputError
         If a table is missing, or a value does not fit another.
     """
-    pilot = needed(robot.guidance, "guidance", "add the table [guidance]", robot)
-    control = needed(robot.controller, "controller", "add the table [controller]", robot)
+    pilot = require(robot.guidance, "guidance", robot)
+    control = require(robot.controller, "controller", robot)
     table = gait_table(robot) if table is None else table
     every = control.rate / pilot.decisions
     if every < 1 or abs(every - round(every)) > 1e-9 * every:
@@ -246,7 +246,7 @@ def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float
     """Return open-circuit voltages of the usable charge, their drop under load, and how long that lasts."""
     columns = battery_columns(robot)
     at = dict(zip(columns.columns, columns.values.tolist(), strict=True))
-    battery = needed(robot.battery, "battery", "add the table [battery]", robot)
+    battery = require(robot.battery, "battery", robot)
     span = at["full"] - at["empty"]
     middle = at["empty"] + 0.5 * span
     return {

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import SIDES
-from hypertuna.description.robot import Robot, needed
+from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Sensor
 from hypertuna.errors import InputError, did_you_mean, shown
 
@@ -50,7 +50,7 @@ def sensor_columns(robot: Robot) -> dict[str, list[float]]:
     InputError
         If a table is missing.
     """
-    control = needed(robot.controller, "controller", "add the table [controller]", robot)
+    control = require(robot.controller, "controller", robot)
     columns = {"joints": [float(len(robot.joints))], "tick": [1 / control.rate]}
     return columns | _models(robot, QUANTITIES)
 
@@ -74,7 +74,7 @@ def pilot_sensor_columns(robot: Robot) -> dict[str, list[float]]:
         If a table is missing.
     """
     columns = sensor_columns(robot) | _models(robot, PILOT_QUANTITIES)
-    period = needed(sensor_of(robot, "position").period, "sensors.period_s", "give the time between two fixes", robot)
+    period = require(sensor_of(robot, "position").period, "sensors.period_s", robot)
     return columns | {"fix_every": [float(max(1, round(period / columns["tick"][0])))]}
 
 
@@ -96,7 +96,7 @@ def sensor_of(robot: Robot, quantity: str) -> Sensor:
         If the robot has none.
     """
     sensor = next((sensor for sensor in robot.sensors if sensor.quantity == quantity), None)
-    return needed(sensor, "sensors", f"add [[sensors]] with quantity = {quantity!r}", robot)
+    return require(sensor, "sensors", robot, f"add [[sensors]] with quantity = {quantity!r}")
 
 
 def _models(robot: Robot, quantities: Iterable[str]) -> dict[str, list[float]]:

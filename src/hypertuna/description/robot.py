@@ -33,11 +33,11 @@ from hypertuna.description.schema.firmware import Firmware, check_firmware
 from hypertuna.description.schema.guidance import Guidance, check_guidance
 from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.description.schema.spatial import Fins, Spatial
-from hypertuna.description.validation import Place, field_at, translate, unit_of, written
+from hypertuna.description.validation import Place, field_at, fix_for, translate, unit_of, written
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
 
-__all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "robot_path", "robots"]
+__all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "require", "robot_path", "robots"]
 
 T = TypeVar("T")
 
@@ -418,26 +418,12 @@ def _values(value: Any, place: Place = ()) -> Iterator[tuple[Place, Any]]:
         yield place, value
 
 
-def needed(value: T | None, key: str, fix: str, robot: Robot | None = None) -> T:
-    """Return a value that a computation needs.
+def require(value: T | None, key: str, robot: Robot | None = None, fix: str | None = None) -> T:
+    """Return a value that a computation needs, or raise InputError: ``require(robot.pump, "pump", robot)``.
 
-    Parameters
-    ----------
-    value : object or None
-    key, fix : str
-        As in the robot's file, for the error.
-    robot : Robot, optional
-        Whose file is named.
-
-    Returns
-    -------
-    object
-
-    Raises
-    ------
-    InputError
-        If it is None.
+    The fix follows from the schema where none is given: which table to add, or what to give in which unit.
     """
     if value is None:
-        raise InputError("is needed for the hydraulics", file=(robot and robot.file) or None, key=key, fix=fix)
+        file = (robot and robot.file) or None
+        raise InputError("is missing", file=file, key=key, fix=fix or fix_for(Robot, key))
     return value

@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 from hypertuna.errors import InputError, did_you_mean, shown
 
-__all__ = ["Place", "field_at", "nested_model", "translate", "unit_of", "written"]
+__all__ = ["Place", "field_at", "fix_for", "nested_model", "translate", "unit_of", "written"]
 
 Place = tuple[int | str, ...]  # where a value stands in a document: keys and indices, outermost first
 _NOUNS = {
@@ -63,6 +63,21 @@ def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseMode
             return None, None
         model, named = nested_model(field.annotation), _is_table(field.annotation)
     return model, field
+
+
+def fix_for(model: type[BaseModel], key: str) -> str | None:
+    """Return what to write for a key that is missing: ``joints[0].line``, or ``joints.I.line`` by name."""
+    field: FieldInfo | None = None
+    table: type[BaseModel] | None = model
+    tables: list[str] = []
+    for part in re.split(r"[.\[\]]+", key):
+        known = next((info for info in table.model_fields.values() if info.alias == part), None) if table else None
+        if known is not None:
+            field, table = known, nested_model(known.annotation)
+            tables.append(part)
+    if table is None or field is None:
+        return _fix(field)
+    return f"add the table [{'.'.join(tables)}]"
 
 
 def unit_of(field: FieldInfo | None) -> str:

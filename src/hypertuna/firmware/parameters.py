@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.control.controller import controller_columns, sensor_range
 from hypertuna.control.guidance import GaitTable, gait_table, pilot_columns
-from hypertuna.description.robot import Robot, needed
+from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.firmware import Firmware
 from hypertuna.errors import InputError
 
@@ -188,7 +188,7 @@ def firmware_table(robot: Robot, table: GaitTable | None = None) -> FirmwareTabl
     InputError
         If a table is missing, or something does not fit.
     """
-    wired = needed(robot.firmware, "firmware", "add the table [firmware]", robot)
+    wired = require(robot.firmware, "firmware", robot)
     table = gait_table(robot) if table is None else table
     columns = {
         "controller": controller_columns(robot),
@@ -285,7 +285,7 @@ def header(table: FirmwareTable) -> str:
         Content of firmware/robots/NAME.hpp.
     """
     robot = table.robot
-    wired = needed(robot.firmware, "firmware", "add the table [firmware]", robot)
+    wired = require(robot.firmware, "firmware", robot)
     lines = [
         f"/// {robot.name}: written by `hypertuna firmware params` from its description. Do not edit.",
         "#pragma once",

@@ -8,8 +8,9 @@ import time
 from dataclasses import fields
 from typing import Any, Self
 
-from hypertuna.errors import InputError, did_you_mean, finite, shown
+from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.firmware.channel import Air, RadioModel
+from hypertuna.ranges import FINITE
 
 __all__ = ["Relay", "radio_model"]
 
@@ -43,7 +44,7 @@ def radio_model(text: str) -> RadioModel:
             fix = did_you_mean(name, known) if name not in known else f"write {name}=NUMBER"
             raise InputError("must be NAME=NUMBER of the radio", key="air", value=shown(part), fix=fix)
         try:
-            number = finite(float(value), f"air.{name}", "give a number")
+            number = FINITE.check(float(value), f"air.{name}", "give a number")
         except ValueError:
             raise InputError(
                 "must be a number", key=f"air.{name}", value=shown(value), fix="write, as loss=0.3"

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from hypertuna.control.mission import Mission
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError, did_you_mean, whole
+from hypertuna.errors import InputError, did_you_mean
 from hypertuna.firmware.lockstep import DEGREES, FIXED, GROUND, LAST, NO_SAMPLE, STACK, TO_BOARD, Counts, order
 from hypertuna.firmware.parameters import FirmwareTable
 from hypertuna.mission.file import MissionFile, missions, read_mission
+from hypertuna.ranges import WHOLE
 from hypertuna.swimming.gait import Gait, named_gait
 
 __all__ = ["Scenario", "orders_of", "random_messages", "scenario_of"]
@@ -148,7 +149,7 @@ def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
     ndarray of TO_BOARD, shape (ticks,)
         The last one says so, and asks for the stack that was used.
     """
-    random = np.random.default_rng(whole(seed, "seed", "give a whole number"))
+    random = np.random.default_rng(WHOLE.check(seed, "seed", "give a whole number"))
     messages = np.zeros(ticks, TO_BOARD)
     counts = Counts(table, (0, 0))
     rest = _at_rest(counts)

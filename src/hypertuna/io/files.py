@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import functools
-import importlib.metadata
 import io
 import os
 import tempfile
@@ -12,17 +11,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hypertuna.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["columns_csv", "dataset", "rows_csv", "shipped", "version", "write_atomically", "write_netcdf"]
-
-Array = NDArray[np.float64]
 
 
 @functools.cache
@@ -33,7 +27,9 @@ def version() -> str:
     -------
     str
     """
-    return importlib.metadata.version("hypertuna")
+    from importlib.metadata import version  # slow to import
+
+    return version("hypertuna")
 
 
 def dataset(variables: Mapping[str, Any], coordinates: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:

@@ -17,8 +17,9 @@ from hypertuna.actuation.battery import battery_columns
 from hypertuna.control.guidance import GaitTable, gait_table, mission_columns, pilot_columns
 from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.control.sensors import FOREVER, pilot_sensor_columns
-from hypertuna.description.robot import Robot, needed
-from hypertuna.errors import InputError, did_you_mean, finite, shown, whole
+from hypertuna.description.robot import Robot, require
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.ranges import FINITE, POSITIVE_WHOLE
 from hypertuna.simulation.plant import checked_seed, controller_of, found_faults, listed, parts_of, steps_needed
 from hypertuna.simulation.sea import Sea, sea_parts
 from hypertuna.simulation.sea_run import Motion
@@ -162,14 +163,13 @@ def mission_start(
     InputError
         If the robot lacks a table, or something does not fit.
     """
-    control = needed(robot.controller, "controller", "add the table [controller]", robot)
+    control = require(robot.controller, "controller", robot)
     tick = 1 / control.rate
     table = gait_table(robot) if table is None else table
     parts = parts_of(robot, "water", None)
     _check_margin(robot, mission)
-    if every < 1:
-        raise InputError("must be at least 1", key="every", value=shown(every), fix="give a whole number of ticks")
-    most = min(_longest(mission), LONGEST) if duration is None else finite(duration, "duration", "give seconds")
+    every = POSITIVE_WHOLE.check(every, "every", "give a whole number of ticks")
+    most = min(_longest(mission), LONGEST) if duration is None else FINITE.check(duration, "duration", "give seconds")
     if not tick <= most <= LONGEST:
         rule = f"must be from {tick:g} to {LONGEST:g} s"
         raise InputError(rule, key="duration", value=f"{most:g}", fix="give the seconds after which to give up")
@@ -192,7 +192,7 @@ def mission_start(
         "fins": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
         "gaps": np.array(mission.gaps, dtype=np.float64).reshape(-1, 2),
         "steps": steps_needed(tick, parts, robot),
-        "every": whole(every, "every", "give a whole number of ticks"),
+        "every": every,
     }
     return MissionStart(robot, mission, table, seed, given, most, every, tick, core)
 
@@ -329,7 +329,7 @@ def _pose(mission: Mission) -> Array:
 
 def _check_margin(robot: Robot, mission: Mission) -> None:
     """Check that no waypoint is so near the fence that the pilot would skip it."""
-    margin = needed(robot.guidance, "guidance", "add the table [guidance]", robot).fence_margin
+    margin = require(robot.guidance, "guidance", robot).fence_margin
     room = fence_distance(mission, np.array([(point.x, point.y) for point in mission.waypoints]).reshape(-1, 2))
     for k in np.flatnonzero(room < margin)[:1]:
         rule = f"must be {margin:g} m inside the fence, guidance.fence_margin_m of the robot"

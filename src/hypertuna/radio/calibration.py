@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hypertuna.errors import InputError, did_you_mean, finite, shown
+from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import check_width, read_rows
+from hypertuna.ranges import FINITE
 
 __all__ = ["KINDS", "Calibration", "Pair", "calibrate", "read_pairs", "sensor_of"]
 
@@ -109,8 +110,8 @@ def read_pairs(path: str | Path) -> list[Pair]:
         try:
             kind, _ = sensor_of(row["sensor"])
             unit, factor = KINDS[kind]
-            counts = finite(_float(row["counts"]), "counts", "give a number")
-            reference = finite(_float(row["reference"]), "reference", f"give it in {unit}")
+            counts = FINITE.check(_float(row["counts"]), "counts", "give a number")
+            reference = FINITE.check(_float(row["reference"]), "reference", f"give it in {unit}")
         except InputError as error:
             key = f"line {number}, {error.key}"
             raise InputError(error.rule, file=file, key=key, value=error.value, fix=error.fix) from None

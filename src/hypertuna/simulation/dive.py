@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError, finite
+from hypertuna.errors import InputError
+from hypertuna.ranges import FINITE
 from hypertuna.simulation.sea import Sea
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.simulation.sea_twin import STILL, twin_at_sea
@@ -167,7 +168,8 @@ def dive(
     InputError
         As `twin_at_sea` does, or if a leg is shorter than four beats.
     """
-    angle, duration = finite(angle, "angle", "give it in radians"), finite(duration, "duration", "give the seconds")
+    angle = FINITE.check(angle, "angle", "give it in radians")
+    duration = FINITE.check(duration, "duration", "give the seconds")
     if angle <= 0:
         rule, fix = "must be positive", "the fins go down by it, then up"
         raise InputError(rule, key="angle", value=f"{math.degrees(angle):g} deg", fix=fix)

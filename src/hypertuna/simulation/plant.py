@@ -19,7 +19,8 @@ from hypertuna.control.controller import controller_columns
 from hypertuna.control.sensors import Fault, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError, finite, shown, whole
+from hypertuna.errors import InputError, shown
+from hypertuna.ranges import FINITE, WHOLE
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim
@@ -218,7 +219,7 @@ def check_command(robot: Robot, gait: Gait, columns: Mapping[str, list[float]]) 
 
 def ticks_of(duration: float, tick: float) -> int:
     """Count the ticks of a run."""
-    duration = finite(duration, "duration", "give the seconds to run")
+    duration = FINITE.check(duration, "duration", "give the seconds to run")
     ticks = duration / tick * (1 + 1e-12)
     if not 1 <= ticks < MOST_TICKS + 1:
         rule = f"must be from {tick:g} to {MOST_TICKS * tick:g} s"
@@ -239,7 +240,7 @@ def steps_needed(tick: float, parts: Parts, robot: Robot) -> int:
 
 def steps_of(tick: float, step: float) -> int:
     """Inner steps of a tick."""
-    step = finite(step, "step", f"leave it out for {STEP:g}")
+    step = FINITE.check(step, "step", f"leave it out for {STEP:g}")
     if not SHORTEST <= step <= tick * (1 + 1e-12):
         rule = f"must be from {SHORTEST:g} to the control tick of {tick:g} s"
         raise InputError(rule, key="step", value=f"{step:g}", fix=f"leave it out for {STEP:g}")
@@ -248,7 +249,7 @@ def steps_of(tick: float, step: float) -> int:
 
 def checked_seed(seed: int) -> int:
     """Check that a seed is a whole number that the core can hold."""
-    seed = whole(seed, "seed", "give a whole number")
+    seed = WHOLE.check(seed, "seed", "give a whole number")
     if not 0 <= seed < 2**64:
         raise InputError("must be from 0 to 2^64 - 1", key="seed", value=shown(seed), fix="give a whole number")
     return seed

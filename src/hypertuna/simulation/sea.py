@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description.robot import Robot, needed
-from hypertuna.errors import InputError, finite, shown
+from hypertuna.description.robot import Robot, require
+from hypertuna.errors import InputError, shown
+from hypertuna.ranges import FINITE
 
 __all__ = ["Sea", "sea_parts"]
 
@@ -56,7 +57,7 @@ class Sea:
         if not self.bottom > 0:
             fix = "give the depth in m, or leave it out for deep water"
             raise InputError("must be positive", key="bottom", value=shown(self.bottom), fix=fix)
-        finite(self.dip, "dip", "give the angle in radians")
+        FINITE.check(self.dip, "dip", "give the angle in radians")
         if self.current_bottom is not None and not math.isfinite(self.bottom):
             rule, fix = "needs the depth of the bottom", "give it in m"
             raise InputError(rule, key="current_bottom", fix=fix)
@@ -76,7 +77,7 @@ def _current(key: str, values: Any) -> tuple[float, float]:
     """Check a current."""
     fix = "give the velocities toward east and north in m/s"
     try:
-        east, north = (finite(value, key, fix) for value in values)
+        east, north = (FINITE.check(value, key, fix) for value in values)
     except (TypeError, ValueError):
         raise InputError("must be two numbers", key=key, value=shown(values), fix=fix) from None
     if math.hypot(east, north) > FASTEST:
@@ -103,7 +104,7 @@ def sea_parts(robot: Robot, sea: Sea) -> dict[str, Any]:
     InputError
         If a table is missing.
     """
-    links, fins = _links(robot), needed(robot.fins, "fins", "add the table [fins]", robot)
+    links, fins = _links(robot), require(robot.fins, "fins", robot)
     fin = {name: getattr(fins, name) for name in _core.fin_columns()}
     east, north = sea.shear
     numbers = {
@@ -130,7 +131,7 @@ def sea_parts(robot: Robot, sea: Sea) -> dict[str, Any]:
 
 def _links(robot: Robot) -> dict[str, Array]:
     """Columns of the links in space; an ellipsoid's moments of inertia where none are given."""
-    spatial = needed(robot.spatial, "spatial", "add the table [spatial]", robot)
+    spatial = require(robot.spatial, "spatial", robot)
     mass, length = np.array(robot.links.mass), np.array(robot.links.length)
     height, width = np.array(spatial.height), np.array(spatial.width)
     roll, pitch = mass * (width**2 + height**2) / 20, mass * (length**2 + height**2) / 20

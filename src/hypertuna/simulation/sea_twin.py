@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
-from hypertuna.description.robot import Robot, needed
+from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Controller
-from hypertuna.errors import InputError, finite, shown, whole
+from hypertuna.errors import InputError, shown
 from hypertuna.frames import attitude_of
+from hypertuna.ranges import FINITE, POSITIVE_WHOLE
 from hypertuna.simulation.plant import (
     EXACT,
     check_command,
@@ -119,18 +120,18 @@ def twin_at_sea(
     True
     """
     check_gait(gait, robot)
-    control = needed(robot.controller, "controller", "add the table [controller]", robot)
+    control = require(robot.controller, "controller", robot)
     space = sea_parts(robot, sea)
     tick = 1 / control.rate
     ticks, every = ticks_of(duration, tick), _every(every)
     parts = parts_of(
-        robot, "water", None if temperature is None else finite(temperature, "temperature", "give it in K")
+        robot, "water", None if temperature is None else FINITE.check(temperature, "temperature", "give it in K")
     )
     steps = steps_needed(tick, parts, robot) if step is None else steps_of(tick, step)
     columns = controller_of(robot)
     check_command(robot, gait, columns)
     given = listed(faults)
-    start = settled_speed(robot, gait) if speed is None else finite(speed, "speed", "give it in m/s")
+    start = settled_speed(robot, gait) if speed is None else FINITE.check(speed, "speed", "give it in m/s")
     plant = {key: value for key, value in parts.plant.items() if key != "clamped"}
     record = _core.run_twin6(
         **plant,
@@ -177,21 +178,18 @@ def _data(record: dict[str, Array], rows: int, joints: int) -> dict[str, Array]:
 
 
 def _every(every: int) -> int:
-    every = whole(every, "every", "give a whole number of ticks")
-    if every < 1:
-        raise InputError("must be at least 1", key="every", value=shown(every), fix="give a whole number of ticks")
-    return every
+    return POSITIVE_WHOLE.check(every, "every", "give a whole number of ticks")
 
 
 def _pose(depth: float, roll: float, pitch: float, heading: float, sea: Sea) -> Array:
     """Position, attitude and fins at the start."""
-    depth = finite(depth, "depth", "give the depth of the nose in m")
+    depth = FINITE.check(depth, "depth", "give the depth of the nose in m")
     if not 0 <= depth < sea.bottom:
         rule = f"must be from 0 to the bottom at {sea.bottom:g} m"
         raise InputError(rule, key="depth", value=f"{depth:g}", fix="give the depth of the nose in m")
     angles = {"roll": roll, "pitch": pitch, "heading": heading}
     for key, angle in angles.items():
-        finite(angle, key, "give it in radians")
+        FINITE.check(angle, key, "give it in radians")
     return np.concatenate([[0.0, 0.0, -depth], attitude_of(**angles), [0.0, 0.0]])
 
 

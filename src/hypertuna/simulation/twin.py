@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description.robot import Robot, needed
-from hypertuna.errors import InputError, did_you_mean, finite, shown
+from hypertuna.description.robot import Robot, require
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.ranges import FINITE
 from hypertuna.simulation.plant import (
     STEP,
     check_command,
@@ -112,10 +113,10 @@ def twin(
     _check_choice("fish_in", fish_in, MEDIA)
     _check_choice("start", start, STARTS)
     if temperature is not None:
-        temperature = finite(temperature, "temperature", "give the temperature of the oil in K")
+        temperature = FINITE.check(temperature, "temperature", "give the temperature of the oil in K")
     if heard != math.inf:
-        finite(heard, "heard", "leave it out for a command without end")
-    control = needed(robot.controller, "controller", "add the table [controller]", robot)
+        FINITE.check(heard, "heard", "leave it out for a command without end")
+    control = require(robot.controller, "controller", robot)
     tick = 1 / control.rate
     ticks = ticks_of(duration, tick)
     parts = parts_of(robot, fish_in, temperature)

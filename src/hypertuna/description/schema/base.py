@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer
 
 from hypertuna.errors import InputError
+from hypertuna.ranges import FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Range
 
 
 def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
@@ -18,27 +19,32 @@ def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
     return AfterValidator(lambda x: x * factor), PlainSerializer(lambda x: float(f"{x / factor:.15g}"))
 
 
-_RULES: dict[str, Any] = {"strict": True, "allow_inf_nan": False}
 _TO_RADIANS, _TO_DEGREES = _scaled(math.pi / 180)
 _TO_COULOMBS, _TO_AMPERE_HOURS = _scaled(3600.0)
 _TO_SECONDS, _TO_MICROSECONDS = _scaled(1e-6)
 _ZERO_CELSIUS = 273.15
 
-Real = Annotated[float, Field(**_RULES)]
-Positive = Annotated[float, Field(**_RULES, gt=0)]
-NotNegative = Annotated[float, Field(**_RULES, ge=0)]
-Negative = Annotated[float, Field(**_RULES, lt=0)]
-Fraction = Annotated[float, Field(**_RULES, ge=0, le=1)]
-PositiveFraction = Annotated[float, Field(**_RULES, gt=0, le=1)]
-Degrees = Annotated[float, Field(**_RULES), _TO_RADIANS, _TO_DEGREES]
-PositiveDegrees = Annotated[float, Field(**_RULES, gt=0, le=180), _TO_RADIANS, _TO_DEGREES]
-NotNegativeDegrees = Annotated[float, Field(**_RULES, ge=0), _TO_RADIANS, _TO_DEGREES]
-Amplitude = Annotated[float, Field(**_RULES, ge=0, le=180), _TO_RADIANS, _TO_DEGREES]
-AmpereHours = Annotated[float, Field(**_RULES, gt=0), _TO_COULOMBS, _TO_AMPERE_HOURS]
-Microseconds = Annotated[float, Field(**_RULES, gt=0), _TO_SECONDS, _TO_MICROSECONDS]
+
+def number(limits: Range) -> Any:
+    """Return the rule of a key that holds a finite number within limits."""
+    return Field(strict=True, allow_inf_nan=False, ge=limits.min, le=limits.max, gt=limits.above, lt=limits.below)
+
+
+Real = Annotated[float, number(FINITE)]
+Positive = Annotated[float, number(POSITIVE)]
+NotNegative = Annotated[float, number(NOT_NEGATIVE)]
+Negative = Annotated[float, number(Range(below=0))]
+Fraction = Annotated[float, number(FRACTION)]
+PositiveFraction = Annotated[float, number(Range(above=0, max=1))]
+Degrees = Annotated[float, number(FINITE), _TO_RADIANS, _TO_DEGREES]
+PositiveDegrees = Annotated[float, number(Range(above=0, max=180)), _TO_RADIANS, _TO_DEGREES]
+NotNegativeDegrees = Annotated[float, number(NOT_NEGATIVE), _TO_RADIANS, _TO_DEGREES]
+Amplitude = Annotated[float, number(Range(min=0, max=180)), _TO_RADIANS, _TO_DEGREES]
+AmpereHours = Annotated[float, number(POSITIVE), _TO_COULOMBS, _TO_AMPERE_HOURS]
+Microseconds = Annotated[float, number(POSITIVE), _TO_SECONDS, _TO_MICROSECONDS]
 Celsius = Annotated[
     float,
-    Field(**_RULES, gt=-_ZERO_CELSIUS),
+    number(Range(above=-_ZERO_CELSIUS)),
     AfterValidator(lambda celsius: celsius + _ZERO_CELSIUS),
     PlainSerializer(lambda kelvin: float(f"{kelvin - _ZERO_CELSIUS:.12g}")),
 ]
@@ -56,7 +62,7 @@ def entry(alias: str, description: str, unit: str = "", **options: Any) -> Any:
 class Part(BaseModel):
     """A table of the file: frozen, no unknown keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
 
 def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...] = ()) -> None:

@@ -1,0 +1,103 @@
+"""Ranges of numbers and choices of names, declared once: `POSITIVE.check(speed, "speed", "give it in m/s")`."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from hypertuna.errors import InputError, did_you_mean, shown
+
+__all__ = ["FINITE", "FRACTION", "NOT_NEGATIVE", "POSITIVE", "POSITIVE_WHOLE", "WHOLE", "Range", "Whole", "check_name"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Range:
+    """Finite numbers within limits; `above` and `below` exclude the limit itself."""
+
+    min: float | None = None
+    max: float | None = None
+    above: float | None = None
+    below: float | None = None
+
+    def __contains__(self, number: float) -> bool:
+        return (
+            math.isfinite(number)
+            and (self.min is None or number >= self.min)
+            and (self.max is None or number <= self.max)
+            and (self.above is None or number > self.above)
+            and (self.below is None or number < self.below)
+        )
+
+    @property
+    def rule(self) -> str:
+        """The range as the verb phrase of an error."""
+        if self.min == 0 and self.max is self.below is None:
+            return "must not be negative"
+        if self.min is not None and self.max is not None:
+            return f"must be from {self.min:g} to {self.max:g}"
+        limits = {"at least": self.min, "greater than": self.above, "at most": self.max, "less than": self.below}
+        phrases = [f"{words} {limit:g}" for words, limit in limits.items() if limit is not None]
+        return f"must be {' and '.join(phrases) or 'a finite number'}"
+
+    def check(self, value: Any, key: str, fix: str | None = None, *, file: str | None = None) -> float:
+        """Return the value of the argument or key as a float, or raise InputError; text and booleans are no numbers."""
+        try:
+            number = math.nan if isinstance(value, str | bytes | bool) else float(value)
+        except (TypeError, ValueError, OverflowError):
+            number = math.nan
+        if not math.isfinite(number):
+            raise InputError("must be a finite number", file=file, key=key, value=shown(value), fix=fix)
+        if number not in self:
+            raise InputError(self.rule, file=file, key=key, value=f"{number:g}", fix=fix)
+        return number
+
+
+@dataclass(frozen=True, kw_only=True)
+class Whole:
+    """Whole numbers from `min` to `max`."""
+
+    min: int | None = None
+    max: int | None = None
+
+    def __contains__(self, number: int) -> bool:
+        return (self.min is None or number >= self.min) and (self.max is None or number <= self.max)
+
+    @property
+    def rule(self) -> str:
+        """The range as the verb phrase of an error."""
+        if self.min is not None and self.max is not None:
+            return f"must be from {self.min} to {self.max}"
+        if self.min is not None:
+            return f"must be at least {self.min}"
+        return "must be a whole number" if self.max is None else f"must be at most {self.max}"
+
+    def check(self, value: Any, key: str, fix: str | None = None, *, file: str | None = None) -> int:
+        """Return the value of the argument or key as an int, or raise InputError; 5.0 and booleans are refused."""
+        try:
+            number = operator.index(value)
+        except TypeError:
+            number = None
+        if number is None or isinstance(value, bool):
+            raise InputError("must be a whole number", file=file, key=key, value=shown(value), fix=fix)
+        if number not in self:
+            raise InputError(self.rule, file=file, key=key, value=shown(number), fix=fix)
+        return number
+
+
+FINITE = Range()
+POSITIVE = Range(above=0)
+NOT_NEGATIVE = Range(min=0)
+FRACTION = Range(min=0, max=1)
+WHOLE = Whole()
+POSITIVE_WHOLE = Whole(min=1)
+
+
+def check_name(name: str, names: Iterable[str], key: str, kind: str) -> str:
+    """Return a name that is one of `names`, or raise InputError with the nearest one: "must be a known frame"."""
+    names = list(names)
+    if name not in names:
+        raise InputError(f"must be a known {kind}", key=key, value=shown(name), fix=did_you_mean(str(name), names))
+    return name
