@@ -1,5 +1,5 @@
+#include "hypertuna/host/tank.hpp"
 #include "model.hpp"
-#include "tank.hpp"
 
 namespace hypertuna {
 

@@ -1,9 +1,9 @@
 /// A body whose joints are moved by moments, and the memory that it needs.
 #pragma once
 
+#include "hypertuna/host/tank.hpp"
 #include "hypertuna/simulation/tail.hpp"
 #include "model.hpp"
-#include "tank.hpp"
 
 namespace hypertuna {
 

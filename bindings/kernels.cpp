@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
+#include "hypertuna/host/tank.hpp"
 #include "hypertuna/swimming/parameters.hpp"
 #include "hypertuna/swimming/settle.hpp"
-#include "tank.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 

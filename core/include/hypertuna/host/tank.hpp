@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <vector>
 
+#include "hypertuna/host/model.hpp"
 #include "hypertuna/swimming/beat.hpp"
 #include "hypertuna/swimming/parameters.hpp"
-#include "kernels.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 

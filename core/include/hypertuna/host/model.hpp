@@ -1,0 +1,21 @@
+/// A robot in its water as rows of numbers: what a swimmer, a tank and a twin are built from.
+#pragma once
+
+#include <vector>
+
+namespace hypertuna {
+
+enum class WaterLaw { lumped, strip };
+
+/// A robot in its water, as the core wants it: see core parameters.hpp for the order of the parameters.
+struct Model {
+    WaterLaw law;
+    bool cross_flow;
+    int links, groups;
+    double length;                    // m, of the whole body
+    std::vector<int> joint_group;     // links: group that bends the link's front joint, or -1
+    std::vector<double> joint_share;  // links: part of the group's angle
+    std::vector<double> robot;        // parameters after the gait's: joints, links, water
+};
+
+}  // namespace hypertuna
