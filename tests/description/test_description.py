@@ -1,5 +1,6 @@
 """Robot descriptions: what is read, what is refused and how."""
 
+import copy
 import math
 import pickle
 import tomllib
@@ -7,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hypertuna.description.robot import Robot, json_schema, load, parse, reference
+from hypertuna.description.robot import Robot, cached, json_schema, load, parse, reference
 from hypertuna.errors import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -379,3 +380,15 @@ def test_a_robot_is_frozen() -> None:
     robot: Robot = load("rexeel")
     with pytest.raises(ValueError, match="frozen"):
         robot.body.length = 1.0  # type: ignore[misc]
+
+
+def test_what_is_built_from_a_robot_is_kept_with_that_object_alone() -> None:
+    robot, same = load("hypertuna"), load("hypertuna")
+    built = cached(robot, "key", object)
+    assert cached(robot, "key", object) is built
+    assert cached(robot, "other", object) is not built
+    assert robot == same
+    assert robot.document() == same.document()
+    renamed = robot.model_copy(update={"name": "renamed"})
+    for other in (same, renamed, pickle.loads(pickle.dumps(robot)), copy.deepcopy(robot)):
+        assert cached(other, "key", object) is not built

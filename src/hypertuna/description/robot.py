@@ -7,7 +7,7 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self, TypeVar
@@ -37,7 +37,7 @@ from hypertuna.description.validation import Place, field_at, fix_for, translate
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
 
-__all__ = ["Entry", "Robot", "json_schema", "load", "parse", "reference", "require", "robot_path", "robots"]
+__all__ = ["Entry", "Robot", "cached", "json_schema", "load", "parse", "reference", "require", "robot_path", "robots"]
 
 T = TypeVar("T")
 
@@ -114,6 +114,13 @@ class Robot(Part):
         texts = {"description", "sources", "firmware"}
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+    def __copy__(self) -> Self:
+        """Copy the fields: what was computed from them is left behind, for a changed copy would not fit it."""
+        copy = super().__copy__()
+        for name in copy.__dict__.keys() - type(self).model_fields.keys():
+            del copy.__dict__[name]
+        return copy
 
     def document(self) -> dict[str, Any]:
         """Write the robot as its file says it.
@@ -214,6 +221,22 @@ class Robot(Part):
         check_sizes(self.body.length, self.joints, self.drive_unit, self.pump)
         _check_sources(self)
         return self
+
+
+class _Cache(dict[Hashable, Any]):
+    """What other rooms have built from one robot object; its copies and pickles are empty."""
+
+    def __reduce__(self) -> tuple[type[_Cache], tuple[()]]:
+        return _Cache, ()
+
+
+def cached(robot: Robot, key: Hashable, make: Callable[[], T]) -> T:
+    """Return what `make` builds from a robot, built once per robot object and key and kept with the robot."""
+    cache = robot.__dict__.setdefault("_cache", _Cache())
+    if key not in cache:
+        cache[key] = make()
+    result: T = cache[key]
+    return result
 
 
 def robots() -> tuple[str, ...]:
