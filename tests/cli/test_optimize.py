@@ -64,7 +64,7 @@ def test_table_names_bounds_and_limits(run: Run) -> None:
     assert "9  deg (upper bound)" in output
     assert "(at most 300, active)" in output or "(at most 1, active)" in output
     assert "m/s (at least 0.2)" in output
-    assert "gradient descents have ended" in output
+    assert "gradient searches have ended" in output
 
 
 def test_limits_stand_in_json_with_their_margins(run: Run) -> None:
@@ -187,7 +187,7 @@ def test_experiment_told_in_parts_asks_for_the_rest(run: Run, state: str, tmp_pa
     assert [gait["run"] for gait in rest["gaits"]] == ["batch-1-gait-03", "batch-1-gait-04"]
     code, _, errors = run("optimize", "tell", "--state", state, str(batch))
     assert code == 2
-    assert "line 2 must be a gait that was asked for and is not told yet" in errors
+    assert "line 2 must be a gait that was asked for and not measured yet" in errors
     run("optimize", "tell", "--state", state, "--value", "0.2", "--value", "0.3")
     parts = run("optimize", "ask", "--state", state, "--json")[1]
 
@@ -237,18 +237,18 @@ def test_gaits_that_were_not_asked_for_are_refused(run: Run, state: str, tmp_pat
     batch.write_text("\n".join([*text, text[1].replace("gait-01", "again")]))
     code, _, errors = run("optimize", "tell", "--state", state, path)
     assert code == 2
-    assert "line 6 must be a gait that was asked for and is not told yet" in errors
+    assert "line 6 must be a gait that was asked for and not measured yet" in errors
 
 
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (("ask",), "has not been begun"),
+        (("ask",), "does not exist"),
         (("ask", *TANK[:4], "--method", "gradient"), "must do without derivatives, which a tank does not give"),
         (("ask", *TANK[:2], "--maximize", "efficiency"), "efficiency must be measured in the tank"),
         (("ask", *TANK[:2]), "must be one of maximize, minimize and speed"),
-        (("tell", "--value", "0.1"), "has not been begun"),
-        (("tell",), "has not been begun"),
+        (("tell", "--value", "0.1"), "does not exist"),
+        (("tell",), "does not exist"),
     ],
 )
 def test_experiment_that_cannot_begin_leaves_no_file(
@@ -284,7 +284,7 @@ def test_states_that_were_tampered_with_are_told(run: Run, state: str) -> None:
     header, record = map(json.loads, Path(state).read_text().splitlines())
     for changes, sentence in (
         ({"options": 3}, "must be a journal of hypertuna"),
-        ({"options": {"robot": "hypertuna"}}, ":1 does not say what is searched for"),
+        ({"options": {"robot": "hypertuna"}}, ":1 does not hold the options of a search"),
     ):
         Path(state).write_text(json.dumps(header | changes) + "\n")
         code, _, errors = run("optimize", "ask", "--state", state)
@@ -292,7 +292,7 @@ def test_states_that_were_tampered_with_are_told(run: Run, state: str) -> None:
     for changes in ({"told": 3}, {"told": []}, {"told": [3] * 4}, {"asked": None}):
         Path(state).write_text(json.dumps(header) + "\n" + json.dumps(record | changes) + "\n")
         code, _, errors = run("optimize", "ask", "--state", state)
-        assert (code, ":2 tells of gaits that this search does not ask for" in errors) == (2, True), errors
+        assert (code, ":2 holds gaits that this search does not ask for" in errors) == (2, True), errors
 
 
 def test_cost_of_transport_that_the_goal_needs_must_be_told(run: Run, state: str) -> None:
@@ -300,7 +300,7 @@ def test_cost_of_transport_that_the_goal_needs_must_be_told(run: Run, state: str
     run("optimize", "ask", "--state", state, *search)
     code, _, errors = run("optimize", "tell", "--state", state, *("--value", "0.3") * 4)
     assert code == 2
-    assert "batch-1-gait-01 must have a cost of transport, which the goal is made of" in errors
+    assert "batch-1-gait-01 must have a cost of transport, which the objective needs" in errors
     code, output, _ = run("optimize", "tell", "--state", state, *("--value", "0.3,12") * 4)
     assert code == 0
     assert "batch-2-gait-01" in output

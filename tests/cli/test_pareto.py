@@ -15,8 +15,8 @@ import pytest
 import xarray as xr
 
 import hypertuna as ht
-from hypertuna.optimization.nsga2 import nondominated
 from hypertuna.optimization.objective import OBJECTIVES
+from hypertuna.optimization.optimizers import nondominated
 from hypertuna.optimization.pareto import Front, pareto
 from hypertuna.optimization.plots import plot_pareto
 from program import Run

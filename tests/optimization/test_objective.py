@@ -1,4 +1,4 @@
-"""Goals and limits: values checkable by hand, derivatives against differences, gaits that must never win."""
+"""Objectives and limits: values checkable by hand, derivatives against differences, gaits that must never win."""
 
 import math
 from typing import Any
@@ -10,7 +10,8 @@ import hypertuna as ht
 from hypertuna.errors import InputError
 from hypertuna.optimization.constraints import gait_limits, gait_quantities
 from hypertuna.optimization.design_space import gait_bounds
-from hypertuna.optimization.objective import UNUSABLE, Problem, expected_speed, goal
+from hypertuna.optimization.objective import UNUSABLE, expected_speed, objective
+from hypertuna.optimization.problem import Problem
 from hypertuna.swimming.beat import settle
 
 
@@ -23,10 +24,15 @@ def points(tuna: ht.Robot) -> np.ndarray:
 
 
 def everything(robot: ht.Robot) -> Problem:
-    """Goals and limits of every kind."""
+    """Objectives and limits of every kind."""
     limits = gait_limits(robot, joint_rate=6.0, torque=2.0, amplitude_by_bandwidth=True, strouhal=(0.3, 0.9), speed=0.2)
-    goals = (goal("speed"), goal("cost_of_transport"), expected_speed(0.35, 0.1), goal("power", largest=True))
-    return Problem(robot, gait_bounds(robot), goals, limits)
+    targets = (
+        objective("speed"),
+        objective("cost_of_transport"),
+        expected_speed(0.35, 0.1),
+        objective("power", maximize=True),
+    )
+    return Problem(robot, gait_bounds(robot), targets, limits)
 
 
 def test_values_are_those_of_single_swims(tuna: ht.Robot, points: np.ndarray) -> None:
@@ -41,7 +47,7 @@ def test_violations_are_relative_to_their_limits(tuna: ht.Robot, points: np.ndar
     problem = everything(tuna)
     told = problem.evaluate(points)
     for k, limit in enumerate(problem.limits):
-        value = told.found[limit.quantity]
+        value = told.quantities[limit.quantity]
         passed = value > limit.limit if limit.upper else value < limit.limit
         assert ((told.violation[:, k] > 0) == passed).all()
         assert np.abs(told.violation[:, k]) == pytest.approx(np.abs(value / limit.limit - 1))
@@ -61,38 +67,38 @@ def test_rate_and_reach_by_hand(tuna: ht.Robot) -> None:
 
 
 @pytest.mark.parametrize("joints", ["bandwidth", "ideal"])
-def test_slopes_are_those_of_differences(tuna: ht.Robot, points: np.ndarray, joints: str) -> None:
+def test_derivatives_are_those_of_differences(tuna: ht.Robot, points: np.ndarray, joints: str) -> None:
     problem = everything(tuna.using(joints=joints))
-    told = problem.evaluate(points, slopes=True)
-    assert told.value_slopes is not None
-    assert told.violation_slopes is not None
+    told = problem.evaluate(points, derivatives=True)
+    assert told.value_jacobian is not None
+    assert told.violation_jacobian is not None
     width = problem.space.upper - problem.space.lower
     for k in range(4):
         step = 1e-5 * width[k] * np.eye(4)[k]
         ahead, behind = problem.evaluate(points + step), problem.evaluate(points - step)
-        for name, slopes in (("value", told.value_slopes), ("violation", told.violation_slopes)):
+        for name, jacobian in (("value", told.value_jacobian), ("violation", told.violation_jacobian)):
             difference = (getattr(ahead, name) - getattr(behind, name)) / 2e-5
-            size = np.abs(slopes * width).max(axis=(0, 2)) + 1e-12
-            assert np.abs(difference - slopes[:, :, k] * width[k]) / size == pytest.approx(0, abs=1e-6)
+            size = np.abs(jacobian * width).max(axis=(0, 2)) + 1e-12
+            assert np.abs(difference - jacobian[:, :, k] * width[k]) / size == pytest.approx(0, abs=1e-6)
 
 
 def test_gaits_that_stand_still_or_swim_backwards_never_win(tuna: ht.Robot) -> None:
-    problem = Problem(tuna, gait_bounds(tuna, {"phase_II": (0, 360)}), (goal("cost_of_transport"),))
+    problem = Problem(tuna, gait_bounds(tuna, {"phase_II": (0, 360)}), (objective("cost_of_transport"),))
     still = [2.0, 0.0, 0.0, 0.0]
     backwards = [2.0, math.radians(16), math.radians(25), math.radians(210)]
     forwards = [2.0, math.radians(16), math.radians(25), math.radians(30)]
     told = problem.evaluate(np.array([still, backwards, forwards]))
-    assert told.found["speed"][1] < 0 < told.found["speed"][2]
+    assert told.quantities["speed"][1] < 0 < told.quantities["speed"][2]
     assert told.value[:2, 0].tolist() == [np.inf, np.inf]
     assert told.feasible.tolist() == [False, False, True]
-    assert told.excess[2] == 0 < told.excess[0] < told.excess[1]
+    assert told.total_violation[2] == 0 < told.total_violation[0] < told.total_violation[1]
 
 
 @pytest.mark.parametrize("status", [1, 2, 3])
 @pytest.mark.parametrize("broken", [{}, {"speed": np.nan}, {"cost_of_transport": -np.inf}])
 def test_gaits_that_do_not_settle_never_win(tuna: ht.Robot, status: int, broken: dict[str, float]) -> None:
     """However good what they seem to reach, and where it is no number even if they claim to be settled."""
-    problem = Problem(tuna, gait_bounds(tuna), (goal("speed"), goal("cost_of_transport")))
+    problem = Problem(tuna, gait_bounds(tuna), (objective("speed"), objective("cost_of_transport")))
     found: dict[str, Any] = {"speed": 9.0, "cost_of_transport": 0.0, "stride_length": 1.0, "status": status} | broken
     told = problem.judge(np.zeros((1, 4)), {name: [value] for name, value in found.items()})
     assert (told.value == np.inf).all()
@@ -105,25 +111,26 @@ def test_gaits_that_do_not_settle_never_win(tuna: ht.Robot, status: int, broken:
 
 def test_a_limit_passed_however_far_is_better_than_a_gait_that_does_not_settle(tuna: ht.Robot) -> None:
     """A torque limit of a micronewton meter is passed a hundred thousand times over."""
-    problem = Problem(tuna, gait_bounds(tuna), (goal("speed"),), gait_limits(tuna, torque=1e-6))
+    problem = Problem(tuna, gait_bounds(tuna), (objective("speed"),), gait_limits(tuna, torque=1e-6))
     fast = problem.swim(problem.space.upper[np.newaxis])
-    assert problem.judge(np.zeros((1, 4)), fast).excess > 1e4
-    assert problem.judge(np.zeros((1, 4)), fast).excess < problem.judge(np.zeros((1, 4)), fast | {"status": [1]}).excess
+    settled = problem.judge(np.zeros((1, 4)), fast)
+    unsettled = problem.judge(np.zeros((1, 4)), fast | {"status": [1]})
+    assert 1e4 < settled.total_violation < unsettled.total_violation
 
 
 def test_threads_and_batches_do_not_change_what_is_found(tuna: ht.Robot, points: np.ndarray) -> None:
     problem = everything(tuna)
-    whole = problem.evaluate(points, slopes=True)
-    parts = problem.evaluate(points[:3], slopes=True).followed_by(problem.evaluate(points[3:], slopes=True))
-    for name in ("x", "value", "violation", "value_slopes", "violation_slopes", "speed_slopes"):
+    whole = problem.evaluate(points, derivatives=True)
+    parts = problem.evaluate(points[:3], derivatives=True).followed_by(problem.evaluate(points[3:], derivatives=True))
+    for name in ("x", "value", "violation", "value_jacobian", "violation_jacobian", "speed_gradient"):
         assert getattr(whole, name).tolist() == getattr(parts, name).tolist()
-    assert whole.rows([2]).found["speed"][0] == whole.found["speed"][2]
+    assert whole.rows([2]).quantities["speed"][0] == whole.quantities["speed"][2]
 
 
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda _: goal("sped"), "must be a quantity to wish for, but is 'sped': did you mean speed"),
+        (lambda _: objective("sped"), "must be a quantity to optimize, but is 'sped': did you mean speed"),
         (lambda _: expected_speed(0.0, 0.1), "speed must be greater than 0"),
         (lambda _: expected_speed(0.4, -1.0), "weight must not be negative"),
         (lambda _: expected_speed(0.4, np.nan), "weight must not be negative"),
@@ -151,7 +158,7 @@ def test_largest_rate_of_the_gait_is_that_of_its_swim(tuna: ht.Robot, points: np
 
 
 def test_quantities_without_derivatives_are_told(tuna: ht.Robot, points: np.ndarray) -> None:
-    problem = Problem(tuna, gait_bounds(tuna), (goal("efficiency"),))
+    problem = Problem(tuna, gait_bounds(tuna), (objective("efficiency"),))
     assert np.isfinite(problem.evaluate(points).value).all()
     with pytest.raises(InputError, match="efficiency has no derivatives: choose a method without gradients"):
-        problem.evaluate(points, slopes=True)
+        problem.evaluate(points, derivatives=True)

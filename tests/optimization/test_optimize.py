@@ -17,8 +17,9 @@ import hypertuna as ht
 from hypertuna.errors import InputError
 from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.design_space import gait_bounds
-from hypertuna.optimization.objective import Problem, goal
+from hypertuna.optimization.objective import objective
 from hypertuna.optimization.optimize import METHODS, WEIGHT, Optimum, optimize
+from hypertuna.optimization.problem import Problem
 from models import changed
 
 RUNS = 20  # of the particle swarm, that gradients are compared with
@@ -154,7 +155,7 @@ def test_impossible_wishes_are_told_and_nothing_is_returned(tuna: ht.Robot, meth
     assert best.gait is None
     assert best.swim is None
     assert np.isnan(best.speed)
-    assert "No gait was found that keeps all limits: the nearest one passes speed by" in best.stop
+    assert "No gait was found that keeps all limits: the nearest one violates speed by" in best.stop
     assert not np.isfinite(best.history).any()
 
 
@@ -228,7 +229,7 @@ def test_a_gait_that_does_not_settle_is_not_returned(tuna: ht.Robot) -> None:
     links = len(tuna.links.name)
     slippery = changed(tuna, {"water.lumped.drag": [0.0] * links, "water.lumped.friction": [0.0] * links})
     space = gait_bounds(slippery)
-    told = Problem(slippery, space, (goal("speed"),)).evaluate((space.lower + space.upper)[np.newaxis] / 2)
+    told = Problem(slippery, space, (objective("speed"),)).evaluate((space.lower + space.upper)[np.newaxis] / 2)
     assert not told.feasible[0]
     best = optimize(slippery, maximize="speed", particles=4, iterations=2)
     assert best.gait is None
@@ -238,7 +239,7 @@ def test_a_gait_that_does_not_settle_is_not_returned(tuna: ht.Robot) -> None:
 @pytest.mark.parametrize(
     ("wishes", "sentence"),
     [
-        ({}, "goal must be one of maximize, minimize and speed, but is none"),
+        ({}, "objective must be one of maximize, minimize and speed, but is none"),
         ({"maximize": "speed", "speed": 0.4}, "but is maximize and speed"),
         ({"maximize": "speed", "weight": 0.1}, "weight goes with an expected speed only"),
         ({"maximize": "speeed"}, "did you mean speed"),
@@ -246,7 +247,7 @@ def test_a_gait_that_does_not_settle_is_not_returned(tuna: ht.Robot) -> None:
         ({"maximize": "speed", "particles": 1}, "particles must be from 2 to 10000, but is 1"),
         (
             {"maximize": "speed", "method": "cma", "bounds": {"frequency": (2, 2), "amplitude": (9, 9)}},
-            "one free value of the gait, but is 'cma', which varies two at least: take pso, gradient or de",
+            "one free value of the gait, but is 'cma', which varies at least two: take pso, gradient or de",
         ),
         ({"maximize": "speed", "iterations": 0}, "iterations must be from 1 to 10000, but is 0"),
         ({"maximize": "speed", "seed": -1}, "seed must be from 0"),

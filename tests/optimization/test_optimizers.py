@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from hypertuna.errors import InputError
-from hypertuna.optimization.gradient import Descents, latin_hypercube
 from hypertuna.optimization.objective import Evaluation
-from hypertuna.optimization.optimizers import CovarianceAdaptation, Optimizer, de, pso
+from hypertuna.optimization.optimizers import CMAES, Optimizer, de, pso
+from hypertuna.optimization.sqp import MultiStart, latin_hypercube
 
 LOWER, UPPER = np.array([-1.0, 0.0, 10.0]), np.array([1.0, 2.0, 40.0])
 WIDTH = UPPER - LOWER
@@ -33,7 +33,7 @@ class Toy:
     cliff: float = np.inf
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
-        """Value, violation and slopes; those of the box scaled back to its units."""
+        """Value, violation and derivatives; those of the box scaled back to its units."""
         u = (x - LOWER) / WIDTH
         away, speed = u - self.bottom, u.sum(axis=1)
         value, slope = self.factor * (away**2).sum(axis=1), 2 * self.factor * away
@@ -59,8 +59,8 @@ Make = Callable[[int, Toy], Optimizer]
 METHODS: dict[str, Make] = {
     "pso": lambda seed, _: pso(LOWER, UPPER, seed=seed, particles=15, iterations=60),
     "de": lambda seed, _: de(LOWER, UPPER, seed=seed, particles=15, iterations=60),
-    "cma": lambda seed, _: CovarianceAdaptation(LOWER, UPPER, particles=None, iterations=150, seed=seed),
-    "gradient": lambda seed, toy: Descents(LOWER, UPPER, toy.expected, 1.0, starts=3, iterations=40, seed=seed),
+    "cma": lambda seed, _: CMAES(LOWER, UPPER, particles=None, iterations=150, seed=seed),
+    "gradient": lambda seed, toy: MultiStart(LOWER, UPPER, toy.expected, 1.0, starts=3, iterations=40, seed=seed),
 }
 
 
@@ -208,22 +208,22 @@ def test_starts_are_spread_over_every_coordinate() -> None:
     assert starts.tolist() != latin_hypercube(7, 3, seed=5).tolist()
 
 
-def test_a_descent_from_the_expected_speed_knows_its_slope() -> None:
+def test_a_search_from_the_expected_speed_knows_its_gradient() -> None:
     """At U = U_e the value has a kink, but not the speed: the first step keeps it, and the way is a short one."""
     start = latin_hypercube(1, 3, seed=1)[0]
     toy = Toy(expected=float(((LOWER + start * WIDTH - LOWER) / WIDTH).sum()))
-    optimizer = Descents(LOWER, UPPER, toy.expected, 1.0, starts=1, iterations=40, seed=1)
+    optimizer = MultiStart(LOWER, UPPER, toy.expected, 1.0, starts=1, iterations=40, seed=1)
     told = toy.evaluate(optimizer.ask())
-    assert told.found["speed"][0] == toy.expected
+    assert told.quantities["speed"][0] == toy.expected
     optimizer.tell(told)
-    assert toy.evaluate(optimizer.ask()).found["speed"][0] == pytest.approx(toy.expected, rel=1e-9)
+    assert toy.evaluate(optimizer.ask()).quantities["speed"][0] == pytest.approx(toy.expected, rel=1e-9)
     assert run(optimizer, toy).evaluations < 10
     assert best(optimizer).sum() == pytest.approx(toy.expected)
     # Nearest to the bottom of all points with this sum.
     assert best(optimizer) == pytest.approx(toy.bottom + (toy.expected - np.sum(toy.bottom)) / 3, abs=1e-4)
 
 
-def test_descent_needs_few_points() -> None:
+def test_sqp_needs_few_points() -> None:
     """A parabola is what sequential quadratic programming is made for."""
     toy = Toy()
     optimizer = run(METHODS["gradient"](1, toy), toy)

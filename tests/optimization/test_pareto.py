@@ -11,10 +11,10 @@ import pytest
 import hypertuna as ht
 from hypertuna.errors import InputError
 from hypertuna.optimization.constraints import Limit
-from hypertuna.optimization.nsga2 import Evolution, hypervolume, nondominated
 from hypertuna.optimization.objective import OBJECTIVES, Evaluation
+from hypertuna.optimization.optimizers import hypervolume, nondominated, nsga2
 from hypertuna.optimization.pareto import Front, pareto
-from hypertuna.optimization.polish import Descent, descend, stationarity
+from hypertuna.optimization.polish import Target, run_targets, stationarity
 
 
 @dataclass(frozen=True)
@@ -25,18 +25,20 @@ class Box:
 
 @dataclass
 class Toy:
-    """Two objectives over a box, with slopes; x[0] <= most is its only limit."""
+    """Two objectives over a box, with derivatives; x[0] <= most is its only limit."""
 
     space: Box = field(default_factory=lambda: Box(np.full(3, -1.0), np.full(3, 2.0)))
     most: float = 10.0
     evaluations: int = 0
 
-    def evaluate(self, x: np.ndarray, *, slopes: bool = False) -> Evaluation:
+    def evaluate(self, x: np.ndarray, *, derivatives: bool = False) -> Evaluation:
         self.evaluations += len(x)
         value, d_value = self.objectives(x)
         violation, d_violation = x[:, :1] - self.most, np.zeros((len(x), 1, x.shape[1]))
         d_violation[:, 0, 0] = 1.0
-        return Evaluation(x, value, violation, {}, d_value if slopes else None, d_violation if slopes else None)
+        return Evaluation(
+            x, value, violation, {}, d_value if derivatives else None, d_violation if derivatives else None
+        )
 
 
 class Spheres(Toy):
@@ -57,7 +59,7 @@ class Zdt1(Toy):
 
 def evolved(toy: Toy, population: int = 40, generations: int = 60, seed: int = 1) -> Evaluation:
     sizes = {"population": population, "generations": generations, "seed": seed}
-    evolution = Evolution(toy.space.lower, toy.space.upper, 2, 1, **sizes)
+    evolution = nsga2(toy.space.lower, toy.space.upper, 2, **sizes)
     while evolution.stop is None:
         evolution.tell(toy.evaluate(evolution.ask()))
     return evolution.result
@@ -72,9 +74,9 @@ def test_points_that_no_other_dominates() -> None:
     assert len(nondominated(np.zeros((0, 2)))) == 0
 
 
-@pytest.mark.parametrize("goals", [2, 3])
-def test_nondominated_is_what_the_definition_says(goals: int) -> None:
-    value = np.random.default_rng(goals).integers(0, 6, (60, goals)).astype(float)
+@pytest.mark.parametrize("objectives", [2, 3])
+def test_nondominated_is_what_the_definition_says(objectives: int) -> None:
+    value = np.random.default_rng(objectives).integers(0, 6, (60, objectives)).astype(float)
     worse = (value[:, None] >= value).all(axis=2) & (value[:, None] > value).any(axis=2)
     best = np.flatnonzero(~worse.any(axis=1))
     found = nondominated(value)
@@ -111,9 +113,9 @@ def test_evolution_repeats_itself_by_seed() -> None:
 def test_evolution_keeps_to_limits_and_leaves_out_what_is_not_finite() -> None:
     class Holes(Spheres):
         def objectives(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            value, slopes = super().objectives(x)
+            value, jacobian = super().objectives(x)
             value[x[:, 1] < 0] = np.inf
-            return value, slopes
+            return value, jacobian
 
     found = evolved(Holes(most=0.5), 20, 20)
     assert len(found.x) > 5
@@ -125,8 +127,8 @@ def test_evolution_keeps_to_limits_and_leaves_out_what_is_not_finite() -> None:
 
 
 def polished(toy: Toy, found: Evaluation) -> Evaluation:
-    descents = [Descent(x, 1, np.array([value[0], np.inf])) for x, value in zip(found.x, found.value, strict=True)]
-    return toy.evaluate(descend(toy, descents, np.ones(2)), slopes=True)
+    targets = [Target(x, 1, np.array([value[0], np.inf])) for x, value in zip(found.x, found.value, strict=True)]
+    return toy.evaluate(run_targets(toy, targets, np.ones(2)), derivatives=True)
 
 
 def test_polishing_reaches_a_known_front() -> None:
@@ -138,7 +140,7 @@ def test_polishing_reaches_a_known_front() -> None:
     assert (after.value[:, 0] <= before.value[:, 0]).all()
     scale = np.ptp(before.value, axis=0)
     assert stationarity(toy, after, scale).max() < 1e-3
-    assert stationarity(toy, toy.evaluate(before.x, slopes=True), scale).max() > 1e-2
+    assert stationarity(toy, toy.evaluate(before.x, derivatives=True), scale).max() > 1e-2
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -152,28 +154,28 @@ def test_polishing_never_worsens(seed: int) -> None:
     assert hypervolume(after.value, reference) >= hypervolume(before.value, reference)
 
 
-def test_a_descent_stays_where_it_cannot_fall() -> None:
+def test_a_search_stays_where_it_cannot_improve() -> None:
     toy, start = Spheres(), np.array([0.25, 0.0, 0.0])
-    held = Descent(start, 1, np.array([0.25**2, np.inf]))
-    np.testing.assert_allclose(descend(toy, [held], np.ones(2))[0], start, atol=1e-6)
+    held = Target(start, 1, np.array([0.25**2, np.inf]))
+    np.testing.assert_allclose(run_targets(toy, [held], np.ones(2))[0], start, atol=1e-6)
 
 
 def test_stationarity_by_hand() -> None:
     toy = Spheres(most=0.5)
     on_front, beside, at_limit, off = [0.25, 0, 0], [0.25, 0.75, 0], [0.5, 0.0, 0], [-1.0, 0, 0]
-    found = toy.evaluate(np.array([on_front, beside, at_limit, off]), slopes=True)
+    found = toy.evaluate(np.array([on_front, beside, at_limit, off]), derivatives=True)
     residual = stationarity(toy, found, np.ones(2))
-    assert residual[0] < 1e-12  # opposite slopes
-    # Both slopes have (., 1.5) in y; the one along x cancels: 1.5 over the longer slope, hypot(1.5, 1.5).
+    assert residual[0] < 1e-12  # opposite gradients
+    # Both gradients have (., 1.5) in y; the one along x cancels: 1.5 over the longer gradient, hypot(1.5, 1.5).
     assert residual[1] == pytest.approx(1.5 / np.hypot(1.5, 1.5))
     assert residual[2] < 1e-12
-    # On the lower bound of x both fall inwards; the shorter slope, 2, over the longer, 4.
+    # On the lower bound of x both fall inwards; the shorter gradient, 2, over the longer, 4.
     assert residual[3] == pytest.approx(2 / 4)
 
 
-def test_a_limit_balances_slopes() -> None:
+def test_a_limit_balances_gradients() -> None:
     toy = Spheres(most=-0.5)  # both objectives fall towards x = 0, but x <= -0.5
-    found = toy.evaluate(np.array([[-0.5, 0, 0], [-0.6, 0, 0]]), slopes=True)
+    found = toy.evaluate(np.array([[-0.5, 0, 0], [-0.6, 0, 0]]), derivatives=True)
     residual = stationarity(toy, found, np.ones(2))
     assert residual[0] < 1e-12
     assert residual[1] > 0.3

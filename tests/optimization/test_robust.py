@@ -1,6 +1,8 @@
-"""Robust goals: means and tails over robots, by hand and against the plain problem."""
+"""Robust objectives: means and tails over robots, by hand and against the plain problem."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,18 +13,18 @@ from hypertuna.identification.coefficients import draws, free
 from hypertuna.identification.identify import with_fit
 from hypertuna.optimization.constraints import gait_limits
 from hypertuna.optimization.design_space import gait_bounds
-from hypertuna.optimization.objective import Problem, goal
+from hypertuna.optimization.objective import objective
 from hypertuna.optimization.optimize import optimize
 from hypertuna.optimization.pareto import pareto
-from hypertuna.optimization.robust import over_fit, robust_problem
+from hypertuna.optimization.problem import Problem, over_fit, robust_problem
 from models import changed
 
-GOALS = (goal("speed"), goal("cost_of_transport"))
+OBJECTIVES = (objective("speed"), objective("cost_of_transport"))
 
 
 @pytest.fixture(scope="module")
 def problem(tuna: ht.Robot) -> Problem:
-    return Problem(tuna, gait_bounds(tuna), GOALS, gait_limits(tuna, speed=0.05, joint_rate=8.0))
+    return Problem(tuna, gait_bounds(tuna), OBJECTIVES, gait_limits(tuna, speed=0.05, joint_rate=8.0))
 
 
 @pytest.fixture(scope="module")
@@ -38,11 +40,12 @@ def points(problem: Problem, count: int = 5) -> np.ndarray:
 @pytest.mark.parametrize("how", ["mean", "worst5"])
 def test_equal_robots_are_worth_what_one_is(problem: Problem, tuna: ht.Robot, how: str) -> None:
     x = points(problem)
-    one, many = problem.evaluate(x, slopes=True), robust_problem(problem, [tuna] * 4, how).evaluate(x, slopes=True)
-    for name in ("value", "violation", "value_slopes", "violation_slopes", "speed_slopes"):
+    one = problem.evaluate(x, derivatives=True)
+    many = robust_problem(problem, [tuna] * 4, how).evaluate(x, derivatives=True)
+    for name in ("value", "violation", "value_jacobian", "violation_jacobian", "speed_gradient"):
         np.testing.assert_allclose(getattr(many, name), getattr(one, name), rtol=1e-13, err_msg=name)
-    for name, found in one.found.items():
-        np.testing.assert_allclose(many.found[name], found, rtol=1e-13, err_msg=name)
+    for name, found in one.quantities.items():
+        np.testing.assert_allclose(many.quantities[name], found, rtol=1e-13, err_msg=name)
 
 
 def test_mean_and_tail_of_three_by_hand(problem: Problem, robots: list[ht.Robot]) -> None:
@@ -66,21 +69,21 @@ def test_worst_five_percent_are_rounded_up(problem: Problem, tuna: ht.Robot, cou
 
 
 @pytest.mark.parametrize("how", ["mean", "worst5"])
-def test_slopes_are_those_of_the_values(problem: Problem, robots: list[ht.Robot], how: str) -> None:
+def test_derivatives_are_those_of_the_values(problem: Problem, robots: list[ht.Robot], how: str) -> None:
     robust, x, step = robust_problem(problem, robots, how), points(problem, 2), 1e-5
-    told = robust.evaluate(x, slopes=True)
+    told = robust.evaluate(x, derivatives=True)
     for k in range(4):
         shift = step * np.eye(4)[k]
         ahead, behind = robust.evaluate(x + shift), robust.evaluate(x - shift)
         for name in ("value", "violation"):
             difference = (getattr(ahead, name) - getattr(behind, name)) / (2 * step)
-            slopes = getattr(told, f"{name}_slopes")[:, :, k]
-            np.testing.assert_allclose(slopes, difference, rtol=1e-5, atol=1e-6, err_msg=f"{name} {k}")
+            jacobian = getattr(told, f"{name}_jacobian")[:, :, k]
+            np.testing.assert_allclose(jacobian, difference, rtol=1e-5, atol=1e-6, err_msg=f"{name} {k}")
 
 
 def test_limits_hold_for_every_robot_and_one_unusable_is_enough(problem: Problem, robots: list[ht.Robot]) -> None:
     robust, x = robust_problem(problem, robots, "mean"), points(problem)
-    alone = np.stack([p.evaluate(x).violation for p in robust.problems])
+    alone = np.stack([replace(problem, robot=robot).evaluate(x).violation for robot in robust.robots])
     np.testing.assert_array_equal(robust.evaluate(x).violation, alone.max(axis=0))
     found = robust.swim(x)
     found["status"] = np.array(found["status"])
@@ -88,7 +91,7 @@ def test_limits_hold_for_every_robot_and_one_unusable_is_enough(problem: Problem
     judged = robust.judge(x, found)
     assert np.isinf(judged.value[2]).all()
     assert not judged.feasible[2]
-    assert judged.found["status"][2] == 1
+    assert judged.quantities["status"][2] == 1
 
 
 def test_worst_is_no_better_than_mean(problem: Problem, robots: list[ht.Robot]) -> None:
@@ -101,7 +104,7 @@ def test_worst_is_no_better_than_mean(problem: Problem, robots: list[ht.Robot]) 
 def test_bad_input_is_told(problem: Problem, tuna: ht.Robot) -> None:
     with pytest.raises(InputError, match="robust must be mean or worst5, but is 'median'"):
         robust_problem(problem, [tuna], "median")
-    with pytest.raises(InputError, match="must hold one robot at least"):
+    with pytest.raises(InputError, match="must hold at least one robot"):
         robust_problem(problem, [], "mean")
 
 
@@ -118,10 +121,10 @@ def fitted(tuna: ht.Robot) -> ht.Robot:
 
 
 def test_robots_are_drawn_from_the_fit(problem: Problem, fitted: ht.Robot) -> None:
-    ours = Problem(fitted, problem.space, GOALS)
+    ours = Problem(fitted, problem.space, OBJECTIVES)
     robust = over_fit(ours, "mean", samples=5, seed=3)
     assert robust.robot is fitted
-    assert [p.robot.water for p in robust.problems] == [robot.water for robot in draws(fitted, 5, 3)]
+    assert [robot.water for robot in robust.robots] == [robot.water for robot in draws(fitted, 5, 3)]
     x = points(problem)
     # A tenth of uncertainty is felt, and its mean stays within a few percent.
     one, mean, worst = (p.evaluate(x).value for p in (ours, robust, over_fit(ours, "worst5", samples=5, seed=3)))
@@ -147,8 +150,8 @@ def test_robust_optima(fitted: ht.Robot) -> None:
     how = {"maximize": "speed", "method": "gradient", "particles": 2, "seed": 1, "samples": 4}
     plain, mean, worst = (optimize(fitted, robust=robust, **how) for robust in (None, "mean", "worst5"))
     assert plain.value == pytest.approx(-plain.speed)
-    # The swim is that of the robot itself; the value is the speed over the robots drawn.
-    problem = Problem(fitted, gait_bounds(fitted), (goal("speed"),))
+    # The swim is that of the robot itself; the value is the speed over the sampled robots.
+    problem = Problem(fitted, gait_bounds(fitted), (objective("speed"),))
     for best, robust in ((mean, "mean"), (worst, "worst5")):
         value = over_fit(problem, robust, samples=4, seed=1).evaluate(problem.space.point(best.gait)[np.newaxis]).value
         assert best.value == pytest.approx(value[0, 0])

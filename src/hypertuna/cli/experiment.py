@@ -34,7 +34,7 @@ from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
 from hypertuna.optimization.design_space import gait_columns
-from hypertuna.optimization.experiment import TankSearch, TankWish
+from hypertuna.optimization.experiment import TankOptions, TankSearch
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import COLUMNS, SteadyRun, read_steady
 
@@ -75,7 +75,7 @@ def ask_command(
         _check_later(context)
     search = None
     if robot is not None:
-        search = TankWish(
+        search = TankOptions(
             robot=robot,
             maximize=maximize,
             minimize=minimize,

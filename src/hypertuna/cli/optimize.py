@@ -23,9 +23,9 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError, shown
-from hypertuna.optimization.objective import Limit, gait_limits
+from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.optimize import Margin, Optimum, optimize
-from hypertuna.optimization.robust import WAYS
+from hypertuna.optimization.robust import STATISTICS
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import Gait
 
@@ -53,7 +53,8 @@ Bounds = Annotated[
     typer.Option("--bounds", help="NAME=LOW:HIGH, such as frequency_hz=1:4 or phase_II_deg=0:90; may be given again."),
 ]
 Robust = Annotated[
-    str | None, typer.Option("--robust", help="mean or worst5: the goal over robots drawn from the fit of --robot.")
+    str | None,
+    typer.Option("--robust", help="mean or worst5: the objective over robots sampled from the fit of --robot."),
 ]
 Samples = Annotated[str, typer.Option("--samples", help="Robots to draw, with --robust.")]
 Seed = Annotated[str, typer.Option("--seed", help="The same seed gives the same result.")]
@@ -105,7 +106,7 @@ def optimize_command(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Find the gait that fulfills a wish best: the highest speed, or an expected speed at low cost of transport.
+    """Find the best gait for an objective: the highest speed, or an expected speed at low cost of transport.
 
     The exit code is 0 for a gait, 1 if none keeps all limits, 2 for bad input.
     """
@@ -222,7 +223,7 @@ def _pair_of(text: str, key: str, unit: str) -> tuple[float, float]:
 
 def _record(best: Optimum) -> dict[str, Any]:
     """Say what was found, for programs."""
-    target = best.goal
+    target = best.objective
     return {
         "gait": None if best.gait is None else gait_record(best.gait),
         "speed_m_s": best.speed,
@@ -233,7 +234,7 @@ def _record(best: Optimum) -> dict[str, Any]:
         "remark": best.remark,
         "method": best.method,
         "seed": best.seed,
-        "goal": {
+        "objective": {
             "name": target.name,
             "terms": dict(target.terms),
             "expected_speed_m_s": target.expected,
@@ -298,13 +299,13 @@ def _print(best: Optimum) -> None:
 
 
 def _wished(best: Optimum) -> str:
-    """Write the goal in words."""
-    target = best.goal
+    """Describe the objective."""
+    target = best.objective
     name, factor = target.terms[0]
     words = f"{'largest' if factor < 0 else 'least'} {name.replace('_', ' ')}"
     if target.expected is not None:
         words = f"expected speed {target.expected:g} m/s at low cost of transport, weight {factor:g}"
-    return words if best.robust is None else f"{words}, over robots drawn from the fit"
+    return words if best.robust is None else f"{words}, over robots sampled from the fit"
 
 
 def _rows(best: Optimum, gait: Gait) -> list[tuple[str, str, str]]:
@@ -323,11 +324,11 @@ def _rows(best: Optimum, gait: Gait) -> list[tuple[str, str, str]]:
         ("cost of transport", f"{best.cost_of_transport:.4g}", "J/(kg m)"),
     ]
     if best.robust is not None:  # all above is of the robot itself
-        name, factor = best.goal.terms[0]
+        name, factor = best.objective.terms[0]
         value, unit = factor * best.value, QUANTITIES[name].unit
-        if best.goal.expected is not None:
+        if best.objective.expected is not None:
             name, value, unit = "|U - Ue| + k COT", best.value, "m/s"
-        rows.append((f"{name.replace('_', ' ')}, robots drawn", f"{value:.4g}", f"{unit}, {WAYS[best.robust]}"))
+        rows.append((f"{name.replace('_', ' ')}, sampled robots", f"{value:.4g}", f"{unit}, {STATISTICS[best.robust]}"))
     for margin in best.margins:
         record = _margin_record(margin)
         unit = "" if record["unit"] == "1" else f" {record['unit']}"

@@ -40,7 +40,7 @@ from hypertuna.description.robot import load
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 from hypertuna.optimization.objective import OBJECTIVES
 from hypertuna.optimization.pareto import SLOW, Front, pareto
-from hypertuna.optimization.robust import WAYS
+from hypertuna.optimization.robust import STATISTICS
 from hypertuna.swimming.beat import DEFAULT_STEPS
 
 __all__ = ["pareto_command"]
@@ -208,7 +208,7 @@ def _print(front: Front) -> None:
         angles = (", ".join(f"{angle:.4g}" for angle in np.degrees(values)) for values in (gait.amplitude, gait.phase))
         table.add_row(*(f"{value:.4g}" for value in front.values[k]), f"{gait.frequency:.3g}", *angles)
     console = Console()
-    how = f", {WAYS[front.robust]}" if front.robust else ""
+    how = f", {STATISTICS[front.robust]}" if front.robust else ""
     console.print(Text(f"{front.robot.name}: {count} best compromises{how}", style="bold"))
     console.print(table)
     reference = ", ".join(f"{value:.4g}" for value in front.reference)

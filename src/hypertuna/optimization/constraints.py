@@ -18,27 +18,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Limit:
-    """A constraint: a quantity that must not pass a limit.
+    """A constraint: a bound on a quantity of a gait."""
 
-    Attributes
-    ----------
-    quantity : str
-        One of `hypertuna.swimming.beat.QUANTITIES`, or of the `gait_quantities` of the gait alone.
-    limit : float
-        [unit of the quantity].
-    upper : bool
-        Whether it is the largest allowed value, not the smallest.
-    unit : str
-        Unit that the limit is told in.
-    scale : float
-        That unit in SI [unit of the quantity].
-    """
-
-    quantity: str
-    limit: float
-    upper: bool = True
-    unit: str = "1"
-    scale: float = 1.0
+    quantity: str  # of `hypertuna.swimming.beat.QUANTITIES` or `gait_quantities`
+    limit: float  # bound [unit of the quantity]
+    upper: bool = True  # whether it is an upper bound
+    unit: str = "1"  # in which it is printed
+    scale: float = 1.0  # size of that unit [unit of the quantity]
 
 
 def gait_limits(
@@ -50,22 +36,22 @@ def gait_limits(
     strouhal: tuple[float, float] | None = None,
     speed: float | None = None,
 ) -> tuple[Limit, ...]:
-    """Make the limits that a robot's joints, drives and wake set.
+    """Return limits set by a robot's joints, drives and wake.
 
     Parameters
     ----------
     robot : Robot
     joint_rate : float, optional
-        Largest rate of any joint group [rad/s].
+        Max rate of any joint group [rad/s].
     torque : float, optional
-        Largest magnitude of any joint's torque [N m].
+        Max magnitude of any joint's torque [N m].
     amplitude_by_bandwidth : bool
-        Whether no joint group may be commanded more than it makes of its largest amplitude at that frequency,
-        A <= A_max / sqrt(1 + (f/f_b)^2). It matters with ideal joints, which do not lose amplitude themselves.
+        Whether to limit the commanded amplitude of each joint group to what the group reaches at that frequency,
+        A <= A_max / sqrt(1 + (f/f_b)^2). Meant for ideal joints, which lose no amplitude themselves.
     strouhal : tuple of float, optional
-        Smallest and largest Strouhal number [1].
+        Min and max Strouhal number [1].
     speed : float, optional
-        Least speed [m/s].
+        Min speed [m/s].
 
     Returns
     -------
@@ -74,11 +60,11 @@ def gait_limits(
     Raises
     ------
     InputError
-        If a limit is not positive, or a joint group lacks its largest amplitude or bandwidth.
+        If a limit is not positive, or a joint group lacks its max amplitude or bandwidth.
     """
-    given = {"joint_rate": joint_rate, "torque": torque, "speed": speed}
-    given |= {} if strouhal is None else {"strouhal": min(strouhal)}
-    for key, value in given.items():
+    values = {"joint_rate": joint_rate, "torque": torque, "speed": speed}
+    values["strouhal"] = None if strouhal is None else min(strouhal)
+    for key, value in values.items():
         if value is not None and not (np.isfinite(value) and value > 0):
             raise InputError("must be greater than 0", key=key, value=f"{value:g}", fix="or leave it out")
     limits: list[Limit] = []
@@ -91,50 +77,38 @@ def gait_limits(
         _check_reach(robot)
         limits += [Limit(f"reach_{name}", 1.0) for name in groups]
     if strouhal is not None:
-        if not strouhal[0] <= strouhal[1]:
-            pair = f"{strouhal[0]:g}:{strouhal[1]:g}"
-            raise InputError(
-                "must be the lowest value, then the highest", key="strouhal", value=pair, fix="exchange them"
-            )
-        limits += [Limit("strouhal", strouhal[0], upper=False), Limit("strouhal", strouhal[1])]
+        low, high = strouhal
+        if not low <= high:
+            rule = "must be the lowest value, then the highest"
+            raise InputError(rule, key="strouhal", value=f"{low:g}:{high:g}", fix="exchange them")
+        limits += [Limit("strouhal", low, upper=False), Limit("strouhal", high)]
     if speed is not None:
         limits.append(Limit("speed", speed, upper=False, unit="m/s"))
     return tuple(limits)
 
 
 def gait_quantities(robot: Robot, gaits: Gaits) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return what follows from gaits alone, without swimming, and its derivatives.
+    """Return quantities of the gaits alone, shape (gaits,), and their gradients, shape (gaits, 1 + 3 groups).
 
-    Parameters
-    ----------
-    robot : Robot
-    gaits : Gaits
-
-    Returns
-    -------
-    values : dict of ndarray, shape (gaits,)
-        ``rate_GROUP``: largest rate of the joint group [rad/s]; ``reach_GROUP``: its commanded amplitude over what it
-        would make of its largest at that frequency [1].
-    slopes : dict of ndarray, shape (gaits, 1 + 3 groups)
-        By frequency, then amplitude, phase and bias of every group.
+    ``rate_GROUP`` is the max rate of a joint group [rad/s]; ``reach_GROUP`` is its commanded amplitude over the one it
+    reaches at that frequency [1]. Gradients are by frequency, then amplitude, phase and bias of every group.
     """
-    f, values, slopes = gaits.frequency, {}, {}
+    f, values, gradients = gaits.frequency, {}, {}
     for g, group in enumerate(robot.joints):
         amplitude = gaits.amplitude[:, g]
         bandwidth = np.inf if group.bandwidth is None else group.bandwidth
-        loss = np.sqrt(1 + (f / bandwidth) ** 2)  # commanded over made amplitude of a first-order lag
+        loss = np.sqrt(1 + (f / bandwidth) ** 2)  # commanded over actual amplitude of a first-order lag
         d_loss = f / (bandwidth**2 * loss)
-        made, d_made = (1.0, 0.0) if robot.model.joints == "ideal" else (1 / loss, -d_loss / loss**2)
+        gain, d_gain = (1.0, 0.0) if robot.model.joints == "ideal" else (1 / loss, -d_loss / loss**2)
         largest = np.nan if group.amplitude_max is None else group.amplitude_max
-        for name, value, by_frequency, by_amplitude in (
-            ("rate", f * made * amplitude, (made + f * d_made) * amplitude, f * made),
-            ("reach", loss * amplitude / largest, d_loss * amplitude / largest, loss / largest),
+        for name, unit, value, by_frequency, by_amplitude in (
+            ("rate", 2 * np.pi, f * gain * amplitude, (gain + f * d_gain) * amplitude, f * gain),
+            ("reach", 1.0, loss * amplitude / largest, d_loss * amplitude / largest, loss / largest),
         ):
-            unit = 2 * np.pi if name == "rate" else 1.0
-            slope = np.zeros((len(f), 1 + 3 * len(robot.joints)))
-            slope[:, 0], slope[:, 1 + g] = unit * by_frequency, unit * by_amplitude
-            values[f"{name}_{group.name}"], slopes[f"{name}_{group.name}"] = unit * value, slope
-    return values, slopes
+            gradient = np.zeros((len(f), 1 + 3 * len(robot.joints)))
+            gradient[:, 0], gradient[:, 1 + g] = unit * by_frequency, unit * by_amplitude
+            values[f"{name}_{group.name}"], gradients[f"{name}_{group.name}"] = unit * value, gradient
+    return values, gradients
 
 
 def _check_reach(robot: Robot) -> None:

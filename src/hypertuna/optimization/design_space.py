@@ -1,4 +1,4 @@
-"""The space of gaits that optimizers search: which values of a gait are free, and between what bounds."""
+"""The design space of gaits: which values are free, and between which bounds."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hypertuna.swimming.gait import LARGEST, Gait
 from hypertuna.swimming.model import parameter_names
 from hypertuna.swimming.sweep import Gaits
 
-__all__ = ["Space", "gait_bounds", "gait_columns"]
+__all__ = ["DesignSpace", "gait_bounds", "gait_columns"]
 
 Array = NDArray[np.float64]
 
@@ -23,40 +23,22 @@ KINDS = ("amplitude", "phase", "bias")
 
 
 def gait_columns(robot: Robot) -> dict[str, float]:
-    """Name every value of a gait as files do, with its unit.
+    """Name every value of a gait as in files; return the size of its unit [Hz or rad].
 
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    dict of float
-        Size of the unit [Hz or rad], by names such as ``frequency_hz`` and ``amplitude_I_deg``: frequency, then
-        amplitude, phase and bias of every joint group.
+    The frequency, then amplitude, phase and bias of every joint group: ``frequency_hz``, ``amplitude_I_deg``, ...
     """
     angles = [f"{kind}_{group.name}_deg" for kind in KINDS for group in robot.joints]
     return {"frequency_hz": 1.0} | dict.fromkeys(angles, np.pi / 180)
 
 
 @dataclass(frozen=True)
-class Space:
-    """A box of gaits; what is free of them are the coordinates x.
+class DesignSpace:
+    """A box of gaits; the coordinates x are its free values, in Hz and rad."""
 
-    Attributes
-    ----------
-    columns : tuple of str
-        Every value of a gait, as `gait_columns` names them.
-    unit : ndarray, shape (columns,)
-        Sizes of their units [Hz or rad].
-    low, high : ndarray, shape (columns,)
-        Bounds [Hz or rad]; a value whose two bounds are equal is fixed.
-    """
-
-    columns: tuple[str, ...]
-    unit: Array
-    low: Array
-    high: Array
+    columns: tuple[str, ...]  # every value of a gait, named by `gait_columns`
+    unit: Array  # (columns,) size of the unit [Hz or rad]
+    low: Array  # (columns,) lower bound [Hz or rad]
+    high: Array  # (columns,) upper bound; equal to `low` where the value is fixed [Hz or rad]
 
     @cached_property
     def free(self) -> NDArray[np.intp]:
@@ -79,17 +61,7 @@ class Space:
         return self.high[self.free]
 
     def gaits(self, x: ArrayLike) -> Gaits:
-        """Make the gaits at points.
-
-        Parameters
-        ----------
-        x : array_like, shape (gaits, dim)
-            Points [Hz or rad].
-
-        Returns
-        -------
-        Gaits
-        """
+        """Return the gaits at points, shape (gaits, dim) [Hz or rad]."""
         points = np.asarray(x, dtype=np.float64)
         values = np.tile(self.low, (len(points), 1))
         values[:, self.free] = points
@@ -97,77 +69,34 @@ class Space:
         return Gaits(np.ascontiguousarray(values[:, 0]), amplitude, phase, bias, (len(points),))
 
     def gait(self, x: ArrayLike) -> Gait:
-        """Make the gait at one point.
-
-        Parameters
-        ----------
-        x : array_like, shape (dim,)
-            Point [Hz or rad].
-
-        Returns
-        -------
-        Gait
-        """
+        """Return the gait at one point, shape (dim,) [Hz or rad]."""
         gaits = self.gaits(np.asarray(x, dtype=np.float64)[np.newaxis])
-        rows = (tuple(getattr(gaits, kind)[0].tolist()) for kind in KINDS)
-        return Gait(float(gaits.frequency[0]), *rows)
+        angles = (tuple(getattr(gaits, kind)[0].tolist()) for kind in KINDS)
+        return Gait(float(gaits.frequency[0]), *angles)
 
     def point(self, gait: Gait) -> Array:
-        """Return the point of a gait; what is not free of it is left out.
-
-        Parameters
-        ----------
-        gait : Gait
-
-        Returns
-        -------
-        ndarray, shape (dim,)
-            [Hz or rad].
-        """
+        """Return the point of a gait, shape (dim,) [Hz or rad]; fixed values are left out."""
         return np.array([gait.frequency, *gait.amplitude, *gait.phase, *gait.bias])[self.free]
 
     def directions(self, robot: Robot) -> Array:
-        """Return how every parameter of the model moves with the coordinates.
-
-        Parameters
-        ----------
-        robot : Robot
-
-        Returns
-        -------
-        ndarray, shape (parameters, dim)
-            In the order of `hypertuna.swimming.model.parameter_names` [1].
-        """
-        names = parameter_names(robot)
+        """Return the derivatives of all model parameters by the coordinates, shape (parameters, dim) [1]."""
+        parameters = parameter_names(robot)
         groups = range(len(robot.joints))
-        full = ["gait.frequency", *(f"gait.{kind}[{g}]" for kind in KINDS for g in groups)]
-        directions = np.zeros((len(names), len(self.free)))
+        names = ["gait.frequency", *(f"gait.{kind}[{g}]" for kind in KINDS for g in groups)]
+        directions = np.zeros((len(parameters), len(self.free)))
         for k, column in enumerate(self.free):
-            directions[names.index(full[column]), k] = 1.0
+            directions[parameters.index(names[column]), k] = 1.0
         return directions
 
 
-def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | None = None) -> Space:
-    """Return the space of a robot's gaits: its table ``[gait_bounds]``, and what the caller says otherwise.
+def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | None = None) -> DesignSpace:
+    """Return a robot's design space: its table ``[gait_bounds]``, with the caller's bounds instead where given.
 
-    Parameters
-    ----------
-    robot : Robot
-    overrides : mapping, optional
-        Lowest and highest value in Hz or degrees by the names of `gait_columns`: ``{"frequency_hz": (1, 4)}``. The
-        unit may be left out of the name, and so may the joint group: ``amplitude`` is that of every group.
-
-    Returns
-    -------
-    Space
-
-    Raises
-    ------
-    InputError
-        If a name is not known, bounds are not two finite numbers in order, a value has no bounds, or nothing is free.
+    Bounds are in Hz or degrees, by the names of `gait_columns`. The unit may be left out of a name, and so may the
+    joint group: ``amplitude`` stands for every group.
     """
     units = gait_columns(robot)
-    bounds = _of_table(robot)
+    bounds = _described_bounds(robot)
     for name, pair in (overrides or {}).items():
         for column in _columns_of(name, robot):
             bounds[column] = _checked(name, column, pair, units[column])
@@ -175,16 +104,15 @@ def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | Non
     if missing:
         fix = f"add the table [gait_bounds], or give --bounds {missing[0]}=LOW:HIGH"
         raise InputError("has no bounds", file=robot.file or None, key=missing[0], fix=fix)
-    unit = np.array(list(units.values()))
     low, high = np.array([bounds[column] for column in units]).T
-    space = Space(tuple(units), unit, low, high)
+    space = DesignSpace(tuple(units), np.array(list(units.values())), low, high)
     if not len(space.free):
-        raise InputError("must leave something free", key="bounds", fix="give some value a range")
+        raise InputError("must leave a value of the gait free", key="bounds", fix="give some value a range")
     return space
 
 
-def _of_table(robot: Robot) -> dict[str, tuple[float, float]]:
-    """Bounds of the robot's own table [Hz or rad], by column; gaits without a table have no bias."""
+def _described_bounds(robot: Robot) -> dict[str, tuple[float, float]]:
+    """Bounds of the robot's own table [Hz or rad], by column; without a table, the bias alone, fixed at 0."""
     table = robot.gait_bounds
     groups = [group.name for group in robot.joints]
     if table is None:
@@ -196,34 +124,31 @@ def _of_table(robot: Robot) -> dict[str, tuple[float, float]]:
 
 
 def _columns_of(name: str, robot: Robot) -> list[str]:
-    """Columns that a name stands for."""
-    columns = list(gait_columns(robot))
-    short: dict[str, list[str]] = {}
-    for column in columns:
-        plain = column.rpartition("_")[0]
+    """Columns that a full or short name stands for."""
+    columns: dict[str, list[str]] = {}
+    for column in gait_columns(robot):
+        plain, _, unit = column.rpartition("_")
         kind = plain.partition("_")[0]
-        for known in (column, plain, kind, f"{kind}_{column.rpartition('_')[2]}"):
-            if column not in short.setdefault(known, []):
-                short[known].append(column)
-    if name not in short:
-        fix = did_you_mean(name, short)
+        for alias in dict.fromkeys((column, plain, kind, f"{kind}_{unit}")):
+            columns.setdefault(alias, []).append(column)
+    if name not in columns:
+        fix = did_you_mean(name, columns)
         raise InputError("must name a value of a gait", key="bounds", value=shown(name), fix=fix)
-    return short[name]
+    return columns[name]
 
 
 def _checked(name: str, column: str, pair: tuple[float, float], unit: float) -> tuple[float, float]:
     """Check bounds in the unit of their column; return them in Hz or rad."""
     low, high = pair
     kind = column.partition("_")[0]
-    key, value = f"bounds of {name}", f"{low:g}:{high:g}"
-    if not (np.isfinite(low) and np.isfinite(high)):
-        raise InputError("must be finite", key=key, value=value, fix="give LOW:HIGH")
-    if low > high:
-        raise InputError("must be the lowest value, then the highest", key=key, value=value, fix="exchange the two")
-    if kind == "frequency" and low <= 0:
-        raise InputError("must be greater than 0", key=key, value=value, fix="give a lowest beat frequency in Hz")
-    if kind == "amplitude" and low < 0:
-        raise InputError("must not be negative", key=key, value=value, fix="begin at 0")
-    if kind in LARGEST and max(abs(low), abs(high)) * unit > LARGEST[kind]:
-        raise InputError(f"must stay within {LARGEST[kind] / unit:g} deg", key=key, value=value, fix="check its unit")
+    largest = LARGEST.get(kind, np.inf)
+    for valid, rule, fix in (
+        (np.isfinite(low) and np.isfinite(high), "must be finite", "give LOW:HIGH"),
+        (low <= high, "must be the lowest value, then the highest", "exchange the two"),
+        (kind != "frequency" or low > 0, "must be greater than 0", "give a lowest beat frequency in Hz"),
+        (kind != "amplitude" or low >= 0, "must not be negative", "begin at 0"),
+        (max(abs(low), abs(high)) * unit <= largest, f"must stay within {largest / unit:g} deg", "check the unit"),
+    ):
+        if not valid:
+            raise InputError(rule, key=f"bounds of {name}", value=f"{low:g}:{high:g}", fix=fix)
     return low * unit, high * unit

@@ -1,4 +1,4 @@
-"""Optimizers, all alike: ask for points, tell what was found there, until one says why it stops."""
+"""Optimizers that all speak ask, tell, stop and result: pymoo's PSO, DE and NSGA-II, and CMA-ES by pycma."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hypertuna.errors import InputError
 from hypertuna.optimization.objective import UNUSABLE, Evaluation
 
-__all__ = ["CovarianceAdaptation", "Optimizer", "de", "pso"]
+__all__ = ["CMAES", "Optimizer", "Pymoo", "de", "hypervolume", "nondominated", "nsga2", "pso"]
 
 Array = NDArray[np.float64]
 
@@ -20,29 +20,24 @@ INERTIA, LEARNING = 0.7298, 1.49618
 
 
 class Optimizer(ABC):
-    """Looks for the point of least value in a box.
+    """Search a box for the point of least value.
 
-    It asks for a batch of points and is told all of them, in that order: by a simulation, a tank or a cluster. Asking
-    again before telling gives the same batch. Points that keep all limits come before those that do not (Deb, 2000).
-
-    Parameters
-    ----------
-    lower, upper : ndarray, shape (dim,)
-        The box [any].
+    `ask` returns a batch of points, `tell` takes their evaluations in the same order, by a simulation, a tank or a
+    cluster; asking again before telling returns the same batch. Feasible points come before others (Deb, 2000).
     """
 
-    needs_slopes = False
+    needs_derivatives = False
 
     def __init__(self, lower: Array, upper: Array) -> None:
-        self.lower, self.upper = lower, upper
+        self.lower, self.upper = lower, upper  # (dim,)
         self.history: list[float] = []  # least feasible value after each batch, infinite before there is one
-        self.batches: list[int] = []  # points of each batch told
+        self.batches: list[int] = []  # number of points in each evaluated batch
         self._batch: Array | None = None
         self._best: Evaluation | None = None
 
     @property
     def evaluations(self) -> int:
-        """Number of points told."""
+        """Number of evaluated points."""
         return sum(self.batches)
 
     def ask(self) -> Array:
@@ -51,35 +46,25 @@ class Optimizer(ABC):
             self._batch = np.clip(self._propose(), self.lower, self.upper)
         return self._batch.copy()
 
-    def tell(self, told: Evaluation) -> None:
-        """Take what was found at all the points last asked for.
-
-        Parameters
-        ----------
-        told : Evaluation
-
-        Raises
-        ------
-        InputError
-            If they are not the points asked for.
-        """
-        if self._batch is None or not np.array_equal(told.x, self._batch):
+    def tell(self, evaluation: Evaluation) -> None:
+        """Take the evaluation of all points of the last batch."""
+        if self._batch is None or not np.array_equal(evaluation.x, self._batch):
             fix = "ask first, and tell every point of the batch in its order"
             raise InputError("must be the points last asked for", key="tell", fix=fix)
         self._batch = None
-        self.batches.append(len(told.x))
-        self._best = self._better(told)
+        self.batches.append(len(evaluation.x))
+        self._best = self._better(evaluation)
         self.history.append(float(self._best.value[0, 0]) if self._best.feasible[0] else np.inf)
-        self._learn(told)
+        self._learn(evaluation)
 
     @property
     @abstractmethod
     def stop(self) -> str | None:
-        """Why there is nothing more to ask, in a sentence; None while there is."""
+        """Reason why the search has ended, as a sentence; None while it goes on."""
 
     @property
     def result(self) -> Evaluation | None:
-        """The best point told, as an evaluation of one row; the one nearest to the limits if none keeps them."""
+        """Best point, as an evaluation of one row; the one with the least violation if none is feasible."""
         return self._best
 
     @abstractmethod
@@ -87,74 +72,91 @@ class Optimizer(ABC):
         """Return the next points."""
 
     @abstractmethod
-    def _learn(self, told: Evaluation) -> None:
-        """Take what was found at them."""
+    def _learn(self, evaluation: Evaluation) -> None:
+        """Take their evaluation."""
 
-    def _better(self, told: Evaluation) -> Evaluation:
-        """Return the best of the points told and the best so far, which stays if it is as good."""
-        rows = told if self._best is None else self._best.followed_by(told)
-        return rows.rows([int(np.lexsort((rows.value[:, 0], rows.excess, ~rows.feasible))[0])])
+    def _better(self, evaluation: Evaluation) -> Evaluation:
+        """Return the best of some points and the best so far, which stays if equal."""
+        rows = evaluation if self._best is None else self._best.followed_by(evaluation)
+        return rows.rows([int(np.lexsort((rows.value[:, 0], rows.total_violation, ~rows.feasible))[0])])
 
 
 @final
-class _Population(Optimizer):
-    """An evolutionary algorithm of pymoo.
+class Pymoo(Optimizer):
+    """Adapter for an evolutionary algorithm of pymoo that has not been set up yet.
 
-    Parameters
-    ----------
-    algorithm : pymoo Algorithm
-        Not set up yet.
-    lower, upper : ndarray, shape (dim,)
-        The box [any].
-    iterations : int
-        Batches to ask for.
-    done : str
-        Sentence that says so.
+    With several objectives the result is the front of the last population. The algorithm keeps points within the box
+    by itself if `bounded`; otherwise its repair does.
     """
 
-    def __init__(self, algorithm: Any, lower: Array, upper: Array, *, iterations: int, done: str) -> None:
+    def __init__(
+        self,
+        algorithm: Any,
+        lower: Array,
+        upper: Array,
+        *,
+        iterations: int,
+        reason: str,
+        objectives: int = 1,
+        bounded: bool = False,
+    ) -> None:
         import scipy.spatial.distance  # noqa: F401 - pymoo needs it in its first iteration: what is timed has no imports
+        from pymoo.core.problem import Problem
+
+        class Box(Problem):  # type: ignore[misc] # pymoo is not typed
+            def has_bounds(self) -> bool:
+                return bounded
 
         super().__init__(lower, upper)
-        self._algorithm, self._iterations, self._done = algorithm, iterations, done
-        algorithm.setup(_clipped_problem(lower, upper), termination=("n_iter", iterations + 1))
+        self._algorithm, self._iterations, self._reason = algorithm, iterations, reason
+        box = Box(n_var=len(lower), n_obj=objectives, n_ieq_constr=1, xl=lower, xu=upper)
+        algorithm.setup(box, termination=("n_iter", iterations + 1))
+        self._several = objectives > 1
         self._infills: Any = None
+        self._population: Evaluation | None = None  # its evaluations, where there are several objectives
 
     @property
     def stop(self) -> str | None:
-        """Why there is nothing more to ask."""
-        return self._done if len(self.history) >= self._iterations else None
+        """Reason why the search has ended, as a sentence; None while it goes on."""
+        return self._reason if len(self.batches) >= self._iterations else None
+
+    @property
+    def result(self) -> Evaluation | None:
+        """Best point; with several objectives, the nondominated feasible points of the last population."""
+        if not self._several or self._population is None:
+            return self._best
+        feasible = np.flatnonzero(self._population.feasible)
+        return self._population.rows(feasible[nondominated(self._population.value[feasible])])
 
     def _propose(self) -> Array:
         self._infills = self._algorithm.ask()
         return np.asarray(self._infills.get("X"), dtype=np.float64)
 
-    def _learn(self, told: Evaluation) -> None:
-        # All limits are one constraint: by how much they are passed in all.
-        values = np.where(np.isfinite(told.value), told.value, UNUSABLE)
-        self._infills.set("F", values, "CV", told.excess[:, np.newaxis])
+    def _learn(self, evaluation: Evaluation) -> None:
+        # All limits are one constraint, the total violation.
+        values = np.where(np.isfinite(evaluation.value), evaluation.value, UNUSABLE)
+        violation = evaluation.total_violation
+        if self._several:
+            usable = np.asarray(np.isfinite(evaluation.value).all(axis=1))
+            values, violation = np.where(usable[:, np.newaxis], values, UNUSABLE), violation + UNUSABLE * ~usable
+        self._infills.set("F", values, "CV", violation[:, np.newaxis])
         self._algorithm.tell(infills=self._infills)
+        if self._several:
+            members = {x.tobytes() for x in self._algorithm.pop.get("X")}
+            known = evaluation if self._population is None else self._population.followed_by(evaluation)
+            self._population = known.rows([k for k, x in enumerate(known.x) if x.tobytes() in members])
 
 
 def pso(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60, seed: int = 1) -> Optimizer:
-    """Search by a particle swarm (Kennedy and Eberhart, 1995) with constant inertia and learning factors.
+    """Return a particle swarm (Kennedy and Eberhart, 1995) with constant inertia and learning factors.
 
-    v <- w v + c1 r1 (p_best - p) + c2 r2 (g_best - p),  p <- p + v, with fresh random numbers r1 and r2 in [0, 1] for
-    every coordinate; a particle that leaves the box stays on its edge, and no velocity passes a fifth of its width.
-
-    Parameters
-    ----------
-    lower, upper : ndarray, shape (dim,)
-        The box [any].
-    particles, iterations, seed : int
-
-    Returns
-    -------
-    Optimizer
+    v <- w v + c1 r1 (p_best - p) + c2 r2 (g_best - p),  p <- p + v, with new random numbers r1 and r2 in [0, 1] for
+    every coordinate. A particle that leaves the box is put on its edge; a velocity is at most a fifth of its width.
     """
     from pymoo.algorithms.soo.nonconvex.pso import PSO
     from pymoo.operators.repair.to_bound import ToBoundOutOfBoundsRepair
 
+    # pymoo by itself moves such a particle to a random place inside, which keeps a swarm off the edges.
     algorithm = PSO(
         pop_size=particles,
         w=INERTIA,
@@ -165,23 +167,12 @@ def pso(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60
         repair=ToBoundOutOfBoundsRepair(),
         seed=seed,
     )
-    done = f"All {iterations} iterations of {particles} particles are done."
-    return _Population(algorithm, lower, upper, iterations=iterations, done=done)
+    reason = f"All {iterations} iterations of {particles} particles are done."
+    return Pymoo(algorithm, lower, upper, iterations=iterations, reason=reason)
 
 
 def de(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60, seed: int = 1) -> Optimizer:
-    """Search by differential evolution (Storn and Price, 1997), DE/best/1/bin.
-
-    Parameters
-    ----------
-    lower, upper : ndarray, shape (dim,)
-        The box [any].
-    particles, iterations, seed : int
-
-    Returns
-    -------
-    Optimizer
-    """
+    """Return differential evolution (Storn and Price, 1997), DE/best/1/bin."""
     from pymoo.algorithms.soo.nonconvex.de import DE
     from pymoo.operators.repair.to_bound import ToBoundOutOfBoundsRepair
     from pymoo.operators.sampling.lhs import LHS
@@ -195,35 +186,24 @@ def de(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60,
         repair=ToBoundOutOfBoundsRepair(),
         seed=seed,
     )
-    done = f"All {iterations} generations of {particles} gaits are done."
-    return _Population(algorithm, lower, upper, iterations=iterations, done=done)
+    reason = f"All {iterations} generations of {particles} gaits are done."
+    return Pymoo(algorithm, lower, upper, iterations=iterations, reason=reason)
 
 
-def _clipped_problem(lower: Array, upper: Array) -> Any:
-    """Return pymoo's problem of a box whose edges it must not mind: points beyond are put on them by a repair.
+def nsga2(lower: Array, upper: Array, objectives: int, *, population: int, generations: int, seed: int) -> Optimizer:
+    """Return the multi-objective genetic algorithm NSGA-II (Deb et al., 2002)."""
+    from pymoo.algorithms.moo.nsga2 import NSGA2
 
-    Its own way, drawing such points anew inside, keeps a swarm off the edges, where the fastest gaits are.
-    """
-    from pymoo.core.problem import Problem as Box
-
-    class Clipped(Box):  # type: ignore[misc]
-        def has_bounds(self) -> bool:
-            return False
-
-    return Clipped(n_var=len(lower), n_obj=1, n_ieq_constr=1, xl=lower, xu=upper)
+    algorithm = NSGA2(pop_size=population, seed=seed)
+    reason = f"The {generations} generations are done."
+    return Pymoo(algorithm, lower, upper, iterations=generations, reason=reason, objectives=objectives, bounded=True)
 
 
 @final
-class CovarianceAdaptation(Optimizer):
+class CMAES(Optimizer):
     """CMA-ES by pycma (Hansen, 2016), in coordinates scaled to the unit box.
 
-    Parameters
-    ----------
-    lower, upper : ndarray, shape (dim,)
-        The box [any].
-    particles : int or None
-        Points per generation; pycma's 4 + 3 ln dim if None.
-    iterations, seed : int
+    pycma itself speaks ask and tell, and takes a random generator of its own, which pymoo's wrapper does not pass on.
     """
 
     REASONS: ClassVar = {
@@ -248,7 +228,7 @@ class CovarianceAdaptation(Optimizer):
             "tolx": 1e-9,
             "verbose": -9,
         }
-        options |= {} if particles is None else {"popsize": particles}
+        options |= {} if particles is None else {"popsize": particles}  # pycma's own is 4 + 3 ln dim
         self._strategy = cma.CMAEvolutionStrategy(np.full(len(lower), 0.5), 0.3, options)
         self.particles = int(self._strategy.popsize)
         self._iterations = iterations
@@ -257,7 +237,7 @@ class CovarianceAdaptation(Optimizer):
 
     @property
     def stop(self) -> str | None:
-        """Why there is nothing more to ask."""
+        """Reason why the search has ended, as a sentence; None while it goes on."""
         reasons = self._strategy.stop()
         if not reasons:
             return None
@@ -270,9 +250,35 @@ class CovarianceAdaptation(Optimizer):
         self._points = self._strategy.ask()
         return self.lower + np.array(self._points) * (self.upper - self.lower)
 
-    def _learn(self, told: Evaluation) -> None:
-        # Only ranks count: what passes a limit comes after the worst value that keeps them all.
-        value, feasible = told.value[:, 0], told.feasible
+    def _learn(self, evaluation: Evaluation) -> None:
+        # Only ranks count: infeasible points come after the worst feasible value.
+        value, feasible = evaluation.value[:, 0], evaluation.feasible
         self._worst = max([self._worst, *value[feasible]])
-        ranked = np.where(feasible, value, self._worst + told.excess)
+        ranked = np.where(feasible, value, self._worst + evaluation.total_violation)
         self._strategy.tell(self._points, ranked.tolist())
+
+
+def nondominated(value: Array) -> NDArray[np.intp]:
+    """Return the indices of nondominated points, in order; of points with equal values the first.
+
+    >>> nondominated(np.array([[1.0, 3.0], [2.0, 2.0], [2.0, 3.0], [2.0, 2.0]]))
+    array([0, 1])
+    """
+    from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
+
+    if not len(value):
+        return np.zeros(0, dtype=np.intp)
+    first = np.sort(np.unique(value, axis=0, return_index=True)[1])
+    best = NonDominatedSorting().do(value[first], only_non_dominated_front=True)
+    return np.sort(first[best])
+
+
+def hypervolume(value: Array, reference: Array) -> float:
+    """Return the volume between a front, shape (points, objectives), and a reference point that is worse than it.
+
+    >>> hypervolume(np.array([[1.0, 2.0], [2.0, 1.0]]), np.array([3.0, 3.0]))
+    3.0
+    """
+    from pymoo.indicators.hv import HV
+
+    return float(HV(ref_point=reference)(value)) if len(value) else 0.0

@@ -1,4 +1,4 @@
-"""Pareto fronts of gaits: the best compromises between two or three objectives, found by NSGA-II and polished."""
+"""Pareto fronts of gaits: the best compromises between two or three objectives, by NSGA-II, then polished."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.checkpoint import Journal
 from hypertuna.optimization.constraints import Limit, gait_limits
-from hypertuna.optimization.design_space import Space, gait_bounds
-from hypertuna.optimization.nsga2 import Evolution, hypervolume, nondominated
-from hypertuna.optimization.objective import Evaluation, Goal, Problem, goal
-from hypertuna.optimization.polish import MOST_ROUNDS, Descent, descend, stationarity
-from hypertuna.optimization.robust import WAYS, How, RobustProblem, over_fit
+from hypertuna.optimization.design_space import DesignSpace, gait_bounds
+from hypertuna.optimization.objective import Evaluation, Objective, objective
+from hypertuna.optimization.optimizers import hypervolume, nondominated, nsga2
+from hypertuna.optimization.polish import MAX_ROUNDS, Target, run_targets, stationarity
+from hypertuna.optimization.problem import Problem, over_fit
+from hypertuna.optimization.robust import STATISTICS, Statistic
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, check_steps
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.sweep import sweep
@@ -33,63 +34,33 @@ __all__ = ["Front", "pareto"]
 
 Array = NDArray[np.float64]
 
-SLOW = 0.1  # body lengths per second: the slowest gait of a front, where the user says no other
-WIDE = 1.5  # of the mean distance between neighbors: wider gaps of a front are filled
-MOST = 10_000  # gaits of a generation, and generations
-BEYOND = 0.1  # of its range: how far the reference point lies beyond the worst of the front
+SLOW = 0.1  # default min speed of a front [body lengths/s]
+WIDE = 1.5  # times the mean distance between neighbors: wider gaps of a front are filled
+MAX_SIZE = 10_000  # gaits of a generation, and generations
+BEYOND = 0.1  # of its range: distance of the reference point beyond the worst of the front
 
 
 @dataclass(frozen=True)
 class Front:
-    """Gaits of which none is better than another in every objective.
-
-    Attributes
-    ----------
-    robot : Robot
-    space : Space
-        Where they were sought.
-    objectives : tuple of str
-        Their names, of `hypertuna.optimization.objective.OBJECTIVES`.
-    x : ndarray, shape (points, dim)
-        Points of the space, by the first objective from worst to best [Hz or rad].
-    values : ndarray, shape (points, objectives)
-        Of the objectives, over the draws of a robust front [unit of each].
-    evolved : ndarray, shape (evolved points, objectives)
-        The same as NSGA-II left them, before polishing [unit of each].
-    stationarity : ndarray, shape (points,)
-        Residual of the Karush-Kuhn-Tucker conditions relative to the objectives' steepest slope: 0 where no direction
-        improves all objectives, at most 1; not numbers without derivatives [1].
-    reference : ndarray, shape (objectives,)
-        Reference point of the hypervolumes [unit of each].
-    hypervolume_evolved, hypervolume : float
-        Before and after polishing [product of the units].
-    polished : bool
-        Whether the points were polished.
-    evaluations : int
-        Gaits swum by the search, of a robust one by every robot drawn, those of a checkpoint included.
-    seconds : float
-        Time that it took [s].
-    stop : str
-        Why it ended, in a sentence.
-    robust : {"mean", "worst5"} or None
-        How the objectives are taken over draws of the robot's fit.
-    """
+    """Nondominated gaits: none is better than another in every objective."""
 
     robot: Robot
-    space: Space
-    objectives: tuple[str, ...]
-    x: Array
-    values: Array
-    evolved: Array
+    space: DesignSpace
+    objectives: tuple[str, ...]  # names of `hypertuna.optimization.objective.OBJECTIVES`
+    x: Array  # (points, dim), by the first objective from worst to best [Hz or rad]
+    values: Array  # (points, objectives), over the sampled robots of a robust front [unit of each]
+    evolved: Array  # (evolved points, objectives) as NSGA-II left them, before polishing [unit of each]
+    # (points,) residual of the Karush-Kuhn-Tucker conditions: 0 where no direction improves all objectives, 1 at most;
+    # NaN without derivatives [1]
     stationarity: Array
-    reference: Array
-    hypervolume_evolved: float
-    hypervolume: float
+    reference: Array  # (objectives,) reference point of the hypervolumes [unit of each]
+    hypervolume_evolved: float  # before polishing [product of the units]
+    hypervolume: float  # [product of the units]
     polished: bool
-    evaluations: int
-    seconds: float
-    stop: str
-    robust: How | None = None
+    evaluations: int  # gaits swum by all robots, those of a checkpoint included
+    seconds: float  # [s]
+    stop: str  # why the search ended, as a sentence
+    robust: Statistic | None = None  # of the objectives over robots sampled from the fit
 
     @property
     def gaits(self) -> tuple[Gait, ...]:
@@ -103,18 +74,17 @@ class Front:
 
     @cached_property
     def points(self) -> xr.Dataset:
-        """All quantities of the gaits as `sweep` finds them for the robot itself, and the figures above."""
-        found = sweep(self.robot, self.gaits, threads=1)
-        told: dict[str, Any] = {"stationarity": (self.stationarity, "1", "residual of the conditions of optimality")}
-        for name, unit, values in zip(self.objectives, self.units, self.values.T, strict=True):
-            if self.robust is not None:
-                meaning = f"{WAYS[self.robust]}, of the draws: {QUANTITIES[name].meaning}"
-                told[f"{name}_{self.robust}"] = (values, unit, meaning)
-        labeled = {name: ("gait", v, {"units": unit, "long_name": text}) for name, (v, unit, text) in told.items()}
+        """All quantities of the gaits as `sweep` computes them for the robot itself, and the figures of the front."""
+        columns: dict[str, Any] = {"stationarity": (self.stationarity, "1", "residual of the optimality conditions")}
+        if self.robust is not None:
+            for name, unit, values in zip(self.objectives, self.units, self.values.T, strict=True):
+                meaning = f"{STATISTICS[self.robust]}: {QUANTITIES[name].meaning}"
+                columns[f"{name}_{self.robust}"] = (values, unit, meaning)
+        labeled = {name: ("gait", v, {"units": unit, "long_name": text}) for name, (v, unit, text) in columns.items()}
         facts = {"hypervolume": self.hypervolume, "hypervolume_evolved": self.hypervolume_evolved, "stop": self.stop}
         facts |= {f"reference_{name}": float(r) for name, r in zip(self.objectives, self.reference, strict=True)}
         facts |= {"objectives": " ".join(self.objectives), "evaluations": self.evaluations}
-        return found.assign(labeled).assign_attrs(facts)
+        return sweep(self.robot, self.gaits, threads=1).assign(labeled).assign_attrs(facts)
 
 
 def pareto(
@@ -137,40 +107,39 @@ def pareto(
 ) -> Front:
     """Find the best compromises between two or three objectives.
 
-    NSGA-II (Deb et al., 2002) swims each generation in one batch. Each point of its front then descends in the last
-    objective with the others held, by exact derivatives, the ends of the front go as far as they can, and
-    wide gaps between two objectives are filled.
+    NSGA-II (Deb et al., 2002) swims each generation in one batch. SQP with exact derivatives then improves each point
+    of the front in the last objective with the others held, extends the ends of the front, and fills wide gaps between
+    two objectives.
 
     Parameters
     ----------
     robot : Robot
     objectives : sequence of str
-        Two or three of `hypertuna.optimization.objective.OBJECTIVES`, which says whether large or small is good.
+        Two or three quantities; each is minimized or maximized as suits it.
     population, generations : int
         Of NSGA-II.
     bounds : mapping, optional
-        Lowest and highest values beside those of the robot's table ``[gait_bounds]``, as for
-        `hypertuna.optimization.design_space.gait_bounds` [Hz or deg].
+        Bounds by name, ``{"frequency_hz": (1, 4)}``, that replace those of the robot's file [Hz or deg].
     limits : sequence of Limit
-        What every gait must keep.
+        Limits that every gait must keep.
     min_speed : float, optional
-        The slowest speed allowed [m/s]; a tenth of a body length per second if left out. Near rest the model's cost of
-        transport goes to zero with the square of the speed, and a front would end in gaits that hardly move.
+        Min speed; a tenth of a body length per second by default. Near rest the model's cost of transport goes to
+        zero with the square of the speed, and a front would end in gaits that hardly move [m/s].
     polish : bool
-        Whether to polish.
+        Whether to polish the front.
     robust : {"mean", "worst5"}, optional
-        Take every objective as its mean, or the mean of its worst 5 %, over robots drawn from the robot's fit, each of
-        which must keep the limits.
+        Take every objective as its mean, or the mean of its worst 5 %, over robots sampled from the robot's fit. Every
+        one of them must keep the limits.
     samples : int
-        Robots to draw.
+        Number of robots to sample.
     seed : int
-        Of NSGA-II and of the draws.
+        Of NSGA-II and of the samples.
     steps, threads : int
         Runge-Kutta steps per beat, and threads; the result does not depend on the latter.
     checkpoint : str or Path, optional
-        Journal to keep, and to resume from after any end.
+        File to keep the search in, and to resume it from.
     progress : callable, optional
-        Called with what is done and the total, now and then.
+        Called after every batch with the number of batches and its maximum.
 
     Returns
     -------
@@ -179,25 +148,20 @@ def pareto(
     Raises
     ------
     InputError
-        If an argument cannot be used, or the robot has no fit to draw from.
+        If an argument cannot be used, or the robot has no fit to sample.
     """
     start = time.perf_counter()
     check_steps(steps)
     names = tuple(objectives)
-    goals = _goals(names)
-    for key, value, least, most in (
-        ("population", population, 2, MOST),
-        ("generations", generations, 1, MOST),
-        ("seed", seed, 0, 2**32 - 1),
-    ):
-        if not least <= value <= most:
-            raise InputError(f"must be from {least} to {most}", key=key, value=str(value), fix="or leave it out")
+    targets = _objectives(names)
+    _check_sizes(population, generations, seed)
     slow = SLOW * robot.body.length if min_speed is None else min_speed
     if not (np.isfinite(slow) and slow >= 0):
         raise InputError("must not be negative", key="min_speed", value=f"{slow:g}", fix="give it in m/s, or 0")
     slowest = gait_limits(robot, speed=slow) if slow > 0 else ()
-    problem = Problem(robot, gait_bounds(robot, bounds), goals, (*limits, *slowest), steps, threads)
-    wished = problem if robust is None else over_fit(problem, robust, samples=samples, seed=seed)
+    problem = Problem(robot, gait_bounds(robot, bounds), targets, (*limits, *slowest), steps, threads)
+    if robust is not None:
+        problem = over_fit(problem, robust, samples=samples, seed=seed)
     options = {
         "objectives": names,
         "population": population,
@@ -212,134 +176,144 @@ def pareto(
         "steps": steps,
     }
     with Journal(checkpoint, journal_header("pareto", robot, options)) as journal:
-        recorded = _Recorded(wished, journal, progress or (lambda done, total: None), generations)
+        recorded = _Recorded(problem, journal, progress or (lambda count, total: None), generations)
         evolved, stop = _evolve(recorded, population, generations, seed)
-        rough = problem.rough
+        rough = problem.non_differentiable
         polished = _polished(recorded, evolved) if polish and not rough and len(evolved.x) else evolved
-        found = polished.rows(np.argsort(-polished.value[:, 0], kind="stable"))
-        rest = np.nan if rough else stationarity(recorded, recorded.evaluate(found.x, slopes=True), _scale(evolved))
+        front = polished.rows(np.argsort(-polished.value[:, 0], kind="stable"))
+        residual: Any = np.nan
+        if not rough:
+            residual = stationarity(recorded, recorded.evaluate(front.x, derivatives=True), _scale(evolved))
         recorded.finish()
-    sign = np.array([target.terms[0][1] for target in goals])
+    sign = np.array([target.terms[0][1] for target in targets])
     worst = evolved.value.max(axis=0) + BEYOND * _scale(evolved) if len(evolved.x) else np.full(len(names), np.nan)
     return Front(
         robot=robot,
         space=problem.space,
         objectives=names,
-        x=found.x,
-        values=sign * found.value,
+        x=front.x,
+        values=sign * front.value,
         evolved=sign * evolved.value,
-        stationarity=np.broadcast_to(rest, len(found.x)),
+        stationarity=np.broadcast_to(residual, len(front.x)),
         reference=sign * worst,
         hypervolume_evolved=hypervolume(evolved.value, worst),
-        hypervolume=hypervolume(found.value, worst),
+        hypervolume=hypervolume(front.value, worst),
         polished=polished is not evolved,
         evaluations=recorded.evaluations,
         seconds=time.perf_counter() - start,
-        stop=f"{stop} {_told(evolved, found, polish, rough)}",
-        robust=wished.how if isinstance(wished, RobustProblem) else None,
+        stop=f"{stop} {_polishing(evolved, front, polish, rough)}",
+        robust=problem.robust,
     )
 
 
 class _Recorded:
-    """A problem whose evaluations a journal keeps, and that reports progress and counts."""
+    """A problem whose evaluations are kept in a journal, counted and reported as progress."""
 
     def __init__(
-        self, problem: Problem | RobustProblem, journal: Journal, progress: Callable[[int, int], None], batches: int
+        self, problem: Problem, journal: Journal, progress: Callable[[int, int], None], generations: int
     ) -> None:
         self.problem, self.space, self.evaluations = problem, problem.space, 0
-        self._journal, self._progress, self._done, self._total = journal, progress, 0, batches + 2 * MOST_ROUNDS
+        self._journal, self._progress = journal, progress
+        self._batches, self._total = 0, generations + 2 * MAX_ROUNDS
 
-    def evaluate(self, x: Array, *, slopes: bool = False) -> Evaluation:
+    def evaluate(self, x: Array, *, derivatives: bool = False) -> Evaluation:
         """Evaluate, or take from the journal."""
-        names = ("value", "violation") + ("value_slopes", "violation_slopes") * slopes
+        names = ("value", "violation") + ("value_jacobian", "violation_jacobian") * derivatives
 
         def work() -> dict[str, Any]:
-            found = self.problem.evaluate(x, slopes=slopes)
-            return {name: getattr(found, name) for name in names}
+            evaluation = self.problem.evaluate(x, derivatives=derivatives)
+            return {name: getattr(evaluation, name) for name in names}
 
-        told = self._journal.answer({"x": x, "slopes": slopes}, work)
+        columns = self._journal.answer({"x": x, "derivatives": derivatives}, work)
         self.evaluations += len(x) * len(self.problem.robots)
-        self._done += 1
-        self._progress(self._done, self._total)
-        return Evaluation(x, found={}, **{name: np.array(told[name], dtype=np.float64) for name in names})
+        self._batches += 1
+        self._progress(self._batches, self._total)
+        return Evaluation(x, quantities={}, **{name: np.array(columns[name], dtype=np.float64) for name in names})
 
     def finish(self) -> None:
-        """Report that all is done."""
+        """Report the end."""
         self._progress(self._total, self._total)
 
 
-def _goals(names: Sequence[str]) -> tuple[Goal, ...]:
-    """Make the goals of the objectives."""
-    goals = tuple(goal(name, key="objectives") for name in names)
+def _objectives(names: Sequence[str]) -> tuple[Objective, ...]:
+    """Return the objectives of two or three different names."""
+    objectives = tuple(objective(name, key="objectives") for name in names)
     if len(names) not in (2, 3) or len(set(names)) < len(names):
         fix = "give them separated by commas, such as speed,cost_of_transport"
         raise InputError("must be two or three different ones", key="objectives", value=shown(",".join(names)), fix=fix)
-    return goals
+    return objectives
+
+
+def _check_sizes(population: int, generations: int, seed: int) -> None:
+    """Check the integers of NSGA-II."""
+    ranges = {"population": (population, 2, MAX_SIZE), "generations": (generations, 1, MAX_SIZE)}
+    for key, (value, low, high) in (ranges | {"seed": (seed, 0, 2**32 - 1)}).items():
+        if not low <= value <= high:
+            raise InputError(f"must be from {low} to {high}", key=key, value=str(value), fix="or leave it out")
 
 
 def _evolve(problem: _Recorded, population: int, generations: int, seed: int) -> tuple[Evaluation, str]:
     """Run NSGA-II; return its front and why it stopped."""
-    space = problem.space
-    goals, limits = len(problem.problem.goals), len(problem.problem.limits)
-    sizes = {"population": population, "generations": generations, "seed": seed}
-    evolution = Evolution(space.lower, space.upper, goals, limits, **sizes)
-    while evolution.stop is None:
-        evolution.tell(problem.evaluate(evolution.ask()))
-    return evolution.result, str(evolution.stop)
+    space, count = problem.space, len(problem.problem.objectives)
+    search = nsga2(space.lower, space.upper, count, population=population, generations=generations, seed=seed)
+    while search.stop is None:
+        search.tell(problem.evaluate(search.ask()))
+    assert search.result is not None
+    return search.result, search.stop
 
 
 def _polished(problem: _Recorded, evolved: Evaluation) -> Evaluation:
-    """Send the ends of a front as far as they go, let every point descend with the other objectives held, fill gaps."""
-    goals = evolved.value.shape[1]
-    descents = [Descent(evolved.x[np.argmin(evolved.value[:, k])], k, np.full(goals, np.inf)) for k in range(goals)]
-    descents += [_held(x, value) for x, value in zip(evolved.x, evolved.value, strict=True)]
-    found = _best(evolved, problem.evaluate(descend(problem, descents, _scale(evolved))))
-    if goals > 2 or not (gaps := _gaps(found)):  # the points of a surface have no neighbors to look between
-        return found
-    return _best(found, problem.evaluate(descend(problem, gaps, _scale(found))))
+    """Extend the ends of a front, improve every point with the other objectives held, and fill gaps."""
+    count = evolved.value.shape[1]
+    targets = [Target(evolved.x[np.argmin(evolved.value[:, k])], k, np.full(count, np.inf)) for k in range(count)]
+    targets += [_held(x, value) for x, value in zip(evolved.x, evolved.value, strict=True)]
+    front = _merged(evolved, problem.evaluate(run_targets(problem, targets, _scale(evolved))))
+    if count > 2 or not (gaps := _gaps(front)):  # the points of a surface have no neighbors to search between
+        return front
+    return _merged(front, problem.evaluate(run_targets(problem, gaps, _scale(front))))
 
 
-def _held(x: Array, value: Array) -> Descent:
-    """Descent in the last objective with the others held at what they are."""
-    return Descent(x, len(value) - 1, np.append(value[:-1], np.inf))
+def _held(x: Array, value: Array) -> Target:
+    """Minimize the last objective with the others held at their values."""
+    return Target(x, len(value) - 1, np.append(value[:-1], np.inf))
 
 
-def _gaps(found: Evaluation) -> list[Descent]:
-    """Descents from between neighbors of a curve that are far apart: as many as make that distance usual."""
-    found = found.rows(np.argsort(found.value[:, 0], kind="stable"))
-    apart = np.linalg.norm(np.diff(found.value, axis=0) / _scale(found), axis=1)
-    descents = []
-    for k, parts in enumerate(np.ceil(apart / (WIDE * apart.mean())).astype(int)) if len(apart) else ():
+def _gaps(front: Evaluation) -> list[Target]:
+    """Return searches from between neighbors of a curve that are far apart, enough to make their distance usual."""
+    front = front.rows(np.argsort(front.value[:, 0], kind="stable"))
+    distance = np.linalg.norm(np.diff(front.value, axis=0) / _scale(front), axis=1)
+    targets = []
+    for k, parts in enumerate(np.ceil(distance / (WIDE * distance.mean())).astype(int)) if len(distance) else ():
         for part in np.arange(1, parts) / parts:
-            x, value = (ends[k] + part * (ends[k + 1] - ends[k]) for ends in (found.x, found.value))
-            descents.append(_held(x, value))
-    return descents
+            x, value = (ends[k] + part * (ends[k + 1] - ends[k]) for ends in (front.x, front.value))
+            targets.append(_held(x, value))
+    return targets
 
 
-def _best(one: Evaluation, other: Evaluation) -> Evaluation:
-    """Keep of two fronts what keeps all limits and nothing dominates."""
-    found = one.followed_by(other)
-    kept = np.flatnonzero(found.feasible)
-    return found.rows(kept[nondominated(found.value[kept])])
+def _merged(one: Evaluation, other: Evaluation) -> Evaluation:
+    """Return the feasible, nondominated points of two fronts."""
+    both = one.followed_by(other)
+    feasible = np.flatnonzero(both.feasible)
+    return both.rows(feasible[nondominated(both.value[feasible])])
 
 
-def _scale(evolved: Evaluation) -> Array:
-    """Range of a front in each objective; where all points share a value, its size."""
-    if not len(evolved.x):
-        return np.ones(evolved.value.shape[1])
-    size = np.maximum(np.abs(evolved.value[0]), 1e-300)
-    span = np.ptp(evolved.value, axis=0)
-    return np.asarray(np.where(span > 0, span, size))
+def _scale(front: Evaluation) -> Array:
+    """Range of a front in each objective; where all points share a value, its magnitude."""
+    if not len(front.x):
+        return np.ones(front.value.shape[1])
+    magnitude = np.maximum(np.abs(front.value[0]), 1e-300)
+    span = np.ptp(front.value, axis=0)
+    return np.asarray(np.where(span > 0, span, magnitude))
 
 
-def _told(evolved: Evaluation, found: Evaluation, polish: bool, rough: Sequence[str]) -> str:
-    """Say what became of the polishing."""
+def _polishing(evolved: Evaluation, front: Evaluation, polish: bool, rough: Sequence[str]) -> str:
+    """Return a sentence on the polishing."""
     if not len(evolved.x):
         return "No gait kept all limits."
     if not polish:
-        return "Its front was left unpolished, as wished."
+        return "Polishing was disabled."
     if rough:
-        return f"Its front was left unpolished: there are no exact derivatives of {' and '.join(rough)}."
-    kept = {x.tobytes() for x in evolved.x}
-    moved = sum(x.tobytes() not in kept for x in found.x)
-    return f"Gradients made of its {len(evolved.x)} gaits a front of {len(found.x)}, {moved} of them new."
+        return f"The front was not polished: there are no exact derivatives of {' and '.join(rough)}."
+    known = {x.tobytes() for x in evolved.x}
+    new = sum(x.tobytes() not in known for x in front.x)
+    return f"Polishing turned its {len(evolved.x)} gaits into a front of {len(front.x)}, {new} of them new."

@@ -107,7 +107,7 @@ def plot_convergence(runs: Sequence[Optimum]) -> Figure:
     """
     figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
     axes = figure.subplots()
-    target = runs[0].goal
+    target = runs[0].objective
     name, factor = target.terms[0]
     sign = np.sign(factor) if target.expected is None else 1.0  # a quantity to maximize is drawn as it is
     for run, color in zip(runs, sequence(len(runs)), strict=True):

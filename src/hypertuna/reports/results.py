@@ -234,7 +234,7 @@ def _optimum(best: Optimum) -> Section:
     parts: list[Part] = ["\n\n".join(filter(None, text))]
     if best.swim is not None:
         parts += [_numbers(best.swim), _motion(best.swim)]
-    wish = best.goal.name if best.goal.expected is None else f"{best.goal.expected:g} m/s"
+    wish = best.objective.name if best.objective.expected is None else f"{best.objective.expected:g} m/s"
     return Section(f"The best gait for {wish.replace('_', ' ')}, by {best.method}", parts)
 
 

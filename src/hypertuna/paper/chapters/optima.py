@@ -150,7 +150,7 @@ def _speed_at(best: Optimum, phase: float) -> float:
 
 def _weight(optima: Optima) -> float:
     """Return k of Eq. 42."""
-    return optima[OURS, COSTS[0], "gradient"].goal.terms[0][1]
+    return optima[OURS, COSTS[0], "gradient"].objective.terms[0][1]
 
 
 def _worst(optima: Optima, model: str) -> float:

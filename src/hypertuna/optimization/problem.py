@@ -1,0 +1,163 @@
+"""Optimization problems: objectives and limits over a design space, evaluated for many gaits in one batch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.identification.coefficients import draws
+from hypertuna.optimization.constraints import Limit, gait_quantities
+from hypertuna.optimization.design_space import DesignSpace
+from hypertuna.optimization.objective import DIFFERENTIABLE, UNUSABLE, Evaluation, Objective
+from hypertuna.optimization.robust import Statistic, aggregate, check_statistic
+from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, settle, slopes
+from hypertuna.swimming.sweep import Gaits
+
+__all__ = ["Problem", "over_fit", "robust_problem"]
+
+Array = NDArray[np.float64]
+
+MIN_STRIDE = 1e-3  # body lengths per beat: below, a gait stands still
+MAX_SAMPLES = 10_000
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Objectives and limits over a design space; every gait must also swim forward."""
+
+    robot: Robot
+    space: DesignSpace
+    objectives: tuple[Objective, ...]
+    limits: tuple[Limit, ...] = ()
+    steps: int = DEFAULT_STEPS  # Runge-Kutta steps per beat
+    threads: int = 1  # results do not depend on it; one is faster for small batches
+    samples: tuple[Robot, ...] = ()  # robots of a robust problem
+    robust: Statistic | None = None  # over the samples; None for the robot alone
+    needs: tuple[str, ...] = field(init=False)  # quantities that objectives and limits are made of
+
+    def __post_init__(self) -> None:
+        forward = Limit("stride_length", MIN_STRIDE, upper=False)
+        object.__setattr__(self, "limits", (forward, *(limit for limit in self.limits if limit != forward)))
+        names = ["speed", "cost_of_transport", "stride_length"]
+        names += [name for each in self.objectives for name, _ in each.terms]
+        names += [limit.quantity for limit in self.limits]
+        object.__setattr__(self, "needs", tuple(dict.fromkeys(names)))
+
+    @property
+    def robots(self) -> tuple[Robot, ...]:
+        """Robots that swim every gait."""
+        return (self.robot,) if self.robust is None else self.samples
+
+    @property
+    def non_differentiable(self) -> tuple[str, ...]:
+        """Quantities in objectives and limits that have no derivatives."""
+        return tuple(name for name in self.needs if name in QUANTITIES and name not in DIFFERENTIABLE)
+
+    def evaluate(self, x: Array, *, derivatives: bool = False) -> Evaluation:
+        """Swim the gaits at points, shape (points, dim) [Hz or rad], and evaluate objectives and limits."""
+        return self.judge(x, self.swim(x, derivatives=derivatives))
+
+    def swim(self, x: Array, *, derivatives: bool = False) -> dict[str, Array]:
+        """Swim the gaits at points, shape (points, dim) [Hz or rad], in one batch for each robot.
+
+        Return the quantities in `needs` and the status, shape (points,), and derivatives as ``d_NAME``, shape
+        (points, dim). In a robust problem the robots are a first axis.
+        """
+        if derivatives and self.non_differentiable:
+            fix = "choose a method without gradients"
+            raise InputError("has no derivatives", key=" and ".join(self.non_differentiable), fix=fix)
+        if self.robust is None:
+            return self._swim(self.robot, x, derivatives)
+        samples = [self._swim(robot, x, derivatives) for robot in self.samples]
+        return {name: np.stack([each[name] for each in samples]) for name in samples[0]}
+
+    def judge(self, x: Array, quantities: Mapping[str, Any]) -> Evaluation:
+        """Evaluate objectives and limits from quantities as `swim` returns them, simulated or measured."""
+        if self.robust is None:
+            return self._judge(x, quantities)
+        samples = [{name: rows[k] for name, rows in quantities.items()} for k in range(len(self.samples))]
+        return aggregate([self._judge(x, sample) for sample in samples], self.robust)
+
+    def _swim(self, robot: Robot, x: Array, derivatives: bool) -> dict[str, Array]:
+        """Swim with one robot."""
+        gaits = self.space.gaits(x)
+        columns = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
+        beats = settle(robot, *columns, steps=self.steps, threads=self.threads)
+        of_gait, d_gait = gait_quantities(robot, gaits)
+        quantities = {name: (of_gait | beats)[name] for name in (*self.needs, "status")}
+        if not derivatives:
+            return quantities
+        gradients = _gradients(robot, gaits, beats, self.space.directions(robot), self.steps)
+        gradients |= {name: gradient[:, self.space.free] for name, gradient in d_gait.items()}
+        return quantities | {f"d_{name}": gradients[name] for name in self.needs}
+
+    def _judge(self, x: Array, quantities: Mapping[str, Any]) -> Evaluation:
+        """Evaluate objectives and limits of one robot."""
+        known = {name: np.asarray(value, dtype=np.float64) for name, value in quantities.items()}
+        with np.errstate(invalid="ignore"):
+            violation = np.stack([_violation(limit, known[limit.quantity]) for limit in self.limits], axis=1)
+            value = np.stack([_value(each, known) for each in self.objectives], axis=1)
+        usable = (known["status"] == 0) & np.isfinite(value).all(axis=1) & np.isfinite(violation).all(axis=1)
+        violation[~usable] = UNUSABLE
+        value[~usable | (violation[:, 0] > 0)] = np.inf
+        derivatives: dict[str, Any] = {}
+        if "d_speed" in known:
+            values = [_value_gradient(each, known) for each in self.objectives]
+            sides = [(1 if limit.upper else -1) / limit.limit * known[f"d_{limit.quantity}"] for limit in self.limits]
+            derivatives = {"value_jacobian": np.stack(values, axis=1), "violation_jacobian": np.stack(sides, axis=1)}
+            derivatives["speed_gradient"] = known["d_speed"]
+        names = (*self.needs, "status")
+        return Evaluation(np.asarray(x), value, violation, {name: known[name] for name in names}, **derivatives)
+
+
+def over_fit(problem: Problem, statistic: str, *, samples: int, seed: int) -> Problem:
+    """Pose a problem to robots sampled from the fit of its robot."""
+    check_statistic(statistic)
+    if not 1 <= samples <= MAX_SAMPLES:
+        rule, fix = f"must be from 1 to {MAX_SAMPLES}", "or leave it out"
+        raise InputError(rule, key="samples", value=str(samples), fix=fix)
+    return robust_problem(problem, draws(problem.robot, samples, seed), statistic)
+
+
+def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) -> Problem:
+    """Pose a problem to several robots at once; every one of them must keep the limits."""
+    robust = check_statistic(statistic)
+    if not robots:
+        raise InputError("must hold at least one robot", key="robots", value="empty", fix="sample some from a fit")
+    return replace(problem, samples=tuple(robots), robust=robust)
+
+
+def _violation(limit: Limit, value: Array) -> Array:
+    """Excess of a value over a limit, relative to the limit [1]."""
+    excess = value / limit.limit - 1
+    return np.asarray(excess if limit.upper else -excess)
+
+
+def _value(objective: Objective, known: Mapping[str, Array]) -> Array:
+    """Value of an objective, shape (points,)."""
+    value = np.sum([factor * known[name] for name, factor in objective.terms], axis=0)
+    return np.asarray(value if objective.expected is None else value + np.abs(known["speed"] - objective.expected))
+
+
+def _value_gradient(objective: Objective, known: Mapping[str, Array]) -> Array:
+    """Gradient of an objective, shape (points, dim); of |U - U_e| on either side."""
+    gradient = np.sum([factor * known[f"d_{name}"] for name, factor in objective.terms], axis=0)
+    if objective.expected is not None:
+        gradient = gradient + np.sign(known["speed"] - objective.expected)[:, np.newaxis] * known["d_speed"]
+    return np.asarray(gradient)
+
+
+def _gradients(robot: Robot, gaits: Gaits, beats: Mapping[str, Any], directions: Array, steps: int) -> dict[str, Array]:
+    """Differentiate the quantities of gaits along directions, shape (gaits, dim); NaN where a gait does not settle."""
+    columns = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
+    gradients = slopes(robot, *columns, beats, directions, steps=steps)
+    # d(U / (f L)) = (dU - U df / f) / (f L); the frequency is the first parameter.
+    d_frequency = beats["speed"][:, np.newaxis] * directions[0] / gaits.frequency[:, np.newaxis]
+    stride = (gradients["speed"] - d_frequency) / (robot.body.length * gaits.frequency[:, np.newaxis])
+    return gradients | {"stride_length": stride, "speed_bl": gradients["speed"] / robot.body.length}

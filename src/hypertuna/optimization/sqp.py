@@ -1,0 +1,210 @@
+"""Sequential quadratic programming (SciPy's SLSQP; Kraft, 1988) behind ask and tell, and a multi-start of it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from queue import SimpleQueue
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.optimization.objective import Evaluation
+from hypertuna.optimization.optimizers import Optimizer
+
+__all__ = ["MARGIN", "PENALTY", "SQP", "MultiStart", "Point", "latin_hypercube"]
+
+Array = NDArray[np.float64]
+
+PRECISION = 1e-8  # change of the value at which a search ends
+MARGIN = 1e-7  # by which constraints are tightened: SLSQP only nears them
+PENALTY = 1e3  # value and violation of a point that cannot be used
+SAME = 1e-3  # relative difference of values that count as the same
+
+
+@dataclass(frozen=True)
+class Point:
+    """Value, constraints and derivatives at a point of the unit box."""
+
+    u: Array  # (dim,)
+    value: float  # to minimize
+    gradient: Array  # (dim,)
+    constraints: Array  # (constraints,), kept where >= 0
+    jacobian: Array  # (constraints, dim)
+    merit: float  # by which the best point is chosen
+    feasible: bool  # whether the point can be chosen
+
+
+@final
+class SQP:
+    """One search from a start: evaluate `u`, tell the point, until `u` is None.
+
+    The last `slacked` constraints are relaxed by one slack s >= 0, which is added to the value.
+    """
+
+    def __init__(self, start: Array, iterations: int, slacked: int = 0) -> None:
+        self._points: list[Point] = []
+        self._search = _slsqp(start, iterations, slacked)
+        self.u: Array | None = next(self._search)
+
+    def tell(self, point: Point) -> None:
+        """Take the evaluation of `u`."""
+        self._points.append(point)
+        try:
+            self.u = self._search.send(point)
+        except StopIteration:
+            self.u = None
+
+    @property
+    def best(self) -> Point | None:
+        """The feasible point of least merit; None if there is none."""
+        return min((p for p in self._points if p.feasible), key=lambda point: point.merit, default=None)
+
+
+class _AbandonedError(Exception):
+    """The generator was closed before its search had ended."""
+
+
+def _slsqp(start: Array, iterations: int, slacked: int) -> Generator[Array, Point, None]:
+    """Yield the points that SLSQP wants to evaluate, and take what was sent.
+
+    SciPy calls the function, not the other way round, so SLSQP runs in a thread that waits whenever this generator
+    does: the two never run at the same time.
+    """
+    questions: SimpleQueue[Array | BaseException | None] = SimpleQueue()
+    answers: SimpleQueue[Point | None] = SimpleQueue()
+    known: dict[bytes, Point] = {}
+
+    def at(z: Array) -> Point:
+        u = np.minimum(np.maximum(z[: len(start)], 0.0), 1.0)
+        key = u.tobytes()
+        if key not in known:
+            questions.put(u)
+            answer = answers.get()
+            if answer is None:
+                raise _AbandonedError
+            known[key] = answer
+        return known[key]
+
+    def run() -> None:
+        try:
+            _minimize(at, start, iterations, slacked)
+            questions.put(None)
+        except BaseException as error:
+            questions.put(error)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    try:
+        while (question := questions.get()) is not None:
+            if isinstance(question, BaseException):
+                raise question
+            answers.put((yield question))
+    finally:
+        answers.put(None)
+        thread.join()
+
+
+def _minimize(at: Callable[[Array], Point], start: Array, iterations: int, slacked: int) -> None:
+    """Run SLSQP on the points that `at` returns; variables z are those of the box, then the slack if there is one."""
+    from scipy.optimize import minimize
+
+    dim, first = len(start), at(start)
+    slack_jacobian = np.zeros((len(first.constraints), min(slacked, 1)))
+    slack_jacobian[len(slack_jacobian) - slacked :] = 1.0
+    slack = np.max(-first.constraints[:, np.newaxis] * slack_jacobian, axis=0, initial=0.0)
+    minimize(
+        lambda z: at(z).value + z[dim:].sum(),
+        np.append(start, slack),
+        jac=lambda z: np.append(at(z).gradient, np.ones(len(z) - dim)),
+        bounds=[(0.0, 1.0)] * dim + [(0.0, None)] * len(slack),
+        constraints={
+            "type": "ineq",
+            "fun": lambda z: at(z).constraints + slack_jacobian @ z[dim:],
+            "jac": lambda z: np.hstack([at(z).jacobian, slack_jacobian]),
+        },
+        method="SLSQP",
+        options={"ftol": PRECISION, "maxiter": iterations},
+    )
+
+
+@final
+class MultiStart(Optimizer):
+    """SQP from several starts in lockstep: a batch has the next point of every search that has not ended.
+
+    The kink of |U - U_e| is kept from the searches: they minimize a slack s >= U - U_e, s >= U_e - U instead.
+    """
+
+    needs_derivatives = True
+
+    def __init__(
+        self,
+        lower: Array,
+        upper: Array,
+        expected: float | None,  # U_e [m/s]
+        scale: float,  # difference in value that matters [unit of the value]
+        *,
+        starts: int,
+        iterations: int,  # points of a search at most
+        seed: int,
+    ) -> None:
+        super().__init__(lower, upper)
+        self._expected, self._scale, self._iterations = expected, scale, iterations
+        slacked = 0 if expected is None else 2
+        self._searches = [SQP(u, iterations, slacked) for u in latin_hypercube(starts, len(lower), seed)]
+        self._running = list(self._searches)
+        self._cut = 0  # searches cut off at the max number of points
+
+    @property
+    def stop(self) -> str | None:
+        """Reason why the search has ended, as a sentence; None while it goes on."""
+        if self._running:
+            return None
+        ends = [np.inf if search.best is None else search.best.merit for search in self._searches]
+        least = min(ends)
+        same = sum(end <= least + SAME * abs(least) for end in ends) if np.isfinite(least) else 0
+        verb = "was" if self._cut == 1 else "were"
+        cut = f"; {self._cut} {verb} cut off after {self._iterations} points" if self._cut else ""
+        return f"All {len(ends)} gradient searches have ended, {same} of them at the best value{cut}."
+
+    def _propose(self) -> Array:
+        points = [search.u for search in self._running if search.u is not None]
+        return self.lower + np.stack(points) * (self.upper - self.lower)
+
+    def _learn(self, evaluation: Evaluation) -> None:
+        for k, search in enumerate(self._running):
+            if search.u is not None:
+                search.tell(self._point(evaluation, k, search.u))
+        going = [search for search in self._running if search.u is not None]
+        self._running = going if len(self.batches) < self._iterations else []
+        self._cut = len(going) - len(self._running)
+
+    def _point(self, evaluation: Evaluation, k: int, u: Array) -> Point:
+        """Scale the evaluation of a point; an unusable gait gets a large penalty and zero gradient."""
+        assert evaluation.value_jacobian is not None
+        assert evaluation.violation_jacobian is not None
+        assert evaluation.speed_gradient is not None
+        width, scale = self.upper - self.lower, self._scale
+        constraints, jacobian = -evaluation.violation[k] - MARGIN, -evaluation.violation_jacobian[k] * width
+        gradient = evaluation.value_jacobian[k, 0] * width / scale
+        value = merit = float(evaluation.value[k, 0]) / scale
+        if self._expected is not None:
+            error = float(evaluation.quantities["speed"][k] - self._expected) / scale
+            speed_gradient = evaluation.speed_gradient[k] * width / scale
+            # The value without |U - U_e|, and the two constraints of the slack.
+            value, gradient = value - abs(error), gradient - np.sign(error) * speed_gradient
+            constraints = np.append(constraints, [-error, error])
+            jacobian = np.vstack([jacobian, -speed_gradient, speed_gradient])
+        if not np.isfinite(merit):
+            violated = np.full_like(constraints, -PENALTY)
+            return Point(u, PENALTY, np.zeros_like(gradient), violated, np.zeros_like(jacobian), PENALTY, False)
+        return Point(u, value, gradient, constraints, jacobian, merit, bool(evaluation.feasible[k]))
+
+
+def latin_hypercube(count: int, dim: int, seed: int) -> Array:
+    """Spread points over the unit box, shape (count, dim): one in each of `count` slices of every coordinate."""
+    random = np.random.default_rng(seed)
+    slices = np.stack([random.permutation(count) for _ in range(dim)], axis=1)
+    return np.asarray((slices + random.random((count, dim))) / count)
