@@ -17,7 +17,7 @@ from hypertuna.characterization.data import Bench, read_bench
 from hypertuna.characterization.experiment_design import Worth, worth
 from hypertuna.characterization.fit import BenchFit, fit_bench
 from hypertuna.characterization.unknowns import BORDER, FACTORS, Unknown
-from hypertuna.cli.console import check_suffix, number, print_json, progress_bar, tell_written, whole_number
+from hypertuna.cli.old_console import check_suffix, number, print_json, progress_bar, tell_written, whole_number
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.description.writer import write_robot

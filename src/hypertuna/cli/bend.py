@@ -15,8 +15,8 @@ from rich.text import Text
 
 from hypertuna.actuation.bending import MATERIAL_SETS, Bend, Step, bend, misprints, mooney
 from hypertuna.characterization.data import joint_index
-from hypertuna.cli.console import check_suffix, command_line, print_json, tell_written
-from hypertuna.cli.options import AsJson, Joint, Name, Pressure, Side, pressures
+from hypertuna.cli.old_console import check_suffix, command_line, print_json, tell_written
+from hypertuna.cli.old_options import AsJson, Joint, Name, Pressure, Side, pressures
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli.console import (
+from hypertuna.cli.old_console import (
     check_suffix,
     command_line,
     number,
@@ -19,7 +19,7 @@ from hypertuna.cli.console import (
     tell_written,
     whole_number,
 )
-from hypertuna.cli.options import Amplitude, Bias, Frequency, Name, Named, Phase, Seed, gait_axes, one_gait, spelled
+from hypertuna.cli.old_options import Amplitude, Bias, Frequency, Name, Named, Phase, Seed, gait_axes, one_gait, spelled
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.io.files import columns_csv, write_atomically, write_netcdf

@@ -16,8 +16,8 @@ import typer
 from rich.console import Console
 from rich.live import Live
 
-from hypertuna.cli.console import check_suffix, print_json, tell_written
 from hypertuna.cli.link import FLUSH, Connect, Key, read_key
+from hypertuna.cli.old_console import check_suffix, print_json, tell_written
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.radio.client import Client, connect

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli.console import check_suffix, number, number_list, print_json, tell_written, whole_number
+from hypertuna.cli.old_console import check_suffix, number, number_list, print_json, tell_written, whole_number
 from hypertuna.cli.optimize import (
     Bounds,
     Iterations,

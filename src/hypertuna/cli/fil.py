@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.text import Text
 
 from hypertuna import _core
-from hypertuna.cli.console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
-from hypertuna.cli.options import AsJson, Seed, choice
+from hypertuna.cli.old_console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
+from hypertuna.cli.old_options import AsJson, Seed, choice
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError

@@ -11,8 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna import _core
-from hypertuna.cli.console import check_suffix, command_line, print_json, tell_written
-from hypertuna.cli.options import AsJson, Name
+from hypertuna.cli.old_console import check_suffix, command_line, print_json, tell_written
+from hypertuna.cli.old_options import AsJson, Name
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table, header

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli.console import (
+from hypertuna.cli.old_console import (
     check_suffix,
     command_line,
     number,

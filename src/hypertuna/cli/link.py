@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli.console import check_suffix, number, print_json, progress_bar, tell_written
+from hypertuna.cli.old_console import check_suffix, number, print_json, progress_bar, tell_written
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
 from hypertuna.mission.file import read_mission

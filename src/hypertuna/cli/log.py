@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli.console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
-from hypertuna.cli.options import Name
+from hypertuna.cli.old_console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
+from hypertuna.cli.old_options import Name
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.firmware.black_box import boxes_of, record_of

@@ -1,148 +1,163 @@
-"""The program `hypertuna`: commands, and what becomes of bad input."""
+"""The program `hypertuna`: its commands, imported when called, and its exit codes."""
 
 from __future__ import annotations
 
 import contextlib
-import platform
+import pkgutil
 import signal
 import sys
 import threading
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
+from typer.main import get_command
 
-from hypertuna import _core
-from hypertuna.cli.actuator import actuator_app
-from hypertuna.cli.bend import bend_command
-from hypertuna.cli.console import print_json
-from hypertuna.cli.dive import dive_command
-from hypertuna.cli.drive import drive_command
-from hypertuna.cli.experiment import ask_command, tell_command
-from hypertuna.cli.fe.app import fe_app
-from hypertuna.cli.fil import fil_command
-from hypertuna.cli.firmware import firmware_app
-from hypertuna.cli.identify import identify_command
-from hypertuna.cli.link import link_app
-from hypertuna.cli.log import log_app
-from hypertuna.cli.mission import mission_command
-from hypertuna.cli.optimize import optimize_app
-from hypertuna.cli.pareto import pareto_command
-from hypertuna.cli.posture import posture_command
-from hypertuna.cli.pump import pump_command
-from hypertuna.cli.range import range_command
-from hypertuna.cli.replay import replay_command
-from hypertuna.cli.reproduce import reproduce_command
-from hypertuna.cli.robot import robot_app
-from hypertuna.cli.swim import sweep_command, swim_command
-from hypertuna.cli.trials import trials_app
-from hypertuna.cli.turn import turn_command
-from hypertuna.cli.twin import twin_command
 from hypertuna.errors import InputError
-from hypertuna.io.files import version
 
-__all__ = ["app", "main"]
+__all__ = ["COMMANDS", "app", "main"]
+
+INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
+UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser inside typer: unknown options and the like
+
+# Each command: the function or the group of commands in hypertuna.cli, and its line in --help.
+COMMANDS = {
+    "swim": ("swim:swim_command", "Swim one gait: its settled beat, or from rest."),
+    "sweep": ("sweep:sweep_command", "Swim every combination of frequencies, amplitudes, phases and biases."),
+    "replay": ("replay:replay_command", "Swim measured joint angles, and compare the head's track with tracked poses."),
+    "turn": ("turn:turn_command", "Turn by a one-sided beat: radius against phase, bias and frequency."),
+    "twin": ("twin:twin_command", "Simulate the whole robot: controller, servos, pumps, oil, tail, water, sensors."),
+    "dive": ("dive:dive_command", "Dive with the pectoral fins down for half of the time, then rise with them up."),
+    "mission": ("mission:mission_command", "Fly a mission on the twin at sea, under its pilot."),
+    "drive": ("drive:drive_command", "Drive a robot by keyboard or gamepad, with a live view."),
+    "posture-test": ("posture:posture_command", "Test the posture control from rest to a set peak bend (Fig. 8)."),
+    "identify": ("identify:identify_command", "Fit coefficients of a robot to measured runs, with their uncertainty."),
+    "reproduce": ("reproduce:reproduce_command", "Compute the paper's numbers beside the published ones."),
+    "optimize": ("optimize:optimize_app", "Find the best gait: the fastest, or one of a given speed at low cost."),
+    "pareto": ("pareto:pareto_command", "Find the Pareto front of gaits: NSGA-II, polished by exact gradients."),
+    "bend": ("bend:bend_command", "Bend a soft joint in air: angle over pressure, up and down."),
+    "fil": ("fil:fil_command", "Run the firmware in the loop: the twin at sea and a board, in lock-step."),
+    "actuator": (
+        "actuator:actuator_app",
+        "Characterize an actuator: silicone from a tensile test, unknowns from a bench.",
+    ),
+    "fe": ("fe.app:fe_app", "The soft joints by finite elements; needs the extra fe."),
+    "firmware": ("firmware:firmware_app", "Firmware: its parameters from a robot's description, its faults."),
+    "pump": ("pump:pump_command", "Size the pump: its servos, the oil lines, the bend that remains."),
+    "range": ("range:range_command", "Compute range and endurance on one battery charge."),
+    "log": ("log:log_app", "Logs of missions and black boxes: summary, plot, table, track; needs the extra log."),
+    "link": ("link:link_app", "A robot over the radio; needs the extra radio, and log for logs."),
+    "robot": ("robot:robot_app", "Robot descriptions: print the format, check a file, show a robot."),
+    "trials": ("trials:trials_app", "Tank trials: check them, import published ones."),
+    "version": ("version:version_command", "Print the version and the instruction set in use."),
+}
+
+
+class _Commands(Mapping[str, Any]):
+    """The commands by name, each imported when it is asked for."""
+
+    def __getitem__(self, name: str) -> Any:
+        target = pkgutil.resolve_name(f"hypertuna.cli.{COMMANDS[name][0]}")
+        if not isinstance(target, typer.Typer):
+            function, target = target, typer.Typer(add_completion=False, rich_markup_mode=None)
+            target.command(name)(function)
+        command: Any = get_command(target)
+        command.name = name
+        return command
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(COMMANDS)
+
+    def __len__(self) -> int:
+        return len(COMMANDS)
+
+
+class Program(TyperGroup):
+    """The group of all commands: lists them without importing them."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.commands: Any = _Commands()
+
+    def list_commands(self, _: Any) -> list[str]:
+        """List the names of the commands."""
+        return list(COMMANDS)
+
+    def format_commands(self, _: Any, formatter: Any) -> None:
+        """Write the commands into the help."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
+
 
 app = typer.Typer(
+    cls=Program,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
 )
-app.command("swim")(swim_command)
-app.command("sweep")(sweep_command)
-app.command("replay")(replay_command)
-app.command("turn")(turn_command)
-app.command("twin")(twin_command)
-app.command("dive")(dive_command)
-app.command("mission")(mission_command)
-app.command("drive")(drive_command)
-app.command("posture-test")(posture_command)
-app.command("identify")(identify_command)
-app.command("reproduce")(reproduce_command)
-optimize_app.command("ask")(ask_command)
-optimize_app.command("tell")(tell_command)
-app.add_typer(optimize_app, name="optimize")
-app.command("pareto")(pareto_command)
-app.command("bend")(bend_command)
-app.command("fil")(fil_command)
-app.add_typer(actuator_app, name="actuator")
-app.add_typer(fe_app, name="fe")
-app.add_typer(firmware_app, name="firmware")
-app.command("pump")(pump_command)
-app.command("range")(range_command)
-app.add_typer(log_app, name="log")
-app.add_typer(link_app, name="link")
-app.add_typer(robot_app, name="robot")
-app.add_typer(trials_app, name="trials")
-
-INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
-UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser that typer brings along: unknown options and the like
 
 
-def _print_version(wished: bool) -> None:
-    """Print the version and stop, if it is asked for."""
-    if wished:
+def _print_version(asked: bool) -> None:
+    """Print the version and stop."""
+    if asked:
+        from hypertuna.io.files import version
+
         print(f"hypertuna {version()}")
         raise typer.Exit
 
 
 @app.callback()
 def program(
-    wish_version: Annotated[
+    version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     """Open digital twin of hydraulic soft robotic fish. Exit code 2 means bad input."""
 
 
-@app.command("version")
-def version_command(as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False) -> None:
-    """Print the version and the instruction set in use; HYPERTUNA_ISA chooses another."""
-    facts = {"version": version(), "isa": _core.isa(), "isas": _core.isas(), "gaits_at_once": _core.lanes()}
-    facts |= {"python": platform.python_version(), "machine": platform.machine()}
-    if as_json:
-        print_json(facts)
-        return
-    print(f"hypertuna {facts['version']}, Python {facts['python']} on {facts['machine']}")
-    print(f"instruction set {_core.isa()} ({_core.lanes()} gaits at once); available: {', '.join(_core.isas())}")
-
-
 def main() -> None:
-    """Run the program: what goes wrong becomes one sentence on the error output, and exit code 2."""
-    _end_as_interrupted()
-    try:
-        code = app(standalone_mode=False)
-        sys.stdout.flush()
-    except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
-        code = 2
-    except UsageError as error:
-        if sentence := error.format_message():  # without one, the help was printed
-            print(f"error: {sentence} See `{_command(error.ctx)} --help`.", file=sys.stderr)
-        code = 2
-    except ValueError as error:
-        if not str(error).startswith("HYPERTUNA_ISA"):
-            raise
-        print(f"error: {error}.", file=sys.stderr)
-        code = 2
-    except (KeyboardInterrupt, typer.Abort):
-        code = INTERRUPTED
-    except BrokenPipeError:  # whoever read the output has stopped
-        code = 1
-    except OSError as error:
-        place = f"{error.filename}: " if error.filename else ""
-        print(f"error: {place}{error.strerror or error}.", file=sys.stderr)
-        code = 2
-    except MemoryError:
-        print("error: there is not enough memory: ask for fewer gaits, steps or seconds.", file=sys.stderr)
-        code = 2
+    """Run the program: bad input is one sentence on the error output, and exit code 2."""
+    _end_on_signals()
+    code = _run()
     if code == INTERRUPTED:
         print("interrupted", file=sys.stderr)
     _drop_unwritable_output()
     sys.exit(code)
 
 
-def _end_as_interrupted() -> None:
-    """Let a terminal that is closed, and SIGTERM, end the program as Ctrl-C does; not what nohup holds back."""
+def _run() -> Any:
+    """Run the command; return the exit code."""
+    try:
+        code = app(standalone_mode=False)
+        sys.stdout.flush()
+        return code
+    except InputError as error:
+        sentence = str(error)
+    except UsageError as error:
+        sentence = error.format_message()  # empty if the help was printed
+        sentence = sentence and f"{sentence} See `{_command(error.ctx)} --help`."
+    except ValueError as error:
+        if not str(error).startswith("HYPERTUNA_ISA"):
+            raise
+        sentence = f"{error}."
+    except (KeyboardInterrupt, typer.Abort):
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of the output has stopped
+        return 1
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        sentence = f"{place}{error.strerror or error}."
+    except MemoryError:
+        sentence = "there is not enough memory: ask for fewer gaits, steps or seconds."
+    if sentence:
+        print(f"error: {sentence}", file=sys.stderr)
+    return 2
+
+
+def _end_on_signals() -> None:
+    """Let SIGTERM and a closed terminal end the program as Ctrl-C does, unless nohup holds the signal back."""
     if threading.current_thread() is not threading.main_thread():
         return
     for name in ("SIGTERM", "SIGHUP"):
@@ -152,7 +167,7 @@ def _end_as_interrupted() -> None:
 
 
 def _command(context: Any) -> str:
-    """Spell the command that a parser's context is of."""
+    """Return the command that a parser's context belongs to, as typed."""
     names: list[str] = []
     while context is not None and context.parent is not None:
         names, context = [context.info_name, *names], context.parent
@@ -160,7 +175,7 @@ def _command(context: Any) -> str:
 
 
 def _drop_unwritable_output() -> None:
-    """Close an output that takes no more, lest Python complain of it at exit."""
+    """Close an output that cannot be written, so that Python does not complain at exit."""
     try:
         sys.stdout.flush()
     except OSError:

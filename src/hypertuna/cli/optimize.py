@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli.console import (
+from hypertuna.cli.old_console import (
     check_suffix,
     command_line,
     number,
@@ -353,3 +353,10 @@ def _plot(best: Optimum, plot: str) -> None:
     from hypertuna.optimization.plots import plot_convergence
 
     save(plot_convergence([best]), plot)
+
+
+# Both need what is above.
+from hypertuna.cli.experiment import ask_command, tell_command  # noqa: E402
+
+optimize_app.command("ask")(ask_command)
+optimize_app.command("tell")(tell_command)

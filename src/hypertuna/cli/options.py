@@ -1,326 +1,227 @@
-"""The options that several commands share: a robot, a gait, the medium, and how they are read."""
+"""The options that commands share, and how options of each type are declared."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
-from typing import Annotated
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any
 
-import numpy as np
 import typer
 
-from hypertuna.actuation.hydraulics import ZERO_CELSIUS
-from hypertuna.actuation.sizing import with_bore
-from hypertuna.characterization.data import HIGHEST_PRESSURE
-from hypertuna.cli.console import number, number_list, ranges
-from hypertuna.description.robot import Robot, load
-from hypertuna.errors import InputError, did_you_mean
-from hypertuna.simulation.run import TwinRun
-from hypertuna.swimming.gait import Gait, named_gait
+from hypertuna.cli import parsing
+from hypertuna.cli.parsing import Bound
+from hypertuna.errors import InputError
 
 __all__ = [
-    "BACKWARD",
-    "MEDIA",
+    "FIGURES",
     "Amplitude",
+    "Amplitudes",
+    "Areas",
     "AsJson",
     "Bias",
+    "Biases",
     "Bore",
+    "Bounds",
+    "Checkpoint",
+    "Duration",
+    "Frequencies",
     "Frequency",
+    "GaitName",
     "Joint",
+    "JointLaw",
+    "Loss",
     "Medium",
-    "Name",
-    "Named",
     "Phase",
-    "Pressure",
+    "Phases",
+    "Plot",
+    "Pressures",
+    "RobotName",
+    "RobotOutput",
     "Seed",
     "Side",
+    "Starts",
+    "Steps",
+    "TableOutput",
     "Temperature",
-    "celsius",
-    "check_beats",
-    "choice",
-    "gait_axes",
-    "heads_first",
-    "one_gait",
-    "pressures",
-    "robot_of",
-    "spelled",
+    "Threads",
+    "WaterLaw",
+    "bounds",
+    "file",
+    "number",
+    "numbers",
+    "ranges",
+    "setting",
+    "text",
+    "values",
+    "whole_number",
+    "word",
 ]
 
-MEDIA = ("water", "air")
-MILLI = 1e-3
-MOST_PRESSURES = 10_000  # of one call: more say nothing new, and take minutes
-BORES = (1.0, 20.0)  # mm: oil hardly passes thinner lines, and wider ones swing faster than the twin steps
-GROUP = "one value per joint group, separated by commas"
-
-BEATS = 2  # that a run must have for means over whole beats
-STANDS = 0.01  # 1/s: below so many body lengths a robot stands, and a cost per distance says nothing
-BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
-
-Name = Annotated[str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")]
-Joint = Annotated[str, typer.Option("--joint", help="Name of the joint group, or its number from the head.")]
-Pressure = Annotated[
-    str, typer.Option("--pressure", help="Rising gauge pressures in kPa: numbers or start:stop:count.")
-]
-Side = Annotated[
-    str,
-    typer.Option("--side", help="Side that has the pressure, left or right; bends toward it are positive."),
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Named = Annotated[str | None, typer.Option("--gait", help="A gait of the robot's file; the options below change it.")]
-Frequency = Annotated[str | None, typer.Option("--frequency", help="Beat frequency in Hz.")]
-Amplitude = Annotated[str | None, typer.Option("--amplitude", help=f"Amplitude in degrees, {GROUP}.")]
-Phase = Annotated[str | None, typer.Option("--phase", help=f"Lag behind the first group's clock, {GROUP}.")]
-Bias = Annotated[str | None, typer.Option("--bias", help=f"Mean angle in degrees, {GROUP}.")]
-Medium = Annotated[str, typer.Option("--medium", help="water or air.")]
-Temperature = Annotated[
-    str | None, typer.Option("--temperature", help="Temperature of the oil in C. (default: the robot's)")
-]
-Bore = Annotated[
-    str | None, typer.Option("--line-bore", help="Inner diameter of all oil lines in mm. (default: the robot's)")
-]
-Seed = Annotated[str, typer.Option("--seed", help="Seed of the sensors' noise.")]
+# --- how options are declared. Values are read in callbacks, which know the option's name: bad ones are an InputError.
 
 
-def _one(text: str, key: str, unit: str) -> list[tuple[float, ...]]:
-    """Read one value per joint group, as `ranges` reads many."""
-    return [number_list(text, key, unit)]
+def _option(names: Sequence[str], help: str, metavar: str, read: Callable[[str, str], Any]) -> Any:
+    """Declare an option whose text `read` turns into a value, given the text and the option's name."""
+
+    def callback(param: typer.CallbackParam, value: Any) -> Any:
+        key = max(param.opts, key=len)
+        if isinstance(value, list | tuple):
+            return [read(part, key) if isinstance(part, str) else part for part in value]
+        return read(value, key) if isinstance(value, str) else value
+
+    return typer.Option(*names, help=help, metavar=metavar, parser=_as_typed, callback=callback)
 
 
-def gait_axes(
-    robot: Robot,
-    name: str | None,
-    given: Mapping[str, str | list[str] | None],
-    read: Callable[[str, str, str], list[tuple[float, ...]]] = _one,
-) -> dict[str, list[tuple[float, ...]]]:
-    """Read the values of frequency, amplitude, phase and bias; what is not given comes from a named gait.
-
-    Parameters
-    ----------
-    robot : Robot
-    name : str or None
-        Of a gait of the robot's file.
-    given : mapping of str to str, list of str or None
-        The options as typed, by their names.
-    read : callable, optional
-        Reads the text of an option, with its name and unit; left out, one value per joint group.
-
-    Returns
-    -------
-    dict of str to list of tuple of float
-        Values of each [Hz, deg].
-
-    Raises
-    ------
-    InputError
-        If a value is missing, is no number, or is not one per joint group.
-    """
-    groups = len(robot.joints)
-    axes = {"bias": [(0.0,) * groups]}
-    if name is not None:
-        known = named_gait(robot, name)
-        axes["frequency"] = [(known.frequency,)]
-        axes |= {key: [tuple(np.degrees(getattr(known, key)).tolist())] for key in ("amplitude", "phase", "bias")}
-    for key, texts in given.items():
-        if texts:
-            unit = "Hz" if key == "frequency" else "degrees"
-            several = [texts] if isinstance(texts, str) else texts
-            axes[key] = [value for text in several for value in read(text, key, unit)]
-            _check_count(robot, key, axes[key], 1 if key == "frequency" else groups)
-        elif key not in axes:
-            raise InputError("is missing", key=f"--{key}", fix="give it, or a gait of the robot's file with --gait")
-    return axes
-
-
-def one_gait(axes: dict[str, list[tuple[float, ...]]]) -> Gait:
-    """Make the one gait that the options describe.
-
-    Parameters
-    ----------
-    axes : dict of str to list of tuple of float
-        As `gait_axes` returns it.
-
-    Returns
-    -------
-    Gait
-
-    Raises
-    ------
-    InputError
-        If a value cannot be one of a gait.
-    """
-    amplitude, phase, bias = (axes[key][0] for key in ("amplitude", "phase", "bias"))
-    return Gait.from_degrees(frequency=axes["frequency"][0][0], amplitude=amplitude, phase=phase, bias=bias)
-
-
-def spelled(gait: Gait) -> str:
-    """Write a gait in the words of the options.
-
-    Parameters
-    ----------
-    gait : Gait
-
-    Returns
-    -------
-    str
-    """
-    angles = {key: np.degrees(getattr(gait, key)) for key in ("amplitude", "phase", "bias")}
-    parts = [f"{key} {', '.join(f'{a:.4g}' for a in values)} deg" for key, values in angles.items() if key != "bias"]
-    if any(gait.bias):
-        parts.append(f"bias {', '.join(f'{a:.4g}' for a in angles['bias'])} deg")
-    return f"{gait.frequency:g} Hz, {', '.join(parts)}"
-
-
-def robot_of(name: str, line_bore: str | None) -> Robot:
-    """Load a robot, with other oil lines where they are asked for.
-
-    Parameters
-    ----------
-    name : str
-    line_bore : str or None
-        Inner diameter of all lines, as typed [mm].
-
-    Returns
-    -------
-    Robot
-
-    Raises
-    ------
-    InputError
-        If there is no such robot, it has no oil lines, or the bore is not a positive number.
-    """
-    fish = load(name)
-    if line_bore is None:
-        return fish
-    bore = number(line_bore, "--line-bore", "mm")
-    low, high = BORES
-    if not low <= bore <= high:
-        fix = "give the inner diameter of the oil lines in mm"
-        raise InputError(f"must be from {low:g} to {high:g} mm", key="--line-bore", value=line_bore, fix=fix)
-    return with_bore(fish, MILLI * bore)
-
-
-def celsius(text: str | None) -> float | None:
-    """Read a temperature.
-
-    Parameters
-    ----------
-    text : str or None
-        As typed [degC].
-
-    Returns
-    -------
-    float or None
-        [K]; None if there is none.
-
-    Raises
-    ------
-    InputError
-        If it is not a finite number.
-    """
-    return None if text is None else number(text, "--temperature", "C") + ZERO_CELSIUS
-
-
-def choice(value: str, known: tuple[str, ...], key: str) -> str:
-    """Check a word of several.
-
-    Parameters
-    ----------
-    value : str
-    known : tuple of str
-    key : str
-        The option, for the error.
-
-    Returns
-    -------
-    str
-        The word.
-
-    Raises
-    ------
-    InputError
-        If it is none of the known ones.
-    """
-    if value not in known:
-        raise InputError(f"must be {' or '.join(known)}", key=key, value=repr(value), fix=did_you_mean(value, known))
+def _as_typed(value: str) -> str:
+    """Keep the text for the callback."""
     return value
 
 
-def pressures(text: str, most: int = MOST_PRESSURES) -> list[float]:
-    """Read pressures: every part of the list in turn.
+def number(name: str, unit: str, help: str, *, low: float | None = None, high: float | None = None) -> Any:
+    """Declare an option that takes one number, from `low` to `high`."""
 
-    Parameters
-    ----------
-    text : str
-        Of ``--pressure``: numbers or start:stop:count, separated by commas [kPa].
-    most : int
-        Largest number of them.
+    def read(text: str, key: str) -> float:
+        value = parsing.number(text, key, unit)
+        if (low is not None and value < low) or (high is not None and value > high):
+            rule = f"must be at least {low:g}" if high is None else f"must be from {low:g} to {high:g} {unit}"
+            raise InputError(rule, key=key, value=f"{value:g}", fix=f"give it in {unit}")
+        return value
 
-    Returns
-    -------
-    list of float
-        [kPa].
+    return _option((name,), help, "NUMBER", read)
 
-    Raises
-    ------
-    InputError
-        If a part is neither, a pressure is beyond any actuator's, or there are too many.
-    """
-    parts, found = text.split(","), []
+
+def whole_number(name: str, help: str) -> Any:
+    """Declare an option that takes a whole number."""
+    return _option((name,), help, "INTEGER", parsing.whole_number)
+
+
+def numbers(name: str, unit: str, help: str, count: int | None = None) -> Any:
+    """Declare an option that takes numbers separated by commas."""
+    return _option((name,), help, "NUMBERS", lambda text, key: parsing.numbers(text, key, unit, count))
+
+
+def ranges(name: str, unit: str, help: str) -> Any:
+    """Declare an option that takes a value or a range for each of several parts, and all their combinations."""
+    return _option((name,), help, "RANGES", lambda text, key: parsing.ranges(text, key, unit))
+
+
+def values(name: str, unit: str, help: str) -> Any:
+    """Declare an option that takes values and ranges, one after another."""
+    return _option((name,), help, "RANGE", lambda text, key: parsing.values(text, key, unit))
+
+
+def word(name: str, words: Sequence[str], help: str) -> Any:
+    """Declare an option that takes one of several words."""
+    return _option((name,), help, "|".join(words), lambda text, key: parsing.choice(text, words, key))
+
+
+def text(name: str, help: str, metavar: str = "TEXT") -> Any:
+    """Declare an option that takes any text."""
+    return typer.Option(name, help=help, metavar=metavar)
+
+
+def bounds(unit: str, help: str) -> Any:
+    """Declare the option --bounds NAME=LOW:HIGH."""
+    return _option(("--bounds",), help, "NAME=LOW:HIGH", lambda text, key: parsing.bound(text, key, unit))
+
+
+def setting(name: str, unit: str, help: str) -> Any:
+    """Declare an option that takes NAME=VALUE."""
+    return _option((name,), help, "NAME=VALUE", lambda text, key: parsing.setting(text, key, unit))
+
+
+def file(*names: str, help: str, suffixes: Sequence[str]) -> Any:
+    """Declare an option that takes the name of a file to write."""
+    return _option(names, help, "FILE", lambda text, key: parsing.output_file(text, suffixes, key))
+
+
+# --- the robot and its gait
+
+GROUPS = "one per joint group, separated by commas"
+RANGE = "A value or a range start:stop:count"
+LAST = "(default: the robot's)"
+
+RobotName = Annotated[str, text("--robot", "Name of a robot that comes with hypertuna, or path of its file.")]
+GaitName = Annotated[str | None, text("--gait", "A gait of the robot's file; the options below change it.")]
+Frequency = Annotated[float | None, number("--frequency", "Hz", "Beat frequency in Hz.")]
+Amplitude = Annotated[Sequence[float] | None, numbers("--amplitude", "degrees", f"Amplitudes in degrees, {GROUPS}.")]
+Phase = Annotated[
+    Sequence[float] | None, numbers("--phase", "degrees", f"Lags behind the first group in degrees, {GROUPS}.")
+]
+Bias = Annotated[Sequence[float] | None, numbers("--bias", "degrees", f"Mean angles in degrees, {GROUPS}.")]
+Frequencies = Annotated[Sequence[tuple[float]] | None, ranges("--frequency", "Hz", f"{RANGE} in Hz.")]
+Amplitudes = Annotated[
+    list[Any] | None,
+    ranges("--amplitude", "degrees", f"{RANGE} per joint group in degrees; once for each level."),
+]
+Phases = Annotated[
+    Sequence[tuple[float, ...]] | None,
+    ranges("--phase", "degrees", f"{RANGE} per joint group in degrees: lag behind the first group."),
+]
+Biases = Annotated[
+    Sequence[tuple[float, ...]] | None,
+    ranges("--bias", "degrees", f"{RANGE} per joint group in degrees: mean angle."),
+]
+JointLaw = Annotated[str | None, text("--joints", f"ideal or bandwidth. {LAST}")]
+Areas = Annotated[str | None, text("--areas", f"consistent or as-printed. {LAST}")]
+WaterLaw = Annotated[str | None, text("--water", f"Water law: lumped or strip. {LAST}")]
+Joint = Annotated[str, text("--joint", "Name of the joint group, or its number from the head.")]
+Side = Annotated[str, text("--side", "Side under pressure, left or right; a bend toward it is positive.")]
+
+# --- the run
+
+Steps = Annotated[int, whole_number("--steps", "Runge-Kutta steps per beat.")]
+Threads = Annotated[int | None, whole_number("--threads", "Number of threads. (default: all processors)")]
+Duration = Annotated[float, number("--duration", "seconds", "Duration of the run in s.")]
+Medium = Annotated[str, word("--medium", ("water", "air"), "What the robot is in: water or air.")]
+Temperature = Annotated[float | None, number("--temperature", "C", f"Oil temperature in degrees C. {LAST}")]
+Bore = Annotated[
+    float | None, number("--line-bore", "mm", f"Inner diameter of all oil lines in mm. {LAST}", low=1, high=20)
+]
+Seed = Annotated[int, whole_number("--seed", "Seed of the random numbers: the same seed gives the same result.")]
+Checkpoint = Annotated[
+    str | None, text("--checkpoint", "Keep a journal in this file; the same command resumes from it.", "FILE")
+]
+Bounds = Annotated[
+    list[Bound] | None,
+    bounds("Hz or degrees", "Bounds of a gait parameter, such as frequency_hz=1:4 or phase_II_deg=0:90; repeatable."),
+]
+Loss = Annotated[str, text("--loss", "soft_l1, linear, huber or cauchy.")]
+Starts = Annotated[int, whole_number("--starts", "Number of searches, each from another start.")]
+
+MAX_PRESSURES = 10_000  # of one call: more add nothing, and take minutes
+MAX_PRESSURE = 2000.0  # kPa: beyond any actuator
+
+
+def _pressures(text: str, key: str) -> list[float]:
+    """Read gauge pressures [kPa]."""
+    found = []
+    parts = text.split(",")
     for k, part in enumerate(parts):
-        key = f"--pressure[{k}]" if len(parts) > 1 else "--pressure"
-        values = [value for (value,) in ranges(part, key, "kPa")]
-        if (largest := max(values)) > HIGHEST_PRESSURE / 1e3:
-            rule = f"must be at most {HIGHEST_PRESSURE / 1e3:g}"
-            raise InputError(rule, key=key, value=f"{largest:g}", fix="give it in kPa")
-        found += values
-        if len(found) > most:
-            rule, fix = f"must be at most {most} pressures", f"ask for fewer; {min(most // 2, 100)} draw a smooth curve"
-            raise InputError(rule, key="--pressure", value=f"{len(found)}", fix=fix)
+        place = f"{key}[{k}]" if len(parts) > 1 else key
+        part_values = parsing.values(part, place, "kPa")
+        if (largest := max(part_values)) > MAX_PRESSURE:
+            raise InputError(f"must be at most {MAX_PRESSURE:g}", key=place, value=f"{largest:g}", fix="give it in kPa")
+        found += part_values
+    if len(found) > MAX_PRESSURES:
+        rule, fix = f"must be at most {MAX_PRESSURES} pressures", "give fewer; 100 make a smooth curve"
+        raise InputError(rule, key=key, value=f"{len(found)}", fix=fix)
     return found
 
 
-def check_beats(gait: Gait, duration: float) -> None:
-    """Check that a run has whole beats to take means over.
+Pressures = Annotated[
+    Sequence[float],
+    _option(("--pressure",), "Rising gauge pressures in kPa: numbers or start:stop:count.", "RANGE", _pressures),
+]
 
-    Parameters
-    ----------
-    gait : Gait
-    duration : float
-        Of the run [s].
+# --- what is written
 
-    Raises
-    ------
-    InputError
-        If it is shorter than two beats.
-    """
-    least = BEATS / gait.frequency
-    if duration < least:
-        rule = f"must be at least two beats, {least:.4g} s at {gait.frequency:g} Hz"
-        fix = f"give at least {math.ceil(100 * least) / 100:g}; 20 beats or more let the robot settle"
-        raise InputError(rule, key="duration", value=f"{duration:g} s", fix=fix)
-
-
-def heads_first(run: TwinRun) -> bool:
-    """Tell whether a robot swam head first, faster than a hundredth of its length per second.
-
-    Parameters
-    ----------
-    run : TwinRun
-
-    Returns
-    -------
-    bool
-        Also true in air and of a diverged run, which have no speed to judge.
-    """
-    return math.isnan(run.speed) or run.speed_bl > STANDS
-
-
-def _check_count(robot: Robot, key: str, values: list[tuple[float, ...]], count: int) -> None:
-    """Check that there is one frequency, and one angle per joint group."""
-    for value in values:
-        if len(value) != count:
-            groups = ", ".join(group.name for group in robot.joints)
-            rule = "must be one value" if key == "frequency" else f"must be {count} values, for joint groups {groups}"
-            given = f"but has {len(value)} ({', '.join(f'{x:g}' for x in value)})"
-            fix = "give one number" if count == 1 else f"give {count}, separated by commas"
-            raise InputError(f"{rule}, {given}", key=f"--{key}", fix=fix)
+FIGURES = (".svg", ".png", ".pdf")
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+Plot = Annotated[str | None, file("--plot", help="Draw the result to this .svg, .png or .pdf file.", suffixes=FIGURES)]
+TableOutput = Annotated[
+    str | None,
+    file("-o", "--output", help="Write the data to this .nc or .csv file.", suffixes=(".nc", ".csv")),
+]
+RobotOutput = Annotated[
+    str | None, file("-o", "--output", help="Write the resulting robot to this .toml file.", suffixes=(".toml",))
+]

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS
-from hypertuna.cli.console import (
+from hypertuna.cli.old_console import (
     check_suffix,
     command_line,
     number,
@@ -24,7 +24,7 @@ from hypertuna.cli.console import (
     tell_written,
     whole_number,
 )
-from hypertuna.cli.options import MEDIA, Bore, Medium, Name, Seed, Temperature, celsius, choice, robot_of
+from hypertuna.cli.old_options import MEDIA, Bore, Medium, Name, Seed, Temperature, celsius, choice, robot_of
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf

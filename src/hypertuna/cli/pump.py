@@ -13,7 +13,7 @@ from rich.text import Text
 
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS, circuits
 from hypertuna.actuation.sizing import Size, largest_beat, size_pump
-from hypertuna.cli.console import (
+from hypertuna.cli.old_console import (
     check_suffix,
     command_line,
     number_list,
@@ -22,7 +22,7 @@ from hypertuna.cli.console import (
     ranges,
     tell_written,
 )
-from hypertuna.cli.options import BORES
+from hypertuna.cli.old_options import BORES
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError

@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.text import Text
 
 from hypertuna.actuation.battery import Range, range_of
-from hypertuna.cli.console import number, number_list, print_json
+from hypertuna.cli.old_console import number, number_list, print_json
+from hypertuna.cli.old_options import BACKWARD, check_beats, heads_first
 from hypertuna.cli.optimize import gait_record
-from hypertuna.cli.options import BACKWARD, check_beats, heads_first
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from hypertuna.cli.console import check_suffix, command_line, number, number_list, print_json, tell_written
+from hypertuna.cli.old_console import check_suffix, command_line, number, number_list, print_json, tell_written
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli.console import print_json, progress_bar
+from hypertuna.cli.old_console import print_json, progress_bar
 from hypertuna.paper.ledger import MARKS, Entry
 from hypertuna.paper.reproduce import Ledger, ledger_record, reproduce
 

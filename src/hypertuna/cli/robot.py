@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli.console import print_json, tell_written
+from hypertuna.cli.old_console import print_json, tell_written
 from hypertuna.description.robot import Entry, Robot, json_schema, load
 from hypertuna.errors import InputError
 

@@ -10,7 +10,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from hypertuna.cli.console import check_suffix, print_json, tell_written
+from hypertuna.cli.old_console import check_suffix, print_json, tell_written
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError

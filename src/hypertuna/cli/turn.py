@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli.console import (
+from hypertuna.cli.old_console import (
     check_suffix,
     command_line,
     print_json,
@@ -20,8 +20,8 @@ from hypertuna.cli.console import (
     tell_written,
     whole_number,
 )
+from hypertuna.cli.old_options import Name, Named, gait_axes, one_gait, spelled
 from hypertuna.cli.optimize import Areas, Joints, Water
-from hypertuna.cli.options import Name, Named, gait_axes, one_gait, spelled
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError

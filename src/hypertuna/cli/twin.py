@@ -12,8 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS
-from hypertuna.cli.console import check_suffix, command_line, number, print_json, tell_written, whole_number
-from hypertuna.cli.options import (
+from hypertuna.cli.old_console import check_suffix, command_line, number, print_json, tell_written, whole_number
+from hypertuna.cli.old_options import (
     BACKWARD,
     MEDIA,
     Amplitude,

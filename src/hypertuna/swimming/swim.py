@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
+from hypertuna.io.quantity import Quantity
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES, check_steps, settle, status_text
 from hypertuna.swimming.gait import Gait, check_gait
 from hypertuna.swimming.model import core_model, twist_from_rest
@@ -20,12 +21,32 @@ from hypertuna.swimming.trajectory import trajectory
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Swim", "swim"]
+__all__ = ["SUMMARY", "Swim", "swim"]
 
 Array = NDArray[np.float64]
 
 MOST_BEATS = 10_000  # from rest: what half a gigabyte of trajectory holds
 AT_REST = 1e-4  # from rest, a gait counts as settled when its last beat is this near the settled speed (relative)
+
+
+STRAIGHT = 1e3  # body lengths: a larger turning radius is not shown
+
+# Of a swim: name in JSON with its unit; attribute, unit, label on the terminal (see `Quantity`).
+SUMMARY: dict[str, tuple[str, str, str | None]] = {
+    "speed_m_s": ("speed", "m/s", "speed"),
+    "speed_bl_s": ("speed_bl", "BL/s", ""),
+    "mechanical_power_w": ("power", "W", "mechanical power"),
+    "cost_of_transport_j_per_kg_m": ("cost_of_transport", "J/(kg m)", "cost of transport"),
+    "strouhal": ("strouhal", "", "Strouhal number"),
+    "stride_length": ("stride_length", "BL per beat", "stride length"),
+    "efficiency": ("efficiency", "", "efficiency"),
+    "tail_excursion_m": ("excursion", "m", "tail excursion, peak to peak"),
+    "turn_rate_rad_s": ("turn_rate", "rad/s", "rate of turn, counter-clockwise"),
+    "turn_radius_m": ("turn_radius", "m", "turning radius"),
+    "mechanical_power_positive_w": ("power_positive", "W", None),
+    "cost_of_transport_positive_j_per_kg_m": ("cost_of_transport_positive", "J/(kg m)", None),
+    "power_to_water_w": ("loss", "W", None),
+}
 
 
 @dataclass(frozen=True)
@@ -111,6 +132,19 @@ class Swim:
         """
         beats = 1.0 if self.duration is None else self.duration * self.gait.frequency
         return _trajectory(self.robot, self.gait, self._start, beats, self.steps, self.current)
+
+    def summary(self) -> dict[str, Quantity]:
+        """Return what a swim amounts to, by the names of the JSON record; a turn is shown if it is one.
+
+        Returns
+        -------
+        dict of Quantity
+        """
+        straight = not self.turn_radius < STRAIGHT * self.robot.body.length
+        return {
+            key: Quantity(getattr(self, name), unit, None if straight and name.startswith("turn") else label)
+            for key, (name, unit, label) in SUMMARY.items()
+        }
 
     def continued(self, beats: int) -> xr.Dataset:
         """Integrate the motion on, from where `trajectory` begins.

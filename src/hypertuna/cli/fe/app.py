@@ -13,15 +13,6 @@ from rich.text import Text
 
 from hypertuna.actuation.bending import Bend, bend
 from hypertuna.characterization.data import joint_index
-from hypertuna.cli.console import (
-    check_suffix,
-    command_line,
-    plain,
-    print_json,
-    progress_bar,
-    run_folder,
-    tell_written,
-)
 from hypertuna.cli.fe.compare import compare_command
 from hypertuna.cli.fe.options import (
     LAW,
@@ -38,7 +29,16 @@ from hypertuna.cli.fe.options import (
 )
 from hypertuna.cli.fe.reduce import reduce_command
 from hypertuna.cli.fe.validate import validate_command
-from hypertuna.cli.options import AsJson, Joint, Name, Pressure, Side
+from hypertuna.cli.old_console import (
+    check_suffix,
+    command_line,
+    plain,
+    print_json,
+    progress_bar,
+    run_folder,
+    tell_written,
+)
+from hypertuna.cli.old_options import AsJson, Joint, Name, Pressure, Side
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.fe.bend import JOURNAL, FeBend, fe_bend

@@ -13,7 +13,6 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.characterization.data import joint_index
-from hypertuna.cli.console import command_line, plain, print_json, progress_bar, run_folder, tell_written
 from hypertuna.cli.fe.options import (
     LAW,
     MESH,
@@ -27,7 +26,8 @@ from hypertuna.cli.fe.options import (
     elements,
     rising_pressures,
 )
-from hypertuna.cli.options import AsJson, Joint, Name, Pressure, Side
+from hypertuna.cli.old_console import command_line, plain, print_json, progress_bar, run_folder, tell_written
+from hypertuna.cli.old_options import AsJson, Joint, Name, Pressure, Side
 from hypertuna.description.robot import load
 from hypertuna.fe.bend import JOURNAL, fe_bend
 from hypertuna.fe.comparison import FeComparison, compare

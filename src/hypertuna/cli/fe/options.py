@@ -9,8 +9,8 @@ import typer
 from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import MATERIAL_SETS, check_pressure
-from hypertuna.cli.console import number
-from hypertuna.cli.options import pressures
+from hypertuna.cli.old_console import number
+from hypertuna.cli.old_options import pressures
 from hypertuna.fe.energies import LAWS
 from hypertuna.fe.mesh import MESHES
 from hypertuna.fe.model import FeOptions

@@ -11,7 +11,6 @@ from rich.table import Table
 from rich.text import Text
 
 from hypertuna.characterization.data import joint_index
-from hypertuna.cli.console import check_suffix, command_line, number, print_json, progress_bar, ranges, tell_written
 from hypertuna.cli.fe.options import (
     LAW,
     MIXED,
@@ -24,7 +23,8 @@ from hypertuna.cli.fe.options import (
     elements,
     rising_pressures,
 )
-from hypertuna.cli.options import AsJson, Joint, Name
+from hypertuna.cli.old_console import check_suffix, command_line, number, print_json, progress_bar, ranges, tell_written
+from hypertuna.cli.old_options import AsJson, Joint, Name
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.fe.bend import ngsolve_version

@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hypertuna.cli.console import command_line, print_json, progress_bar
-from hypertuna.cli.options import AsJson
+from hypertuna.cli.old_console import command_line, print_json, progress_bar
+from hypertuna.cli.old_options import AsJson
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.fe.verification.cases import Case, validate

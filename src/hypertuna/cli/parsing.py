@@ -1,0 +1,155 @@
+"""Read what is typed on the command line: numbers, lists, ranges, bounds, names of files."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from hypertuna.errors import InputError, did_you_mean, shown
+
+__all__ = [
+    "Bound",
+    "Setting",
+    "bound",
+    "choice",
+    "interval",
+    "number",
+    "numbers",
+    "output_file",
+    "ranges",
+    "setting",
+    "values",
+    "whole_number",
+]
+
+MAX_VALUES = 1_000_000  # of one range
+
+
+class Bound(NamedTuple):
+    """NAME=LOW:HIGH as typed."""
+
+    name: str
+    low: float
+    high: float
+
+
+class Setting(NamedTuple):
+    """NAME=VALUE as typed."""
+
+    name: str
+    value: float
+
+
+def number(text: str, key: str, unit: str) -> float:
+    """Read one finite number; `key` and `unit` are for the error."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError("must be a number", key=key, value=shown(text), fix=f"give it in {unit}") from None
+    if not math.isfinite(value):
+        raise InputError("must be a finite number", key=key, value=text, fix=f"give it in {unit}")
+    return value
+
+
+def whole_number(text: str, key: str) -> int:
+    """Read one whole number."""
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError("must be a whole number", key=key, value=shown(text), fix="write digits only") from None
+
+
+def numbers(text: str, key: str, unit: str, count: int | None = None) -> tuple[float, ...]:
+    """Read numbers separated by commas: `count` of them, or any number."""
+    found = tuple(number(part, f"{key}[{i}]" if "," in text else key, unit) for i, part in enumerate(text.split(",")))
+    if count is not None and len(found) != count:
+        raise InputError(f"must be {count} numbers", key=key, value=text, fix=f"give {unit}, separated by commas")
+    return found
+
+
+def ranges(text: str, key: str, unit: str) -> list[tuple[float, ...]]:
+    """Read numbers or ranges start:stop:count separated by commas; return every combination, the last varying fastest.
+
+    Examples
+    --------
+    >>> ranges("0,0:180:3", "phase", "deg")
+    [(0.0, 0.0), (0.0, 90.0), (0.0, 180.0)]
+    """
+    return list(itertools.product(*_parts(text, key, unit)))
+
+
+def values(text: str, key: str, unit: str) -> list[float]:
+    """Read numbers or ranges separated by commas; return them one after another."""
+    return list(itertools.chain.from_iterable(_parts(text, key, unit)))
+
+
+def interval(text: str, key: str, unit: str) -> tuple[float, float]:
+    """Read LOW:HIGH."""
+    ends = text.split(":")
+    if len(ends) != 2:
+        raise InputError("must be LOW:HIGH", key=key, value=shown(text), fix=f"give two numbers in {unit}")
+    return number(ends[0], key, unit), number(ends[1], key, unit)
+
+
+def bound(text: str, key: str, unit: str) -> Bound:
+    """Read NAME=LOW:HIGH."""
+    name, value = _pair(text, key, "NAME=LOW:HIGH")
+    return Bound(name, *interval(value, f"{key} {name}", unit))
+
+
+def setting(text: str, key: str, unit: str) -> Setting:
+    """Read NAME=VALUE."""
+    name, value = _pair(text, key, "NAME=VALUE")
+    return Setting(name, number(value, f"{key} {name}", unit))
+
+
+def choice(text: str, words: Sequence[str], key: str) -> str:
+    """Check that a word is one of several."""
+    if text not in words:
+        raise InputError(f"must be {' or '.join(words)}", key=key, value=repr(text), fix=did_you_mean(text, words))
+    return text
+
+
+def output_file(path: str, suffixes: Sequence[str], key: str) -> str:
+    """Check ending and folder of an output file before any work is done for it."""
+    if Path(path).suffix.lower() not in suffixes:
+        endings = " or ".join(", ".join(suffixes).rsplit(", ", 1))
+        raise InputError(f"must end in {endings}", key=key, value=shown(path), fix="rename the file")
+    if not Path(path).parent.is_dir():
+        raise InputError("must be in a folder that exists", key=key, value=shown(path), fix="make the folder first")
+    return path
+
+
+def _pair(text: str, key: str, form: str) -> tuple[str, str]:
+    """Split NAME=VALUE."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not (name and equals and value):
+        raise InputError(f"must be {form}", key=key, value=text, fix=f"write it as {form}")
+    return name, value
+
+
+def _parts(text: str, key: str, unit: str) -> list[list[float]]:
+    """Read each part of a list as a number or a range."""
+    parts = text.split(",")
+    return [_range(part, f"{key}[{k}]" if len(parts) > 1 else key, unit) for k, part in enumerate(parts)]
+
+
+def _range(text: str, key: str, unit: str) -> list[float]:
+    """Read a number or start:stop:count, both ends included."""
+    if ":" not in text:
+        return [number(text, key, unit)]
+    parts = text.split(":")
+    if len(parts) != 3:
+        rule = "must be a number or start:stop:count"
+        raise InputError(rule, key=key, value=shown(text), fix="write, for example, 1:6:6 for 1, 2, 3, 4, 5 and 6")
+    start, stop = (number(part, key, unit) for part in parts[:2])
+    count = whole_number(parts[2], f"{key}'s count")
+    if not 1 <= count <= MAX_VALUES:
+        rule = f"must be from 1 to {MAX_VALUES}"
+        raise InputError(rule, key=f"{key}'s count", value=str(count), fix="give the number of values")
+    import numpy as np  # its rounding, without its import where no range is given
+
+    return [float(value) for value in np.linspace(start, stop, count)]

@@ -1,0 +1,146 @@
+"""The command `hypertuna sweep`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hypertuna.cli.console import command_line, progress_bar, table
+from hypertuna.cli.emit import emit
+from hypertuna.cli.gait import gait_grid
+from hypertuna.cli.options import (
+    Amplitudes,
+    Areas,
+    AsJson,
+    Biases,
+    Frequencies,
+    GaitName,
+    JointLaw,
+    Phases,
+    Plot,
+    RobotName,
+    Steps,
+    TableOutput,
+    Threads,
+    WaterLaw,
+)
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import load
+from hypertuna.io.files import rows_csv
+from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
+from hypertuna.swimming.sweep import sweep
+from hypertuna.swimming.swim import SUMMARY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["sweep_command"]
+
+ROWS = 40  # gaits that the terminal shows one by one
+HEADS = {
+    "frequency_hz": "f\n[Hz]",
+    "speed_m_s": "speed\n[m/s]",
+    "speed_bl_s": "\n[BL/s]",
+    "mechanical_power_w": "power\n[W]",
+    "cost_of_transport_j_per_kg_m": "COT\n[J/(kg m)]",
+    "strouhal": "St\n",
+    "turn_radius_m": "radius\n[m]",
+}
+
+
+def sweep_command(
+    robot: RobotName,
+    gait: GaitName = None,
+    frequency: Frequencies = None,
+    amplitude: Amplitudes = None,
+    phase: Phases = None,
+    bias: Biases = None,
+    joints: JointLaw = None,
+    areas: Areas = None,
+    water: WaterLaw = None,
+    steps: Steps = DEFAULT_STEPS,
+    threads: Threads = None,
+    plot: Plot = None,
+    output: TableOutput = None,
+    as_json: AsJson = False,
+) -> None:
+    """Swim every combination of frequencies, amplitudes, phases and biases.
+
+    Every gait comes with its status; gaits that do not settle are counted on the error output.
+    """
+    fish = load(robot).using(joints=joints, areas=areas, water=water)
+    levels = None if amplitude is None else [point for level in amplitude for point in level]
+    gaits = gait_grid(fish, gait, {"frequency": frequency, "amplitude": levels, "phase": phase, "bias": bias})
+    with progress_bar("swimming") as progress:
+        result = sweep(fish, gaits, threads=threads, steps=steps, progress=progress)
+    emit(
+        result,
+        record=lambda data: provenance(fish) | {"gaits": _rows(data)},
+        lines=_lines,
+        csv=_csv,
+        dataset=lambda data: data,
+        output=output,
+        plot=plot,
+        figure="hypertuna.swimming.plots:plot_sweep",
+        as_json=as_json,
+    )
+    if unsettled := int((~result.settled).sum()):
+        import typer
+
+        typer.echo(f"{unsettled} of {result.settled.size} gaits are not settled: see their status.", err=True)
+
+
+def _columns(result: xr.Dataset) -> dict[str, Any]:
+    """Return gaits and results, one value per gait, names with units."""
+    like = result["status"]
+
+    def column(name: str) -> Any:
+        return result[name].broadcast_like(like).transpose(*like.dims).values.ravel()
+
+    angles = [str(name) for name in result.coords if name != "frequency"]
+    return (
+        {"frequency_hz": column("frequency")}
+        | {f"{name}_deg": np.degrees(column(name)).round(10) for name in angles}
+        | {key: column(name) for key, (name, *_) in SUMMARY.items()}
+        | {"status": np.array(STATUSES)[column("status")], "spectral_radius": column("spectral_radius")}
+    )
+
+
+def _rows(result: xr.Dataset) -> list[dict[str, Any]]:
+    """Return gaits and results as rows."""
+    columns = _columns(result)
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def _csv(result: xr.Dataset) -> str:
+    """Write the gaits as comma-separated values."""
+    facts = {str(key): value for key, value in result.attrs.items()} | {"command": command_line()}
+    return rows_csv(facts, _rows(result))
+
+
+def _lines(result: xr.Dataset) -> Iterator[Any]:
+    """Lay out the gaits, or the best of many."""
+    columns = _columns(result)
+    settled = columns["status"] == "settled"
+    remarks = _remarks(columns, settled)
+    varying = [name for name in columns if name.endswith(("_hz", "_deg")) and np.ptp(columns[name]) > 0]
+    turns = np.isfinite(columns["turn_radius_m"]).any()
+    names = [*varying, *(name for name in HEADS if name != "frequency_hz" and (turns or name != "turn_radius_m"))]
+    heads = [HEADS.get(name) or name.removesuffix("_deg").replace("_", " ") + "\n[deg]" for name in names]
+    rows = (
+        (*(f"{columns[name][k]:.3g}" for name in names), columns["status"][k], remark) for k, remark in remarks.items()
+    )
+    yield f"{len(settled)} gaits of {result.attrs['robot']}, {settled.sum()} settled", "bold"
+    yield table([*heads, "\nstatus", ""], rows, left=(len(names), len(names) + 1))
+
+
+def _remarks(columns: dict[str, Any], settled: Any) -> dict[int, str]:
+    """Choose the rows to show: all, or of many the fastest and the cheapest."""
+    ahead = settled & (columns["speed_m_s"] > 0)
+    if len(settled) <= ROWS or not ahead.any():
+        return dict.fromkeys(range(len(settled)), "")
+    fastest = np.where(ahead, columns["speed_m_s"], -np.inf).argmax()
+    cheapest = np.where(ahead, columns["cost_of_transport_j_per_kg_m"], np.inf).argmin()
+    return {int(fastest): "fastest", int(cheapest): "lowest cost of transport"}
