@@ -109,7 +109,7 @@ inline constexpr float values[] = {
     30.0f,  // pilot depth_high[0]
     0.5f,  // pilot depth_step[0]
     0.8014128f,  // pilot glide[0]
-    0.05f,  // pilot walk[0]
+    0.05f,  // pilot position_walk[0]
     0.002f,  // pilot current_walk[0]
     0.001f,  // pilot factor_walk[0]
     3.0f,  // pilot start_error[0]
@@ -162,17 +162,17 @@ inline constexpr float values[] = {
     12.0f,  // pilot error_most[0]
     4.0f,  // pilot error_near[0]
     40.0f,  // pilot error_lost[0]
-    0.02f,  // pilot drift_enough[0]
-    60.0f,  // pilot patience[0]
+    0.02f,  // pilot drift_error_max[0]
+    60.0f,  // pilot fix_timeout[0]
     180.0f,  // pilot retry[0]
     2.0f,  // pilot lost_after[0]
-    120.0f,  // pilot compass_patience[0]
+    120.0f,  // pilot compass_timeout[0]
     0.026176948f,  // pilot fin_tilt[0]
-    0.20943952f,  // pilot fin_least[0]
+    0.20943952f,  // pilot fin_min[0]
     10.0f,  // pilot fin_after[0]
-    0.7853982f,  // pilot fin_alone[0]
-    25.0f,  // pilot answer_after[0]
-    0.3f,  // pilot answer_depth[0]
+    0.7853982f,  // pilot single_fin_max[0]
+    25.0f,  // pilot response_time[0]
+    0.3f,  // pilot response_depth[0]
     0.34906584f,  // pilot blind_fin[0]
     0.25f,  // pilot slow[0]
     12.24f,  // pilot battery_empty[0]
@@ -276,7 +276,7 @@ inline constexpr ParameterInfo parameters[] = {
     {"surface_depth", 0.06f, 0.24f, 0.12f, false, 150},
     {"fence_margin", 1.5f, 6.0f, 3.0f, false, 151},
     {"error_most", 6.0f, 24.0f, 12.0f, false, 152},
-    {"patience", 30.0f, 120.0f, 60.0f, false, 156},
+    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 156},
     {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 173},
     {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 174},
     {"bend_scale_0", 2.9960633e-05f, 0.00011984253f, 5.9921265e-05f, false, 175},
@@ -325,7 +325,7 @@ inline constexpr ParameterInfo parameters[] = {
 };
 
 inline constexpr Description description = {
-    "hypertuna", 2, 3, values, 234, parameters, 78, 0x9ec700b5};
+    "hypertuna", 2, 3, values, 234, parameters, 78, 0x0c22a9bd};
 
 inline constexpr struct {
     int servo[6];

@@ -87,7 +87,7 @@ def test_the_battery_that_the_pilot_counts_on(robot: ht.Robot) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"gaits": ["unoptimised-0.3", "nobody"], "speed_m_s": [0.2, 0.3]}, "must be a named gait"),
+        ({"gaits": ["unoptimised-0.3", "nobody"], "speed_m_s": [0.2, 0.3]}, "must be a known gait"),
         ({"speed_m_s": [0.3]}, "must be 3 long"),
         ({"speed_m_s": [0.4, 0.3, 0.5]}, "must rise"),
         ({"bias_max_deg": [8.0]}, "must be 2 long"),

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from hypertuna.description.robot import Robot, cached, json_schema, load, parse, reference
+from hypertuna.description.schema.guidance import Guidance
 from hypertuna.errors import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -156,8 +157,7 @@ BAD = [
     (
         "links = [2]",
         "links = [2, 1]",
-        "joints[1].links[1] must be in one joint group only, but is 1, which joints[0] has already: "
-        "remove it from one.",
+        "joints[1].links[1] must be in one joint group only, but is 1, which joints[0] has too: remove it from one.",
     ),
     (
         "links = [2]",
@@ -177,8 +177,7 @@ BAD = [
     (
         "amplitude_max_deg = 30.0",
         "amplitude_max_deg = 200.0",
-        "joints[1].amplitude_max_deg must be less than or equal to 180, but is 200.0: "
-        "give the largest amplitude to command in deg.",
+        "joints[1].amplitude_max_deg must be at most 180, but is 200.0: give the largest commanded amplitude in deg.",
     ),
     (
         'water = "strip"',
@@ -188,19 +187,19 @@ BAD = [
     (
         'water = "strip"',
         'water = "lumped"',
-        "model.water must be a law whose coefficients are given, but is 'lumped': "
+        "model.water must be a law with coefficients, but is 'lumped': "
         "add the table [water.lumped] or choose another law in [model].",
     ),
     (
         'water = "strip"',
         'water = "strip"\njoints = "bandwidth"',
-        "joints[1].bandwidth_hz is needed by model.joints = 'bandwidth': "
+        "joints[1].bandwidth_hz is missing for model.joints = 'bandwidth': "
         "give it in Hz, or choose joints = 'ideal' in [model].",
     ),
     (
         '"links.com_m"',
         '"links.con_m"',
-        'sources."links.con_m" is the source of a key that does not exist: did you mean links.com_m?',
+        'sources."links.con_m" must be a key with a value: did you mean links.com_m?',
     ),
     (
         "[gaits.wave]",
@@ -216,19 +215,19 @@ BAD = [
     (
         '"measured"',
         '""',
-        "sources.links must not be empty, but is '': give the origin of each value, by key or by the start of a key.",
+        "sources.links must not be empty, but is '': give the source of each value, by key or the start of a key.",
     ),
     (
         'water = "strip"',
         'water = "strip"\njoints = "rigid"',
         "model.joints must be 'ideal' or 'bandwidth', but is 'rigid': "
-        "give the choice of ideal joints or joints that lag by their bandwidth.",
+        "give the model of the joints, without or with the lag of their bandwidth.",
     ),
     (
         "drag_tangential =",
         "cross_flow = 1\ndrag_tangential =",
         "water.strip.cross_flow must be true or false, but is 1: "
-        "give the form of the normal drag, true for v_n |v| and false for v_n |v_n|.",
+        "give the form of the normal drag: v_n |v| if true, v_n |v_n| if false.",
     ),
     ("format = 1", "format = 2", "format must be 1, but is 2: give the version of this format, 1."),
     (
@@ -392,3 +391,11 @@ def test_what_is_built_from_a_robot_is_kept_with_that_object_alone() -> None:
     renamed = robot.model_copy(update={"name": "renamed"})
     for other in (same, renamed, pickle.loads(pickle.dumps(robot)), copy.deepcopy(robot)):
         assert cached(other, "key", object) is not built
+
+
+@pytest.mark.parametrize(("former", "present"), Guidance.renamed.items())
+def test_a_renamed_key_is_refused_with_its_new_name(former: str, present: str) -> None:
+    document = load("hypertuna").document()
+    document["guidance"][former] = document["guidance"].pop(present)
+    with pytest.raises(InputError, match=rf"^guidance.{former} was renamed: write {present}\.$"):
+        parse(document)

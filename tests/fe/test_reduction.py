@@ -200,12 +200,12 @@ def with_table(**columns: Any) -> ht.Robot:
     [
         ("volume_m3", [1e-6, 2e-6], " must be 5 long, one value per angle, but is 2 long"),
         ("angle_deg", [-20.0, -10.0, 0.0, 10.0, 10.0], "[4] must rise from one to the next, but is 10 after 10"),
-        ("angle_deg", [-20.0, -10.0, 0.0, 10.0, 21.0], "[0] must be the same to both sides, but is -20 against 21"),
+        ("angle_deg", [-20.0, -10.0, 0.0, 10.0, 21.0], "[0] must be symmetric about 0, but is -20 against 21"),
         ("elastic_n_m", [0.2, 0.1, 0.0, -0.1, -0.2], "[0] must have the sign of the angle, but is 0.2 at -20 deg"),
-        ("elastic_n_m", [-0.2, -0.1, 0.0, 0.1, 0.3], "[0] must be opposite on the other side, but is -0.2 at -20"),
+        ("elastic_n_m", [-0.2, -0.1, 0.0, 0.1, 0.3], "[0] must be the opposite on the other side, but is -0.2 at -20"),
         ("volume_m3", [3e-6, 2.9e-6, 2.8e-6, 2e-6, 1e-6], "[1] must rise from one to the next, but is 2.9e-06"),
         ("volume_m3", [0.0, 2.5e-6, 2.9e-6, 3.3e-6, 3.6e-6], "[0] must be greater than 0"),
-        ("angle_deg", [-20.0, 0.0, 20.0], " must be 5 long at least, but is 3 long"),
+        ("angle_deg", [-20.0, 0.0, 20.0], " must be at least 5 long, but is 3 long"),
     ],
 )
 def test_bad_tables_are_told(key: str, column: list[float], sentence: str) -> None:

@@ -312,7 +312,7 @@ def with_recording(**changes):
         ),
         (with_recording(name="a/b"), "recordings[0].name must be a name without /, not of dots alone, but is 'a/b'"),
         (with_recording(joints__unit="grad"), "recordings[0].joints.unit must be 'deg' or 'rad', but is 'grad'"),
-        (with_recording(joints__noise_deg=-0.1), "recordings[0].joints.noise_deg must be greater than or equal to 0"),
+        (with_recording(joints__noise_deg=-0.1), "recordings[0].joints.noise_deg must not be negative"),
         (
             with_recording(joints__columns=["joint_I"]),
             "recordings[0].joints.columns must be 2 long, one column per joint",

@@ -87,7 +87,7 @@ static void a_turn_is_no_roll() {
 /// U t times.
 static void a_way_by_hand() {
     Estimator<double> model = test_pilot<double>().estimator;
-    model.walk = model.current_walk = model.factor_walk = 0;
+    model.position_walk = model.current_walk = model.factor_walk = 0;
     const double start[2] = {3, -4};
     EstimatorState<double> state = init(model, start);
     WayState<double>& way = state.way;

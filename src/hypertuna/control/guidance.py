@@ -201,11 +201,11 @@ def _table_columns(table: GaitTable) -> dict[str, list[float]]:
 def _plain(pilot: Guidance) -> dict[str, float]:
     """Return what the core takes from the table as it stands."""
     names = (
-        "gravity_rate field_rate depth_rate walk current_walk current_error factor_error factor_walk start_error "
-        "heading_rate rate_gain heading_integral lookahead depth_lookahead depth_integral "
+        "gravity_rate field_rate depth_rate position_walk current_walk current_error factor_error factor_walk "
+        "start_error heading_rate rate_gain heading_integral lookahead depth_lookahead depth_integral "
         "climb_lead climb_gain pitch_gain pitch_damping "
-        "surface_depth fence_margin error_near error_lost drift_enough patience retry compass_patience "
-        "fin_least fin_after fin_alone answer_after answer_depth blind_fin overhead"
+        "surface_depth fence_margin error_near error_lost drift_error_max fix_timeout retry compass_timeout "
+        "fin_min fin_after single_fin_max response_time response_depth blind_fin overhead"
     )
     values = {name: float(getattr(pilot, name)) for name in names.split()}
     sines = {name: math.sin(getattr(pilot, name)) for name in ("fin_tilt",)}

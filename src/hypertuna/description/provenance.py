@@ -1,35 +1,20 @@
-"""What made a result: version, instruction set, robot, model."""
+"""Provenance of a result: version, instruction set, robot, model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hypertuna import _core
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import version
 
-if TYPE_CHECKING:
-    pass
-
 __all__ = ["journal_header", "provenance"]
 
 
 def provenance(robot: Robot, *, water: bool = True) -> dict[str, str]:
-    """Say what made a result: attributes for every dataset and file.
-
-    Parameters
-    ----------
-    robot : Robot
-    water : bool
-        Whether the robot's model of body and water had a part in it.
-
-    Returns
-    -------
-    dict of str
-        Version, instruction set, robot and its hash, choice of model.
-    """
-    made = {
+    """Return the attributes of every dataset and file: version, instruction set, robot and, with `water`, its model."""
+    facts = {
         "hypertuna_version": version(),
         "isa": _core.isa(),
         "robot": robot.name,
@@ -37,23 +22,13 @@ def provenance(robot: Robot, *, water: bool = True) -> dict[str, str]:
         "robot_hash": robot.hash,
     }
     model = robot.model
-    return made | ({"water": model.water, "joints": model.joints, "areas": model.areas} if water else {})
+    return facts | ({"water": model.water, "joints": model.joints, "areas": model.areas} if water else {})
 
 
 def journal_header(kind: str, robot: Robot, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Say what a journal is of; one that says something else is not taken up again.
+    """Return the header of a journal, which resumes only work of the same header.
 
-    Parameters
-    ----------
-    kind : str
-        The work: "optimize", "pareto", "identify" ...
-    robot : Robot
-    options : mapping
-        Everything that the course of the work depends on, seed included; numbers, texts, lists and mappings of them.
-
-    Returns
-    -------
-    dict
+    `kind` is the work ("optimize", "identify"); `options` has everything that its course depends on, seed included.
     """
     robot_facts = {"robot": robot.name, "robot_hash": robot.hash}
     return {"kind": kind, "version": version(), "isa": _core.isa()} | robot_facts | {"options": dict(options)}

@@ -18,20 +18,7 @@ _LIMITS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "m
 
 
 def markdown(schema: Mapping[str, Any], *, title: str, introduction: str) -> str:
-    """Write a JSON Schema as a Markdown page: one section per table, one row per key.
-
-    Parameters
-    ----------
-    schema : mapping
-        JSON Schema of a TOML file, as pydantic makes it, with ``unit`` beside ``description``.
-    title, introduction : str
-        What the page begins with.
-
-    Returns
-    -------
-    str
-        The page.
-    """
+    """Return a JSON Schema of a TOML file as a Markdown page: one section per table, one row per key."""
     lines = [f"# {title}", "", introduction]
     for heading, table in _tables(schema, schema["$defs"], ""):
         lines += ["", f"## {heading or 'Top level'}", "", table["description"].split("\n", 1)[0], ""]
@@ -47,7 +34,7 @@ def markdown(schema: Mapping[str, Any], *, title: str, introduction: str) -> str
 def _tables(
     table: Mapping[str, Any], shared: Mapping[str, Any], heading: str
 ) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Yield a table of the schema and those below it, each with its heading as in a TOML file."""
+    """Yield a table of the schema and its subtables, each with its heading as in a TOML file."""
     yield f"`{heading}`" if heading else "", table
     path = heading.strip("[]")
     for name, rule in table["properties"].items():
@@ -64,13 +51,13 @@ def _tables(
 
 
 def _unless_null(rule: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the rule of a key that may be left out, when it is there."""
+    """Return the rule of an optional key that is present."""
     options: list[Mapping[str, Any]] = rule.get("anyOf", [rule])
     return next(option for option in options if option.get("type") != "null")
 
 
 def _value_in_words(rule: Mapping[str, Any], number: int = 0) -> str:
-    """Say what a key may hold, such as "number > 0"; number 1 is the plural."""
+    """Describe the values of a key, such as "number > 0"; number 1 is the plural."""
     rule = _unless_null(rule)
     if choices := rule.get("enum", [rule["const"]] if "const" in rule else None):
         return " or ".join(f"`{json.dumps(choice)}`" for choice in choices)

@@ -41,11 +41,11 @@ __all__ = ["Entry", "Robot", "cached", "json_schema", "load", "parse", "referenc
 
 T = TypeVar("T")
 
-TOLERANCE = 1e-6  # relative: links add up to the body length, shares to one
+TOLERANCE = 1e-6  # relative, of sums: links to the body length, shares to one
 
 
 class Entry(NamedTuple):
-    """One value of a robot's description: key, value and unit as in the file, and where the value is from."""
+    """One value of a robot's description: key, value and unit as in the file, and the value's source."""
 
     key: str
     value: Any
@@ -66,21 +66,21 @@ class Entry(NamedTuple):
 
 
 class Robot(Part):
-    """A robot, as described by one TOML file; `load` makes it.
+    """A robot, described by one TOML file and read by `load`.
 
-    All quantities are in SI units and radians, whatever the file says. A robot is frozen: `using` returns another.
+    All quantities are in SI units and radians. A robot is frozen: `using` returns another.
     """
 
     format: Literal[1] = entry("format", "version of this format, 1")
     name: Text = entry("name", "name of the robot")
-    description: Text = entry("description", "sentence that says what the robot is")
+    description: Text = entry("description", "sentence that describes the robot")
     body: Body = entry("body", "table of the whole robot's dimensions and mass")
     links: Links = entry("links", "table of the links, nose to tail")
     joints: tuple[JointGroup, ...] = entry("joints", "list of joint groups, head to tail")
     model: Choice = entry("model", "table of the model to use")
     water: Water = entry("water", "table of the water's density and coefficients")
     gaits: dict[str, NamedGait] = entry("gaits", "named gaits", default_factory=dict)
-    gait_bounds: GaitBounds | None = entry("gait_bounds", "table of the box that optimizers search", default=None)
+    gait_bounds: GaitBounds | None = entry("gait_bounds", "table of the bounds of gaits", default=None)
     battery: Battery | None = entry("battery", "table of the battery", default=None)
     servos: tuple[Servo, ...] = entry("servos", "list of servos", default=())
     sensors: tuple[Sensor, ...] = entry("sensors", "list of sensors", default=())
@@ -94,23 +94,21 @@ class Robot(Part):
     spatial: Spatial | None = entry("spatial", "table of the links beyond the plane", default=None)
     fins: Fins | None = entry("fins", "table of the pectoral fins", default=None)
     hinge: Hinge | None = entry("hinge", "table of a passive hinge in the tail", default=None)
-    fit: Fitted | None = entry(
-        "fit", "table that `hypertuna identify` leaves in the files that it writes", default=None
-    )
+    fit: Fitted | None = entry("fit", "table that `hypertuna identify` writes", default=None)
     sources: dict[str, Text] = entry(
-        "sources", "origin of each value, by key or by the start of a key", default_factory=dict
+        "sources", "source of each value, by key or the start of a key", default_factory=dict
     )
 
     _file: str = PrivateAttr(default="")
 
     @property
     def file(self) -> str:
-        """File that the robot was read from, empty if none."""
+        """File of the robot, empty if none."""
         return self._file
 
     @cached_property
     def hash(self) -> str:
-        """Sha256 of what can change a result: all but description, sources and the table of the firmware."""
+        """SHA-256 of all that affects results: all but description, sources and the table of the firmware."""
         texts = {"description", "sources", "firmware"}
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -123,22 +121,22 @@ class Robot(Part):
         return copy
 
     def document(self) -> dict[str, Any]:
-        """Write the robot as its file says it.
+        """Return the content of the robot's file.
 
         Returns
         -------
         dict
-            What `parse` reads: keys with units, angles in degrees, nothing that the file left out.
+            Input of `parse`: keys with units, angles in degrees, no defaults.
         """
         return self.model_dump(mode="json", by_alias=True, exclude_unset=True)
 
     def using(self, *, water: str | None = None, joints: str | None = None, areas: str | None = None) -> Robot:
-        """Return the same robot with another choice of model.
+        """Return the robot with another choice of model.
 
         Parameters
         ----------
         water, joints, areas : str, optional
-            What the table ``[model]`` may say; None leaves the choice as it is.
+            Values of the table ``[model]``; None keeps the present one.
 
         Returns
         -------
@@ -148,15 +146,15 @@ class Robot(Part):
         Raises
         ------
         InputError
-            If the choice does not exist, or the robot lacks the values that it needs.
+            If the choice does not exist, or the robot lacks its coefficients.
         """
-        given = {"water": water, "joints": joints, "areas": areas}
-        chosen = {key: value for key, value in given.items() if value is not None}
+        choice = {"water": water, "joints": joints, "areas": areas}
+        choice = {key: value for key, value in choice.items() if value is not None}
         document = self.document()
-        return parse(document | {"model": document["model"] | chosen}, file=self.file)
+        return parse(document | {"model": document["model"] | choice}, file=self.file)
 
     def source(self, key: str) -> str | None:
-        """Look up where a value is from: the longest entry of ``[sources]`` that starts its key.
+        """Look up the source of a value: the longest entry of ``[sources]`` that starts its key.
 
         Parameters
         ----------
@@ -166,14 +164,14 @@ class Robot(Part):
         Returns
         -------
         str or None
-            The source; None if there is none.
+            The source, None without one.
         """
         plain = re.sub(r"\[\d+\]", "", key)
         starts = [start for start in self.sources if plain == start or plain.startswith(f"{start}.")]
         return self.sources[max(starts, key=len)] if starts else None
 
     def entries(self) -> tuple[Entry, ...]:
-        """List every value of the robot, defaults included.
+        """List all values of the robot with defaults.
 
         Returns
         -------
@@ -189,7 +187,7 @@ class Robot(Part):
         )
 
     def unsourced(self) -> tuple[str, ...]:
-        """List the numbers of the file that have no source.
+        """List the numbers of the file without a source.
 
         Returns
         -------
@@ -245,7 +243,7 @@ def robots() -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Names that `load` knows.
+        Names for `load`.
     """
     return tuple(sorted(path.stem for path in shipped("robots").glob("*.toml")))
 
@@ -266,7 +264,7 @@ def load(robot: str | Path) -> Robot:
     Raises
     ------
     InputError
-        If there is no such file, or something in it cannot be used: one sentence with file, key, rule, value and fix.
+        If the file is missing or invalid: one sentence with file, key, rule, value and fix.
     """
     path = Path(robot)
     by_name = path.suffix != ".toml" and len(path.parts) == 1
@@ -294,41 +292,14 @@ def load(robot: str | Path) -> Robot:
 
 
 def robot_path(file: str) -> Path:
-    """Find the file that ``Robot.file`` names.
-
-    Parameters
-    ----------
-    file : str
-
-    Returns
-    -------
-    Path
-        As it stands, or in the folder of the robots that come with hypertuna.
-    """
+    """Return the path of ``Robot.file``, which may be that of a robot that comes with hypertuna."""
     path = Path(file)
     by_name = path.parent == Path("robots") and path.stem in robots()
     return shipped("robots") / path.name if by_name else path
 
 
 def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:
-    """Make a robot from a document, a nested mapping as `tomllib` reads it.
-
-    Parameters
-    ----------
-    document : mapping
-        Keys as in the file, with units.
-    file : str, optional
-        Named in errors, and kept as ``Robot.file``.
-
-    Returns
-    -------
-    Robot
-
-    Raises
-    ------
-    InputError
-        If something in the document cannot be used.
-    """
+    """Return the robot of a document as `tomllib` reads it; `file` is named in errors and kept as ``Robot.file``."""
     try:
         robot = Robot.model_validate(document)
     except ValidationError as error:
@@ -338,25 +309,13 @@ def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:
 
 
 def json_schema() -> dict[str, Any]:
-    """Make the JSON Schema of a robot file.
-
-    Returns
-    -------
-    dict
-        Keys as in the file, each with its description and, as ``unit``, its unit.
-    """
+    """Return the JSON Schema of a robot file: keys with description and ``unit``."""
     schema = Robot.model_json_schema(by_alias=True)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | schema
 
 
 def reference() -> str:
-    """Write down every key of a robot file with its unit, its rule and its meaning.
-
-    Returns
-    -------
-    str
-        A Markdown page, kept as docs/description.md.
-    """
+    """Return docs/description.md: every key of a robot file with unit, rule and meaning."""
     introduction = (
         "Every key of `robots/NAME.toml`, generated from the schema that `hypertuna robot schema` prints.\n"
         "Numbers must be finite; a list has one value per link, or per joint group in a gait."
@@ -384,7 +343,7 @@ def _check_body(robot: Robot) -> None:
 
 
 def _check_joints(robot: Robot) -> None:
-    """Check that every joint group bends joints that exist, each joint once, with shares that add up to one."""
+    """Check that joint groups share the existing joints, each joint once, with shares that add up to one."""
     unique(tuple(group.name for group in robot.joints), "joints[{}].name")
     last = len(robot.links.name) - 1
     owner: dict[int, int] = {}
@@ -396,7 +355,7 @@ def _check_joints(robot: Robot) -> None:
                 fix = "joint i sits at the front end of link i, and link 0 is the head"
                 raise InputError(f"must be a link from 1 to {last}", key=key, value=shown(link), fix=fix)
             if link in owner:
-                taken = f"{link}, which joints[{owner[link]}] has already"
+                taken = f"{link}, which joints[{owner[link]}] has too"
                 raise InputError("must be in one joint group only", key=key, value=taken, fix="remove it from one")
             owner[link] = g
         if not math.isclose(sum(group.share), 1, rel_tol=TOLERANCE):
@@ -407,30 +366,30 @@ def _check_joints(robot: Robot) -> None:
 
 
 def _check_model(robot: Robot) -> None:
-    """Check that the chosen model has the values that it needs."""
+    """Check that the robot has the coefficients of its model."""
     law = robot.model.water
     if getattr(robot.water, law) is None:
         fix = f"add the table [water.{law}] or choose another law in [model]"
-        raise InputError("must be a law whose coefficients are given", key="model.water", value=repr(law), fix=fix)
+        raise InputError("must be a law with coefficients", key="model.water", value=repr(law), fix=fix)
     for g, group in enumerate(robot.joints):
         if robot.model.joints == "bandwidth" and group.bandwidth is None:
             fix = "give it in Hz, or choose joints = 'ideal' in [model]"
-            raise InputError("is needed by model.joints = 'bandwidth'", key=f"joints[{g}].bandwidth_hz", fix=fix)
+            raise InputError("is missing for model.joints = 'bandwidth'", key=f"joints[{g}].bandwidth_hz", fix=fix)
 
 
 def _check_sources(robot: Robot) -> None:
-    """Check that every source belongs to a key, or to the start of one."""
+    """Check that every source belongs to a key or the start of one."""
     content = robot.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"sources"})
     places = [tuple(part for part in place if isinstance(part, str)) for place, _ in _values(content)]
     known = dict.fromkeys(written(place[:n]) for place in places for n in range(1, len(place) + 1))
     for key in robot.sources:
         if key not in known:
             fix = did_you_mean(key, known)
-            raise InputError("is the source of a key that does not exist", key=written(("sources", key)), fix=fix)
+            raise InputError("must be a key with a value", key=written(("sources", key)), fix=fix)
 
 
 def _values(value: Any, place: Place = ()) -> Iterator[tuple[Place, Any]]:
-    """Yield every value of a document with its place; a list of numbers or texts is one value."""
+    """Yield all values of a document with their places; a list of numbers or texts is one value."""
     if isinstance(value, Mapping):
         for name, part in value.items():
             yield from _values(part, (*place, name))
@@ -442,9 +401,9 @@ def _values(value: Any, place: Place = ()) -> Iterator[tuple[Place, Any]]:
 
 
 def require(value: T | None, key: str, robot: Robot | None = None, fix: str | None = None) -> T:
-    """Return a value that a computation needs, or raise InputError: ``require(robot.pump, "pump", robot)``.
+    """Return an optional value of a robot, or raise InputError: ``require(robot.pump, "pump", robot)``.
 
-    The fix follows from the schema where none is given: which table to add, or what to give in which unit.
+    The schema gives the default fix: the table to add, or the value with its unit.
     """
     if value is None:
         file = (robot and robot.file) or None

@@ -1,4 +1,4 @@
-"""A schema error as one sentence: key as written in the file, rule, value and fix."""
+"""Schema errors as one sentence: key as written in the file, rule, value and fix."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hypertuna.errors import InputError, did_you_mean, shown
 
 __all__ = ["Place", "field_at", "fix_for", "nested_model", "translate", "unit_of", "written"]
 
-Place = tuple[int | str, ...]  # where a value stands in a document: keys and indices, outermost first
+Place = tuple[int | str, ...]  # place of a value in a document: keys and indices, outermost first
 _NOUNS = {
     "dictionary": "a table",
     "tuple": "a list",
@@ -23,35 +23,27 @@ _NOUNS = {
     "integer": "a whole number",
     "boolean": "true or false",
 }
+_PHRASES = {  # regular expressions
+    "^Value error, ": "",
+    "Input should": "must",
+    "be greater than or equal to 0$": "not be negative",
+    "greater than or equal to": "at least",
+    "less than or equal to": "at most",
+}
 
 
 def nested_model(annotation: Any) -> type[BaseModel] | None:
     """Return the pydantic model inside an annotation such as ``tuple[Model, ...]`` or ``Model | None``."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
-    found = (nested_model(part) for part in get_args(annotation))
-    return next((model for model in found if model is not None), None)
+    models = (nested_model(part) for part in get_args(annotation))
+    return next((model for model in models if model is not None), None)
 
 
 def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseModel] | None, FieldInfo | None]:
-    """Find the field that a place in a document leads to.
-
-    Parameters
-    ----------
-    model : type of BaseModel
-        The schema of the whole document.
-    place : tuple of int and str
-        Keys and indices, outermost first.
-
-    Returns
-    -------
-    model : type of BaseModel or None
-        The schema of the table at that place, None if there is no table.
-    field : FieldInfo or None
-        The field itself, None for the whole document and for unknown places.
-    """
+    """Return the table at a place in a document, None if there is no table, and the field, None if it is unknown."""
     field: FieldInfo | None = None
-    named = False  # inside a table of named entries, such as [gaits.NAME]: the next part is a name
+    named = False  # in a table of named entries, such as [gaits.NAME]: the next part is a name
     for part in place:
         if isinstance(part, int):
             continue
@@ -89,26 +81,12 @@ def unit_of(field: FieldInfo | None) -> str:
 def translate(
     error: ValidationError, document: Mapping[str, Any], model: type[BaseModel], file: str | None
 ) -> InputError:
-    """Turn pydantic's report on a document into one InputError.
+    """Return pydantic's first error in a document as an InputError; unknown keys come before missing ones.
 
-    Parameters
-    ----------
-    error : pydantic.ValidationError
-        What pydantic found. An unknown key is told first: a misspelled key is also a missing one.
-    document : mapping
-        The document as read, for the value at the place of the error.
-    model : type of BaseModel
-        The schema; descriptions and units of its fields make the fix.
-    file : str or None
-        Where the document came from.
-
-    Returns
-    -------
-    InputError
-        The first error, with the key as written in the file.
+    The fix comes from descriptions and units of the model's fields.
     """
-    problems = error.errors(include_url=False)
-    first = next((p for p in problems if p["type"] == "extra_forbidden"), problems[0])
+    errors = error.errors(include_url=False)
+    first = next((one for one in errors if one["type"] == "extra_forbidden"), errors[0])
     cause = first.get("ctx", {}).get("error")
     if isinstance(cause, InputError):
         return InputError(cause.rule, file=file, key=cause.key, value=cause.value, fix=cause.fix)
@@ -116,6 +94,8 @@ def translate(
     key = written(place)
     if first["type"] == "extra_forbidden":
         owner, _ = field_at(model, place[:-1])
+        if present := getattr(owner, "renamed", {}).get(place[-1]):
+            return InputError("was renamed", file=file, key=key, fix=f"write {present}")
         known = [info.alias or name for name, info in owner.model_fields.items()] if owner else []
         return InputError("is not a known key", file=file, key=key, fix=did_you_mean(str(place[-1]), known))
     _, field = field_at(model, place)
@@ -126,7 +106,7 @@ def translate(
 
 
 def written(place: Place) -> str:
-    """Write a place in the document as one writes it: ``joints[0].links[2]``."""
+    """Return a place in the document as text: ``joints[0].links[2]``."""
     names = (part if isinstance(part, int) or re.fullmatch(r"[\w-]+", part) else f'"{part}"' for part in place)
     return "".join(f"[{name}]" if isinstance(name, int) else f".{name}" for name in names).removeprefix(".")
 
@@ -139,19 +119,23 @@ def _value(document: Any, place: Place) -> Any:
 
 
 def _rule(message: str) -> str:
-    """Pydantic's message in the words of a TOML file."""
+    """Return pydantic's message in the words of a TOML file."""
     if "should have at least 1 " in message:
         return "must not be empty"
     if "exceeded maximum size" in message:
         return "must be a smaller number"
-    if most := re.search(r"should have at most (\d+) items", message):
-        return f"must have at most {most[1]} values"
+    if limit := re.search(r"should have at most (\d+) items", message):
+        return f"must have at most {limit[1]} values"
     noun = next((ours for theirs, ours in _NOUNS.items() if f"valid {theirs}" in message), None)
-    return f"must be {noun}" if noun else message.removeprefix("Value error, ").replace("Input should", "must")
+    if noun:
+        return f"must be {noun}"
+    for theirs, ours in _PHRASES.items():
+        message = re.sub(theirs, ours, message)
+    return message
 
 
 def _fix(field: FieldInfo | None) -> str | None:
-    """Say what to write instead, from the description and the unit of the field."""
+    """Return what to write instead, from description and unit of the field."""
     if field is None or field.description is None:
         return None
     unit = unit_of(field)

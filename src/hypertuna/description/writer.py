@@ -1,4 +1,4 @@
-"""Robot files: a fitted robot, written into the text that it was read from, comments and layout kept."""
+"""Write a robot into the text of its file, with comments and layout kept."""
 
 from __future__ import annotations
 
@@ -18,25 +18,15 @@ __all__ = ["robot_text", "write_robot"]
 
 Array = NDArray[np.float64]
 
-SAME = 1e-13  # relative: numbers that differ by less are the same number in another notation
+SAME = 1e-13  # relative tolerance of the same number in another notation
 
 
 def robot_text(robot: Robot, *, note: str | None = None) -> str:
-    """Write a robot as TOML.
+    """Return a robot as TOML: the text of its file with changed values replaced, else a new text.
 
-    Parameters
-    ----------
-    robot : Robot
-    note : str, optional
-        What comments beside changed values say instead: where the new values come from.
-
-    Returns
-    -------
-    str
-        The text of ``robot.file`` with what differs replaced, its comments and its layout kept, but for comments beside
-        what differs: those say so. Where there is no such file any more, a text of its own.
+    Comments and layout are kept; `note`, the origin of the new values, replaces comments beside them.
     """
-    import tomlkit  # here, because few commands write robots
+    import tomlkit  # slow to import
 
     try:
         text = robot_path(robot.file).read_text(encoding="utf-8-sig") if robot.file else ""
@@ -51,30 +41,12 @@ def robot_text(robot: Robot, *, note: str | None = None) -> str:
 
 
 def write_robot(robot: Robot, path: str | Path, *, note: str | None = None) -> Path:
-    """Write a robot file, whole or not at all.
-
-    Parameters
-    ----------
-    robot : Robot
-    path : str or Path
-    note : str, optional
-        As for `robot_text`.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write a robot file, whole or not at all; `note` as for `robot_text`."""
     return write_atomically(path, robot_text(robot, note=note).encode())
 
 
 def _merge(table: Any, target: Mapping[str, Any], note: str = "") -> Any:
-    """Change a table of a document to what it should hold, and leave alone what it holds already."""
+    """Change a table of a document to its target; values that are equal stay as written."""
     for key in [key for key in table if key not in target]:
         del table[key]
     changed = []
@@ -96,12 +68,12 @@ def _merge(table: Any, target: Mapping[str, Any], note: str = "") -> Any:
 
 
 def _tables(value: Any) -> bool:
-    """Whether a value is a list of tables, each of which has comments of its own."""
+    """Whether a value is a list of tables, each with its own comments."""
     return isinstance(value, list) and any(isinstance(part, Mapping) for part in value)
 
 
 def _remark(table: Any, changed: Sequence[str], note: str) -> None:
-    """Let the comments beside changed values, and that of their table's header, say that they changed."""
+    """Note the change in comments beside changed values and in that of their table's header."""
     for key in changed:
         trivia = getattr(table.item(key), "trivia", None) if hasattr(table, "item") else None
         if trivia is not None and trivia.comment:
@@ -112,7 +84,7 @@ def _remark(table: Any, changed: Sequence[str], note: str) -> None:
 
 
 def _new(value: Any) -> Any:
-    """Lay out a value that the document does not have yet: a table, and a matrix by its rows."""
+    """Lay out a new value of the document: tables by key, matrices by row."""
     import tomlkit
 
     if isinstance(value, Mapping):
@@ -139,7 +111,7 @@ def _merge_list(items: Any, target: list[Any], note: str) -> None:
 
 
 def _same(there: Any, value: Any) -> bool:
-    """Whether two values of documents mean the same."""
+    """Whether two values of documents are equal."""
     if isinstance(value, Mapping):
         return isinstance(there, Mapping) and set(there) == set(value) and all(_same(there[k], value[k]) for k in value)
     if isinstance(value, list):

@@ -141,7 +141,7 @@ RULES = (
             "surface_depth",
             "fence_margin",
             "error_most",
-            "patience",
+            "fix_timeout",
         ]
     ),
     *(

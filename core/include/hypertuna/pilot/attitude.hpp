@@ -5,8 +5,8 @@
 /// IEEE TAC 53(5), 2008). What pulls slowly averages: the beat's accelerations are many times faster and cancel.
 #pragma once
 
-#include "hypertuna/pilot/readings.hpp"
 #include "hypertuna/math/spatial.hpp"
+#include "hypertuna/pilot/readings.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 

@@ -36,7 +36,7 @@ struct Estimator {
     T depth_rate;                                // 1/s of the depth observer
     T depth_low, depth_high, depth_step;         // m: range, largest change within a tick
     T glide;                                     // m in which the robot slows to 1/e when it stops beating
-    T walk, current_walk, factor_walk;           // m, m/s, 1 per root of a second: what the way is uncertain by
+    T position_walk, current_walk, factor_walk;  // m, m/s, 1 per root of a second: what the way is uncertain by
     T start_error, current_error, factor_error;  // standard deviations at the start
     T fix_noise, fix_offset;                     // m: noise of a fix, and what many of them share
     T fix_depth;                                 // m: deeper there can be none
@@ -87,7 +87,7 @@ void carry(const Estimator<T>& model, WayState<T>& way) {
     for (int i = 0; i < 2; ++i)
         for (int k = 0; k < way_states; ++k)
             way.spread[k][i] += dt * way.spread[k][2 + i] + way.moved[i] * way.spread[k][4];
-    const T noise[3] = {model.walk, model.current_walk, model.factor_walk};
+    const T noise[3] = {model.position_walk, model.current_walk, model.factor_walk};
     for (int k = 0; k < way_states; ++k) way.spread[k][k] += noise[k / 2] * noise[k / 2] * dt;
     way.moved[0] = way.moved[1] = T(0);
     way.ticks = 0;

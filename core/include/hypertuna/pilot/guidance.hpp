@@ -16,13 +16,13 @@ struct Guidance {
     T surface_depth;                              // m above which the robot counts as at the surface
     T fence_margin;                               // m
     T error_most, error_near, error_lost;         // m: come up, good enough, home
-    T drift_enough;                               // m/s: error of the way per second that a dive is begun with
-    T patience, retry;                            // s at the surface without a fix; s until the next attempt
+    T drift_error_max;                            // m/s: error of the way per second that a dive is begun with
+    T fix_timeout, retry;                         // s at the surface without a fix; s until the next attempt
     T lost_after;                                 // s without a sensor
-    T compass_patience;                           // s home without a compass
-    T fin_tilt, fin_least, fin_after;             // sine, rad, s: roll against a fin command that tells a lost fin
-    T fin_alone;                                  // rad: largest angle of a fin that is left alone
-    T answer_after, answer_depth;                 // s with fins at their limit, m of progress that is an answer
+    T compass_timeout;                            // s home without a compass
+    T fin_tilt, fin_min, fin_after;               // sine, rad, s: roll against a fin command that tells a lost fin
+    T single_fin_max;                             // rad: largest angle of a fin that is left alone
+    T response_time, response_depth;              // s with fins at their limit, m of progress that is an answer
     T blind_fin;                                  // rad: up without depth or IMU
     T slow;                                       // m/s at which it comes up without IMU
     T battery_empty, battery_span, battery_drop;  // V
@@ -115,7 +115,7 @@ template <class T>
 T alone_most(const Guidance<T>& model, const Reasons& why) {
     const bool alone = why.has(Reason::port_fin_lost) || why.has(Reason::starboard_fin_lost);
     const T most = model.steering.fin_most;
-    return alone && !why.has(Reason::no_answer) ? min(model.fin_alone, most) : most;
+    return alone && !why.has(Reason::no_answer) ? min(model.single_fin_max, most) : most;
 }
 
 /// Fins. One that does not follow rolls the robot against what the other does; two leave the depth where it is.
@@ -124,7 +124,7 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
                 T wanted) {
     const T period = model.steering.period, tilt = state.steering.beat.mean[3];
     Reasons& why = state.reasons;
-    const bool rolled = model.fin_tilt < abs(tilt) && model.fin_least < abs(state.fin) && at.attitude;
+    const bool rolled = model.fin_tilt < abs(tilt) && model.fin_min < abs(state.fin) && at.attitude;
     const T sign = (T(0) < tilt) == (T(0) < state.fin) ? T(1) : T(-1);
     const T limit = model.fin_after;
     if (rolled)
@@ -136,19 +136,19 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
         why.tell(Reason::starboard_fin_lost, limit <= state.fin_evidence);
     }
     const T error = abs(at.depth - wanted);
-    const bool anew = abs(wanted - state.depth_wanted) > model.answer_depth;
+    const bool anew = abs(wanted - state.depth_wanted) > model.response_depth;
     state.depth_wanted = wanted;
-    const T near = T(0) < wanted ? model.answer_depth : model.surface_depth;
+    const T near = T(0) < wanted ? model.response_depth : model.surface_depth;
     if (!at.depths || error < near)
         state.unanswered = 0;
-    else if (anew || state.unanswered == 0 || error < state.depth_error - model.answer_depth)
+    else if (anew || state.unanswered == 0 || error < state.depth_error - model.response_depth)
         state.unanswered = 1, state.depth_error = error;
     else
         ++state.unanswered;
     // Below the limit there is no time to wait: what goes on down with its fins up is driven down.
     const bool deep = mission.depth_most < at.depth && T(0.02) < at.sink;
-    const T patience = deep ? T(0.2) * model.answer_after : model.answer_after;
-    if (seconds(model, state.unanswered) < patience) return;
+    const T allowed = deep ? T(0.2) * model.response_time : model.response_time;
+    if (seconds(model, state.unanswered) < allowed) return;
     why.tell(Reason::stranded, (deep || why.has(Reason::no_answer)) && model.surface_depth < at.depth);
     why.tell(Reason::no_answer);
     state.unanswered = 0;
@@ -176,8 +176,8 @@ void weigh_fixes(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     }
     if (!state.rising) return;
     if (up && !at.fix) ++state.waiting;
-    const bool enough = at.fix && !vague && at.drift_error <= model.drift_enough;
-    const bool vain = model.patience <= T(state.waiting) * period;
+    const bool enough = at.fix && !vague && at.drift_error <= model.drift_error_max;
+    const bool vain = model.fix_timeout <= T(state.waiting) * period;
     if (vain) why.tell(Reason::no_fix), state.retry = int(model.retry / period);
     if (!enough && !vain) return;
     state.rising = false;
@@ -207,12 +207,12 @@ Mode mode_of(const Guidance<T>& model, const GuidanceState<T>& state, const Esti
     if (state.mode == Mode::done) return Mode::done;
     const Reasons& why = state.reasons;
     const bool up =
-        at.depths ? at.depth < model.surface_depth : at.fix || model.patience <= seconds(model, state.blind[0]);
+        at.depths ? at.depth < model.surface_depth : at.fix || model.fix_timeout <= seconds(model, state.blind[0]);
     if (why.has(Reason::stranded)) return Mode::hold;
     // Without IMU nothing steers: up, and wait there.
     if (why.has(Reason::imu_lost) && !at.attitude)
-        return up || model.patience <= seconds(model, state.blind[1]) ? Mode::hold : Mode::surface;
-    if (why.has(Reason::compass_lost) && !at.compass && model.compass_patience <= seconds(model, state.blind[2]))
+        return up || model.fix_timeout <= seconds(model, state.blind[1]) ? Mode::hold : Mode::surface;
+    if (why.has(Reason::compass_lost) && !at.compass && model.compass_timeout <= seconds(model, state.blind[2]))
         return up ? Mode::hold : Mode::surface;
     const bool all = why.has(Reason::all_reached);
     const bool adrift = why.has(Reason::no_fix) && model.error_lost < at.position_error;

@@ -140,7 +140,7 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
     visit("field_low", 0, a.field_low), visit("field_high", 0, a.field_high);
     Estimator<T>& e = m.estimator;
     visit("depth_rate", 0, e.depth_rate), visit("depth_low", 0, e.depth_low), visit("depth_high", 0, e.depth_high);
-    visit("depth_step", 0, e.depth_step), visit("glide", 0, e.glide), visit("walk", 0, e.walk);
+    visit("depth_step", 0, e.depth_step), visit("glide", 0, e.glide), visit("position_walk", 0, e.position_walk);
     visit("current_walk", 0, e.current_walk), visit("factor_walk", 0, e.factor_walk);
     visit("start_error", 0, e.start_error), visit("current_error", 0, e.current_error);
     visit("factor_error", 0, e.factor_error), visit("fix_noise", 0, e.fix_noise);
@@ -165,11 +165,11 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
     Guidance<T>& g = m.guidance;
     visit("surface_depth", 0, g.surface_depth), visit("fence_margin", 0, g.fence_margin);
     visit("error_most", 0, g.error_most), visit("error_near", 0, g.error_near), visit("error_lost", 0, g.error_lost);
-    visit("drift_enough", 0, g.drift_enough), visit("patience", 0, g.patience), visit("retry", 0, g.retry);
-    visit("lost_after", 0, g.lost_after), visit("compass_patience", 0, g.compass_patience);
-    visit("fin_tilt", 0, g.fin_tilt), visit("fin_least", 0, g.fin_least), visit("fin_after", 0, g.fin_after);
-    visit("fin_alone", 0, g.fin_alone), visit("answer_after", 0, g.answer_after);
-    visit("answer_depth", 0, g.answer_depth), visit("blind_fin", 0, g.blind_fin), visit("slow", 0, g.slow),
+    visit("drift_error_max", 0, g.drift_error_max), visit("fix_timeout", 0, g.fix_timeout), visit("retry", 0, g.retry);
+    visit("lost_after", 0, g.lost_after), visit("compass_timeout", 0, g.compass_timeout);
+    visit("fin_tilt", 0, g.fin_tilt), visit("fin_min", 0, g.fin_min), visit("fin_after", 0, g.fin_after);
+    visit("single_fin_max", 0, g.single_fin_max), visit("response_time", 0, g.response_time);
+    visit("response_depth", 0, g.response_depth), visit("blind_fin", 0, g.blind_fin), visit("slow", 0, g.slow),
         visit("battery_empty", 0, g.battery_empty);
     visit("battery_span", 0, g.battery_span), visit("battery_drop", 0, g.battery_drop);
     visit("endurance", 0, g.endurance), visit("overhead", 0, g.overhead);

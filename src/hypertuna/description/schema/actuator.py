@@ -1,7 +1,5 @@
 """The tables of the actuator in a robot description: drive units, soft joints, silicones."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Annotated, Literal, Self
@@ -17,13 +15,15 @@ from hypertuna.description.schema.base import (
     Real,
     Text,
     entry,
+    number,
     same_length,
 )
 from hypertuna.errors import InputError
+from hypertuna.ranges import Range
 
-NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where the volume in a braid is largest
-LEAST_ANGLES = 5  # of a reduced joint: a cubic spline takes four
-MIRRORED = 1e-9  # relative: what differs by less between the two sides is the same
+NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where a braid encloses the largest volume
+MIN_ANGLES = 5  # of a reduced joint: a cubic spline takes four
+MIRRORED = 1e-9  # relative tolerance of symmetry between the two sides
 MaterialSet = Literal["datasheet", "fe", "tensile"]
 
 
@@ -33,14 +33,16 @@ class DriveUnit(Part):
     outer_diameter: Positive = entry("outer_diameter_m", "outer diameter of the hose at rest", "m")
     inner_diameter: Positive = entry("inner_diameter_m", "inner diameter of the hose at rest", "m")
     braid_angle: PositiveDegrees = entry("braid_angle_deg", "angle of the braid from the axis, snug at rest", "deg")
-    sleeve: NotNegative = entry("sleeve_m", "thickness of silicone matrix that swells with the braid", "m", default=0.0)
+    sleeve: NotNegative = entry(
+        "sleeve_m", "thickness of the silicone matrix that expands with the braid", "m", default=0.0
+    )
     friction: NotNegative = entry(
-        "friction", "coefficient of friction between braid and hose, on the section inside the braid", default=0.0
+        "friction", "friction coefficient between braid and hose, on the section inside the braid", default=0.0
     )
     braid_stiffness: Positive = entry(
         "braid_stiffness_n_per_m",
-        "modulus times net thickness of each of the braid's two families of fibers; for finite elements, all else "
-        "takes the braid as inextensible",
+        "modulus times net thickness of each of the braid's two families of fibers; for finite elements, inextensible "
+        "otherwise",
         "N/m",
         default=1e6,
     )
@@ -62,7 +64,7 @@ class DriveUnit(Part):
 
 
 class Actuator(Part):
-    """The soft body of a joint, cut into segments; in each, muscles bend an elliptical section of matrix."""
+    """The soft body of a joint in segments; in each, muscles bend an elliptical section of matrix."""
 
     lever: Positive = entry("lever_m", "distance of the drive units from the neutral layer", "m")
     segment_length: tuple[Positive, ...] = entry(
@@ -71,12 +73,12 @@ class Actuator(Part):
     semi_major: tuple[Positive, ...] = entry("semi_major_m", "half height of each segment's section", "m")
     semi_minor: tuple[Positive, ...] = entry("semi_minor_m", "half width of each segment's section", "m")
     stiffness_factor: Positive = entry(
-        "stiffness_factor", "what multiplies the matrix' E I, for the strip, pipes and channels in it", default=1.0
+        "stiffness_factor", "factor on the matrix' E I for the strip, pipes and channels inside", default=1.0
     )
     spacing: Positive | None = entry(
         "spacing_m",
-        "distance of neighboring drive units of a side, across the plane of bending; for finite elements. Without it "
-        "they share the height of the narrowest section evenly, as far as they fit",
+        "distance of neighboring drive units of a side, across the plane of bending; for finite elements (default: "
+        "evenly over the height of the narrowest section)",
         "m",
         default=None,
     )
@@ -85,12 +87,12 @@ class Actuator(Part):
     )
     strip_width: NotNegative = entry(
         "strip_width_m",
-        "width of an inextensible strip in the neutral layer, the bending sensor, say; for finite elements, 0 for none",
+        "width of an inextensible strip in the neutral layer, such as a bend sensor; for finite elements, 0 for none",
         "m",
         default=0.0,
     )
-    asymmetry: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-1, lt=1)] = entry(
-        "asymmetry", "difference of the levers, left less right, over their mean", default=0.0
+    asymmetry: Annotated[float, number(Range(above=-1, below=1))] = entry(
+        "asymmetry", "difference of the levers, left minus right, over their mean", default=0.0
     )
 
     @model_validator(mode="after")
@@ -104,39 +106,40 @@ class Actuator(Part):
 
 
 class Reduced(Part):
-    """A soft joint as one angle, from finite elements or from measurements, that the twin uses instead of the model.
+    """A soft joint as one angle, from finite elements or measurements, which the twin uses instead of the model.
 
-    Angles are symmetrical about the straight joint. The right side is the mirror of the left: it holds at -angle what
-    the left one holds at angle.
+    Angles are symmetric about the straight joint; the right side's volume at an angle is the left side's at -angle.
     """
 
-    angle: tuple[Degrees, ...] = entry(
-        "angle_deg", "angles of the table, rising from the one end to the other, 5 at least", "deg"
-    )
+    angle: tuple[Degrees, ...] = entry("angle_deg", "angles of the table, rising, at least 5", "deg")
     elastic: tuple[Real, ...] = entry(
-        "elastic_n_m", "moment that holds each angle without pressure, toward positive angles", "N m"
+        "elastic_n_m", "moment that holds each angle without pressure, positive toward positive angles", "N m"
     )
-    volume: tuple[Positive, ...] = entry("volume_m3", "oil in the drive units of the left side at each angle", "m^3")
+    volume: tuple[Positive, ...] = entry(
+        "volume_m3", "volume of oil in the drive units of the left side at each angle", "m^3"
+    )
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if len(self.angle) < LEAST_ANGLES:
-            rule, value = f"must be {LEAST_ANGLES} long at least", f"{len(self.angle)} long"
+        if len(self.angle) < MIN_ANGLES:
+            rule, value = f"must be at least {MIN_ANGLES} long", f"{len(self.angle)} long"
             raise InputError(rule, key="joints.reduced.angle_deg", value=value, fix="give more angles")
         same_length(self, "joints.reduced", len(self.angle), "angle")
-        _check_rising(self.angle, "joints.reduced.angle_deg", math.degrees(1), "sort the angles, and give each once")
+        _check_rising(self.angle, "joints.reduced.angle_deg", math.degrees(1), "sort the angles and give each once")
         _check_rising(self.volume, "joints.reduced.volume_m3", 1.0, "count angles positive toward the left side")
         reach, largest = self.angle[-1], max(map(abs, self.elastic))
         for i, (a, b) in enumerate(zip(self.angle, reversed(self.angle), strict=True)):
             if abs(a + b) > MIRRORED * reach:
-                value, fix = f"{math.degrees(a):g} against {math.degrees(b):g}", "give both angles with either sign"
-                rule = "must be the same to both sides"
+                value, fix = f"{math.degrees(a):g} against {math.degrees(b):g}", "give each angle with both signs"
+                rule = "must be symmetric about 0"
                 raise InputError(rule, key=f"joints.reduced.angle_deg[{i}]", value=value, fix=fix)
         for i, (angle, a, b) in enumerate(zip(self.angle, self.elastic, reversed(self.elastic), strict=True)):
             key, value = f"joints.reduced.elastic_n_m[{i}]", f"{a:g} at {math.degrees(angle):g} deg"
             if abs(a + b) > MIRRORED * largest:
                 value += f", {b:g} on the other side"
-                raise InputError("must be opposite on the other side", key=key, value=value, fix="give it so")
+                raise InputError(
+                    "must be the opposite on the other side", key=key, value=value, fix="make the table odd"
+                )
             if a * angle <= 0 and abs(angle) > MIRRORED * reach:
                 fix = "give the moment that holds the angle, not the one that straightens the joint"
                 raise InputError("must have the sign of the angle", key=key, value=value, fix=fix)
@@ -144,7 +147,7 @@ class Reduced(Part):
 
 
 def _check_rising(values: tuple[float, ...], key: str, factor: float, fix: str) -> None:
-    """Check that each value of a list is above the one before."""
+    """Check that a list rises; errors show its values times `factor`."""
     for i, (a, b) in enumerate(pairwise(values)):
         if b <= a:
             value = f"{factor * b:g} after {factor * a:g}"
@@ -157,22 +160,20 @@ class Material(Part):
     tensile_strength: Positive = entry("tensile_strength_pa", "tensile strength", "Pa")
     modulus_100: Positive = entry("modulus_100_pa", "stress at 100 % strain", "Pa")
     shore: Text = entry("shore", "Shore hardness with its scale")
-    modulus_fe: Positive | None = entry(
-        "modulus_fe_pa", "Young's modulus of the material set fe, of a finite-element model", "Pa", default=None
-    )
+    modulus_fe: Positive | None = entry("modulus_fe_pa", "Young's modulus of the material set fe", "Pa", default=None)
     tensile: tuple[NotNegative, NotNegative] | None = entry(
-        "tensile_pa", "C1 and C2 of the material set tensile, fitted to tensile tests", "Pa", default=None
+        "tensile_pa", "Mooney-Rivlin C1 and C2 of the material set tensile, fitted to tensile tests", "Pa", default=None
     )
     relaxation: NotNegative = entry(
         "relaxation_s",
-        "time that its viscosity stands for: viscous stress is this times the elastic stress rate",
+        "relaxation time: viscous stress over the rate of the elastic stress",
         "s",
         default=0.0,
     )
 
 
 class Hinge(Part):
-    """A passive hinge at the front of a link, beside what the joint there does; a soft caudal fin, say."""
+    """A passive hinge at the front of a link, in series with the joint there; a soft caudal fin, for example."""
 
     link: Annotated[int, Field(strict=True, ge=1)] = entry("link", "link that the hinge carries")
     stiffness: Positive = entry("stiffness_n_m_per_rad", "stiffness of its spring", "N m/rad")

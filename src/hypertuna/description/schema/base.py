@@ -1,17 +1,23 @@
-"""What every table of a file is made of: frozen parts, kinds of numbers, conversion of units, common checks.
+"""What every table of a file is made of: frozen parts, ranges of numbers, conversion of units, common checks.
 
-Keys of a file carry the unit (``length_m``); attributes are SI and radians and carry none.
+Keys of a file carry the unit (``length_m``); attributes are in SI units and radians and carry none.
 """
 
-from __future__ import annotations
-
 import math
-from typing import Annotated, Any
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer
 
 from hypertuna.errors import InputError
 from hypertuna.ranges import FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Range
+
+ZERO_CELSIUS = 273.15  # K
+
+
+def number(limits: Range) -> Any:
+    """Return the rule of a key that holds a finite number within limits."""
+    return Field(strict=True, allow_inf_nan=False, ge=limits.min, le=limits.max, gt=limits.above, lt=limits.below)
 
 
 def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
@@ -22,13 +28,6 @@ def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
 _TO_RADIANS, _TO_DEGREES = _scaled(math.pi / 180)
 _TO_COULOMBS, _TO_AMPERE_HOURS = _scaled(3600.0)
 _TO_SECONDS, _TO_MICROSECONDS = _scaled(1e-6)
-_ZERO_CELSIUS = 273.15
-
-
-def number(limits: Range) -> Any:
-    """Return the rule of a key that holds a finite number within limits."""
-    return Field(strict=True, allow_inf_nan=False, ge=limits.min, le=limits.max, gt=limits.above, lt=limits.below)
-
 
 Real = Annotated[float, number(FINITE)]
 Positive = Annotated[float, number(POSITIVE)]
@@ -44,9 +43,9 @@ AmpereHours = Annotated[float, number(POSITIVE), _TO_COULOMBS, _TO_AMPERE_HOURS]
 Microseconds = Annotated[float, number(POSITIVE), _TO_SECONDS, _TO_MICROSECONDS]
 Celsius = Annotated[
     float,
-    number(Range(above=-_ZERO_CELSIUS)),
-    AfterValidator(lambda celsius: celsius + _ZERO_CELSIUS),
-    PlainSerializer(lambda kelvin: float(f"{kelvin - _ZERO_CELSIUS:.12g}")),
+    number(Range(above=-ZERO_CELSIUS)),
+    AfterValidator(lambda celsius: celsius + ZERO_CELSIUS),
+    PlainSerializer(lambda kelvin: float(f"{kelvin - ZERO_CELSIUS:.12g}")),
 ]
 Count = Annotated[int, Field(strict=True, gt=0)]
 Index = Annotated[int, Field(strict=True, ge=0)]
@@ -60,13 +59,15 @@ def entry(alias: str, description: str, unit: str = "", **options: Any) -> Any:
 
 
 class Part(BaseModel):
-    """A table of the file: frozen, no unknown keys."""
+    """A table of the file: frozen, no unknown keys; its validator is built when the first file is read."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
+    renamed: ClassVar[Mapping[str, str]] = {}  # former keys of the table, refused with the present one
+
 
 def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...] = ()) -> None:
-    """Check that every list of a table, but those named, has one value per link or joint group."""
+    """Check that every list of a table, except those named in `but`, has one value per link or joint group."""
     for name, info in type(part).model_fields.items():
         column = getattr(part, name)
         if isinstance(column, tuple) and len(column) != count and name not in but:
@@ -78,8 +79,25 @@ def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...]
             )
 
 
+def check_order(part: Part, key: str, low: str, high: str, *, equal: bool = False) -> None:
+    """Check that one value of a table is less than another, or at most equal to it."""
+    below, above, fields = getattr(part, low), getattr(part, high), type(part).model_fields
+    if below > above or (below == above and not equal):
+        rule = f"must be {'at most' if equal else 'less than'} {fields[high].alias}"
+        raise InputError(rule, key=f"{key}.{fields[low].alias}", value=f"{below:g}", fix="exchange the two")
+
+
+def check_inside(places: tuple[float, ...], lengths: tuple[float, ...], key: str, fix: str) -> None:
+    """Check that a place on each link is within its length [m]."""
+    for i, (place, length) in enumerate(zip(places, lengths, strict=True)):
+        if place > length:
+            raise InputError(
+                f"must lie inside the link, at most {length:g}", key=f"{key}[{i}]", value=f"{place:g}", fix=fix
+            )
+
+
 def unique(names: tuple[str, ...], key: str) -> None:
-    """Check that no two things have the same name."""
+    """Check that all names differ; `key` has a placeholder for the index."""
     for i, name in enumerate(names):
         if name in names[:i]:
             raise InputError("must be unique", key=key.format(i), value=repr(name), fix="give each its own name")

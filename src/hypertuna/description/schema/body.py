@@ -1,9 +1,4 @@
-"""The tables of a robot description, robots/NAME.toml: the schema from which everything else is generated.
-
-This file has what swims; schema_actuator.py, schema_hydraulics.py and schema_control.py have what makes it bend.
-"""
-
-from __future__ import annotations
+"""The tables of body, model, water and gaits in a robot description."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -25,6 +20,7 @@ from hypertuna.description.schema.base import (
     PositiveDegrees,
     Real,
     Text,
+    check_inside,
     entry,
     same_length,
     unique,
@@ -69,60 +65,53 @@ class Links(Part):
                 fix = "correct the link's mass and length"
                 value = f"{inertia:g}, from m l^2/12"
                 raise InputError("must be positive and finite", key=f"links.inertia_kg_m2[{i}]", value=value, fix=fix)
-        for i, (com, length) in enumerate(zip(self.com, self.length, strict=True)):
-            if com > length:
-                raise InputError(
-                    f"must lie inside the link, at most {length:g}",
-                    key=f"links.com_m[{i}]",
-                    value=f"{com:g}",
-                    fix="measure the center of mass from the link's front end in m",
-                )
+        fix = "measure the center of mass from the link's front end in m"
+        check_inside(self.com, self.length, "links.com_m", fix)
         return self
 
 
 class JointGroup(Part):
-    """A drive: one angle, spread over the joints at the front ends of its links."""
+    """A joint group: one drive whose angle is shared by the joints at the front ends of its links."""
 
     name: Text = entry("name", "name of the joint group")
     links: tuple[Index, ...] = entry("links", "links whose front joints this group bends", min_length=1)
     share: tuple[Real, ...] = entry(
         "share",
-        "part of the group's angle that each joint takes (default: equal)",
+        "each joint's share of the group's angle (default: equal)",
         default_factory=lambda group: (1 / len(group["links"]),) * len(group["links"]),
     )
     bandwidth: Positive | None = entry(
-        "bandwidth_hz", "frequency at which a first-order lag leaves 71 % of the amplitude", "Hz", default=None
+        "bandwidth_hz", "bandwidth of the first-order lag: 71 % of the amplitude at this frequency", "Hz", default=None
     )
     phase_offset: Degrees = entry(
         "phase_offset_deg",
-        "how much later the joints make the angle than the model of the joints says, ideal or not; added to a gait's "
-        "phase",
+        "phase lag of the joints beyond the model of the joints; added to a gait's phase",
         "deg",
         default=0.0,
     )
     amplitude_max: PositiveDegrees | None = entry(
-        "amplitude_max_deg", "largest amplitude to command", "deg", default=None
+        "amplitude_max_deg", "largest commanded amplitude", "deg", default=None
     )
     bend_max: PositiveDegrees | None = entry("bend_max_deg", "largest bend in air", "deg", default=None)
     pressure_max: Positive | None = entry("pressure_max_pa", "pressure of the largest bend", "Pa", default=None)
     drive_units: Count | None = entry("drive_units", "number of pairs of artificial muscles", default=None)
-    actuator: Actuator | None = entry("actuator", "table of the soft body that the muscles bend", default=None)
+    actuator: Actuator | None = entry("actuator", "table of the soft body", default=None)
     reduced: Reduced | None = entry(
-        "reduced", "table of moment and volume over the angle, instead of those of the actuator", default=None
+        "reduced", "table of moment and volume over the angle, instead of the actuator's", default=None
     )
     line: Line | None = entry("line", "table of the oil line of each of its two circuits", default=None)
 
 
 class Choice(Part):
-    """Which model computes the swim when the caller does not choose."""
+    """Model to use unless the caller chooses another."""
 
     water: Literal["lumped", "strip"] = entry("water", "law of the water forces")
     joints: Literal["ideal", "bandwidth"] = entry(
-        "joints", "choice of ideal joints or joints that lag by their bandwidth", default="ideal"
+        "joints", "model of the joints, without or with the lag of their bandwidth", default="ideal"
     )
     areas: Literal["consistent", "as-printed"] = entry(
         "areas",
-        "areas of the lumped law, friction on the wetted and drag on the lateral area or the other way round",
+        "areas of the lumped law: friction on the wetted and drag on the lateral area, or the reverse as printed",
         default="consistent",
     )
 
@@ -163,10 +152,10 @@ class Strip(Part):
         "linear_tangential_pa_s", "linear drag per length along the link (default: 0)", "Pa s", default_factory=_zeros
     )
     cross_flow: Flag = entry(
-        "cross_flow", "form of the normal drag, true for v_n |v| and false for v_n |v_n|", default=False
+        "cross_flow", "form of the normal drag: v_n |v| if true, v_n |v_n| if false", default=False
     )
     tail_shedding: Fraction = entry(
-        "tail_shedding", "part of Lighthill's reactive force that acts at the trailing edge", default=0.0
+        "tail_shedding", "fraction of Lighthill's reactive force that acts at the trailing edge", default=0.0
     )
 
 
@@ -179,7 +168,7 @@ class Water(Part):
 
 
 class NamedGait(Part):
-    """A gait that commands call by its name; one value per joint group."""
+    """A gait with a name; one value per joint group."""
 
     frequency: Positive = entry("frequency_hz", "beat frequency", "Hz")
     amplitude: tuple[Amplitude, ...] = entry("amplitude_deg", "amplitude of each joint group", "deg")
@@ -193,7 +182,7 @@ class NamedGait(Part):
 
 
 class GaitBounds(Part):
-    """The box that optimizers search for gaits, from lowest to highest; a value whose two ends are equal is fixed."""
+    """Bounds of the gaits that optimizers search, lowest and highest value; equal bounds fix the value."""
 
     frequency: tuple[Positive, Positive] = entry("frequency_hz", "lowest and highest beat frequency", "Hz")
     amplitude: tuple[tuple[Amplitude, Amplitude], ...] = entry(
@@ -222,39 +211,39 @@ class GaitBounds(Part):
 
 
 class Fitted(Part):
-    """What an identification left beside the values: how far its runs determine them, in SI units."""
+    """Result of an identification: values and their covariance, in SI units."""
 
-    text: Text = entry("text", "sentence that says what was fitted to what")
-    trials: Text = entry("trials", "files of the runs")
+    text: Text = entry("text", "sentence that states what was fitted to what")
+    trials: Text = entry("trials", "files of the trials")
     seed: Index = entry("seed", "seed of the fit", default=0)
     names: tuple[Text, ...] = entry(
         "names", "free coefficients, as `hypertuna identify --free` names them", min_length=1
     )
     units: tuple[str, ...] = entry("units", "unit of each")
-    scale: tuple[Literal["natural", "log"], ...] = entry("scale", "scale of each, in which its error is normal")
+    scale: tuple[Literal["natural", "log"], ...] = entry(
+        "scale", "scale of each, in which its error is normally distributed"
+    )
     value: tuple[Real, ...] = entry("value", "value of each")
     lower: tuple[Real, ...] = entry("lower", "lower bound of each")
     upper: tuple[Real, ...] = entry("upper", "upper bound of each")
     covariance: tuple[tuple[Real, ...], ...] = entry(
         "covariance",
-        "covariance of the values, or of their logarithms in log scale; the bounds count as a weak prior",
+        "covariance of the values, or of their logarithms in log scale; the bounds are a weak prior",
     )
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        for name in ("units", "scale", "value", "lower", "upper", "covariance"):
-            if len(getattr(self, name)) != len(self.names):
-                rule, fix = f"must be {len(self.names)} long, as fit.names is", "identify again"
-                raise InputError(rule, key=f"fit.{name}", value=f"{len(getattr(self, name))} long", fix=fix)
-        for i, row in enumerate(self.covariance):
-            if len(row) != len(self.names):
-                rule, fix = f"must be {len(self.names)} long, as fit.names is", "identify again"
-                raise InputError(rule, key=f"fit.covariance[{i}]", value=f"{len(row)} long", fix=fix)
+        columns = {n: getattr(self, n) for n in ("units", "scale", "value", "lower", "upper", "covariance")}
+        columns |= {f"covariance[{i}]": row for i, row in enumerate(self.covariance)}
+        for name, column in columns.items():
+            if len(column) != len(self.names):
+                rule, fix = f"must be {len(self.names)} long, like fit.names", "identify again"
+                raise InputError(rule, key=f"fit.{name}", value=f"{len(column)} long", fix=fix)
         return self
 
 
 def check_sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, pump: Pump | None) -> None:
-    """Check that muscles and lines fit into the sections that they run in, and sections and pump into the body."""
+    """Check that muscles and lines fit into their sections, and sections and pump into the body."""
     inside = [(f"pump.{name}_m", getattr(pump, name)) for name in ("bore", "crank", "rod") if pump is not None]
     for g, group in enumerate(joints):
         if (body := group.actuator) is None:
@@ -270,5 +259,5 @@ def check_sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | N
                 raise InputError(rule, key=key, value=f"{value:g}", fix="give it in m")
     for key, value in inside:
         if value >= length:
-            rule = f"must be less than body.length_m = {length:g}: it has its place in the body"
+            rule = f"must be less than body.length_m = {length:g}: it is inside the body"
             raise InputError(rule, key=key, value=f"{value:g}", fix="give it in m")

@@ -1,6 +1,4 @@
-"""The table of the firmware in a robot description: pins of the microcontroller, and what the supervisor goes by."""
-
-from __future__ import annotations
+"""The table of the firmware in a robot description: pins of the microcontroller, limits of the supervisor."""
 
 from typing import Self
 
@@ -14,9 +12,11 @@ from hypertuna.description.schema.base import (
     Positive,
     PositiveDegrees,
     PositiveFraction,
+    check_order,
     entry,
 )
 from hypertuna.errors import InputError
+from hypertuna.ranges import Whole
 
 # Teensy 4.1, by PJRC's card of its pins. Pins 42 to 47 are the card's, and those above lie under the board.
 PINS = range(42)
@@ -26,7 +26,7 @@ DEPTH = {18: "the depth sensor", 19: "the depth sensor"}  # its bus, Wire: SDA, 
 
 
 class Firmware(Part):
-    """The firmware: what is wired to which pin, and when the supervisor on board acts. No simulation depends on it."""
+    """The firmware: pins, and limits of the supervisor on board; without influence on simulations."""
 
     servo_pins: tuple[Index, ...] = entry(
         "servo_pins", "pins of the servos: of each joint group's left and right pump, then port and starboard fin"
@@ -35,7 +35,9 @@ class Firmware(Part):
     pressure_pins: tuple[Index, ...] = entry(
         "pressure_pins", "analog pins of the pressure sensors, left and right of each joint group"
     )
-    current_pins: tuple[Index, ...] = entry("current_pins", "analog pins of the servo current sensors, the same")
+    current_pins: tuple[Index, ...] = entry(
+        "current_pins", "analog pins of the servo current sensors, in the same order"
+    )
     voltage_pin: Index = entry("voltage_pin", "analog pin of the battery voltage's divider")
     leak_pin: Index = entry("leak_pin", "pin of the leak sensor, low when wet")
     imu_serial: Count = entry("imu_serial", "number of the serial port of the IMU")
@@ -43,37 +45,33 @@ class Firmware(Part):
     radio_serial: Count = entry("radio_serial", "number of the serial port of the radio")
     radio_baud: Count = entry("radio_baud_bit_s", "rate of that port", "bit/s")
     analog_low: Fraction = entry(
-        "analog_low", "part of the converter's range at which an analog sensor shows the lower end of its range"
+        "analog_low", "fraction of the converter's range that is the lower end of an analog sensor's range"
     )
     analog_high: PositiveFraction = entry("analog_high", "the same at the upper end")
 
     manual_timeout: Positive = entry("manual_timeout_s", "time without a joystick after which the tail rests", "s")
-    link_timeout: Positive = entry("link_timeout_s", "time without the ground after which a gait ends", "s")
-    home_timeout: Positive = entry("home_timeout_s", "time without the ground after which a robot goes home", "s")
+    link_timeout: Positive = entry("link_timeout_s", "time without the ground station after which a gait ends", "s")
+    home_timeout: Positive = entry(
+        "home_timeout_s", "time without the ground station after which the robot goes home", "s"
+    )
     voltage_empty: Positive = entry("voltage_empty_v", "battery voltage at which the tail rests for good", "V")
-    voltage_after: Positive = entry("voltage_after_s", "time that a low voltage must last to count", "s")
+    voltage_after: Positive = entry("voltage_after_s", "time of low voltage before the supervisor acts", "s")
     tilt_max: PositiveDegrees = entry("tilt_max_deg", "roll or pitch beyond which the tail rests", "deg")
-    tilt_after: Positive = entry("tilt_after_s", "time that such a tilt must last to count", "s")
-    leak_after: Positive = entry("leak_after_s", "time that a leak must last to count", "s")
+    tilt_after: Positive = entry("tilt_after_s", "time of such a tilt before the supervisor acts", "s")
+    leak_after: Positive = entry("leak_after_s", "time of a leak before the supervisor acts", "s")
     rise_depth: Positive = entry(
-        "rise_depth_m", "depth from which a robot comes up that is called home and has no mission", "m"
+        "rise_depth_m", "depth from which a robot without a mission surfaces on return home", "m"
     )
     watchdog: Positive = entry("watchdog_s", "time without a tick after which the watchdog restarts the firmware", "s")
     link_rate: Positive = entry("link_rate_bit_s", "rate of the radio over the air", "bit/s")
-    link_share: PositiveFraction = entry("link_share", "part of that rate which telemetry may take")
+    link_share: PositiveFraction = entry("link_share", "fraction of that rate for telemetry")
     system_id: Count = entry("system_id", "number of the robot in MAVLink, 1 to 250")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        for low, high in (("analog_low", "analog_high"), ("link_timeout", "home_timeout")):
-            below, above = getattr(self, low), getattr(self, high)
-            if below >= above:
-                alias = type(self).model_fields[low].alias
-                rule = f"must be less than {type(self).model_fields[high].alias}"
-                raise InputError(rule, key=f"firmware.{alias}", value=f"{below:g}", fix="exchange the two")
-        if self.system_id > 250:
-            fix = "choose another number for this robot"
-            raise InputError("must be at most 250", key="firmware.system_id", value=f"{self.system_id}", fix=fix)
+        check_order(self, "firmware", "analog_low", "analog_high")
+        check_order(self, "firmware", "link_timeout", "home_timeout")
+        Whole(max=250).check(self.system_id, "firmware.system_id", "choose another number for this robot")
         self._check_pins()
         return self
 
@@ -98,7 +96,7 @@ class Firmware(Part):
 
 
 def _take(uses: dict[int, str], pin: int, key: str) -> None:
-    """Give a pin a use, or say which one it has."""
+    """Assign a pin to its use; a pin has one only."""
     if pin in uses:
         rule, fix = f"must leave pin {pin} to {uses[pin]}", "wire one of the two elsewhere"
         raise InputError(rule, key=f"firmware.{key}", fix=fix)
@@ -111,7 +109,7 @@ def check_firmware(firmware: Firmware | None, groups: int) -> None:
         return
     sizes = {"servo_pins": 2 * groups + 2, "bend_pins": groups, "pressure_pins": 2 * groups, "current_pins": 2 * groups}
     for name, count in sizes.items():
-        found = len(getattr(firmware, name))
-        if found != count:
+        pins = len(getattr(firmware, name))
+        if pins != count:
             rule = f"must be {count} long, for {groups} joint group{'s' * (groups != 1)}"
-            raise InputError(rule, key=f"firmware.{name}", value=f"{found} long", fix=f"give {count} pins")
+            raise InputError(rule, key=f"firmware.{name}", value=f"{pins} long", fix=f"give {count} pins")

@@ -1,9 +1,8 @@
-"""The table of the pilot in a robot description: estimator, steering, and what it does when something fails."""
+"""The table of the pilot in a robot description: estimator, steering, response to faults."""
 
-from __future__ import annotations
-
-from collections.abc import Collection
-from typing import Self
+from collections.abc import Collection, Mapping
+from itertools import pairwise
+from typing import ClassVar, Self
 
 from pydantic import model_validator
 
@@ -15,75 +14,102 @@ from hypertuna.description.schema.base import (
     PositiveFraction,
     Real,
     Text,
+    check_order,
     entry,
     same_length,
 )
-from hypertuna.errors import InputError, did_you_mean
+from hypertuna.errors import InputError
+from hypertuna.ranges import check_name
 
 
 class Guidance(Part):
     """The pilot on board: where the robot is, where it goes, and when it comes home."""
 
+    renamed: ClassVar[Mapping[str, str]] = {
+        "walk_m": "position_walk_m",
+        "drift_enough_m_s": "drift_error_max_m_s",
+        "patience_s": "fix_timeout_s",
+        "compass_patience_s": "compass_timeout_s",
+        "fin_least_deg": "fin_min_deg",
+        "fin_alone_deg": "single_fin_max_deg",
+        "answer_after_s": "response_time_s",
+        "answer_depth_m": "response_depth_m",
+    }
+
     gaits: tuple[Text, ...] = entry(
-        "gaits", "named gaits of the gait table, slowest first; between two of them everything is linear", min_length=1
+        "gaits", "named gaits of the gait table, slowest first; linear interpolation in between", min_length=1
     )
     speed: tuple[Positive, ...] | None = entry(
         "speed_m_s",
-        "speed through the water of each of them (default: computed, joints by bandwidth)",
+        "speed of each of these gaits through the water (default: computed, joints by bandwidth)",
         "m/s",
         default=None,
     )
     decisions: Positive = entry("decisions_hz", "rate of decisions; it divides the control rate", "Hz")
 
-    gravity_rate: Positive = entry("gravity_rate_1_s", "rate at which gravity pulls the attitude", "1/s")
-    field_rate: Positive = entry("field_rate_1_s", "rate at which the magnetic field pulls the heading", "1/s")
-    drift_max: PositiveDegrees = entry("drift_max_deg_s", "largest offset of a gyroscope that is believed", "deg/s")
-    depth_rate: Positive = entry("depth_rate_1_s", "rate of the depth observer", "1/s")
-    walk: Positive = entry("walk_m", "scatter of the dead reckoning after 1 s", "m")
-    current_walk: Positive = entry("current_walk_m_s", "change of the current within 1 s, at random", "m/s")
+    gravity_rate: Positive = entry("gravity_rate_1_s", "gain of the attitude's correction by gravity", "1/s")
+    field_rate: Positive = entry("field_rate_1_s", "gain of the heading's correction by the magnetic field", "1/s")
+    drift_max: PositiveDegrees = entry("drift_max_deg_s", "largest offset of a gyroscope that is corrected", "deg/s")
+    depth_rate: Positive = entry("depth_rate_1_s", "bandwidth of the depth observer", "1/s")
+    position_walk: Positive = entry(
+        "position_walk_m", "standard deviation of dead reckoning after 1 s, a random walk", "m"
+    )
+    current_walk: Positive = entry(
+        "current_walk_m_s", "standard deviation of the current's change within 1 s, a random walk", "m/s"
+    )
     current_error: Positive = entry("current_error_m_s", "standard deviation of the current before any fix", "m/s")
-    factor_error: PositiveFraction = entry("factor_error", "standard deviation of the speed over the gait table's")
-    factor_walk: Positive = entry("factor_walk", "change of that factor within 1 s, at random")
+    factor_error: PositiveFraction = entry(
+        "factor_error", "standard deviation of the speed factor: speed over that of the gait table"
+    )
+    factor_walk: Positive = entry("factor_walk", "standard deviation of that factor's change within 1 s, a random walk")
     start_error: Positive = entry("start_error_m", "standard deviation of the start's position", "m")
 
-    bias_max: tuple[PositiveDegrees, ...] = entry("bias_max_deg", "tail bias that steers, of each joint group", "deg")
+    bias_max: tuple[PositiveDegrees, ...] = entry(
+        "bias_max_deg", "largest tail bias that steers, of each joint group", "deg"
+    )
     heading_rate: Positive = entry("heading_rate_1_s", "bandwidth of the heading loop", "1/s")
-    turn_max: PositiveDegrees = entry("turn_max_deg_s", "fastest turn that it asks for", "deg/s")
-    rate_gain: NotNegative = entry("rate_gain", "gain on what is missing of the rate of turn")
-    heading_integral: NotNegative = entry("heading_integral_1_s", "rate of the integral in the heading loop", "1/s")
-    lookahead: Positive = entry("lookahead_m", "distance of the point on the leg that it steers to", "m")
-    depth_lookahead: Positive = entry("depth_lookahead_m", "the same along the way up or down", "m")
-    climb_max: PositiveDegrees = entry("climb_max_deg", "steepest path that it asks for", "deg")
-    pitch_max: PositiveDegrees = entry("pitch_max_deg", "pitch at which it asks for none", "deg")
-    depth_integral: NotNegative = entry("depth_integral_1_s", "rate of the integral against a trim that is off", "1/s")
-    climb_lead: Positive = entry("climb_lead", "fin angle per climb that is asked for")
-    climb_gain: NotNegative = entry("climb_gain", "fin angle per climb that is missing")
-    pitch_gain: Real = entry("pitch_gain", "fin angle against pitch")
-    pitch_damping: NotNegative = entry("pitch_damping_s", "fin angle against the rate of pitch", "s")
-    speed_min: Positive = entry("speed_min_m_s", "slowest speed that fins and tail steer at", "m/s")
+    turn_max: PositiveDegrees = entry("turn_max_deg_s", "largest turning rate that the pilot commands", "deg/s")
+    rate_gain: NotNegative = entry("rate_gain", "gain on the error of the turning rate")
+    heading_integral: NotNegative = entry("heading_integral_1_s", "integral gain of the heading loop", "1/s")
+    lookahead: Positive = entry("lookahead_m", "lookahead distance along the leg", "m")
+    depth_lookahead: Positive = entry("depth_lookahead_m", "lookahead distance in depth", "m")
+    climb_max: PositiveDegrees = entry("climb_max_deg", "steepest path angle that the pilot commands", "deg")
+    pitch_max: PositiveDegrees = entry("pitch_max_deg", "pitch at which the commanded path angle is zero", "deg")
+    depth_integral: NotNegative = entry("depth_integral_1_s", "integral gain of the depth loop", "1/s")
+    climb_lead: Positive = entry("climb_lead", "fin angle per commanded path angle")
+    climb_gain: NotNegative = entry("climb_gain", "fin angle per error of the path angle")
+    pitch_gain: Real = entry("pitch_gain", "fin angle per pitch, against it")
+    pitch_damping: NotNegative = entry("pitch_damping_s", "fin angle per pitch rate, against it", "s")
+    speed_min: Positive = entry("speed_min_m_s", "speed that the steering gains assume at least", "m/s")
 
     surface_depth: Positive = entry("surface_depth_m", "depth above which the robot counts as at the surface", "m")
     fence_margin: Positive = entry(
-        "fence_margin_m", "distance to the fence, beside twice the position's error, at which the robot turns", "m"
+        "fence_margin_m",
+        "distance to the fence at which the robot turns, added to twice the position's standard deviation",
+        "m",
     )
-    error_max: Positive = entry("error_max_m", "position error at which it comes up for a fix", "m")
+    error_max: Positive = entry("error_max_m", "position error at which the robot surfaces for a fix", "m")
     error_near: Positive = entry("error_near_m", "the same near the fence", "m")
-    error_lost: Positive = entry("error_lost_m", "position error without any fix at which it goes home", "m")
-    drift_enough: Positive = entry("drift_enough_m_s", "error of the way per second that it begins a dive with", "m/s")
-    patience: Positive = entry("patience_s", "longest wait at the surface for a fix", "s")
-    retry: Positive = entry("retry_s", "time until it comes up again after a wait in vain", "s")
+    error_lost: Positive = entry("error_lost_m", "position error without any fix at which the robot goes home", "m")
+    drift_error_max: Positive = entry(
+        "drift_error_max_m_s", "growth rate of the position error below which a dive begins", "m/s"
+    )
+    fix_timeout: Positive = entry("fix_timeout_s", "longest wait at the surface for a fix", "s")
+    retry: Positive = entry("retry_s", "time until the next attempt after no fix", "s")
     sensor_timeout: Positive = entry("sensor_timeout_s", "time without readings after which a sensor is lost", "s")
-    compass_patience: Positive = entry("compass_patience_s", "time that the gyroscope alone is trusted for", "s")
-    fin_tilt: PositiveDegrees = entry("fin_tilt_deg", "roll that tells of a fin that does not follow", "deg")
-    fin_least: PositiveDegrees = entry("fin_least_deg", "fin angle at which roll is watched", "deg")
+    compass_timeout: Positive = entry("compass_timeout_s", "time without a compass after which the robot surfaces", "s")
+    fin_tilt: PositiveDegrees = entry("fin_tilt_deg", "roll that reveals a fin that does not follow", "deg")
+    fin_min: PositiveDegrees = entry("fin_min_deg", "fin angle above which that roll is monitored", "deg")
     fin_after: Positive = entry("fin_after_s", "time of such roll after which the fin is lost", "s")
-    fin_alone: PositiveDegrees = entry("fin_alone_deg", "largest angle of a fin that is left alone", "deg")
-    answer_after: Positive = entry("answer_after_s", "time in which the depth must answer to fins at their limit", "s")
-    answer_depth: Positive = entry("answer_depth_m", "change of depth that is an answer", "m")
-    blind_fin: PositiveDegrees = entry("blind_fin_deg", "fin angle on the way up without depth or IMU", "deg")
-    blind_speed: Positive = entry("blind_speed_m_s", "speed on the way up without an IMU", "m/s")
-    power: Positive = entry("power_w", "electrical power at the fastest gait, for the way home", "W")
-    overhead: NotNegative = entry("overhead_s", "time added to every way home", "s")
+    single_fin_max: PositiveDegrees = entry("single_fin_max_deg", "largest angle of the fin that still works", "deg")
+    response_time: Positive = entry(
+        "response_time_s", "time within which the depth must respond to fins at their limit", "s"
+    )
+    response_depth: Positive = entry("response_depth_m", "change of depth that counts as a response", "m")
+    blind_fin: PositiveDegrees = entry("blind_fin_deg", "fin angle during ascent without depth sensor or IMU", "deg")
+    blind_speed: Positive = entry("blind_speed_m_s", "speed during ascent without an IMU", "m/s")
+    power: Positive = entry("power_w", "electrical power at the fastest gait, for the energy to reach home", "W")
+    overhead: NotNegative = entry("overhead_s", "time added to every estimated return home", "s")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -92,24 +118,18 @@ class Guidance(Part):
                 rule, fix = f"must be {len(self.gaits)} long, one per gait", "give a speed per gait, or none"
                 value = f"{len(self.speed)} long"
                 raise InputError(rule, key="guidance.speed_m_s", value=value, fix=fix)
-            if any(a >= b for a, b in zip(self.speed, self.speed[1:], strict=False)):
+            if any(b <= a for a, b in pairwise(self.speed)):
                 rule, fix = "must rise from gait to gait", "put the slowest gait first"
                 raise InputError(rule, key="guidance.speed_m_s", value=f"{list(self.speed)}", fix=fix)
-        for low, high in (("error_near", "error_max"), ("error_max", "error_lost")):
-            below, above = getattr(self, low), getattr(self, high)
-            if below > above:
-                alias = type(self).model_fields[low].alias
-                rule = f"must be at most {type(self).model_fields[high].alias}"
-                raise InputError(rule, key=f"guidance.{alias}", value=f"{below:g}", fix="exchange the two")
+        check_order(self, "guidance", "error_near", "error_max", equal=True)
+        check_order(self, "guidance", "error_max", "error_lost", equal=True)
         return self
 
 
 def check_guidance(guidance: Guidance | None, gaits: Collection[str], groups: int) -> None:
-    """Check that the pilot's gaits exist and that it has a tail bias for each joint group."""
+    """Check that the pilot's gaits exist and that each joint group has its largest bias."""
     if guidance is None:
         return
     for k, name in enumerate(guidance.gaits):
-        if name not in gaits:
-            fix = did_you_mean(name, gaits)
-            raise InputError("must be a named gait", key=f"guidance.gaits[{k}]", value=repr(name), fix=fix)
+        check_name(name, gaits, f"guidance.gaits[{k}]", "gait")
     same_length(guidance, "guidance", groups, "joint group", but=("gaits", "speed"))

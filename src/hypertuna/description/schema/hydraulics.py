@@ -1,13 +1,12 @@
 """The tables of the hydraulics in a robot description: pump, oil, lines, servos, battery."""
 
-from __future__ import annotations
-
 from typing import Self
 
 from pydantic import model_validator
 
 from hypertuna import _core
 from hypertuna.description.schema.base import (
+    ZERO_CELSIUS,
     AmpereHours,
     Celsius,
     Count,
@@ -24,12 +23,12 @@ from hypertuna.description.schema.base import (
 )
 from hypertuna.errors import InputError
 
-HOTTEST = 373.15  # K: the warmer of the two viscosities that an oil is described by
-THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is not defined from there down
+HOTTEST = ZERO_CELSIUS + 100  # K: the higher of the two temperatures with a given viscosity
+THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is undefined there and below
 
 
 class Pump(Part):
-    """One cylinder of the piston pump: a servo turns a crank, the crank pushes a piston."""
+    """One cylinder of the piston pump: a servo turns a crank that drives a piston."""
 
     bore: Positive = entry("bore_m", "diameter of the piston", "m")
     crank: Positive = entry("crank_m", "length of the crank", "m")
@@ -37,7 +36,7 @@ class Pump(Part):
     neutral: PositiveDegrees = entry(
         "neutral_deg", "angle of the crank from full retraction at which the circuits were filled", "deg"
     )
-    dead_volume: NotNegative = entry("dead_volume_m3", "oil in the cylinder at full stroke", "m^3")
+    dead_volume: NotNegative = entry("dead_volume_m3", "volume of oil in the cylinder at full stroke", "m^3")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -75,19 +74,20 @@ class Oil(Part):
             value, fix = f"{self.cavitation:g}", "give the pressure above atmosphere"
             raise InputError(rule, key="oil.cavitation_pa", value=value, fix=fix)
         if not self.pour_point <= self.temperature <= HOTTEST:
-            rule = f"must be from oil.pour_point_c = {self.pour_point - 273.15:.5g} to {HOTTEST - 273.15:g}"
-            value, fix = f"{self.temperature - 273.15:.5g}", "give a temperature at which the oil flows"
+            low, high, here = (kelvin - ZERO_CELSIUS for kelvin in (self.pour_point, HOTTEST, self.temperature))
+            rule = f"must be from oil.pour_point_c = {low:.5g} to {high:g}"
+            value, fix = f"{here:.5g}", "give a temperature at which the oil flows"
             raise InputError(rule, key="oil.temperature_c", value=value, fix=fix)
         return self
 
 
 class Line(Part):
-    """The oil line from a cylinder to the drive units of one side of a joint, and how much its circuit gives."""
+    """The oil line from a cylinder to the drive units of one side of a joint, and the compliance of its circuit."""
 
     length: Positive = entry("length_m", "length of the line", "m")
     bore: Positive = entry("bore_m", "inner diameter of the line", "m")
     compliance: NotNegative = entry(
-        "compliance_m3_pa", "volume that hoses, braids and fittings give under pressure", "m^3/Pa", default=0.0
+        "compliance_m3_pa", "compliance of hoses, braids and fittings: volume per pressure", "m^3/Pa", default=0.0
     )
     loss: NotNegative = entry(
         "loss", "loss coefficient of entry and exit, in units of the dynamic pressure", default=0.0
@@ -112,16 +112,16 @@ class Battery(Part):
     voltage: Positive = entry("voltage_v", "nominal voltage of one cell", "V")
     charged: Positive | None = entry(
         "charged_v",
-        "open-circuit voltage of a full cell; it falls straight to as far below the nominal one (default: constant)",
+        "open-circuit voltage of a full cell; it falls linearly to as far below the nominal one (default: constant)",
         "V",
         default=None,
     )
-    series: Count | None = entry("series", "number of cells in series; the strings of them are parallel", default=None)
+    series: Count | None = entry("series", "number of cells in series; strings of them are in parallel", default=None)
     resistance: NotNegative = entry("resistance_ohm", "inner resistance of one cell", "ohm", default=0.0)
-    usable: Fraction = entry("usable", "part of the rated capacity that can be used", default=1.0)
+    usable: Fraction = entry("usable", "usable fraction of the rated capacity", default=1.0)
     converter: Positive | None = entry(
         "converter_v",
-        "voltage that a converter holds for the servos (default: they see the battery)",
+        "output voltage of the servos' converter (default: servos on the battery)",
         "V",
         default=None,
     )
@@ -142,17 +142,17 @@ class Battery(Part):
 class Servo(Part):
     """Servos of one kind."""
 
-    drives: Text = entry("drives", "what these servos move")
+    drives: Text = entry("drives", "part that these servos drive")
     count: Count = entry("count", "number of these servos")
     torque: Positive = entry("torque_n_m", "stall torque of one servo", "N m")
     speed: Positive | None = entry("speed_rad_s", "speed without load", "rad/s", default=None)
     voltage: Positive | None = entry("voltage_v", "voltage of torque and speed", "V", default=None)
     stall_current: Positive | None = entry("stall_current_a", "current at stall", "A", default=None)
     idle_current: NotNegative | None = entry("idle_current_a", "current without load, at rest", "A", default=None)
-    friction: NotNegative = entry("friction_n_m", "torque that its gears rub away", "N m", default=0.0)
+    friction: NotNegative = entry("friction_n_m", "friction torque of its gears, at the output", "N m", default=0.0)
     inertia: Positive | None = entry(
         "inertia_kg_m2", "moment of inertia of rotor and gears, at the output", "kg m^2", default=None
     )
     bandwidth: Positive | None = entry(
-        "bandwidth_hz", "corner frequency of its position loop, without load and below its limits", "Hz", default=None
+        "bandwidth_hz", "bandwidth of its position loop, without load and below its limits", "Hz", default=None
     )

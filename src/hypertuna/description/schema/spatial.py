@@ -1,25 +1,32 @@
-"""The tables of a robot description that only motion in space needs: sections and heights of the links, fins."""
-
-from __future__ import annotations
+"""The tables of a robot description that motion in space needs: heights and sections of the links, fins."""
 
 from typing import Self
 
 from pydantic import model_validator
 
-from hypertuna.description.schema.base import Fraction, NotNegative, Part, Positive, PositiveDegrees, Real, entry
+from hypertuna.description.schema.base import (
+    Fraction,
+    NotNegative,
+    Part,
+    Positive,
+    PositiveDegrees,
+    Real,
+    check_inside,
+    entry,
+)
 from hypertuna.errors import InputError
 
 
 class Spatial(Part):
-    """What links have beyond the plane, one value per link; heights are above the axis that runs through the joints."""
+    """The links in space, one value per link; heights are above the axis through the joints."""
 
     com_height: tuple[Real, ...] = entry("com_height_m", "height of each center of mass", "m")
-    volume: tuple[Positive, ...] = entry("volume_m3", "volume of each link, which the water carries", "m^3")
+    volume: tuple[Positive, ...] = entry("volume_m3", "volume of each link, for its buoyancy", "m^3")
     buoyancy_center: tuple[NotNegative, ...] = entry(
         "buoyancy_center_m", "distance of each center of buoyancy from the link's front end", "m"
     )
     buoyancy_height: tuple[Real, ...] = entry(
-        "buoyancy_height_m", "height of each center of buoyancy, where the water's forces in the plane act too", "m"
+        "buoyancy_height_m", "height of each center of buoyancy, where the planar water forces act too", "m"
     )
     height: tuple[Positive, ...] = entry("height_m", "height of each section, mean over the link", "m")
     width: tuple[Positive, ...] = entry("width_m", "width of each section, mean over the link", "m")
@@ -28,11 +35,11 @@ class Spatial(Part):
         "added_mass_vertical", "added mass per length up and down, in units of rho pi/4 width^2"
     )
     drag_roll: tuple[NotNegative, ...] = entry(
-        "drag_roll", "drag coefficient of a section's height that turns about the link's axis"
+        "drag_roll", "drag coefficient of a section's height in rotation about the link's axis"
     )
     shedding_vertical: Fraction = entry(
         "shedding_vertical",
-        "part of Lighthill's reactive force up and down, by the widest section, that acts at the tail end",
+        "fraction of Lighthill's vertical reactive force, of the widest section, that acts at the tail end",
         default=0.0,
     )
     inertia_roll: tuple[Positive, ...] | None = entry(
@@ -50,25 +57,23 @@ class Spatial(Part):
 
     def check_centers(self, length: tuple[float, ...]) -> None:
         """Check that every center of buoyancy lies inside its link."""
-        for i, (center, most) in enumerate(zip(self.buoyancy_center, length, strict=True)):
-            if center > most:
-                fix = "measure it from the link's front end in m"
-                key = f"spatial.buoyancy_center_m[{i}]"
-                raise InputError(f"must lie inside the link, at most {most:g}", key=key, value=f"{center:g}", fix=fix)
+        check_inside(
+            self.buoyancy_center, length, "spatial.buoyancy_center_m", "measure it from the link's front end in m"
+        )
 
 
 class Fins(Part):
-    """The pair of pectoral fins: flat plates on the head that servos pitch, one to either side."""
+    """The pair of pectoral fins: flat plates on both sides of the head, pitched by servos."""
 
     x: NotNegative = entry("x_m", "distance of the centers of area from the nose, along the head", "m")
     y: Positive = entry("y_m", "distance of the centers of area from the middle plane", "m")
-    z: Real = entry("z_m", "height of the centers of area above the axis that runs through the joints", "m")
+    z: Real = entry("z_m", "height of the centers of area above the axis through the joints", "m")
     span: Positive = entry("span_m", "span of one fin", "m")
     chord: Positive = entry("chord_m", "chord of one fin", "m")
     stall: PositiveDegrees = entry("stall_deg", "angle of attack at which half of the flow is stalled", "deg")
     drag_zero: NotNegative = entry("drag_zero", "drag coefficient along the plate")
     bandwidth: Positive = entry("bandwidth_hz", "bandwidth of the servos' first-order lag", "Hz")
-    speed: Positive = entry("speed_rad_s", "fastest that the servos turn", "rad/s")
+    speed: Positive = entry("speed_rad_s", "largest rate of the servos", "rad/s")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
