@@ -67,7 +67,7 @@ test-python: $(VENV)/.installed-test ## Python tests alone
 	@$(BIN)/python -m pytest -q -n $(JOBS)
 
 test-fe: $(VENV)/.installed-test $(VENV)/.installed-fe ## tests with finite elements; installs the extra fe
-	@$(BIN)/python -m pytest -q -n $(JOBS) -m fe tests/fe tests/cli tests/paper
+	@$(BIN)/python -m pytest -q -n $(JOBS) -m fe tests/fe tests/cli tests/paper validation/fe
 
 bench: $(VENV)/.installed-bench build/bench ## speed against the peers, as tables
 	@$(BIN)/python benchmarks/run.py

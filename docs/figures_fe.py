@@ -41,7 +41,7 @@ def run_table() -> str:
 
 
 def case_table() -> str:
-    """Tabulate what theory knows, as `hypertuna fe validate --json` was stored."""
+    """Tabulate the stored output of `validation/fe/validate.py --json`."""
     cases = json.loads((ROOT / "validation" / "fe" / "cases.json").read_text())["cases"]
     body, group = [], ""
     for case in cases:

@@ -28,7 +28,6 @@ from hypertuna.cli.fe.options import (
     rising_pressures,
 )
 from hypertuna.cli.fe.reduce import reduce_command
-from hypertuna.cli.fe.validate import validate_command
 from hypertuna.cli.old_console import (
     check_suffix,
     command_line,
@@ -266,4 +265,3 @@ def _print(found: FeBend, record: dict[str, Any]) -> None:
 
 fe_app.command("compare")(compare_command)
 fe_app.command("reduce")(reduce_command)
-fe_app.command("validate")(validate_command)

@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from fe_blocks import STRAINS, cantilever, closed_form, cube_stress
+from fe_tube import CARRIER, ideal_pull, ideal_stretch, load, pull, tube
 
 from hypertuna import _core
 from hypertuna.actuation.silicone import Mooney
@@ -19,8 +21,6 @@ from hypertuna.fe.energies import LAWS, Solid, Wall
 from hypertuna.fe.measure import measure
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
 from hypertuna.fe.newton import Equilibrium
-from hypertuna.fe.verification.blocks import STRAINS, cantilever, closed_form, cube_stress
-from hypertuna.fe.verification.tube import CARRIER, ideal_pull, ideal_stretch, load, pull, tube
 
 __all__ = ["ANGLES", "Case", "beam_cases", "cube_cases", "joint_cases", "muscle_cases", "sleeve_cases", "validate"]
 
@@ -38,31 +38,17 @@ LINEAR = 0.3  # Poisson's ratio for the linear law: in biaxial tension it has no
 
 @dataclass(frozen=True)
 class Case:
-    """A number that theory knows.
+    """A number that theory knows."""
 
-    Attributes
-    ----------
-    group, name : str
-        What was computed.
-    computed, theory : float
-        In the unit of the case.
-    unit : str
-    tolerance : float
-        Largest relative difference of the two that passes [1].
-    locks : bool
-        Whether the elements are known to lock: then a difference beyond the tolerance is what must be.
-    text : str
-        How the computation failed, empty if it did not.
-    """
-
-    group: str
-    name: str
-    computed: float
-    theory: float
+    group: str  # what was computed
+    name: str  # what was computed
+    computed: float  # in the unit of the case
+    theory: float  # in the unit of the case
     unit: str
-    tolerance: float
+    tolerance: float  # largest relative difference of the two that passes [1]
+    # whether the elements are known to lock: then a difference beyond the tolerance is what must be
     locks: bool = False
-    text: str = ""
+    text: str = ""  # how the computation failed, empty if it did not
 
     @property
     def difference(self) -> float:
@@ -76,24 +62,7 @@ class Case:
 
 
 def validate(robot: Robot, progress: Callable[[int, int], None] | None = None) -> tuple[Case, ...]:
-    """Compute all cases.
-
-    Parameters
-    ----------
-    robot : Robot
-        With the table ``[drive_unit]``: its hose, braid and silicones are taken.
-    progress : callable, optional
-        Called with what is done and the total.
-
-    Returns
-    -------
-    tuple of Case
-
-    Raises
-    ------
-    InputError
-        If the robot lacks the table, or the extra is not installed.
-    """
+    """Compute all cases. `robot` [drive_unit]."""
     tubes = (muscle_cases(robot, math.radians(angle), hose=hose) for hose in (False, True) for angle in ANGLES)
     groups = (*tubes, sleeve_cases(robot), beam_cases(robot), cube_cases(robot), joint_cases(robot))
     found: list[Case] = []
@@ -109,17 +78,7 @@ def muscle_cases(robot: Robot, angle: float, *, hose: bool) -> Iterator[Case]:
 
     A braid alone is compared with the textbook, `ideal_pull`; with the hose in it, with core muscle.hpp.
 
-    Parameters
-    ----------
-    robot : Robot
-    angle : float
-        Of the braid at rest [rad].
-    hose : bool
-        Whether the hose has its stiffness.
-
-    Yields
-    ------
-    Case
+    `angle` [rad].
     """
     wall = replace(_wall(robot, angle), hose=mooney(robot, drive_unit(robot).hose) if hose else Mooney(0.0, 0.0))
     group = f"Tube, braid {'and hose' if hose else 'alone'}, {math.degrees(angle):g} deg"
@@ -137,16 +96,7 @@ def muscle_cases(robot: Robot, angle: float, *, hose: bool) -> Iterator[Case]:
 
 
 def sleeve_cases(robot: Robot) -> Iterator[Case]:
-    """Compare a tube with hose and a sleeve of matrix, as in a joint, with core muscle.hpp.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Yields
-    ------
-    Case
-    """
+    """Compare a tube with hose and a sleeve of matrix, as in a joint, with core muscle.hpp."""
     wall = _wall(robot, drive_unit(robot).braid_angle)
     sleeve = Solid("mooney_rivlin", mooney(robot, drive_unit(robot).matrix), POISSON[1])
     group = f"Tube, hose in matrix, {math.degrees(wall.braid_angle):g} deg"
@@ -158,16 +108,7 @@ def sleeve_cases(robot: Robot) -> Iterator[Case]:
 
 
 def beam_cases(robot: Robot) -> Iterator[Case]:
-    """Compare a clamped beam of the matrix with Timoshenko's theory, for several orders of elements.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Yields
-    ------
-    Case
-    """
+    """Compare a clamped beam of the matrix with Timoshenko's theory, for several orders of elements."""
     forms = ((1, False, 1.0), (1, False, 0.5), (2, False, 0.5), (3, False, 1.0), (3, True, 1.0))
     for poisson in POISSON:
         solid = Solid("mooney_rivlin", mooney(robot, drive_unit(robot).matrix), poisson)
@@ -184,14 +125,6 @@ def cube_cases(robot: Robot) -> Iterator[Case]:
     """Compare the nominal stress of a cube with closed forms, for every law of the matrix.
 
     Those of the hyperelastic laws are of an incompressible solid.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Yields
-    ------
-    Case
     """
     shear = 2 * sum(mooney(robot, drive_unit(robot).matrix))
     constants = Mooney(0.4 * shear, 0.1 * shear)  # both terms, at the shear modulus of the matrix
@@ -208,15 +141,7 @@ def cube_cases(robot: Robot) -> Iterator[Case]:
 def joint_cases(robot: Robot, *, pressure: float = 50e3) -> Iterator[Case]:
     """Compare the last joint's bend in the mixed form with that by displacements, and at a higher Poisson's ratio.
 
-    Parameters
-    ----------
-    robot : Robot
-    pressure : float
-        Of the left side [Pa].
-
-    Yields
-    ------
-    Case
+    `pressure` [Pa].
     """
     joint = robot.joints[-1].name
 

@@ -26,19 +26,7 @@ STRAINS = {
 def cube_stress(solid: Solid, strain: str, amount: float) -> tuple[float, Equilibrium]:
     """Strain a cube, its other faces free, and measure its nominal stress along x: P_xx, or P_xy in shear.
 
-    Parameters
-    ----------
-    solid : Solid
-    strain : str
-        One of `STRAINS`.
-    amount : float
-        Entries of the displacement's gradient [1].
-
-    Returns
-    -------
-    stress : float
-        Mean over the cube [Pa].
-    found : Equilibrium
+    Returns the stress [Pa].
     """
     need_fe()
     import ngsolve as ngs
@@ -58,18 +46,7 @@ def cube_stress(solid: Solid, strain: str, amount: float) -> tuple[float, Equili
 def closed_form(solid: Solid, strain: str, amount: float) -> float:
     """Nominal stress of a cube: hyperelastic ones incompressible, the linear one with its Poisson's ratio.
 
-    Parameters
-    ----------
-    solid : Solid
-    strain : str
-        One of `STRAINS`.
-    amount : float
-        [1].
-
-    Returns
-    -------
-    float
-        [Pa].
+    Returns the stress [Pa].
     """
     stretch, mu, nu = 1 + amount, solid.shear, solid.poisson
     if solid.law == "linear":  # S = 2 mu E + lambda tr(E), with Green's strain E; P = F S
@@ -94,26 +71,7 @@ def cantilever(
 ) -> tuple[float, float, int, Equilibrium]:
     """Clamp a beam of square section at one end and push the other across; compare with `timoshenko`.
 
-    Parameters
-    ----------
-    solid : Solid
-    order : int
-        Of the displacements.
-    mixed : bool
-        Whether the pressure is an unknown of its own.
-    size : float
-        Of the elements, over the beam's height [1].
-
-    Returns
-    -------
-    sag : float
-        Mean displacement of the end [m].
-    theory : float
-        The same by Timoshenko's theory [m].
-    elements : int
-        Of half the beam.
-    found : Equilibrium
-        Whether the force was reached; where it was not, the displacement is that of a smaller one.
+    Returns sag [m], theory [m].
     """
     need_fe()
     import ngsolve as ngs
@@ -141,16 +99,7 @@ def cantilever(
 def timoshenko(solid: Solid, force: float) -> float:
     """Displacement of a clamped beam's end: F L^3 / (3 E I) + F L / (k G A), k by Cowper (1966) for a rectangle.
 
-    Parameters
-    ----------
-    solid : Solid
-    force : float
-        Across the end of the beam of `cantilever` [N].
-
-    Returns
-    -------
-    float
-        [m].
+    `force` [N]; returns [m].
     """
     length, nu = SLENDER * SIDE, solid.poisson
     young, inertia, factor = 2 * solid.shear * (1 + nu), SIDE**4 / 12, 10 * (1 + nu) / (12 + 11 * nu)

@@ -6,24 +6,22 @@ import json
 import math
 from typing import Any
 
+import fe_blocks
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+import validate as fe_validate
+from fe_blocks import cantilever, closed_form, cube_stress
+from fe_cases import ANGLES, Case, beam_cases, cube_cases, muscle_cases, sleeve_cases
+from fe_tube import ideal_pull, ideal_stretch, load, pull, sleeve_pull, tube
 
 import hypertuna as ht
 from hypertuna.actuation.silicone import Mooney
-from hypertuna.cli.fe import validate as cli_fe_validate
-from hypertuna.cli.fe.app import fe_app
 from hypertuna.errors import InputError
 from hypertuna.fe.energies import LAWS, Solid, Wall, solid_energy
 from hypertuna.fe.measure import measure
 from hypertuna.fe.mesh import MeshSize
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
 from hypertuna.fe.newton import Equilibrium, lead
-from hypertuna.fe.verification import blocks as fe_blocks
-from hypertuna.fe.verification.blocks import cantilever, closed_form, cube_stress
-from hypertuna.fe.verification.cases import ANGLES, Case, beam_cases, cube_cases, muscle_cases, sleeve_cases
-from hypertuna.fe.verification.tube import ideal_pull, ideal_stretch, load, pull, sleeve_pull, tube
 
 ROBOT = ht.load("hypertuna")
 SILICONE = Mooney(10e3, 3e3)
@@ -221,20 +219,23 @@ def test_cases_pass_as_they_must() -> None:
 
 
 @pytest.mark.fe
-def test_command_tells_the_cases_and_fails_with_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = list(CASES)
-    monkeypatch.setattr(cli_fe_validate, "validate", lambda robot, progress: tuple(found))
-    done = CliRunner().invoke(fe_app, ["validate", "--json"])
-    told = json.loads(done.stdout)
-    assert done.exit_code == 0
-    assert told["robot"] == "hypertuna"
-    assert [case["passed"] for case in told["cases"]] == [True, True]
-    assert told["cases"][0]["difference"] == pytest.approx(0.002)
-    text = CliRunner().invoke(fe_app, ["validate"]).stdout
+def test_script_prints_the_cases_and_fails_with_them(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cases = list(CASES)
+    monkeypatch.setattr(fe_validate, "validate", lambda robot: tuple(cases))
+    assert fe_validate.main(["--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["robot"] == "hypertuna"
+    assert [case["passed"] for case in record["cases"]] == [True, True]
+    assert record["cases"][0]["difference"] == pytest.approx(0.002)
+    assert fe_validate.main([]) == 0
+    text = capsys.readouterr().out
     assert "all 2 cases agree" in text
     assert "over 50" in text
-    found.append(Case("Tube", "free", 0.2, 0.3, "1", 0.01, text="no step lowers the energy"))
-    done = CliRunner().invoke(fe_app, ["validate"])
-    assert done.exit_code == 1
-    assert "1 of 3 cases are off" in done.stdout
-    assert "NO no step" in done.stdout.replace("\n", " ")
+    cases.append(Case("Tube", "free", 0.2, 0.3, "1", 0.01, text="no step lowers the energy"))
+    assert fe_validate.main([]) == 1
+    text = capsys.readouterr().out
+    assert "1 of 3 cases disagree" in text
+    assert "NO no step" in text.replace("\n", " ")
+    assert fe_validate.main(["--robot", "nobody"]) == 2

@@ -29,25 +29,13 @@ CARRIER = Solid("neo_hookean", Mooney(2.5, 0.0), 0.0)
 
 @dataclass(frozen=True)
 class Tube:
-    """A tube with its present state, which `load` changes.
-
-    Attributes
-    ----------
-    wall : Wall
-    sleeve : Solid
-    length : float
-        At rest [m].
-    held : bool
-        Whether its length is held.
-    problem : Problem
-        Energy of a quarter; its loads are the pressure [Pa] and what the ends are pulled apart with [N].
-    """
+    """A tube with its present state, which `load` changes."""
 
     wall: Wall
     sleeve: Solid
-    length: float
-    held: bool
-    problem: Problem
+    length: float  # at rest [m]
+    held: bool  # whether its length is held
+    problem: Problem  # energy of a quarter; its loads are the pressure [Pa] and what the ends are pulled apart with [N]
 
     @property
     def displacement(self) -> Any:
@@ -61,27 +49,7 @@ class Tube:
 
 
 def tube(wall: Wall, sleeve: Solid = CARRIER, *, thickness: float, held: bool = False) -> Tube:
-    """Make a tube, at rest.
-
-    Parameters
-    ----------
-    wall : Wall
-    sleeve : Solid
-        Around the wall.
-    thickness : float
-        Of the sleeve [m].
-    held : bool
-        Whether its length is held; else it follows its loads.
-
-    Returns
-    -------
-    Tube
-
-    Raises
-    ------
-    InputError
-        If the extra is not installed.
-    """
+    """Make a tube, at rest. `thickness` [m]."""
     need_fe()
     import ngsolve as ngs
 
@@ -107,36 +75,12 @@ def tube(wall: Wall, sleeve: Solid = CARRIER, *, thickness: float, held: bool = 
 
 
 def load(tube: Tube, pressure: float, apart: float = 0.0) -> Equilibrium:
-    """Lead a tube from its present loads and state to other loads.
-
-    Parameters
-    ----------
-    tube : Tube
-    pressure : float
-        [Pa].
-    apart : float
-        Force that pulls the ends apart [N]; without meaning for a tube that is held.
-
-    Returns
-    -------
-    Equilibrium
-    """
+    """Lead a tube from its present loads and state to other loads. `pressure` [Pa], `apart` [N]."""
     return lead(tube.problem, (pressure, apart))
 
 
 def pull(tube: Tube) -> float:
-    """Force of a held tube on its ends, toward each other: virtual work of a displacement x / L.
-
-    Parameters
-    ----------
-    tube : Tube
-        Held, and in equilibrium.
-
-    Returns
-    -------
-    float
-        [N].
-    """
+    """Force of a held tube on its ends, toward each other: virtual work of a displacement x / L. Returns [N]."""
     import ngsolve as ngs
 
     state = tube.problem.state
@@ -147,18 +91,7 @@ def pull(tube: Tube) -> float:
 
 
 def sleeve_pull(tube: Tube) -> float:
-    """Part of a tube's pull that is the sleeve's: what a carrier adds that theory does not know.
-
-    Parameters
-    ----------
-    tube : Tube
-        In equilibrium.
-
-    Returns
-    -------
-    float
-        [N].
-    """
+    """Part of a tube's pull that is the sleeve's: what a carrier adds that theory does not know. Returns [N]."""
     import ngsolve as ngs
 
     _, F = _gradients(tube.displacement, ngs.CF(tube.stretch - 1))
@@ -171,21 +104,7 @@ def ideal_pull(pressure: float, radius: float, angle: float, stretch: float = 1.
 
     After Gaylord (1958); Chou and Hannaford (1996) write it with the diameter at 90 degrees, D0 / sin theta0.
 
-    Parameters
-    ----------
-    pressure : float
-        [Pa].
-    radius : float
-        Of the braid at rest [m].
-    angle : float
-        Of the braid from the axis at rest [rad].
-    stretch : float
-        [1].
-
-    Returns
-    -------
-    float
-        [N], negative where the tube pushes.
+    `pressure` [Pa], `radius` [m], `angle` [rad], `stretch` [1]; returns [N].
     """
     return pressure * math.pi * (radius / math.sin(angle)) ** 2 * (3 * (stretch * math.cos(angle)) ** 2 - 1)
 
@@ -193,17 +112,7 @@ def ideal_pull(pressure: float, radius: float, angle: float, stretch: float = 1.
 def ideal_stretch(angle: float, part: float = 0.0) -> float:
     """Stretch at which a braid alone pulls a part of what it pulls at rest: `ideal_pull` solved for lambda.
 
-    Parameters
-    ----------
-    angle : float
-        Of the braid from the axis at rest [rad].
-    part : float
-        [1].
-
-    Returns
-    -------
-    float
-        [1].
+    `angle` [rad], `part` [1]; returns [1].
     """
     return math.sqrt((1 + part * (3 * math.cos(angle) ** 2 - 1)) / 3) / math.cos(angle)
 
