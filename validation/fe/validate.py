@@ -39,7 +39,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 2
     if options.json:
-        facts = {"command": "python validation/fe/validate.py --json", "ngsolve_version": importlib.metadata.version("ngsolve")}
+        facts = {
+            "command": "python validation/fe/validate.py --json",
+            "ngsolve_version": importlib.metadata.version("ngsolve"),
+        }
         records = [vars(case) | {"difference": case.difference, "passed": case.passed} for case in cases]
         print(json.dumps(provenance(robot, water=False) | facts | {"cases": records}, indent=2))
     else:
