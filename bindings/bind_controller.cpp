@@ -27,29 +27,36 @@ static void fill(double (&to)[N], const std::vector<double>& from, const char* n
     std::copy(from.begin(), from.end(), to);
 }
 
-/// Columns of readings and commands by name, as core controller.hpp has them.
 static Readings<double> readings_of(const NamedColumns& columns, int joints) {
-    const std::size_t j = joints, c = 2 * j;
-    Readings<double> r{};
-    const auto take = [&](const char* name, auto& to, std::size_t wanted) {
-        const auto found = columns.find(name);
-        if (found == columns.end()) throw nb::value_error((std::string("readings: lacks ") + name).c_str());
-        fill(to, found->second, name, wanted);
-    };
-    take("bend", r.bend, j), take("pressure", r.pressure, c), take("current", r.current, c);
-    take("rate", r.rate, 3), take("acceleration", r.acceleration, 3);
-    r.voltage = column_at(columns, "voltage", 0);
-    return r;
+    PilotReadings<double> readings{};
+    read_readings(columns, joints, Reader::controller, readings);
+    return readings.robot;
 }
 
-static NamedColumns columns_of(const Readings<double>& r, int joints) {
-    const int j = joints, c = 2 * j;
-    return {{"bend", {r.bend, r.bend + j}},
-            {"pressure", {r.pressure, r.pressure + c}},
-            {"current", {r.current, r.current + c}},
-            {"rate", {r.rate, r.rate + 3}},
-            {"acceleration", {r.acceleration, r.acceleration + 3}},
-            {"voltage", {r.voltage}}};
+static NamedColumns columns_of(const Readings<double>& robot, int joints) {
+    const PilotReadings<double> readings = without_pilot(robot);
+    NamedColumns columns;
+    visit_channels([&](const auto& channel, int) {
+        const double* first = channel.of(readings);
+        if (channel.reader == Reader::controller) columns[channel.name] = {first, first + channel.count(joints)};
+    });
+    return columns;
+}
+
+/// A kind of sensor as Python has it (hypertuna.description.channels.Channel).
+using ChannelRow = std::tuple<std::string, std::string, std::string, std::string, std::string, std::string, std::string,
+                              bool, int, int>;
+
+static constexpr const char* per_names[] = {"joint", "circuit", "robot"};
+static constexpr const char* converter_names[] = {"analog", "digital", "none"};
+
+static std::vector<ChannelRow> channel_rows() {
+    std::vector<ChannelRow> rows;
+    visit_channels([&](const auto& c, int first) {
+        rows.emplace_back(c.name, c.part, c.column, c.unit, c.meaning, per_names[int(c.per)],
+                          converter_names[int(c.converter)], c.reader == Reader::pilot, first, c.size);
+    });
+    return rows;
 }
 
 static Command<double> command_of(const NamedColumns& columns, int joints, bool fresh, bool armed) {
@@ -96,7 +103,7 @@ static NamedColumns sense_row(Senses& senses, const NamedColumns& truth, const s
         faults.push_back({fault_kind(kind), first, last, start, end});
     const Readings<double> truths = readings_of(truth, senses.model.joints);
     const double time = double(senses.state.count) * senses.tick;
-    const Sensed<double> sensed = sense(senses.model, senses.state, truths, faults.data(), int(faults.size()), time);
+    const auto sensed = sense(senses.model, senses.state, truths, faults.data(), int(faults.size()), time);
     senses.state = sensed.state;
     return columns_of(sensed.readings, senses.model.joints);
 }
@@ -105,14 +112,10 @@ void bind_controller(nb::module_& m) {
     m.attr("MOST_JOINTS") = most_joints;
     m.def("fault_kinds", &fault_kinds, "Kinds of sensor faults, none first.");
     m.def(
-        "sensor_channels",
-        [] {
-            return std::map<std::string, int>{{"bend", bend_channel},       {"pressure", pressure_channel},
-                                              {"current", current_channel}, {"imu", imu_channel},
-                                              {"battery", battery_channel}, {"depth", depth_channel},
-                                              {"field", field_channel},     {"position", position_channel}};
-        },
-        "First channel of every kind of sensor.");
+        "channel_table", &channel_rows,
+        "Kinds of sensors in the order of their channels: name, part that fails as one, column of logs, unit, meaning, "
+        "what has one (joint, circuit, robot), converter (analog, digital, none), whether only the pilot reads it, "
+        "first channel, channels reserved.");
     m.def("condition_table", &condition_table,
           "Conditions of the controller's status in the order of its bits: name, what a bit of its place stands for "
           "(robot, joint, circuit, servo), sentence.");

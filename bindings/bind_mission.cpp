@@ -69,16 +69,14 @@ struct Flight {
     const std::optional<BoardCall>& board;  // in place of the pilot
 };
 
-/// What the sensors show, for a board: bends, pressures, currents, rates, accelerations, battery, depth, field, and
-/// east and north of a fix where one came.
+/// What the sensors show, for a board: every channel that has counts, then east and north of a fix where one came.
 static std::vector<double> shown(const PilotReadings<double>& readings, int joints) {
     std::vector<double> out;
-    const auto add = [&](const double* from, int count) { out.insert(out.end(), from, from + count); };
-    const Readings<double>& robot = readings.robot;
-    add(robot.bend, joints), add(robot.pressure, 2 * joints), add(robot.current, 2 * joints);
-    add(robot.rate, 3), add(robot.acceleration, 3), add(&robot.voltage, 1);
-    add(&readings.depth, 1), add(readings.field, 3);
-    if (readings.fixed) add(readings.fix, 2);
+    visit_channels([&](const auto& channel, int) {
+        const double* first = channel.of(readings);
+        if (channel.converter != Converter::none) out.insert(out.end(), first, first + channel.count(joints));
+    });
+    if (readings.fixed) out.insert(out.end(), readings.fix, readings.fix + 2);
     return out;
 }
 
@@ -185,7 +183,7 @@ static std::pair<NamedArrays, nb::bytes> run_mission(
         if (std::get<0>(fault) < 0 || std::get<0>(fault) > 1) throw nb::value_error("fins: must be fin 0 or 1");
     const Pilot<double> flying = read_pilot<double>(controller, pilot);
     const OwnedMission<double> plan(mission, waypoints, fence);
-    const Sensors<double> senses = read_pilot_sensors<double>(sensors, seed);
+    const Sensors<double> senses = read_sensors<double>(sensors, seed, Reader::pilot);
     check_extent("joints", flying.controller.joints, points.size());
     const std::vector<Fault<double>> failing = read_faults(faults);
     const Flight with{flying, plan.mission, senses, failing, fins, gaps, board};

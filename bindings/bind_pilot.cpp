@@ -19,15 +19,9 @@ using Row = nb::typed<nb::dict, nb::str, nb::any>;
 
 static PilotReadings<double> pilot_readings(const NamedColumns& columns, int joints) {
     PilotReadings<double> r{};
-    const auto take = [&](const char* name, double* to, std::size_t count) {
-        for (std::size_t k = 0; k < count; ++k) to[k] = column_at(columns, name, k);
-    };
-    take("bend", r.robot.bend, joints), take("pressure", r.robot.pressure, 2 * joints);
-    take("current", r.robot.current, 2 * joints), take("rate", r.robot.rate, 3);
-    take("acceleration", r.robot.acceleration, 3), take("voltage", &r.robot.voltage, 1);
-    take("depth", &r.depth, 1), take("field", r.field, 3);
+    read_readings(columns, joints, Reader::pilot, r);
     r.fixed = columns.count("fix") != 0;
-    if (r.fixed) take("fix", r.fix, 2);
+    for (int k = 0; r.fixed && k < 2; ++k) r.fix[k] = column_at(columns, "fix", std::size_t(k));
     return r;
 }
 

@@ -40,16 +40,33 @@ inline FaultKind fault_kind(const std::string& name) {
     return FaultKind(found - kinds.begin());
 }
 
+/// The models of the sensors that the controller reads, or also of those that only the pilot reads.
 template <class T>
-Sensors<T> read_sensors(const NamedColumns& columns, std::uint64_t seed) {
+Sensors<T> read_sensors(const NamedColumns& columns, std::uint64_t seed, Reader last = Reader::controller) {
     Sensors<T> sensors{};
     sensors.joints = int(column_at(columns, "joints", 0));
     sensors.root_tick = T(std::sqrt(column_at(columns, "tick", 0)));
     sensors.seed = seed;
-    visit_fields(sensors, [&](const char* sensor, const char* name, T& field) {
+    const auto fill = [&](const char* sensor, const char* name, T& field) {
         field = T(column_at(columns, std::string(sensor) + "." + name, 0));
-    });
+    };
+    visit_fields(sensors, Reader::controller, fill);
+    if (last == Reader::pilot) {
+        visit_fields(sensors, Reader::pilot, fill);
+        sensors.fix_every = int(column_at(columns, "fix_every", 0));
+    }
     return sensors;
+}
+
+/// Readings by the names of the channels.
+inline void read_readings(const NamedColumns& columns, int joints, Reader last, PilotReadings<double>& readings) {
+    visit_channels([&](const auto& channel, int) {
+        if (channel.reader > last || channel.converter == Converter::none) return;
+        const auto found = columns.find(channel.name);
+        if (found == columns.end()) throw nb::value_error((std::string("readings: lacks ") + channel.name).c_str());
+        check_extent(channel.name, found->second.size(), std::size_t(channel.count(joints)));
+        std::copy(found->second.begin(), found->second.end(), channel.of(readings));
+    });
 }
 
 }  // namespace hypertuna

@@ -21,17 +21,6 @@ Pilot<T> read_pilot(const NamedColumns& controller, const NamedColumns& columns)
     return pilot;
 }
 
-/// The models of a robot's sensors with those that the pilot reads.
-template <class T>
-Sensors<T> read_pilot_sensors(const NamedColumns& columns, std::uint64_t seed) {
-    Sensors<T> sensors = read_sensors<T>(columns, seed);
-    visit_pilot_fields(sensors, [&](const char* sensor, const char* name, T& field) {
-        field = T(column_at(columns, std::string(sensor) + "." + name, 0));
-    });
-    sensors.fix_every = int(column_at(columns, "fix_every", 0));
-    return sensors;
-}
-
 /// A mission that owns its waypoints and its fence.
 template <class T>
 struct OwnedMission {

@@ -54,11 +54,12 @@ Pilot<T> test_pilot() {
 inline Sensors<double> test_senses(std::uint64_t seed) {
     Sensors<double> s{};
     s.joints = 2, s.root_tick = 0.1, s.seed = seed;
-    s.bend = {-1.5, 1.5, 0.0035, 0, 0, 0, 0}, s.pressure = {-1e5, 5e5, 500, 183, 0, 0, 0};
-    s.current = {-5, 5, 0.02, 0, 0, 0, 0}, s.voltage = {0, 20, 0.02, 0.005, 0, 0.04, 0};
-    s.rate = {-35, 35, 0.0012, 0.00107, 0, 0.0017, 0}, s.acceleration = {-157, 157, 0.02, 0.0048, 0, 0.05, 0};
-    s.depth = {-1, 30, 0.01, 0.002, 0, 0.02, 0}, s.field = {-2, 2, 0.01, 0.001, 0, 0.01, 0};
-    s.position = {-1e5, 1e5, 1.5, 0, 0, 1.5, 0}, s.fix_every = 100;
+    s.of("bend") = {-1.5, 1.5, 0.0035, 0, 0, 0, 0}, s.of("pressure") = {-1e5, 5e5, 500, 183, 0, 0, 0};
+    s.of("current") = {-5, 5, 0.02, 0, 0, 0, 0}, s.of("voltage") = {0, 20, 0.02, 0.005, 0, 0.04, 0};
+    s.of("rate") = {-35, 35, 0.0012, 0.00107, 0, 0.0017, 0},
+    s.of("acceleration") = {-157, 157, 0.02, 0.0048, 0, 0.05, 0};
+    s.of("depth") = {-1, 30, 0.01, 0.002, 0, 0.02, 0}, s.of("field") = {-2, 2, 0.01, 0.001, 0, 0.01, 0};
+    s.of("position") = {-1e5, 1e5, 1.5, 0, 0, 1.5, 0}, s.fix_every = 100;
     return s;
 }
 
@@ -189,14 +190,9 @@ Voyage<T> voyage(const Mission<T>& mission, const Water& water, double most, std
         PilotReadings<double> readings = sensed.readings;
         spoil(readings, out.ticks);
         PilotReadings<T> heard{};
-        const auto copy = [](const auto& from, auto& to) {
-            for (std::size_t k = 0; k < sizeof(from) / sizeof(from[0]); ++k) to[k] = T(from[k]);
-        };
-        copy(readings.robot.bend, heard.robot.bend), copy(readings.robot.pressure, heard.robot.pressure);
-        copy(readings.robot.current, heard.robot.current), copy(readings.robot.rate, heard.robot.rate);
-        copy(readings.robot.acceleration, heard.robot.acceleration), copy(readings.field, heard.field);
-        copy(readings.fix, heard.fix);
-        heard.robot.voltage = T(readings.robot.voltage), heard.depth = T(readings.depth);
+        visit_channels([&](const auto& channel, int) {
+            for (int k = 0; k < channel.size; ++k) channel.of(heard)[k] = T(channel.of(readings)[k]);
+        });
         heard.fixed = readings.fixed;
         out.last = fly(pilot, out.last.state, heard, mission);
         swim_on(out.fish, water, pilot.guidance.steering, out.last.state.controller, out.last.output);

@@ -9,9 +9,8 @@
 
 namespace hypertuna::firmware {
 
-/// Everything that is read as counts has a channel of core sensors.hpp: bends, pressures, currents, rates,
-/// accelerations, battery, depth, magnetic field.
-inline constexpr int channels = position_channel;
+/// What is read as counts has its place among all channels of core readings.hpp.
+inline constexpr int channels = sensor_channels;
 
 /// Samples of a channel since the last tick. None at all is a sensor that does not answer.
 struct Samples {

@@ -28,14 +28,14 @@ enum class OrderKind : std::uint8_t {
 inline constexpr int order_numbers = 16;
 
 struct ToBoard {
-    std::int32_t sample[channels];
+    std::int32_t sample[counted_channels];
     std::int32_t fix[2];
     std::uint8_t flags, order, which, spare;
     float number[order_numbers];
 
     static constexpr std::uint8_t fixed = 1, leak = 2, ground = 4, last = 8, stack = 16;
 };
-static_assert(sizeof(ToBoard) == 4 * (channels + 2 + 1 + order_numbers));
+static_assert(sizeof(ToBoard) == 4 * (counted_channels + 2 + 1 + order_numbers));
 
 struct FromBoard {
     std::uint32_t tick;
@@ -141,10 +141,7 @@ struct Digest {
     const Estimate<float>& at = now.estimate;
     const Command<float>& command = now.command;
     const ControllerOutput<float>& out = now.output;
-    const Readings<float>& robot = now.readings.robot;
-    sum.add(robot.bend, most_joints), sum.add(robot.pressure, most_circuits), sum.add(robot.current, most_circuits);
-    sum.add(robot.rate, 3), sum.add(robot.acceleration, 3), sum.add(&robot.voltage, 1);
-    sum.add(&now.readings.depth, 1), sum.add(now.readings.field, 3), sum.add(now.readings.fix, 2);
+    visit_channels([&](const auto& channel, int) { sum.add(channel.of(now.readings), channel.size); });
     sum.add(&at.q.w, 4), sum.add(&at.rate.x, 3), sum.add(&at.facing.x, 3), sum.add(at.current, 2);
     for (const float* x : {&at.depth, &at.sink, &at.x, &at.y, &at.speed, &at.factor, &at.position_error,
                            &at.drift_error, &at.tilt, &command.frequency, &now.battery_left})
@@ -167,8 +164,12 @@ struct Lockstep {
 
     bool wait() { return wire.read(&request, sizeof(request)); }
     void read(Raw& raw) {
-        for (int c = 0; c < channels; ++c)
-            if (request.sample[c] != no_sample) raw.channel[c].add(request.sample[c]);
+        const std::int32_t* sample = request.sample;
+        visit_channels([&](const auto& channel, int first) {
+            if (channel.converter == Converter::none) return;
+            for (int k = 0; k < channel.size; ++k, ++sample)
+                if (*sample != no_sample) raw.channel[first + k].add(*sample);
+        });
         raw.fixed = request.flags & ToBoard::fixed, raw.leak = request.flags & ToBoard::leak;
         for (int k = 0; k < 2; ++k) raw.fix[k] = request.fix[k];
     }

@@ -28,15 +28,15 @@ struct BenchBoard {
         for (int j = 0; j < robot::description.joints; ++j) {
             const float servo = pulse[2 * j] == 0.0f ? 0.0f : (pulse[2 * j] - 1500e-6f) / 637e-6f;
             bend[j] += 0.3f * (servo - bend[j]);
-            put(bend_channel + j, bend[j], 2e-3f);
+            put(first_channel("bend") + j, bend[j], 2e-3f);
         }
         for (int k = 0; k < 2 * robot::description.joints; ++k)
-            put(pressure_channel + k, 6e4f, 500.0f), put(current_channel + k, 0.3f, 0.02f);
-        for (int k = 0; k < 3; ++k) put(imu_channel + k, 0.0f, 2e-3f);
+            put(first_channel("pressure") + k, 6e4f, 500.0f), put(first_channel("current") + k, 0.3f, 0.02f);
+        for (int k = 0; k < 3; ++k) put(first_channel("rate") + k, 0.0f, 2e-3f);
         const float gravity[3] = {0.0f, 0.0f, 9.81f}, field[3] = {-0.6f, 0.0f, -0.8f};
         for (int k = 0; k < 3; ++k)
-            put(imu_channel + 3 + k, gravity[k], 0.02f), put(field_channel + k, field[k], 5e-3f);
-        put(battery_channel, 15.0f, 0.02f), put(depth_channel, 0.05f, 5e-3f);
+            put(first_channel("acceleration") + k, gravity[k], 0.02f), put(first_channel("field") + k, field[k], 5e-3f);
+        put(first_channel("voltage"), 15.0f, 0.02f), put(first_channel("depth"), 0.05f, 5e-3f);
         raw.fixed = ticks % 100 == 50, raw.leak = leak;
         raw.fix[0] = 500000000 + int(10 * noise(sensor_channels)), raw.fix[1] = 80000000;
         ++ticks;

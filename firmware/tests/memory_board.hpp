@@ -1,8 +1,8 @@
 /// A board made of memory, for the tests: its sensors show what they are told, and its power can go at any byte.
 #pragma once
 
-#include "app/vehicle/tick.hpp"
 #include "../boards/lockstep.hpp"
+#include "app/vehicle/tick.hpp"
 #include HYPERTUNA_ROBOT
 
 namespace hypertuna::firmware {
@@ -60,11 +60,12 @@ inline void float_upright(MemoryBoard& board, const Vehicle& vehicle, int tick) 
         const float noise = 3.0f * normal<float>(random_bits(5, std::uint64_t(channel), std::uint64_t(tick)));
         board.raw.channel[channel].add(std::int32_t(value / c.scale[channel] + c.zero[channel] + noise));
     };
-    for (int j = 0; j < 2; ++j) show(bend_channel + j, 0);
-    for (int k = 0; k < 4; ++k) show(pressure_channel + k, 60e3f), show(current_channel + k, 0.3f);
-    for (int k = 0; k < 3; ++k) show(imu_channel + k, 0), show(imu_channel + 3 + k, k == 2 ? 9.81f : 0.0f);
-    show(battery_channel, 15.0f), show(depth_channel, board.depth);
-    for (int k = 0; k < 3; ++k) show(field_channel + k, k == 1 ? 0.7f : k == 2 ? -0.7f : 0.0f);
+    for (int j = 0; j < 2; ++j) show(first_channel("bend") + j, 0);
+    for (int k = 0; k < 4; ++k) show(first_channel("pressure") + k, 60e3f), show(first_channel("current") + k, 0.3f);
+    for (int k = 0; k < 3; ++k)
+        show(first_channel("rate") + k, 0), show(first_channel("acceleration") + k, k == 2 ? 9.81f : 0.0f);
+    show(first_channel("voltage"), 15.0f), show(first_channel("depth"), board.depth);
+    for (int k = 0; k < 3; ++k) show(first_channel("field") + k, k == 1 ? 0.7f : k == 2 ? -0.7f : 0.0f);
 }
 
 /// Go on for some ticks.

@@ -32,12 +32,13 @@ static void float_on(int ticks) {
         const auto show = [&](int channel, int pin, float value) {
             stand_in::analog[pin] = int((value / c.scale[channel] + c.zero[channel]) / 16) + noise() % 4;
         };
-        for (int j = 0; j < 2; ++j) show(bend_channel + j, robot::wiring.bend[j], 0);
-        for (int k = 0; k < 4; ++k) show(pressure_channel + k, robot::wiring.pressure[k], 60e3f);
-        for (int k = 0; k < 4; ++k) show(current_channel + k, robot::wiring.current[k], 0.3f);
-        show(battery_channel, robot::wiring.voltage[0], 15);
+        const int* pin = robot::wiring.analog;
+        for (int j = 0; j < 2; ++j) show(first_channel("bend") + j, *pin++, 0);
+        for (int k = 0; k < 4; ++k) show(first_channel("pressure") + k, *pin++, 60e3f);
+        for (int k = 0; k < 4; ++k) show(first_channel("current") + k, *pin++, 0.3f);
+        show(first_channel("voltage"), *pin++, 15);
         const int small = noise() % 8;
-        put_imu(Serial1, 0x51, {small, -small, int(9.81f / c.scale[imu_channel + 3])});
+        put_imu(Serial1, 0x51, {small, -small, int(9.81f / c.scale[first_channel("acceleration")])});
         put_imu(Serial1, 0x52, {small, small, -small});
         put_imu(Serial1, 0x54, {small, 11468 + small, -11468});
         if (t % 100 == 0) put_fix(Serial8, 300000000 + t, 1200000000);
@@ -58,7 +59,7 @@ static void it_boots_and_reads() {
     CHECK_NEAR(now.readings.depth, (399980 - 101325) / 9810.0, 0.01);
     CHECK(now.estimate.attitude && origin(app.vehicle).known);
     CHECK(origin(app.vehicle).latitude == 300000000);
-    CHECK(app.vehicle.raw.channel[bend_channel].count >= 8);  // a tick has ten samples
+    CHECK(app.vehicle.raw.channel[first_channel("bend")].count >= 8);  // a tick has ten samples
     CHECK(!now.faults.has(firmware::Fault::overrun));
     CHECK(!Serial2.out.empty());  // telemetry
 }
@@ -121,10 +122,10 @@ static void after_a_long_tick() {
     float_on(10);
     stand_in::now_us += 80'000;
     float_on(1);
-    CHECK(app.vehicle.raw.channel[bend_channel].count <= 2);
+    CHECK(app.vehicle.raw.channel[first_channel("bend")].count <= 2);
     float_on(1);
-    CHECK(app.vehicle.raw.channel[bend_channel].count <= 11);
-    CHECK(app.vehicle.raw.channel[depth_channel].count == 1);
+    CHECK(app.vehicle.raw.channel[first_channel("bend")].count <= 11);
+    CHECK(app.vehicle.raw.channel[first_channel("depth")].count == 1);
 }
 
 /// Noise on every line: nothing but good frames gets through, and the next good one does.

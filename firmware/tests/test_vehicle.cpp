@@ -156,7 +156,8 @@ static void faults_and_answers() {
     for (int k = 0; k < 2000; ++k) {
         heard(v);
         float_upright(board, v, int(snapshot(v).tick));
-        std::swap(board.raw.channel[hypertuna::imu_channel + 4], board.raw.channel[hypertuna::imu_channel + 5]);
+        std::swap(board.raw.channel[hypertuna::first_channel("acceleration") + 1],
+                  board.raw.channel[hypertuna::first_channel("acceleration") + 2]);
         tick(v, board);
     }
     CHECK(snapshot(v).faults.has(Fault::tilt) && snapshot(v).answer == Answer::rest && !beats() && snapshot(v).armed);
@@ -168,9 +169,11 @@ static void faults_and_answers() {
     for (int k = 0; k < 1500; ++k) {
         heard(v);
         float_upright(board, v, int(snapshot(v).tick));
-        board.raw.channel[hypertuna::battery_channel] = {};
-        board.raw.channel[hypertuna::battery_channel].add(
-            std::int32_t(11.0f / c.scale[hypertuna::battery_channel] + c.zero[hypertuna::battery_channel]) + k % 3);
+        board.raw.channel[hypertuna::first_channel("voltage")] = {};
+        board.raw.channel[hypertuna::first_channel("voltage")].add(
+            std::int32_t(11.0f / c.scale[hypertuna::first_channel("voltage")] +
+                         c.zero[hypertuna::first_channel("voltage")]) +
+            k % 3);
         tick(v, board);
     }
     CHECK(snapshot(v).faults.has(Fault::empty_battery) && !snapshot(v).armed);
@@ -206,11 +209,11 @@ static void sensors_fail() {
     const struct {
         int channel;
         Fault fault;
-    } kinds[] = {{hypertuna::bend_channel + 1, Fault::bend_sensor},
-                 {hypertuna::pressure_channel, Fault::pressure_sensor},
-                 {hypertuna::current_channel + 3, Fault::current_sensor},
-                 {hypertuna::imu_channel + 2, Fault::imu},
-                 {hypertuna::battery_channel, Fault::battery_sensor}};
+    } kinds[] = {{hypertuna::first_channel("bend") + 1, Fault::bend_sensor},
+                 {hypertuna::first_channel("pressure"), Fault::pressure_sensor},
+                 {hypertuna::first_channel("current") + 3, Fault::current_sensor},
+                 {hypertuna::first_channel("rate") + 2, Fault::imu},
+                 {hypertuna::first_channel("voltage"), Fault::battery_sensor}};
     for (const auto& kind : kinds) {
         fail(kind.channel, 30);
         CHECK(snapshot(v).faults.has(kind.fault));
@@ -343,7 +346,7 @@ static void up_without_a_mission() {
     const auto blind = [](int ticks) {
         for (int k = 0; k < ticks; ++k) {
             heard(v), float_upright(board, v, int(snapshot(v).tick));
-            board.raw.leak = true, board.raw.channel[hypertuna::depth_channel] = {};
+            board.raw.leak = true, board.raw.channel[hypertuna::first_channel("depth")] = {};
             tick(v, board);
         }
     };
@@ -396,9 +399,9 @@ static void upside_down() {
         heard(v);
         float_upright(board, v, int(snapshot(v).tick));
         for (int axis : {1, 2}) {
-            auto& raw = board.raw.channel[hypertuna::imu_channel + 3 + axis];
+            auto& raw = board.raw.channel[hypertuna::first_channel("acceleration") + axis];
             raw.sum = -raw.sum, raw.least = raw.most = raw.sum;
-            auto& field = board.raw.channel[hypertuna::field_channel + axis];
+            auto& field = board.raw.channel[hypertuna::first_channel("field") + axis];
             field.sum = -field.sum, field.least = field.most = field.sum;
         }
         tick(v, board);

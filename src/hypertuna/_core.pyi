@@ -266,8 +266,10 @@ MOST_JOINTS: int = 4
 def fault_kinds() -> list[str]:
     """Kinds of sensor faults, none first."""
 
-def sensor_channels() -> dict[str, int]:
-    """First channel of every kind of sensor."""
+def channel_table() -> list[tuple[str, str, str, str, str, str, str, bool, int, int]]:
+    """
+    Kinds of sensors in the order of their channels: name, part that fails as one, column of logs, unit, meaning, what has one (joint, circuit, robot), converter (analog, digital, none), whether only the pilot reads it, first channel, channels reserved.
+    """
 
 def condition_table() -> list[tuple[str, str, str]]:
     """

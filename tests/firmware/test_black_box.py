@@ -153,7 +153,7 @@ def test_a_box_has_what_lock_step_saw(fish: ht.Robot, tmp_path: Path, board: str
     run = firmware_in_the_loop(fish, scenario, board=board, ticks=400, black_box=file)
     (box,) = boxes_of(file)
     assert not box.gaps
-    assert (box.joints, box.layout) == (2, ht.firmware_params.firmware_table(fish).layout)
+    assert (box.joints, box.layout) == (2, firmware_table(fish).layout)
     seen, ticks = run.answers, box.ticks
     assert len(ticks) == 400
     assert ticks["tick"].tolist() == list(range(400))

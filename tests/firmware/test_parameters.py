@@ -10,9 +10,10 @@ import pytest
 import hypertuna as ht
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.guidance import pilot_columns
+from hypertuna.description.channels import CHANNELS, COUNTED
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.firmware.lockstep import CHANNELS, NO_SAMPLE, Counts
+from hypertuna.firmware.lockstep import NO_SAMPLE, Counts
 from hypertuna.firmware.parameters import MOST_NAME, MOST_PARAMETERS, firmware_table, header
 from program import Run
 
@@ -43,11 +44,11 @@ def test_every_number_is_the_columns(table) -> None:
 
 
 def test_fields_are_the_firmware_s_in_its_order(table) -> None:
-    """Of calibration and limits Python has its own list: it must be that of the C++ headers."""
-    sources = "".join((FIRMWARE / "app" / "vehicle" / name).read_text() for name in ("convert.hpp", "parameters.hpp"))
+    """The limits are listed in Python too: in the order of the C++ header. The calibration has the core's channels."""
+    sources = (FIRMWARE / "app" / "vehicle" / "parameters.hpp").read_text()
     limits = re.findall(r'visit\("(\w+)", 0, m\.\w+\)', sources)
     assert [name for part, name, _ in table.fields if part == "limits"] == limits
-    pairs = re.findall(r'both\("(\w+)", "(\w+)"', sources)
+    pairs = [(f"{name}_zero", f"{name}_scale") for name in COUNTED]
     calibration = dict.fromkeys(name for part, name, _ in table.fields if part == "calibration")
     assert list(calibration) == [name for pair in pairs for name in pair] + ["servo_trim"]
 
@@ -90,9 +91,9 @@ def test_open_wire_of_an_analog_sensor_reads_zero_counts(table) -> None:
     readings = np.zeros(len(counts.names))
     pressure = counts.names.index("pressure")
     readings[pressure] = -100e3 - 600e3 / 8
-    assert counts.of(readings)[CHANNELS["bend"]] == 0
+    assert counts.of(readings)[CHANNELS["bend"].size] == 0
     readings[pressure] = np.nan
-    assert counts.of(readings)[CHANNELS["bend"]] == NO_SAMPLE
+    assert counts.of(readings)[CHANNELS["bend"].size] == NO_SAMPLE
 
 
 def test_robot_without_the_table_is_told(run: Run) -> None:

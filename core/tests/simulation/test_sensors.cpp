@@ -9,12 +9,12 @@ using namespace hypertuna;
 static Sensors<double> perfect() {
     Sensors<double> s{};
     s.joints = 2, s.root_tick = 0.1, s.seed = 7;
-    s.bend = {-1.5, 1.5, 0, 0, 0, 0, 0};
-    s.pressure = {-1e5, 5e5, 0, 0, 0, 0, 0};
-    s.current = {-5, 5, 0, 0, 0, 0, 0};
-    s.rate = {-35, 35, 0, 0, 0, 0, 0};
-    s.acceleration = {-157, 157, 0, 0, 0, 0, 0};
-    s.voltage = {0, 10, 0, 0, 0, 0, 0};
+    s.of("bend") = {-1.5, 1.5, 0, 0, 0, 0, 0};
+    s.of("pressure") = {-1e5, 5e5, 0, 0, 0, 0, 0};
+    s.of("current") = {-5, 5, 0, 0, 0, 0, 0};
+    s.of("rate") = {-35, 35, 0, 0, 0, 0, 0};
+    s.of("acceleration") = {-157, 157, 0, 0, 0, 0, 0};
+    s.of("voltage") = {0, 10, 0, 0, 0, 0, 0};
     return s;
 }
 
@@ -53,12 +53,12 @@ static void a_perfect_sensor_tells_the_truth() {
 
 static void errors_by_hand() {
     Sensors<double> s = perfect();
-    s.bend.nonlinearity = 0.01;  // of 3 rad
+    s.of("bend").nonlinearity = 0.01;  // of 3 rad
     const double top = 1.5 / std::sqrt(3.0);
-    CHECK_NEAR(bent(s.bend, top), 0.03, 1e-15);
-    CHECK_NEAR(bent(s.bend, -top), -0.03, 1e-15);
-    CHECK_NEAR(bent(s.bend, 1.5), 0, 1e-15);
-    CHECK(bent(s.bend, top * 0.9) < 0.03 && bent(s.bend, top * 1.1) < 0.03);
+    CHECK_NEAR(bent(s.of("bend"), top), 0.03, 1e-15);
+    CHECK_NEAR(bent(s.of("bend"), -top), -0.03, 1e-15);
+    CHECK_NEAR(bent(s.of("bend"), 1.5), 0, 1e-15);
+    CHECK(bent(s.of("bend"), top * 0.9) < 0.03 && bent(s.of("bend"), top * 1.1) < 0.03);
     CHECK_NEAR(quantized(0.1, 0.26), 0.3, 1e-15);
     CHECK_NEAR(quantized(0.1, -0.24), -0.2, 1e-15);
     CHECK_NEAR(quantized(0.1f, -0.24f), -0.2, 1e-7);
@@ -75,7 +75,7 @@ static void deviations() {
     for (int run = 0; run < runs; ++run) {
         Sensors<double> s = perfect();
         s.seed = std::uint64_t(run);
-        s.bend.noise = 0.01, s.pressure.drift = 100, s.current.bias = 0.05;
+        s.of("bend").noise = 0.01, s.of("pressure").drift = 100, s.of("current").bias = 0.05;
         SensorsState<double> state{};
         Readings<double> r{};
         for (int i = 0; i < ticks; ++i) {
@@ -95,11 +95,12 @@ static void deviations() {
 /// What each fault shows from its start on, and that the other channels do not notice.
 static void faults_by_hand() {
     Sensors<double> s = perfect();
-    s.bend.noise = 0.01;
-    const Fault<double> faults[] = {{FaultKind::stuck, bend_channel, bend_channel, 0.05, 0.1},
-                                    {FaultKind::open, pressure_channel + 1, pressure_channel + 1, 0.05, 1},
-                                    {FaultKind::nan, imu_channel, imu_channel + 5, 0.05, 1},
-                                    {FaultKind::spike, battery_channel, battery_channel, 0.0, 100}};
+    s.of("bend").noise = 0.01;
+    const Fault<double> faults[] = {
+        {FaultKind::stuck, first_channel("bend"), first_channel("bend"), 0.05, 0.1},
+        {FaultKind::open, first_channel("pressure") + 1, first_channel("pressure") + 1, 0.05, 1},
+        {FaultKind::nan, first_channel("rate"), first_channel("acceleration") + 2, 0.05, 1},
+        {FaultKind::spike, first_channel("voltage"), first_channel("voltage"), 0.0, 100}};
     SensorsState<double> sound{}, faulty{};
     double held = 0;
     int spikes = 0;

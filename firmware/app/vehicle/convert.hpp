@@ -50,21 +50,13 @@ inline float mean(const Samples& samples) {
 
 inline PilotReadings<float> convert(const Calibration& calibration, int joints, const Raw& raw, const Origin& origin) {
     PilotReadings<float> out{};
-    const auto read = [&](int channel) {
-        return calibration.scale[channel] * (mean(raw.channel[channel]) - calibration.zero[channel]);
-    };
-    for (int j = 0; j < joints; ++j) out.robot.bend[j] = read(bend_channel + j);
-    for (int c = 0; c < 2 * joints; ++c) {
-        out.robot.pressure[c] = read(pressure_channel + c);
-        out.robot.current[c] = read(current_channel + c);
-    }
-    for (int k = 0; k < 3; ++k) {
-        out.robot.rate[k] = read(imu_channel + k);
-        out.robot.acceleration[k] = read(imu_channel + 3 + k);
-        out.field[k] = read(field_channel + k);
-    }
-    out.robot.voltage = read(battery_channel);
-    out.depth = read(depth_channel);
+    visit_channels([&](const auto& channel, int first) {
+        if (channel.converter == Converter::none) return;
+        for (int k = 0; k < channel.count(joints); ++k) {
+            const int at = first + k;
+            channel.of(out)[k] = calibration.scale[at] * (mean(raw.channel[at]) - calibration.zero[at]);
+        }
+    });
     out.fixed = raw.fixed && origin.known;
     if (out.fixed) {
         const Corner<float> at = local(origin, raw.fix[0], raw.fix[1]);
@@ -73,21 +65,14 @@ inline PilotReadings<float> convert(const Calibration& calibration, int joints, 
     return out;
 }
 
-/// Call visit(name, index, field) for every number of the calibration.
+/// Call visit(name, index, field) for every number of the calibration: the zeros of a channel, then its scales.
 template <class Visit>
 void visit_fields(Calibration& c, int joints, const Visit& visit) {
-    const auto both = [&](const char* zero, const char* scale, int first, int count) {
-        for (int k = 0; k < count; ++k) visit(zero, k, c.zero[first + k]);
-        for (int k = 0; k < count; ++k) visit(scale, k, c.scale[first + k]);
-    };
-    both("bend_zero", "bend_scale", bend_channel, joints);
-    both("pressure_zero", "pressure_scale", pressure_channel, 2 * joints);
-    both("current_zero", "current_scale", current_channel, 2 * joints);
-    both("rate_zero", "rate_scale", imu_channel, 3);
-    both("acceleration_zero", "acceleration_scale", imu_channel + 3, 3);
-    both("voltage_zero", "voltage_scale", battery_channel, 1);
-    both("depth_zero", "depth_scale", depth_channel, 1);
-    both("field_zero", "field_scale", field_channel, 3);
+    visit_channels([&](const auto& channel, int first) {
+        if (channel.converter == Converter::none) return;
+        for (int k = 0; k < channel.count(joints); ++k) visit(channel.name, k, c.zero[first + k]);
+        for (int k = 0; k < channel.count(joints); ++k) visit(channel.name, k, c.scale[first + k]);
+    });
     for (int k = 0; k < 2 * joints + 2; ++k) visit("servo_trim", k, c.trim[k]);
 }
 

@@ -9,14 +9,13 @@ namespace hypertuna::firmware {
 /// that a log has for them (mission_record.py). The last word has four names, and a byte for each.
 template <class Visit>
 constexpr void visit_record(const Snapshot& now, int joints, const Visit& visit) {
-    const Readings<float>& robot = now.readings.robot;
     const Command<float>& command = now.command;
     const Estimate<float>& at = now.estimate;
     visit("tick", now.tick);
-    visit("bend_read", robot.bend, joints), visit("pressure_read", robot.pressure, 2 * joints);
-    visit("current_read", robot.current, 2 * joints), visit("turn_rate_read", robot.rate, 3);
-    visit("acceleration_read", robot.acceleration, 3), visit("battery_voltage_read", robot.voltage);
-    visit("depth_read", now.readings.depth), visit("field_read", now.readings.field, 3);
+    visit_channels([&](const auto& channel, int) {
+        if (channel.converter != Converter::none)
+            visit(channel.column, channel.of(now.readings), channel.count(joints));
+    });
     visit("pulse", now.output.pulse, 2 * joints + 2), visit("angle_set", now.output.set, joints);
     visit("frequency_commanded", command.frequency), visit("amplitude_commanded", command.amplitude, joints);
     visit("lag_commanded", command.phase, joints), visit("bias_commanded", command.bias, joints);

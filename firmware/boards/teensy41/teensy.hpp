@@ -120,21 +120,20 @@ struct Teensy {
         if (since < sample_us) return;
         sampled += since < 2 * sample_us ? sample_us : since;  // what was missed is not made up for
         const auto sample = [&](int channel, int pin) { raw.channel[channel].add(analogRead(std::uint8_t(pin)) << 4); };
-        for (int j = 0; j < joints; ++j) sample(bend_channel + j, wiring.bend[j]);
-        for (int c = 0; c < 2 * joints; ++c) {
-            sample(pressure_channel + c, wiring.pressure[c]);
-            sample(current_channel + c, wiring.current[c]);
-        }
-        sample(battery_channel, wiring.voltage[0]);
+        const int* pin = wiring.analog;
+        visit_channels([&](const auto& channel, int first) {
+            if (channel.converter != Converter::analog) return;
+            for (int k = 0; k < channel.count(joints); ++k) sample(first + k, *pin++);
+        });
         convert_depth(phase++);
     }
     void take_imu() {
         ImuFrame frame;
         for (int k = 0; k < 64 && imu->available() > 0; ++k) {
             if (!imu_frames.take(std::uint8_t(imu->read()), frame)) continue;
-            const int first = frame.kind == ImuKind::rate           ? imu_channel
-                              : frame.kind == ImuKind::acceleration ? imu_channel + 3
-                                                                    : field_channel;
+            const int first = frame.kind == ImuKind::rate           ? first_channel("rate")
+                              : frame.kind == ImuKind::acceleration ? first_channel("acceleration")
+                                                                    : first_channel("field");
             for (int axis = 0; axis < 3; ++axis) raw.channel[first + axis].add(frame.value[axis]);
         }
     }
@@ -143,7 +142,7 @@ struct Teensy {
         if (ms == 0) ask_depth(depth_pressure);
         if (ms == 3) {
             const std::uint32_t pressure = depth_number(0, 3);
-            if (pressure != 0 && depth.c[1] != 0) raw.channel[depth_channel].add(depth.pressure(pressure));
+            if (pressure != 0 && depth.c[1] != 0) raw.channel[first_channel("depth")].add(depth.pressure(pressure));
             ask_depth(depth_temperature);
         }
         if (ms == 6)

@@ -1,4 +1,4 @@
-"""Sensors of a robot as the core takes them, and the faults that the command line spells."""
+"""Sensor models of a robot for the core, and sensor faults as the command line spells them."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from typing import NamedTuple
 
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import SIDES
+from hypertuna.description.channels import CHANNELS
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Sensor
 from hypertuna.errors import InputError, did_you_mean, shown
 
 __all__ = ["Fault", "channels", "faults", "pilot_sensor_columns", "sensor_columns", "sensor_of"]
 
-QUANTITIES = ("bend", "pressure", "current", "rate", "acceleration", "voltage")
-PILOT_QUANTITIES = ("depth", "field", "position")
 NUMBERS = ("low", "high", "noise", "resolution", "drift", "bias", "nonlinearity")
 KINDS = tuple(kind for kind in _core.fault_kinds() if kind != "none")
 FOREVER = float("inf")
@@ -23,7 +22,7 @@ SPELLING = re.compile(r"(?P<channel>[^:@]+):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
 
 
 class Fault(NamedTuple):
-    """A fault of neighboring sensor channels, as the core takes it."""
+    """A fault of consecutive sensor channels."""
 
     kind: str  # stuck, open, spike or nan
     first: int  # channel
@@ -33,75 +32,27 @@ class Fault(NamedTuple):
 
 
 def sensor_columns(robot: Robot) -> dict[str, list[float]]:
-    """Return what the sensors of a robot get wrong, by the names of core sensors.hpp.
-
-    Parameters
-    ----------
-    robot : Robot
-        With the table ``[controller]`` and ``[[sensors]]`` of every quantity.
-
-    Returns
-    -------
-    dict of str to list of float
-        SI units.
-
-    Raises
-    ------
-    InputError
-        If a table is missing.
-    """
+    """Return the models of the controller's sensors, by the names of core sensors.hpp [SI]."""
     control = require(robot.controller, "controller", robot)
-    columns = {"joints": [float(len(robot.joints))], "tick": [1 / control.rate]}
-    return columns | _models(robot, QUANTITIES)
+    return {"joints": [float(len(robot.joints))], "tick": [1 / control.rate]} | _models(robot, pilot=False)
 
 
 def pilot_sensor_columns(robot: Robot) -> dict[str, list[float]]:
-    """Return the same with the sensors that only the pilot reads.
-
-    Parameters
-    ----------
-    robot : Robot
-        With the table ``[controller]`` and ``[[sensors]]`` of every quantity, depth, field and position among them.
-
-    Returns
-    -------
-    dict of str to list of float
-        SI units.
-
-    Raises
-    ------
-    InputError
-        If a table is missing.
-    """
-    columns = sensor_columns(robot) | _models(robot, PILOT_QUANTITIES)
+    """Return the models of the controller's and the pilot's sensors [SI]."""
+    columns = sensor_columns(robot) | _models(robot, pilot=True)
     period = require(sensor_of(robot, "position").period, "sensors.period_s", robot)
     return columns | {"fix_every": [float(max(1, round(period / columns["tick"][0])))]}
 
 
 def sensor_of(robot: Robot, quantity: str) -> Sensor:
-    """Return the sensors of a quantity.
-
-    Parameters
-    ----------
-    robot : Robot
-    quantity : str
-
-    Returns
-    -------
-    Sensor
-
-    Raises
-    ------
-    InputError
-        If the robot has none.
-    """
+    """Return the sensor of a quantity."""
     sensor = next((sensor for sensor in robot.sensors if sensor.quantity == quantity), None)
     return require(sensor, "sensors", robot, f"add [[sensors]] with quantity = {quantity!r}")
 
 
-def _models(robot: Robot, quantities: Iterable[str]) -> dict[str, list[float]]:
-    """Return the models of the sensors of some quantities."""
-    return {f"{q}.{name}": [float(getattr(sensor_of(robot, q), name))] for q in quantities for name in NUMBERS}
+def _models(robot: Robot, *, pilot: bool) -> dict[str, list[float]]:
+    names = [name for name, channel in CHANNELS.items() if channel.pilot == pilot]
+    return {f"{name}.{key}": [float(getattr(sensor_of(robot, name), key))] for name in names for key in NUMBERS}
 
 
 def channels(robot: Robot) -> dict[str, tuple[int, int]]:
@@ -117,22 +68,22 @@ def channels(robot: Robot) -> dict[str, tuple[int, int]]:
         First and last channel of ``bend-I``, ``pressure-I``, ``pressure-I-left``, ``imu``, ``battery`` and so on.
         A name without joint or side means all of them.
     """
-    joints = len(robot.joints)
-    first = _core.sensor_channels()
-    names = {"bend": (first["bend"], first["bend"] + joints - 1)}
-    for j, group in enumerate(robot.joints):
-        names[f"bend-{group.name}"] = (first["bend"] + j,) * 2
-    for quantity in ("pressure", "current"):
-        start = first[quantity]
-        names[quantity] = (start, start + 2 * joints - 1)
+    sensors = {sensor.quantity for sensor in robot.sensors}
+    names: dict[str, tuple[int, int]] = {}
+    for channel in CHANNELS.values():
+        if channel.pilot and channel.name not in sensors:
+            continue
+        first = channel.first
+        last = first + channel.count(len(robot.joints)) - 1
+        names[channel.part] = (names.get(channel.part, (first,))[0], last)
         for j, group in enumerate(robot.joints):
-            names[f"{quantity}-{group.name}"] = (start + 2 * j, start + 2 * j + 1)
-            for s, side in enumerate(SIDES):
-                names[f"{quantity}-{group.name}-{side}"] = (start + 2 * j + s,) * 2
-    names |= {"imu": (first["imu"], first["imu"] + 5), "battery": (first["battery"],) * 2}
-    known = {sensor.quantity for sensor in robot.sensors}
-    counts = {"depth": 1, "field": 3, "position": 2}
-    return names | {q: (first[q], first[q] + n - 1) for q, n in counts.items() if q in known}
+            name = f"{channel.part}-{group.name}"
+            if channel.per == "joint":
+                names[name] = (first + j, first + j)
+            elif channel.per == "circuit":
+                names[name] = (first + 2 * j, first + 2 * j + 1)
+                names |= {f"{name}-{side}": (first + 2 * j + s,) * 2 for s, side in enumerate(SIDES)}
+    return names
 
 
 def faults(spelled: str | Iterable[str], robot: Robot) -> tuple[Fault, ...]:
@@ -157,23 +108,23 @@ def faults(spelled: str | Iterable[str], robot: Robot) -> tuple[Fault, ...]:
 
 
 def _fault(spelled: str, robot: Robot) -> Fault:
+    def refusal(rule: str, fix: str) -> InputError:
+        return InputError(rule, key="fault", value=shown(spelled), fix=fix)
+
     match = SPELLING.fullmatch(spelled.strip())
     if match is None:
         fix = "write for example bend-II:stuck@5, or bend-II:stuck@5-8 for a fault that ends"
-        raise InputError("must be CHANNEL:KIND@SECONDS", key="fault", value=shown(spelled), fix=fix)
+        raise refusal("must be CHANNEL:KIND@SECONDS", fix)
     known = channels(robot)
     if match["channel"] not in known:
-        fix = did_you_mean(match["channel"], known)
-        raise InputError("must be of a sensor that the robot has", key="fault", value=shown(spelled), fix=fix)
+        raise refusal("must be of a sensor that the robot has", did_you_mean(match["channel"], known))
     if match["kind"] not in KINDS:
-        fix = f"use one of {', '.join(KINDS)}"
-        raise InputError("must be of a known kind", key="fault", value=shown(spelled), fix=fix)
+        raise refusal("must be of a known kind", f"use one of {', '.join(KINDS)}")
     start, dash, end = match["start"].partition("-")
     try:
         times = (float(start), float(end) if dash else FOREVER)
     except ValueError:
         times = (FOREVER, FOREVER)
     if not 0 <= times[0] < times[1]:
-        fix = "give seconds from the start of the run, the end after the start"
-        raise InputError("must have a time", key="fault", value=shown(spelled), fix=fix)
+        raise refusal("must have a time", "give seconds from the start of the run, the end after the start")
     return Fault(match["kind"], *known[match["channel"]], *times)

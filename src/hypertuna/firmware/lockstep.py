@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.firmware.parameters import CONVERTER, SIGNED, FirmwareTable
 from hypertuna.mission.geodesy import from_local
 
-__all__ = ["CHANNELS", "COMPARED", "FROM_BOARD", "ORDERS", "TO_BOARD", "Counts", "order"]
+__all__ = ["COMPARED", "FROM_BOARD", "ORDERS", "SAMPLES", "TO_BOARD", "Counts", "order"]
 
 Array = NDArray[np.float64]
 
-DIGITAL = ("rate", "acceleration", "depth", "field")  # the others hang on the analog converter
 MOST_SERVOS = 10
-CHANNELS = {"bend": 4, "pressure": 8, "current": 8, "rate": 3, "acceleration": 3, "voltage": 1, "depth": 1, "field": 3}
-DEEPEST = 300_000  # counts of the depth sensor, 30 bar
+SAMPLES = sum(channel.size for channel in COUNTED.values())
+DEPTH_MAX = 300_000  # counts of the depth sensor, 30 bar
 NO_SAMPLE = -(2**31)
 NUMBERS = 16
 DEGREES = 1e7  # counts of the satellite receiver
@@ -27,7 +27,7 @@ ORDERS = ("none", "arm", "gait", "manual", "control", "origin", "begin", "waypoi
 
 TO_BOARD = np.dtype(
     [
-        ("sample", "<i4", sum(CHANNELS.values())),
+        ("sample", "<i4", SAMPLES),
         ("fix", "<i4", 2),
         ("flags", "u1"),
         ("order", "u1"),
@@ -99,19 +99,16 @@ class Counts:
 
     def __init__(self, table: FirmwareTable, origin: tuple[int, int]) -> None:
         joints = len(table.robot.joints)
-        used = {"bend": joints, "pressure": 2 * joints, "current": 2 * joints}
-        at = np.cumsum([0, *CHANNELS.values()])
-        names = list(CHANNELS)
-        self.channels = np.concatenate([at[k] + np.arange(used.get(n, CHANNELS[n])) for k, n in enumerate(names)])
-        self.zero = np.concatenate([table.column(f"{n}_zero") for n in names]).astype(float)
-        self.scale = np.concatenate([table.column(f"{n}_scale") for n in names]).astype(float)
-        analog = np.concatenate([np.full(used.get(n, CHANNELS[n]), n not in DIGITAL) for n in names])
-        self.low = np.where(analog, 0, -SIGNED)
-        self.high = np.where(analog, CONVERTER - 1, SIGNED - 1)
-        depth = len(analog) - CHANNELS["field"] - 1
-        self.low[depth], self.high[depth] = 0, DEEPEST
-        self.analog = analog
-        self.names = [n for n in names for _ in range(used.get(n, CHANNELS[n]))]
+        places = np.split(np.arange(SAMPLES), np.cumsum([channel.size for channel in COUNTED.values()])[:-1])
+        used = {name: place[: COUNTED[name].count(joints)] for name, place in zip(COUNTED, places, strict=True)}
+        self.channels = np.concatenate(list(used.values()))
+        self.names = [name for name, place in used.items() for _ in place]
+        self.zero = np.concatenate([table.column(f"{name}_zero") for name in used]).astype(float)
+        self.scale = np.concatenate([table.column(f"{name}_scale") for name in used]).astype(float)
+        ends = {name: (0, CONVERTER - 1) if name in ANALOG else (-SIGNED, SIGNED - 1) for name in used}
+        ends["depth"] = (0, DEPTH_MAX)
+        self.low, self.high = np.array([ends[name] for name in self.names]).T
+        self.analog = np.isin(self.names, ANALOG)
         self.origin = origin
 
     def of(self, readings: Array) -> NDArray[np.int32]:
@@ -129,7 +126,7 @@ class Counts:
         """
         raw = np.rint(np.where(np.isfinite(readings), readings, np.inf) / self.scale + self.zero)
         silent = ~np.isfinite(readings) | (~self.analog & ((raw < self.low) | (self.high < raw)))
-        samples = np.full(sum(CHANNELS.values()), NO_SAMPLE, np.int32)
+        samples = np.full(SAMPLES, NO_SAMPLE, np.int32)
         samples[self.channels] = np.where(silent, NO_SAMPLE, np.clip(raw, self.low, self.high))
         return samples
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.control.controller import controller_columns, sensor_range
 from hypertuna.control.guidance import GaitTable, gait_table, pilot_columns
+from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.firmware import Firmware
 from hypertuna.errors import InputError
@@ -146,7 +147,7 @@ RULES = (
     ),
     *(
         rule
-        for name in ("bend", "pressure", "current", "voltage")
+        for name in ANALOG
         for rule in (
             _Rule(f"{name}_zero", "calibration", f"{name}_zero", -CONVERTER, CONVERTER, bounds=True),
             _Rule(f"{name}_scale", "calibration", f"{name}_scale"),
@@ -208,22 +209,17 @@ def _calibration(robot: Robot, wired: Firmware) -> dict[str, list[float]]:
     """Compute zero [counts] and scale [SI per count] of every channel from the ranges of its sensors."""
     joints = len(robot.joints)
     columns: dict[str, list[float]] = {}
-
-    def both(name: str, zero: float, scale: float, count: int) -> None:
-        columns[f"{name}_zero"], columns[f"{name}_scale"] = [zero] * count, [scale] * count
-
-    def analog(name: str, count: int) -> None:
-        low, high = sensor_range(robot, name)
-        scale = (high - low) / (CONVERTER * (wired.analog_high - wired.analog_low))
-        both(name, CONVERTER * wired.analog_low - low / scale, scale, count)
-
-    for name, count in (("bend", joints), ("pressure", 2 * joints), ("current", 2 * joints)):
-        analog(name, count)
-    for name in ("rate", "acceleration"):
-        both(name, 0.0, sensor_range(robot, name)[1] / SIGNED, 3)
-    analog("voltage", 1)
-    both("depth", ATMOSPHERE / PASCALS, PASCALS / (robot.water.density * GRAVITY), 1)
-    both("field", 0.0, sensor_range(robot, "field")[1] / SIGNED, 3)
+    for name, channel in COUNTED.items():
+        if channel.converter == "analog":
+            low, high = sensor_range(robot, name)
+            scale = (high - low) / (CONVERTER * (wired.analog_high - wired.analog_low))
+            zero = CONVERTER * wired.analog_low - low / scale
+        elif name == "depth":
+            zero, scale = ATMOSPHERE / PASCALS, PASCALS / (robot.water.density * GRAVITY)
+        else:
+            zero, scale = 0.0, sensor_range(robot, name)[1] / SIGNED
+        count = channel.count(joints)
+        columns |= {f"{name}_zero": [zero] * count, f"{name}_scale": [scale] * count}
     columns["servo_trim"] = [0.0] * (2 * joints + 2)
     return columns
 
@@ -328,15 +324,9 @@ def header(table: FirmwareTable) -> str:
 
 
 def _pins(wired: Firmware) -> dict[str, tuple[int, ...]]:
-    """Return the pins by what is wired to them."""
-    return {
-        "servo": wired.servo_pins,
-        "bend": wired.bend_pins,
-        "pressure": wired.pressure_pins,
-        "current": wired.current_pins,
-        "voltage": (wired.voltage_pin,),
-        "leak": (wired.leak_pin,),
-    }
+    """Return the pins by what is wired to them; analog pins in the order of the channels."""
+    analog = tuple(pin for name in ANALOG for pin in wired.analog_pins(name))
+    return {"servo": wired.servo_pins, "analog": analog, "leak": (wired.leak_pin,)}
 
 
 def _literal(value: float) -> str:

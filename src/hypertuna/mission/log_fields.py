@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hypertuna.mission.record import COLUMNS, parts_of
+from hypertuna.mission.record import COLUMNS, READ, parts_of
 
 __all__ = ["SCALARS", "Field", "fields", "schema"]
 
@@ -55,10 +55,7 @@ SCALARS: dict[str, tuple[str, ...]] = {
     "/command": (*("frequency_commanded", "amplitude_commanded", "lag_commanded", "bias_commanded", "fin_commanded"),),
     "/battery": ("battery_voltage", "power", "energy", "charge", "charge_left"),
     "/status": ("status",),
-    "/sensors": (
-        *("bend_read", "pressure_read", "current_read", "turn_rate_read", "acceleration_read", "field_read"),
-        *("depth_read", "battery_voltage_read"),
-    ),
+    "/sensors": READ,
 }
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.control.mission import Mission, Waypoint
+from hypertuna.description.channels import COUNTED
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.frames import angles_of
 
@@ -83,14 +84,11 @@ COLUMNS: dict[str, Column] = {
     "charge": Column("", "C", "taken from the battery"),
     "charge_left": Column("", "1", "part of the charge that is left"),
     "status": Column("", "1", "flags of the controller's status"),
-    "bend_read": Column("joint", "rad", "by the bend sensor", silent=True),
-    "pressure_read": Column("circuit", "Pa", "gauge pressure by the sensor", silent=True),
-    "current_read": Column("circuit", "A", "of the servo by the sensor", silent=True),
-    "turn_rate_read": Column("axis", "rad/s", "by the gyroscope, in body axes", silent=True),
-    "acceleration_read": Column("axis", "m/s^2", "by the accelerometer, in body axes", silent=True),
-    "field_read": Column("axis", "1", "by the compass, in body axes, over the strength of the field", silent=True),
-    "depth_read": Column("", "m", "of the nose by the depth sensor", silent=True),
-    "battery_voltage_read": Column("", "V", "of the battery by the sensor", silent=True),
+}
+READ = tuple(channel.column for channel in COUNTED.values())
+COLUMNS |= {
+    c.column: Column(c.per if c.per != "robot" else "axis" if c.size == 3 else "", c.unit, c.meaning, silent=True)
+    for c in COUNTED.values()
 }
 
 

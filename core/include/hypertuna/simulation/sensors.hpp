@@ -55,19 +55,11 @@ struct SensorModel {
     T nonlinearity;  // largest deviation from a line, as a fraction of the range
 };
 
-/// All channels of a robot: bends, pressures, currents, three rates, three accelerations, battery; then those that only
-/// the pilot reads: depth, three of the magnetic field, two of a satellite fix.
-inline constexpr int bend_channel = 0, pressure_channel = bend_channel + most_joints,
-                     current_channel = pressure_channel + most_circuits, imu_channel = current_channel + most_circuits,
-                     battery_channel = imu_channel + 6, robot_channels = battery_channel + 1,
-                     depth_channel = robot_channels, field_channel = depth_channel + 1,
-                     position_channel = field_channel + 3, sensor_channels = position_channel + 2;
-
-/// The stream of random numbers of a channel. The pilot's come behind all four of each of the robot's: how many of
-/// them there are changes no run of a robot without.
+/// The stream of random numbers of a channel. The pilot's follow all four of each of the controller's: how many of them
+/// there are changes no run of a robot without.
 inline std::uint64_t stream_of(std::uint64_t what, int channel) {
-    return channel < robot_channels ? what * robot_channels + std::uint64_t(channel)
-                                    : (3 + what) * robot_channels + std::uint64_t(channel);
+    return channel < controller_channels ? what * controller_channels + std::uint64_t(channel)
+                                         : (3 + what) * controller_channels + std::uint64_t(channel);
 }
 
 template <class T>
@@ -75,9 +67,10 @@ struct Sensors {
     int joints;
     T root_tick;  // root of the control tick, s^0.5
     std::uint64_t seed;
-    SensorModel<T> bend, pressure, current, rate, acceleration, voltage;
-    SensorModel<T> depth, field, position;  // the pilot's
-    int fix_every;                          // ticks between two satellite fixes
+    SensorModel<T> model[channel_kinds];
+    int fix_every;  // ticks between two satellite fixes
+
+    SensorModel<T>& of(std::string_view name) { return model[channel_kind(name)]; }
 };
 
 template <class T>
@@ -147,88 +140,64 @@ FaultKind fault_of(const Fault<T>* faults, int count, int channel, T time) {
     return FaultKind::none;
 }
 
-template <class T>
+template <class R, class T>
 struct Sensed {
     SensorsState<T> state;
-    Readings<T> readings;
+    R readings;
 };
 
-/// Read every sensor of the robot once, at `time`. `truth` has the true values in the places of the readings.
+/// Read the sensors of a reader at `time`, from the true values in the places of the readings.
 template <class T>
-Sensed<T> sense(const Sensors<T>& sensors, const SensorsState<T>& before, const Readings<T>& truth,
-                const Fault<T>* faults, int fault_count, T time) {
-    Sensed<T> out{before, {}};
-    const auto read = [&](const SensorModel<T>& model, int channel, T value) {
-        return read_channel(sensors, out.state, model, channel, value, fault_of(faults, fault_count, channel, time));
-    };
-    for (int j = 0; j < sensors.joints; ++j) out.readings.bend[j] = read(sensors.bend, bend_channel + j, truth.bend[j]);
-    for (int c = 0; c < 2 * sensors.joints; ++c) {
-        out.readings.pressure[c] = read(sensors.pressure, pressure_channel + c, truth.pressure[c]);
-        out.readings.current[c] = read(sensors.current, current_channel + c, truth.current[c]);
-    }
-    for (int k = 0; k < 3; ++k) {
-        out.readings.rate[k] = read(sensors.rate, imu_channel + k, truth.rate[k]);
-        out.readings.acceleration[k] = read(sensors.acceleration, imu_channel + 3 + k, truth.acceleration[k]);
-    }
-    out.readings.voltage = read(sensors.voltage, battery_channel, truth.voltage);
-    ++out.state.count;
-    return out;
+void read_channels(const Sensors<T>& sensors, SensorsState<T>& state, Reader reader, const PilotReadings<T>& truth,
+                   PilotReadings<T>& readings, const Fault<T>* faults, int fault_count, T time) {
+    int kind = 0;
+    visit_channels([&](const auto& channel, int first) {
+        const SensorModel<T>& model = sensors.model[kind++];
+        if (channel.reader != reader) return;
+        for (int k = 0; k < channel.count(sensors.joints); ++k)
+            channel.of(readings)[k] = read_channel(sensors, state, model, first + k, channel.of(truth)[k],
+                                                   fault_of(faults, fault_count, first + k, time));
+    });
 }
 
+/// Read every sensor of the controller once, at `time`. `truth` has the true values in the places of the readings.
 template <class T>
-struct PilotSensed {
-    SensorsState<T> state;
-    PilotReadings<T> readings;
-};
-
-/// The same with what the pilot reads. `truth.fixed` says whether the receiver hears the satellites: a fix comes where
-/// it does and one is due. A receiver that failed open, or shows no numbers, has no fix.
-template <class T>
-PilotSensed<T> sense(const Sensors<T>& sensors, const SensorsState<T>& before, const PilotReadings<T>& truth,
-                     const Fault<T>* faults, int fault_count, T time) {
-    const Sensed<T> robot = sense(sensors, before, truth.robot, faults, fault_count, time);
-    PilotSensed<T> out{robot.state, {}};
-    out.readings.robot = robot.readings;
-    SensorsState<T>& state = out.state;
-    --state.count;  // still the same tick
-    const auto fault = [&](int channel) { return fault_of(faults, fault_count, channel, time); };
-    const auto read = [&](const SensorModel<T>& model, int channel, T value) {
-        return read_channel(sensors, state, model, channel, value, fault(channel));
-    };
-    out.readings.depth = read(sensors.depth, depth_channel, truth.depth);
-    for (int k = 0; k < 3; ++k) out.readings.field[k] = read(sensors.field, field_channel + k, truth.field[k]);
-    const FaultKind lost = fault(position_channel);
-    out.readings.fixed = truth.fixed && state.count % std::uint64_t(sensors.fix_every) == 0 &&
-                         lost != FaultKind::open && lost != FaultKind::nan;
-    for (int k = 0; k < 2; ++k) out.readings.fix[k] = read(sensors.position, position_channel + k, truth.fix[k]);
+Sensed<Readings<T>, T> sense(const Sensors<T>& sensors, const SensorsState<T>& before, const Readings<T>& truth,
+                             const Fault<T>* faults, int fault_count, T time) {
+    SensorsState<T> state = before;
+    PilotReadings<T> readings{};
+    read_channels(sensors, state, Reader::controller, without_pilot(truth), readings, faults, fault_count, time);
     ++state.count;
-    return out;
+    return {state, readings.robot};
 }
 
-/// Call visit(name, field) for every number of one sensor's model.
-template <class T, class Visit>
-void visit_fields(SensorModel<T>& s, const Visit& visit) {
-    visit("low", s.low), visit("high", s.high), visit("noise", s.noise), visit("resolution", s.resolution);
-    visit("drift", s.drift), visit("bias", s.bias), visit("nonlinearity", s.nonlinearity);
+/// The same with the sensors of the pilot. `truth.fixed` is whether the receiver has satellites: a fix comes where it
+/// has and one is due. A receiver that failed open, or shows NaN, has no fix.
+template <class T>
+Sensed<PilotReadings<T>, T> sense(const Sensors<T>& sensors, const SensorsState<T>& before,
+                                  const PilotReadings<T>& truth, const Fault<T>* faults, int fault_count, T time) {
+    SensorsState<T> state = before;
+    PilotReadings<T> readings{};
+    for (const Reader reader : {Reader::controller, Reader::pilot})
+        read_channels(sensors, state, reader, truth, readings, faults, fault_count, time);
+    const FaultKind fault = fault_of(faults, fault_count, first_channel("position"), time);
+    const bool due = state.count % std::uint64_t(sensors.fix_every) == 0;
+    readings.fixed = truth.fixed && due && fault != FaultKind::open && fault != FaultKind::nan;
+    ++state.count;
+    return {state, readings};
 }
 
-/// Call visit(sensor, name, field) for every number of the models of a robot's sensors.
+/// Call visit(sensor, name, field) for every number of the models of a reader's sensors.
 template <class T, class Visit>
-void visit_fields(Sensors<T>& m, const Visit& visit) {
-    const auto all = [&](const char* sensor, SensorModel<T>& s) {
-        visit_fields(s, [&](const char* name, T& field) { visit(sensor, name, field); });
-    };
-    all("bend", m.bend), all("pressure", m.pressure), all("current", m.current), all("rate", m.rate);
-    all("acceleration", m.acceleration), all("voltage", m.voltage);
-}
-
-/// The same for the pilot's sensors.
-template <class T, class Visit>
-void visit_pilot_fields(Sensors<T>& m, const Visit& visit) {
-    const auto all = [&](const char* sensor, SensorModel<T>& s) {
-        visit_fields(s, [&](const char* name, T& field) { visit(sensor, name, field); });
-    };
-    all("depth", m.depth), all("field", m.field), all("position", m.position);
+void visit_fields(Sensors<T>& sensors, Reader reader, const Visit& visit) {
+    int kind = 0;
+    visit_channels([&](const auto& channel, int) {
+        SensorModel<T>& s = sensors.model[kind++];
+        if (channel.reader != reader) return;
+        visit(channel.name, "low", s.low), visit(channel.name, "high", s.high), visit(channel.name, "noise", s.noise);
+        visit(channel.name, "resolution", s.resolution), visit(channel.name, "drift", s.drift);
+        visit(channel.name, "bias", s.bias), visit(channel.name, "nonlinearity", s.nonlinearity);
+    });
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

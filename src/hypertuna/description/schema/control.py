@@ -1,9 +1,10 @@
 """The tables of the controller and the sensors in a robot description."""
 
-from typing import Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 from pydantic import model_validator
 
+from hypertuna.description.channels import CHANNELS
 from hypertuna.description.schema.base import (
     Microseconds,
     NotNegative,
@@ -63,7 +64,10 @@ class Controller(Part):
             raise InputError(rule, key=key, value=f"{pressure:g}", fix=fix)
 
 
-Quantity = Literal["bend", "pressure", "current", "rate", "acceleration", "voltage", "depth", "field", "position"]
+if TYPE_CHECKING:
+    Quantity = str
+else:
+    Quantity = Literal[tuple(CHANNELS)]
 
 
 class Sensor(Part):

@@ -4,6 +4,7 @@ from typing import Self
 
 from pydantic import model_validator
 
+from hypertuna.description.channels import ANALOG, CHANNELS
 from hypertuna.description.schema.base import (
     Count,
     Fraction,
@@ -20,9 +21,13 @@ from hypertuna.ranges import Whole
 
 # Teensy 4.1, by PJRC's card of its pins. Pins 42 to 47 are the card's, and those above lie under the board.
 PINS = range(42)
-ANALOG = (*range(14, 28), *range(38, 42))
+ANALOG_PINS = (*range(14, 28), *range(38, 42))
 PORTS = {1: (0, 1), 2: (7, 8), 3: (15, 14), 4: (16, 17), 5: (21, 20), 6: (25, 24), 7: (28, 29), 8: (34, 35)}  # RX, TX
 DEPTH = {18: "the depth sensor", 19: "the depth sensor"}  # its bus, Wire: SDA, SCL
+
+
+def _pins_key(quantity: str) -> str:
+    return f"{quantity}_pin" if CHANNELS[quantity].size == 1 else f"{quantity}_pins"
 
 
 class Firmware(Part):
@@ -67,6 +72,11 @@ class Firmware(Part):
     link_share: PositiveFraction = entry("link_share", "fraction of that rate for telemetry")
     system_id: Count = entry("system_id", "number of the robot in MAVLink, 1 to 250")
 
+    def analog_pins(self, quantity: str) -> tuple[int, ...]:
+        """Return the pins of a kind of analog sensor."""
+        pins = getattr(self, _pins_key(quantity))
+        return (pins,) if isinstance(pins, int) else pins
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         check_order(self, "firmware", "analog_low", "analog_high")
@@ -85,11 +95,11 @@ class Firmware(Part):
                 raise InputError(rule, key=f"firmware.{name}", value=str(port), fix="choose another port")
             for pin in PORTS[port]:
                 _take(uses, pin, name)
-        analog = ("bend_pins", "pressure_pins", "current_pins", "voltage_pin")
+        analog = tuple(map(_pins_key, ANALOG))
         for name in ("servo_pins", "leak_pin", *analog):
             given = getattr(self, name)
             for pin in (given,) if isinstance(given, int) else given:
-                if pin not in (ANALOG if name in analog else PINS):
+                if pin not in (ANALOG_PINS if name in analog else PINS):
                     rule = "must be one of 14 to 27 or 38 to 41" if name in analog else "must be from 0 to 41"
                     raise InputError(rule, key=f"firmware.{name}", value=str(pin), fix="choose another pin")
                 _take(uses, pin, name)
@@ -107,9 +117,9 @@ def check_firmware(firmware: Firmware | None, groups: int) -> None:
     """Check that every servo and sensor has its pin."""
     if firmware is None:
         return
-    sizes = {"servo_pins": 2 * groups + 2, "bend_pins": groups, "pressure_pins": 2 * groups, "current_pins": 2 * groups}
-    for name, count in sizes.items():
-        pins = len(getattr(firmware, name))
-        if pins != count:
+    sizes = {"servo_pins": (firmware.servo_pins, 2 * groups + 2)}
+    sizes |= {_pins_key(name): (firmware.analog_pins(name), CHANNELS[name].count(groups)) for name in ANALOG}
+    for name, (pins, count) in sizes.items():
+        if len(pins) != count:
             rule = f"must be {count} long, for {groups} joint group{'s' * (groups != 1)}"
-            raise InputError(rule, key=f"firmware.{name}", value=f"{pins} long", fix=f"give {count} pins")
+            raise InputError(rule, key=f"firmware.{name}", value=f"{len(pins)} long", fix=f"give {count} pins")
