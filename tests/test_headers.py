@@ -13,7 +13,7 @@ HEADERS = ROOT / "core" / "include" / "hypertuna"
 # owns the memory on a computer.
 STANDARD_HEADERS = {
     *("algorithm", "array", "bit", "cmath", "concepts", "cstddef", "cstdint", "initializer_list", "limits"),
-    *("type_traits", "utility"),
+    *("string_view", "tuple", "type_traits", "utility"),
 }
 HOST_HEADERS = {"cstring", "functional", "memory", "optional", "string", "vector"}  # of host/: the heap, nothing else
 
