@@ -13,6 +13,7 @@ from hypertuna.errors import InputError
 from hypertuna.firmware.black_box import Box, boxes_of, record_dtype, record_of
 from hypertuna.firmware.boards import firmware_of, missing
 from hypertuna.firmware.in_the_loop import firmware_in_the_loop
+from hypertuna.firmware.parameters import firmware_table
 from hypertuna.firmware.scenario import scenario_of
 from hypertuna.mission.record import COLUMNS, parts_of
 from program import Run
