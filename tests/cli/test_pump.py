@@ -50,7 +50,7 @@ def test_files_hold_the_table(run: Run, tmp_path: Path) -> None:
 
 def test_table_over_bore_and_temperature(run: Run) -> None:
     output = run(*PUMP, "--frequency", "1", "--amplitude", "4,8", "--bore", "3:4:2", "--temperature", "10:20:2")[1]
-    assert "joint I at 1 Hz, 4 deg told" in output
+    assert "joint I at 1 Hz, 4 deg commanded" in output
     assert "10 C" in output
     assert "corner of the line" in output
 
@@ -70,8 +70,8 @@ def test_one_case_is_told_in_full(run: Run) -> None:
 def test_flow_beyond_the_laminar_law_is_told(run: Run) -> None:
     """Poiseuille's law ends at a Reynolds number of 2300; oil of 100 C passes it in joint I's line at 6 Hz."""
     case, table = (run(*PUMP, "--frequency", "6", "--temperature", at)[1] for at in ("100", "20:100:2"))
-    assert case.count("turbulent: the drop is told too small") == 1
-    assert "t turbulent: the drop is told too small" in table
+    assert case.count("turbulent: the pressure drop is underestimated") == 1
+    assert "t turbulent: the pressure drop is underestimated" in table
     told = json.loads(run(*PUMP, "--frequency", "6", "--temperature", "20:100:2", "--json")[1])["sizes"]
     assert [row["turbulent"] for row in told] == [row["reynolds"] > 2300 for row in told] == [False, False, True, False]
 
@@ -79,7 +79,7 @@ def test_flow_beyond_the_laminar_law_is_told(run: Run) -> None:
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (("--bore", "0"), "bore must be from 1 to 20 mm, but is 0: give the inner diameter"),
+        (("--bore", "0"), "bore must be from 1 to 20 mm, but is 0: give it in mm"),
         (("--bore", "0.005"), "bore must be from 1 to 20 mm, but is 0.005"),
         (("--bore", "2,3"), "bore must be a value or a range start:stop:count"),
         (("--temperature", "130"), "temperature must be from -9 to 100 degC, but is 130 degC"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import typer
@@ -26,13 +26,16 @@ def emit(
     dataset: Callable[[R], Any] | None = None,
     plot: str | None = None,
     figure: str = "",
+    drawn: Sequence[Any] | None = None,
+    written: str | None = None,
     failed: bool = False,
 ) -> None:
     """Write the files that are asked for, and print a result as one JSON object or as tables and sentences.
 
-    `record` makes the JSON object, `lines` the tables and sentences, `csv` and `dataset` (left out: the result's own)
-    the content of `output`; `figure` names the function that draws the result, as "package.module:function". A result
-    that `failed` is printed first, since it may have nothing to draw, and ends with exit code 1.
+    `record` makes the JSON object, `lines` the tables and sentences, `csv` and `dataset` (default: the result's own)
+    the content of `output`. `figure` names the function, as "package.module:function", that draws the arguments `drawn`
+    (default: the result). `written` names a file that is written already. A result that `failed` is printed first,
+    since it may have nothing to draw, and ends with exit code 1.
     """
 
     def show() -> None:
@@ -41,13 +44,13 @@ def emit(
     if failed:
         show()
     if plot is not None:
-        draw(figure, plot, result)
+        draw(figure, plot, *((result,) if drawn is None else drawn))
     if output is not None:
         _write(result, output, csv, dataset)
     if not failed:
         show()
     if not as_json:
-        print_written(plot, output)
+        print_written(plot, output, written)
     if failed:
         raise typer.Exit(1)
 

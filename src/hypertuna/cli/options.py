@@ -12,7 +12,10 @@ from hypertuna.cli.parsing import Bound
 from hypertuna.errors import InputError
 
 __all__ = [
+    "BORES",
     "FIGURES",
+    "RANGE",
+    "ROBOTS",
     "Amplitude",
     "Amplitudes",
     "Areas",
@@ -44,10 +47,12 @@ __all__ = [
     "Temperature",
     "Threads",
     "WaterLaw",
+    "axis",
     "bounds",
     "file",
     "number",
     "numbers",
+    "option",
     "ranges",
     "setting",
     "text",
@@ -59,7 +64,7 @@ __all__ = [
 # --- how options are declared. Values are read in callbacks, which know the option's name: bad ones are an InputError.
 
 
-def _option(names: Sequence[str], help: str, metavar: str, read: Callable[[str, str], Any]) -> Any:
+def option(names: Sequence[str], help: str, metavar: str, read: Callable[[str, str], Any]) -> Any:
     """Declare an option whose text `read` turns into a value, given the text and the option's name."""
 
     def callback(param: typer.CallbackParam, value: Any) -> Any:
@@ -81,37 +86,57 @@ def number(name: str, unit: str, help: str, *, low: float | None = None, high: f
 
     def read(text: str, key: str) -> float:
         value = parsing.number(text, key, unit)
-        if (low is not None and value < low) or (high is not None and value > high):
-            rule = f"must be at least {low:g}" if high is None else f"must be from {low:g} to {high:g} {unit}"
-            raise InputError(rule, key=key, value=f"{value:g}", fix=f"give it in {unit}")
+        _check_range(value, key, unit, low, high)
         return value
 
-    return _option((name,), help, "NUMBER", read)
+    return option((name,), help, "NUMBER", read)
+
+
+def _check_range(value: float, key: str, unit: str, low: float | None, high: float | None) -> None:
+    """Check that a value is from `low` to `high`."""
+    if (low is not None and value < low) or (high is not None and value > high):
+        rule = f"must be at least {low:g}" if high is None else f"must be from {low:g} to {high:g} {unit}"
+        raise InputError(rule, key=key, value=f"{value:g}", fix=f"give it in {unit}")
 
 
 def whole_number(name: str, help: str) -> Any:
     """Declare an option that takes a whole number."""
-    return _option((name,), help, "INTEGER", parsing.whole_number)
+    return option((name,), help, "INTEGER", parsing.whole_number)
 
 
 def numbers(name: str, unit: str, help: str, count: int | None = None) -> Any:
     """Declare an option that takes numbers separated by commas."""
-    return _option((name,), help, "NUMBERS", lambda text, key: parsing.numbers(text, key, unit, count))
+    return option((name,), help, "NUMBERS", lambda text, key: parsing.numbers(text, key, unit, count))
 
 
 def ranges(name: str, unit: str, help: str) -> Any:
     """Declare an option that takes a value or a range for each of several parts, and all their combinations."""
-    return _option((name,), help, "RANGES", lambda text, key: parsing.ranges(text, key, unit))
+    return option((name,), help, "RANGES", lambda text, key: parsing.ranges(text, key, unit))
 
 
 def values(name: str, unit: str, help: str) -> Any:
     """Declare an option that takes values and ranges, one after another."""
-    return _option((name,), help, "RANGE", lambda text, key: parsing.values(text, key, unit))
+    return option((name,), help, "RANGE,...", lambda text, key: parsing.values(text, key, unit))
+
+
+def axis(name: str, unit: str, help: str, *, low: float | None = None, high: float | None = None) -> Any:
+    """Declare an option that takes a value or a range, from `low` to `high`."""
+
+    def read(text: str, key: str) -> list[float]:
+        if "," in text:
+            rule, fix = "must be a value or a range start:stop:count", "write, for example, 2:5:4 for 2, 3, 4 and 5"
+            raise InputError(rule, key=key, value=repr(text), fix=fix)
+        points = parsing.values(text, key, unit)
+        for value in points:
+            _check_range(value, key, unit, low, high)
+        return points
+
+    return option((name,), help, "RANGE", read)
 
 
 def word(name: str, words: Sequence[str], help: str) -> Any:
     """Declare an option that takes one of several words."""
-    return _option((name,), help, "|".join(words), lambda text, key: parsing.choice(text, words, key))
+    return option((name,), help, "|".join(words), lambda text, key: parsing.choice(text, words, key))
 
 
 def text(name: str, help: str, metavar: str = "TEXT") -> Any:
@@ -121,24 +146,24 @@ def text(name: str, help: str, metavar: str = "TEXT") -> Any:
 
 def bounds(unit: str, help: str) -> Any:
     """Declare the option --bounds NAME=LOW:HIGH."""
-    return _option(("--bounds",), help, "NAME=LOW:HIGH", lambda text, key: parsing.bound(text, key, unit))
+    return option(("--bounds",), help, "NAME=LOW:HIGH", lambda text, key: parsing.bound(text, key, unit))
 
 
 def setting(name: str, unit: str, help: str) -> Any:
     """Declare an option that takes NAME=VALUE."""
-    return _option((name,), help, "NAME=VALUE", lambda text, key: parsing.setting(text, key, unit))
+    return option((name,), help, "NAME=VALUE", lambda text, key: parsing.setting(text, key, unit))
 
 
 def file(*names: str, help: str, suffixes: Sequence[str]) -> Any:
     """Declare an option that takes the name of a file to write."""
-    return _option(names, help, "FILE", lambda text, key: parsing.output_file(text, suffixes, key))
+    return option(names, help, "FILE", lambda text, key: parsing.output_file(text, suffixes, key))
 
 
 # --- the robot and its gait
 
 GROUPS = "one per joint group, separated by commas"
 RANGE = "A value or a range start:stop:count"
-LAST = "(default: the robot's)"
+ROBOTS = "(default: the robot's)"
 
 RobotName = Annotated[str, text("--robot", "Name of a robot that comes with hypertuna, or path of its file.")]
 GaitName = Annotated[str | None, text("--gait", "A gait of the robot's file; the options below change it.")]
@@ -161,9 +186,9 @@ Biases = Annotated[
     Sequence[tuple[float, ...]] | None,
     ranges("--bias", "degrees", f"{RANGE} per joint group in degrees: mean angle."),
 ]
-JointLaw = Annotated[str | None, text("--joints", f"ideal or bandwidth. {LAST}")]
-Areas = Annotated[str | None, text("--areas", f"consistent or as-printed. {LAST}")]
-WaterLaw = Annotated[str | None, text("--water", f"Water law: lumped or strip. {LAST}")]
+JointLaw = Annotated[str | None, text("--joints", f"ideal or bandwidth. {ROBOTS}")]
+Areas = Annotated[str | None, text("--areas", f"consistent or as-printed. {ROBOTS}")]
+WaterLaw = Annotated[str | None, text("--water", f"Water law: lumped or strip. {ROBOTS}")]
 Joint = Annotated[str, text("--joint", "Name of the joint group, or its number from the head.")]
 Side = Annotated[str, text("--side", "Side under pressure, left or right; a bend toward it is positive.")]
 
@@ -173,10 +198,10 @@ Steps = Annotated[int, whole_number("--steps", "Runge-Kutta steps per beat.")]
 Threads = Annotated[int | None, whole_number("--threads", "Number of threads. (default: all processors)")]
 Duration = Annotated[float, number("--duration", "seconds", "Duration of the run in s.")]
 Medium = Annotated[str, word("--medium", ("water", "air"), "What the robot is in: water or air.")]
-Temperature = Annotated[float | None, number("--temperature", "C", f"Oil temperature in degrees C. {LAST}")]
-Bore = Annotated[
-    float | None, number("--line-bore", "mm", f"Inner diameter of all oil lines in mm. {LAST}", low=1, high=20)
-]
+Temperature = Annotated[float | None, number("--temperature", "C", f"Oil temperature in degrees C. {ROBOTS}")]
+# Oil hardly passes thinner lines, and wider ones swing faster than the twin steps.
+BORES: dict[str, Any] = {"low": 1.0, "high": 20.0}  # mm
+Bore = Annotated[float | None, number("--line-bore", "mm", f"Inner diameter of all oil lines in mm. {ROBOTS}", **BORES)]
 Seed = Annotated[int, whole_number("--seed", "Seed of the random numbers: the same seed gives the same result.")]
 Checkpoint = Annotated[
     str | None, text("--checkpoint", "Keep a journal in this file; the same command resumes from it.", "FILE")
@@ -210,7 +235,7 @@ def _pressures(text: str, key: str) -> list[float]:
 
 Pressures = Annotated[
     Sequence[float],
-    _option(("--pressure",), "Rising gauge pressures in kPa: numbers or start:stop:count.", "RANGE", _pressures),
+    option(("--pressure",), "Rising gauge pressures in kPa: numbers or start:stop:count.", "RANGE", _pressures),
 ]
 
 # --- what is written

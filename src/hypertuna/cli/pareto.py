@@ -2,48 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from hypertuna.cli.old_console import (
-    check_suffix,
-    command_line,
+from hypertuna.cli.console import command_line, progress_bar, table
+from hypertuna.cli.emit import emit
+from hypertuna.cli.gait import gait_record
+from hypertuna.cli.options import (
+    Areas,
+    AsJson,
+    Bounds,
+    Checkpoint,
+    JointLaw,
+    Plot,
+    RobotName,
+    Seed,
+    Steps,
+    TableOutput,
+    WaterLaw,
     number,
-    print_json,
-    progress_bar,
-    tell_written,
+    text,
     whole_number,
 )
-from hypertuna.cli.optimize import (
-    Areas,
-    Bounds,
-    Joints,
-    Rate,
-    Reach,
-    Robust,
-    Samples,
-    Seed,
-    Strouhal,
-    Torque,
-    Water,
-    bounds_of,
-    gait_record,
-    limits_of,
-)
+from hypertuna.cli.search import Rate, Reach, Robust, Samples, Strouhal, Torque, limits_of
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
-from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
+from hypertuna.io.files import rows_csv
 from hypertuna.optimization.objective import OBJECTIVES
 from hypertuna.optimization.pareto import SLOW, Front, pareto
 from hypertuna.optimization.robust import STATISTICS
 from hypertuna.swimming.beat import DEFAULT_STEPS
 
-__all__ = ["pareto_command"]
+__all__ = ["NAMES", "pareto_command"]
 
 ROWS = 24  # points of the front that the terminal shows
 
@@ -68,84 +61,78 @@ NAMES = {quantity: name for name, quantity in SHOWN.items()}
 
 
 def pareto_command(
-    robot: Annotated[
-        str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
-    ],
+    robot: RobotName,
     objectives: Annotated[
-        str, typer.Option("--objectives", help=f"Two or three of {', '.join(OBJECTIVES)}.")
+        str, text("--objectives", f"Two or three of {', '.join(OBJECTIVES)}.")
     ] = "speed,cost_of_transport",
-    population: Annotated[str, typer.Option("--population", help="Gaits of a generation of NSGA-II.")] = "40",
-    generations: Annotated[str, typer.Option("--generations", help="Generations of NSGA-II.")] = "60",
+    population: Annotated[int, whole_number("--population", "Gaits in a generation of NSGA-II.")] = 40,
+    generations: Annotated[int, whole_number("--generations", "Generations of NSGA-II.")] = 60,
     bounds: Bounds = None,
     max_joint_rate: Rate = None,
     max_torque: Torque = None,
     amplitude_by_bandwidth: Reach = False,
     strouhal: Strouhal = None,
     min_speed: Annotated[
-        str | None, typer.Option("--min-speed", help=f"Slowest speed in m/s. (default: {SLOW:g} body lengths/s)")
+        float | None,
+        number("--min-speed", "m/s", f"Minimum speed in m/s. (default: {SLOW:g} body lengths/s)"),
     ] = None,
     robust: Robust = None,
-    samples: Samples = "32",
-    seed: Seed = "1",
-    no_polish: Annotated[bool, typer.Option("--no-polish", help="Leave the front as NSGA-II found it.")] = False,
-    joints: Joints = None,
+    samples: Samples = 32,
+    seed: Seed = 1,
+    no_polish: Annotated[bool, typer.Option("--no-polish", help="Do not polish the front of NSGA-II.")] = False,
+    joints: JointLaw = None,
     areas: Areas = None,
-    water: Water = None,
-    steps: Annotated[str, typer.Option("--steps", help="Runge-Kutta steps per beat.")] = str(DEFAULT_STEPS),
-    checkpoint: Annotated[
-        str | None, typer.Option("--checkpoint", help="Keep a journal here; the same command resumes from it.")
-    ] = None,
-    plot: Annotated[str | None, typer.Option("--plot", help="Draw the front to this .svg, .png or .pdf file.")] = None,
-    output: Annotated[str | None, typer.Option("-o", "--output", help="Write to this .nc or .csv file.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    water: WaterLaw = None,
+    steps: Steps = DEFAULT_STEPS,
+    checkpoint: Checkpoint = None,
+    plot: Plot = None,
+    output: TableOutput = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Find the gaits of which none is better in every objective: NSGA-II, then polished by exact gradients.
+    """Find the Pareto front of gaits: NSGA-II, polished by exact gradients.
 
     The exit code is 0 for a front, 1 if no gait keeps all limits, 2 for bad input.
     """
-    check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
-    kind = check_suffix(output, (".nc", ".csv"), "--output")
     fish = load(robot).using(joints=joints, areas=areas, water=water)
     with progress_bar("evolving") as progress:
         front = pareto(
             fish,
             [name.strip() for name in objectives.split(",")],
-            population=whole_number(population, "--population"),
-            generations=whole_number(generations, "--generations"),
-            bounds=bounds_of(bounds),
-            limits=limits_of(fish, max_joint_rate, max_torque, amplitude_by_bandwidth, strouhal, None),
-            min_speed=None if min_speed is None else number(min_speed, "--min-speed", "m/s"),
+            population=population,
+            generations=generations,
+            bounds={name: (low, high) for name, low, high in bounds or []},
+            limits=limits_of(fish, max_joint_rate, max_torque, amplitude_by_bandwidth, strouhal),
+            min_speed=min_speed,
             polish=not no_polish,
             robust=robust,
-            samples=whole_number(samples, "--samples"),
-            seed=whole_number(seed, "--seed"),
-            steps=whole_number(steps, "--steps"),
+            samples=samples,
+            seed=seed,
+            steps=steps,
             checkpoint=checkpoint,
             progress=progress,
         )
-    if not len(front.x):
-        print_json(_record(front)) if as_json else Console().print(Text(front.stop, style="bold red"))
-        raise typer.Exit(1)
-    if plot is not None:
-        _plot(front, plot)
-    if output is not None and kind == ".nc":
-        write_netcdf(front.points.assign_attrs(command=command_line()), output)
-    if output is not None and kind == ".csv":
-        write_atomically(output, _csv(front).encode())
-    if as_json:
-        print_json(_record(front))
-    else:
-        _print(front)
-        tell_written(plot, output)
+    empty = not len(front.x)
+    emit(
+        front,
+        record=_record,
+        lines=_lines,
+        csv=_csv,
+        dataset=lambda front: front.points,
+        output=None if empty else output,
+        plot=None if empty else plot,
+        figure="hypertuna.optimization.plots:plot_pareto",
+        as_json=as_json,
+        failed=empty,
+    )
 
 
 def _rows(front: Front) -> list[dict[str, Any]]:
-    """Gaits of the front with their results, names with units."""
-    found = front.points
+    """Return the gaits of the front with their results, names with units."""
+    points = front.points
     robust = [f"{name}_{front.robust}" for name in front.objectives] if front.robust else []
-    columns = {name: found[quantity].values for name, quantity in SHOWN.items() if quantity in found}
+    columns = {name: points[quantity].values for name, quantity in SHOWN.items() if quantity in points}
     for name, column in zip(front.objectives, robust, strict=False):
-        columns[f"{front.robust}_{NAMES[name]}"] = found[column].values
+        columns[f"{front.robust}_{NAMES[name]}"] = points[column].values
     columns["stationarity"] = front.stationarity
     rows = []
     for k, gait in enumerate(front.gaits):
@@ -154,7 +141,7 @@ def _rows(front: Front) -> list[dict[str, Any]]:
 
 
 def _record(front: Front) -> dict[str, Any]:
-    """Tell a front, for programs."""
+    """Return the JSON record."""
     objectives = [
         {"name": name, "better": "large" if OBJECTIVES[name] else "small", "unit": unit}
         for name, unit in zip(front.objectives, front.units, strict=True)
@@ -173,7 +160,7 @@ def _record(front: Front) -> dict[str, Any]:
 
 
 def _csv(front: Front) -> str:
-    """Write a front as comma-separated values, below comments that say what made it."""
+    """Write a front as comma-separated values, below comments on their origin."""
     facts = {str(key): value for key, value in front.points.attrs.items()} | {"command": command_line()}
     groups = [group.name for group in front.robot.joints]
     rows = []
@@ -187,34 +174,24 @@ def _csv(front: Front) -> str:
     return rows_csv(facts, rows)
 
 
-def _plot(front: Front, plot: str) -> None:
-    """Draw a front; what draws is imported only now, because that takes long."""
-    from hypertuna.figures import save
-    from hypertuna.optimization.plots import plot_pareto
-
-    save(plot_pareto(front), plot)
-
-
-def _print(front: Front) -> None:
-    """Print a front, or every so many of its points."""
+def _lines(front: Front) -> Iterator[Any]:
+    """Lay out a front, or a sample of its points."""
     count = len(front.x)
-    picked = np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int))
-    table = Table(box=None, pad_edge=False, header_style="bold")
+    if not count:
+        yield front.stop, "bold red"
+        return
     heads = [f"{name.replace('_', ' ')}\n[{unit}]" for name, unit in zip(front.objectives, front.units, strict=True)]
-    for head in (*heads, "f\n[Hz]", "amplitude\n[deg]", "phase\n[deg]"):
-        table.add_column(Text(head, justify="right"), justify="right")
-    for k in picked:
+    rows = []
+    for k in np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int)):
         gait = front.gaits[k]
         angles = (", ".join(f"{angle:.4g}" for angle in np.degrees(values)) for values in (gait.amplitude, gait.phase))
-        table.add_row(*(f"{value:.4g}" for value in front.values[k]), f"{gait.frequency:.3g}", *angles)
-    console = Console()
-    how = f", {STATISTICS[front.robust]}" if front.robust else ""
-    console.print(Text(f"{front.robot.name}: {count} best compromises{how}", style="bold"))
-    console.print(table)
+        rows.append((*(f"{value:.4g}" for value in front.values[k]), f"{gait.frequency:.3g}", *angles))
+    robust = f", {STATISTICS[front.robust]}" if front.robust else ""
+    yield f"{front.robot.name}: {count} best compromises{robust}", "bold"
+    yield table([*heads, "f\n[Hz]", "amplitude\n[deg]", "phase\n[deg]"], rows, left=())
     reference = ", ".join(f"{value:.4g}" for value in front.reference)
-    units = " ".join(front.units)
-    console.print(Text(f"hypervolume {front.hypervolume:.5g} [{units}] from the reference point {reference}"))
+    yield f"hypervolume {front.hypervolume:.5g} [{' '.join(front.units)}] from the reference point {reference}"
     if front.polished:
         residual = np.median(front.stationarity)
-        console.print(Text(f"before polishing {front.hypervolume_evolved:.5g}; median stationarity {residual:.1e}"))
-    console.print(Text(front.stop, style="green"))
+        yield f"before polishing {front.hypervolume_evolved:.5g}; median stationarity {residual:.1e}"
+    yield front.stop, "green"

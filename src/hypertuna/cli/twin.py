@@ -3,272 +3,230 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS
-from hypertuna.cli.old_console import check_suffix, command_line, number, print_json, tell_written, whole_number
-from hypertuna.cli.old_options import (
-    BACKWARD,
-    MEDIA,
+from hypertuna.actuation.sizing import with_bore
+from hypertuna.cli.console import summary_table, table
+from hypertuna.cli.emit import emit, made_by
+from hypertuna.cli.gait import check_duration, gait_degrees, gait_text, one_gait
+from hypertuna.cli.options import (
     Amplitude,
+    AsJson,
     Bias,
     Bore,
+    Duration,
     Frequency,
+    GaitName,
     Medium,
-    Name,
-    Named,
     Phase,
+    Plot,
+    RobotName,
     Seed,
+    TableOutput,
     Temperature,
-    celsius,
-    check_beats,
-    choice,
-    gait_axes,
-    heads_first,
-    one_gait,
-    robot_of,
-    spelled,
+    text,
+    word,
 )
-from hypertuna.description.provenance import provenance
-from hypertuna.io.files import columns_csv, write_atomically, write_netcdf
+from hypertuna.description.robot import Robot, load
+from hypertuna.io.files import columns_csv
+from hypertuna.io.quantity import Quantity
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
 
-__all__ = ["twin_command"]
+__all__ = ["BACKWARD", "kelvin", "robot_with", "swims_forward", "twin_command"]
 
-STARTS = ("rest", "swimming")
 KILO = 1e3
+MIN_SPEED = 0.01  # 1/s: a robot slower than this many body lengths stands, and has no cost per distance
+BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
 
 
 def twin_command(
-    robot: Name,
-    gait: Named = None,
+    robot: RobotName,
+    gait: GaitName = None,
     frequency: Frequency = None,
     amplitude: Amplitude = None,
     phase: Phase = None,
     bias: Bias = None,
-    duration: Annotated[str, typer.Option("--duration", help="Length of the run in s.")] = "20",
+    duration: Duration = 20,
     fault: Annotated[
         list[str] | None,
-        typer.Option(
+        text(
             "--fault",
-            help="Fault of a sensor, CHANNEL:KIND@START or CHANNEL:KIND@START-END with times in s; may be given "
-            "several times. Channels: bend, pressure and current, each alone or with -JOINT, the last two also with "
-            "-JOINT-left or -JOINT-right; imu; battery. Kinds: stuck, open, spike, nan. Such as bend-II:stuck@5, "
-            "imu:nan@5-8.",
+            "Fault of a sensor, CHANNEL:KIND@START or CHANNEL:KIND@START-END with times in s; repeatable. Channels: "
+            "bend, pressure and current, each alone or with -JOINT, the last two also with -JOINT-left or "
+            "-JOINT-right; imu; battery. Kinds: stuck, open, spike, nan. Such as bend-II:stuck@5, imu:nan@5-8.",
+            "FAULT",
         ),
     ] = None,
-    open_loop: Annotated[bool, typer.Option("--open-loop", help="Leave out the posture control per beat.")] = False,
+    open_loop: Annotated[bool, typer.Option("--open-loop", help="Switch the posture control off.")] = False,
     medium: Medium = "water",
     temperature: Temperature = None,
     line_bore: Bore = None,
-    seed: Seed = "0",
-    start: Annotated[str, typer.Option("--start", help="rest, or swimming: at the gait's settled speed.")] = "rest",
-    plot: Annotated[str | None, typer.Option("--plot", help="Draw the run to this .svg, .png or .pdf file.")] = None,
-    output: Annotated[
-        str | None, typer.Option("-o", "--output", help="Write the run to this .nc or .csv file.")
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    seed: Seed = 0,
+    start: Annotated[
+        str, word("--start", ("rest", "swimming"), "Start at rest, or swimming at the gait's settled speed.")
+    ] = "rest",
+    plot: Plot = None,
+    output: TableOutput = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Run the whole robot: controller, servos, pumps, oil, muscles, tail, water, and its sensors.
+    """Simulate the whole robot: controller, servos, pumps, oil, muscles, tail, water, and its sensors.
 
-    The exit code is 0 for a run, 1 for one that diverged (what it did until then is still printed), 2 for bad input.
+    The exit code is 0 for a run, 1 for one that diverged (its results until then are printed), 2 for bad input.
     """
-    check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
-    kind = check_suffix(output, (".nc", ".csv"), "--output")
-    fish = robot_of(robot, line_bore)
-    wished = {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}
-    beat, seconds = one_gait(gait_axes(fish, gait, wished)), number(duration, "--duration", "seconds")
-    check_beats(beat, seconds)
-    done = twin(
+    fish = robot_with(robot, line_bore)
+    beat = one_gait(fish, gait, frequency, amplitude, phase, bias)
+    check_duration(beat, duration)
+    run = twin(
         fish,
         beat,
-        duration=seconds,
-        fish_in=choice(medium, MEDIA, "--medium"),
+        duration=duration,
+        fish_in=medium,
         faults=tuple(fault or ()),
-        seed=whole_number(seed, "--seed"),
+        seed=seed,
         closed_loop=not open_loop,
-        temperature=celsius(temperature),
-        start=choice(start, STARTS, "--start"),
+        temperature=kelvin(temperature),
+        start=start,
     )
-    if output is not None and kind == ".nc":
-        write_netcdf(done.dataset().assign_attrs(_attributes(done)), output)
-    if output is not None and kind == ".csv":
-        write_atomically(output, _csv(done).encode())
-    if plot is not None:
-        _plot(done, plot)
-    if as_json:
-        print_json(_record(done))
-    else:
-        _print(done)
-        tell_written(output, plot)
-    if done.status == "diverged":
-        raise typer.Exit(1)
+    emit(
+        run,
+        record=_record,
+        lines=_lines,
+        csv=_csv,
+        dataset=lambda run: run.dataset().assign_attrs(_attributes(run)),
+        output=output,
+        plot=plot,
+        figure="hypertuna.simulation.plots:plot_twin",
+        as_json=as_json,
+        failed=run.status == "diverged",
+    )
 
 
-def _joints(done: TwinRun) -> list[dict[str, Any]]:
-    """Say what each joint group was told and did, over the last whole beats."""
-    gait = done.gait
+def robot_with(name: str, line_bore: float | None) -> Robot:
+    """Load a robot, with all oil lines of another inner diameter [mm] if one is given."""
+    fish = load(name)
+    return fish if line_bore is None else with_bore(fish, 1e-3 * line_bore)
+
+
+def kelvin(celsius: float | None) -> float | None:
+    """Convert a temperature from degrees C to K."""
+    return None if celsius is None else celsius + ZERO_CELSIUS
+
+
+def swims_forward(run: TwinRun) -> bool:
+    """Return whether a robot swims head first; also true in air and of a diverged run, which have no speed."""
+    return math.isnan(run.speed) or run.speed_bl > MIN_SPEED
+
+
+def _joints(run: TwinRun) -> list[dict[str, Any]]:
+    """Return setpoint and motion of each joint group over the last whole beats."""
+    gait = run.gait
+    columns: dict[str, Any] = {
+        "amplitude_set_deg": gait.amplitude,
+        "amplitude_deg": run.swing,
+        "first_harmonic_deg": run.amplitude,
+        "peak_error_deg": run.swing - gait.amplitude,
+        "bias_set_deg": gait.bias,
+        "bias_deg": run.bias,
+        "phase_set_deg": gait.phase,
+        "phase_deg": run.phase,
+    }
     return [
-        {
-            "name": group.name,
-            "amplitude_set_deg": np.degrees(gait.amplitude[j]),
-            "amplitude_deg": np.degrees(done.swing[j]),
-            "first_harmonic_deg": np.degrees(done.amplitude[j]),
-            "peak_error_deg": np.degrees(done.swing[j] - gait.amplitude[j]),
-            "bias_set_deg": np.degrees(gait.bias[j]),
-            "bias_deg": np.degrees(done.bias[j]),
-            "phase_set_deg": np.degrees(gait.phase[j]),
-            "phase_deg": np.degrees(done.phase[j]),
-        }
-        for j, group in enumerate(done.robot.joints)
+        {"name": name} | {key: np.degrees(values[j]) for key, values in columns.items()}
+        for j, name in enumerate(run.joints)
     ]
 
 
-def _circuits(done: TwinRun) -> list[dict[str, Any]]:
-    """Say what each oil circuit did."""
+def _circuits(run: TwinRun) -> list[dict[str, Any]]:
+    """Return the pressures of each oil circuit."""
     return [
-        {"name": name, "pressure_max_kpa": done.pressure_max[c] / KILO, "pressure_min_kpa": done.pressure_min[c] / KILO}
-        for c, name in enumerate(done.circuits)
+        {"name": name, "pressure_max_kpa": run.pressure_max[c] / KILO, "pressure_min_kpa": run.pressure_min[c] / KILO}
+        for c, name in enumerate(run.circuits)
     ]
 
 
-def _sentences(done: TwinRun) -> list[str]:
-    """Say what the run says, and whether the robot swam at all."""
-    return [*done.sentences, *([] if heads_first(done) else [BACKWARD])]
+def _sentences(run: TwinRun) -> list[str]:
+    """Describe the run, and say if the robot did not swim forward."""
+    return [*run.sentences, *([] if swims_forward(run) else [BACKWARD])]
 
 
-def _record(done: TwinRun) -> dict[str, Any]:
-    """Say how the robot ran, for programs."""
-    gait = done.gait
+def _record(run: TwinRun) -> dict[str, Any]:
+    """Return the JSON record."""
+    made = made_by(run.robot)
+    del made["joints"]  # the twin moves its joints by itself, not by a joint law
     return (
-        {
-            "speed_m_s": done.speed,
-            "speed_bl_s": done.speed_bl,
-            "electrical_power_w": done.power,
-            "mechanical_power_w": done.mechanical_power,
-            "cost_of_transport_j_per_kg_m": done.cost_of_transport if heads_first(done) else math.nan,
-            "joints": _joints(done),
-            "circuits": _circuits(done),
-            "limits": list(done.limits),
-            "faults": list(done.faults),
-            "status": done.status,
-            "status_text": _sentences(done),
-            "settled": done.settled,
-        }
-        | {"frequency_hz": gait.frequency}
-        | {f"{key}_deg": np.degrees(getattr(gait, key)).round(10).tolist() for key in ("amplitude", "phase", "bias")}
-        | {"duration_s": done.duration, "medium": done.fish_in, "start": done.start, "seed": done.seed}
-        | {"closed_loop": done.closed_loop, "oil_temperature_c": done.temperature - ZERO_CELSIUS}
-        | {key: value for key, value in provenance(done.robot).items() if key != "joints"}  # the twin moves its own
-        | {"command": command_line()}
+        {key: quantity.value for key, quantity in run.summary().items()}
+        | ({} if swims_forward(run) else {"cost_of_transport_j_per_kg_m": math.nan})
+        | {"joints": _joints(run), "circuits": _circuits(run), "limits": list(run.limits), "faults": list(run.faults)}
+        | {"status": run.status, "status_text": _sentences(run), "settled": run.settled}
+        | gait_degrees(run.gait)
+        | {"duration_s": run.duration, "medium": run.fish_in, "start": run.start, "seed": run.seed}
+        | {"closed_loop": run.closed_loop, "oil_temperature_c": run.temperature - ZERO_CELSIUS}
+        | made
     )
 
 
-def _attributes(done: TwinRun) -> dict[str, Any]:
-    """Return what NetCDF can hold of the record beside the run."""
-    flat = {key: value for key, value in _record(done).items() if key not in ("joints", "circuits")}
+def _attributes(run: TwinRun) -> dict[str, Any]:
+    """Return what NetCDF can hold of the record."""
+    flat = {key: value for key, value in _record(run).items() if key not in ("joints", "circuits")}
     texts = {key: "; ".join(flat.pop(key)) for key in ("limits", "faults", "status_text")}
-    for row in (*_joints(done), *_circuits(done)):
+    for row in (*_joints(run), *_circuits(run)):
         name = row.pop("name").replace("-", "_")
         flat |= {f"{name}_{key}": value for key, value in row.items()}
     flags = {key: int(flat.pop(key)) for key in ("settled", "closed_loop")}
     return flat | texts | flags
 
 
-def _csv(done: TwinRun) -> str:
-    """Write a run as comma-separated values, one row per control period, below comments that say what made it."""
-    joints = [group.name for group in done.robot.joints]
-    circuits = [name.replace("-", "_") for name in done.circuits]
-    columns: dict[str, Any] = {"time_s": done.time}
+def _csv(run: TwinRun) -> str:
+    """Write a run as comma-separated values, one row per control period."""
+    circuits = [name.replace("-", "_") for name in run.circuits]
+    data = run.data
+    columns: dict[str, Any] = {"time_s": run.time}
     for key in ("angle_set", "angle", "angle_measured"):
-        columns |= {f"{key}_{name}_deg": np.degrees(done.data[key][:, j]) for j, name in enumerate(joints)}
+        columns |= {f"{key}_{name}_deg": np.degrees(data[key][:, j]) for j, name in enumerate(run.joints)}
     for key in ("pump_pressure", "unit_pressure"):
-        columns |= {f"{key}_{name}_kpa": done.data[key][:, c] / KILO for c, name in enumerate(circuits)}
-    columns |= {
-        f"servo_angle_{name}_deg": np.degrees(done.data["servo_angle"][:, c]) for c, name in enumerate(circuits)
-    }
-    columns |= {"electrical_power_w": done.data["power"]}
-    columns |= {"x_m": done.data["x"], "y_m": done.data["y"], "heading_deg": np.degrees(done.data["heading"])}
-    columns |= {"speed_m_s": done.data["speed"], "status": done.data["status"]}
-    return columns_csv(_attributes(done), columns)
+        columns |= {f"{key}_{name}_kpa": data[key][:, c] / KILO for c, name in enumerate(circuits)}
+    columns |= {f"servo_angle_{name}_deg": np.degrees(data["servo_angle"][:, c]) for c, name in enumerate(circuits)}
+    columns |= {"electrical_power_w": data["power"]}
+    columns |= {"x_m": data["x"], "y_m": data["y"], "heading_deg": np.degrees(data["heading"])}
+    columns |= {"speed_m_s": data["speed"], "status": data["status"]}
+    return columns_csv(_attributes(run), columns)
 
 
-def _plot(done: TwinRun, plot: str) -> None:
-    """Draw a run; what draws is imported only now, because that takes longer than the run."""
-    from hypertuna.figures import save
-    from hypertuna.simulation.plots import plot_twin
-
-    save(plot_twin(done), plot)
-
-
-def _print(done: TwinRun) -> None:
-    """Print a run as three small tables and its sentences."""
-    console = Console()
-    console.print(Text(f"{done.robot.name}, {spelled(done.gait)}", style="bold"))
-    loop = "closed loop" if done.closed_loop else "open loop"
-    warm = done.temperature - ZERO_CELSIUS
-    how = f"{done.duration:g} s in {done.fish_in} from {done.start}, {loop}, oil at {warm:.3g} C"
-    console.print(Text(how, style="dim"))
-    console.print(_totals(done))
-    console.print()
-    console.print(_joint_table(done))
-    console.print()
-    beats = f"last {done.beat_count} beats" if done.beat_count > 1 else "last beat"
-    console.print(Text(f"cylinder pressure, peaks within ticks, {beats}", style="dim"))
-    console.print(_circuit_table(done))
-    console.print()
-    good = done.settled and not done.limits and not done.faults
-    for k, sentence in enumerate(_sentences(done)):
-        bad = done.status == "diverged" or bool(done.faults)
-        style = "green" if good or (k == 0 and done.settled) else "bold red" if bad else "yellow"
-        console.print(Text(sentence, style=style))
+def _lines(run: TwinRun) -> Iterator[Any]:
+    """Lay out a run: totals, joints, circuits, sentences."""
+    loop = "closed loop" if run.closed_loop else "open loop"
+    oil = f"oil at {run.temperature - ZERO_CELSIUS:.3g} C"
+    yield f"{run.robot.name}, {gait_text(run.gait)}", "bold"
+    yield f"{run.duration:g} s in {run.fish_in} from {run.start}, {loop}, {oil}", "dim"
+    summary = run.summary()
+    if not swims_forward(run):
+        summary["cost_of_transport_j_per_kg_m"] = Quantity("–", "", "cost of transport")
+    yield summary_table(summary, digits=3)
+    yield ""
+    yield _joint_table(run)
+    yield ""
+    beats = f"last {run.beat_count} beats" if run.beat_count > 1 else "last beat"
+    yield f"cylinder pressure, peaks within ticks, {beats}", "dim"
+    rows = ((row["name"], f"{row['pressure_min_kpa']:.0f}", f"{row['pressure_max_kpa']:.0f}") for row in _circuits(run))
+    yield table(["\ncircuit", "min\n[kPa]", "max\n[kPa]"], rows)
+    yield ""
+    good = run.settled and not run.limits and not run.faults
+    bad = run.status == "diverged" or bool(run.faults)
+    for k, sentence in enumerate(_sentences(run)):
+        yield sentence, "green" if good or (k == 0 and run.settled) else "bold red" if bad else "yellow"
 
 
-def _totals(done: TwinRun) -> Table:
-    """Tabulate speed and power."""
-    table = Table(box=None, pad_edge=False, show_header=False)
-    table.add_column(style="dim")
-    table.add_column(justify="right", style="bold")
-    table.add_column()
-    if done.fish_in == "water":
-        table.add_row("speed", f"{done.speed:.3g}", "m/s" if done.settled else "m/s, still changing")
-        table.add_row("", f"{done.speed_bl:.3g}", "BL/s")
-    table.add_row("electrical power", f"{done.power:.3g}", "W")
-    if done.fish_in == "water":
-        cells = (f"{done.cost_of_transport:.3g}", "J/(kg m)") if heads_first(done) else ("–", "")
-        table.add_row("cost of transport", *cells)
-    return table
-
-
-def _joint_table(done: TwinRun) -> Table:
-    """Tabulate what the joints were told and did."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("joint")
-    bias = any(done.gait.bias)
-    heads = ["amplitude\n[deg]", "set\n[deg]", "error\n[deg]", *(["bias\n[deg]", "set\n[deg]"] if bias else [])]
-    for head in (*heads, "phase\n[deg]", "set\n[deg]"):
-        table.add_column(Text(head, justify="right"), justify="right")
-    for row in _joints(done):
-        cells = [f"{row[key]:.1f}" for key in ("amplitude_deg", "amplitude_set_deg")]
-        cells.append(f"{row['peak_error_deg']:+.1f}")
-        cells += [f"{row[key]:.1f}" for key in ("bias_deg", "bias_set_deg")] if bias else []
-        table.add_row(row["name"], *cells, *(f"{row[key]:.0f}" for key in ("phase_deg", "phase_set_deg")))
-    return table
-
-
-def _circuit_table(done: TwinRun) -> Table:
-    """Tabulate the pressures of the oil circuits."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("circuit")
-    for head in ("least\n[kPa]", "greatest\n[kPa]"):
-        table.add_column(Text(head, justify="right"), justify="right")
-    for row in _circuits(done):
-        table.add_row(row["name"], f"{row['pressure_min_kpa']:.0f}", f"{row['pressure_max_kpa']:.0f}")
-    return table
+def _joint_table(run: TwinRun) -> Any:
+    """Lay out setpoints and motions of the joints."""
+    columns = [("amplitude", "amplitude_deg", ".1f"), ("set", "amplitude_set_deg", ".1f")]
+    columns += [("error", "peak_error_deg", "+.1f")]
+    columns += [("bias", "bias_deg", ".1f"), ("set", "bias_set_deg", ".1f")] if any(run.gait.bias) else []
+    columns += [("phase", "phase_deg", ".0f"), ("set", "phase_set_deg", ".0f")]
+    rows = ((row["name"], *(f"{row[key]:{form}}" for _, key, form in columns)) for row in _joints(run))
+    return table(["\njoint", *(f"{head}\n[deg]" for head, *_ in columns)], rows)

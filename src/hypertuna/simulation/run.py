@@ -14,6 +14,7 @@ from hypertuna import _core
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import dataset
+from hypertuna.io.quantity import Quantity
 from hypertuna.swimming.gait import Gait
 
 if TYPE_CHECKING:
@@ -168,6 +169,21 @@ class TwinRun:
         if self.fish_in == "water":
             found.append(_trend(self.speeds))
         return max(found, key=abs, default=math.nan)
+
+    def summary(self) -> dict[str, Quantity]:
+        """Return speed, power and cost of transport, by the names of the JSON record; in air power alone is shown."""
+        wet = self.fish_in == "water"
+        return {
+            "speed_m_s": Quantity(
+                self.speed, "m/s" + ", still changing" * (not self.settled), "speed" if wet else None
+            ),
+            "speed_bl_s": Quantity(self.speed_bl, "BL/s", "" if wet else None),
+            "electrical_power_w": Quantity(self.power, "W", "electrical power"),
+            "mechanical_power_w": Quantity(self.mechanical_power, "W", None),
+            "cost_of_transport_j_per_kg_m": Quantity(
+                self.cost_of_transport, "J/(kg m)", "cost of transport" if wet else None
+            ),
+        }
 
     @property
     def settled(self) -> bool:
