@@ -14,7 +14,7 @@ from figures_common import rows
 from matplotlib.figure import Figure
 
 from hypertuna.characterization.data import read_bench
-from hypertuna.characterization.experiment_design import worth
+from hypertuna.characterization.experiment_design import information_gain
 from hypertuna.characterization.fit import BenchFit, fit_bench
 from hypertuna.characterization.plots import plot_bench
 from hypertuna.characterization.unknowns import FACTORS, PER_JOINT, SHARED, unknowns
@@ -75,7 +75,7 @@ def paper_table() -> str:
 def worth_table() -> str:
     """Tabulate what measurements are worth, after the paper's angles and after the example's bench."""
     fits = {"after the paper's two angles": fitted("paper"), "after the bench": fitted("bench")}
-    bits = {name: {one.text: one.bits for one in worth(fit)} for name, fit in fits.items()}
+    bits = {name: {one.text: one.bits for one in information_gain(fit)} for name, fit in fits.items()}
     texts = list(dict.fromkeys(text for told in bits.values() for text in list(told)[:BEST]))
     body = [[text, *(f"{told[text]:.1f}" if text in told else "made" for told in bits.values())] for text in texts]
     return rows(["measurement", *(f"{name} [bits]" for name in bits)], body)

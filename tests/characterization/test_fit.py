@@ -16,9 +16,9 @@ import hypertuna as ht
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.soft_joint import muscle
 from hypertuna.characterization.data import Bench, read_bench
-from hypertuna.characterization.experiment_design import worth
+from hypertuna.characterization.experiment_design import information_gain
 from hypertuna.characterization.fit import BenchFit, fit_bench
-from hypertuna.characterization.search import computed
+from hypertuna.characterization.problem import computed
 from hypertuna.characterization.unknowns import unknowns, with_unknowns
 from hypertuna.description.robot import parse
 from hypertuna.description.writer import robot_text
@@ -312,14 +312,14 @@ def test_the_example_s_combinations_hold_its_truth(
 
 
 def test_worth_of_a_measurement(example: BenchFit) -> None:
-    found = {one.text: one for one in worth(example)}
+    found = {one.text: one for one in information_gain(example)}
     caliper = found["outer diameter of the hose, by caliper"]
     assert caliper.value == pytest.approx(1e3 * example.robot.drive_unit.outer_diameter)
     # two normal measurements of one number: their inverse variances add up
     before, own = caliper.before["outer_diameter"], example.quantile * caliper.sd / caliper.value
     assert caliper.after["outer_diameter"] == pytest.approx(1 / math.hypot(1 / before, 1 / own), rel=1e-6)
     assert caliper.bits == pytest.approx(math.log2(math.hypot(1, before / own)), rel=1e-6)
-    bits = [one.bits for one in worth(example)]
+    bits = [one.bits for one in information_gain(example)]
     assert bits == sorted(bits, reverse=True)
     assert all(one.after[name] < one.before[name] for one in found.values() for name in one.after)
     assert "oil volume of joint II at 250 kPa, by syringe" in found
@@ -330,7 +330,7 @@ def test_a_measurement_is_worth_what_it_was_said_to_be(tuna: ht.Robot, tmp_path:
     """The oil volume of a joint, foretold and then measured: the interval of the outer diameter."""
     names, bench = "outer_diameter,lever,friction", loops(tuna, tmp_path, sd="0.1")
     fit = fit_bench(tuna, bench, names, starts=1, loss="linear")
-    told = next(one for one in worth(fit) if one.text.startswith("outer diameter"))
+    told = next(one for one in information_gain(fit) if one.text.startswith("outer diameter"))
     narrow = fit.quantile * told.sd / told.value
     known = {"outer_diameter": tuple(0.008 * math.exp(side * math.sqrt(3) * narrow / fit.quantile) for side in (-1, 1))}
     again = fit_bench(tuna, bench, names, starts=1, loss="linear", bounds=known)  # a bound of that standard deviation
@@ -348,7 +348,7 @@ def test_a_fitted_robot_keeps_its_file_and_tells_where_values_are_from(example: 
     source = example.robot.source("drive_unit.outer_diameter_m")
     assert source is not None
     assert source.startswith("fitted by hypertuna actuator fit to ")
-    assert "free by itself, the bench knows combinations only" in source
+    assert "free by itself, the bench determines combinations only" in source
     assert f"Before: {tuna.source('drive_unit')}" in source
     assert example.robot.unsourced() == tuna.unsourced()
     np.testing.assert_allclose(computed(example.robot, example.bench)[0], example.angle, rtol=1e-9)

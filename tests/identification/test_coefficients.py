@@ -15,10 +15,10 @@ from hypertuna.description.writer import robot_text, write_robot
 from hypertuna.identification.coefficients import (
     Free,
     columns,
-    directions,
-    draws,
     free,
     from_scale,
+    parameter_jacobian,
+    sample_robots,
     to_scale,
     with_values,
 )
@@ -71,7 +71,7 @@ def test_a_time_offset_for_each_recording(tuna: ht.Robot) -> None:
         (["water.strip.drag_normal"], "is not used by model.water = 'lumped': choose --water strip"),
         (["gait.frequency"], "belongs to the gait, which the trials give"),
         (["water.density[0]"], "has one value only"),
-        (["time_offset"], "is of recordings of joint angles, and the trials have none"),
+        (["time_offset"], "needs recordings of joint angles, and the trials have none"),
         (["water.drag", "water.drag[2]"], "water.lumped.drag[2] must be free once"),
         ([], "free must name one coefficient at least"),
     ],
@@ -148,7 +148,7 @@ def test_directions_are_derivatives_of_the_parameters(every_model: ht.Robot) -> 
     names += ["water.drag[1-2]", "water.friction"] if every_model.model.water == "lumped" else ["water.drag_normal[0]"]
     frees = free(every_model, names, log=["links.mass[0]", "links.length"])
     values = np.array([f.start for f in frees])
-    matrix, x = directions(every_model, frees, values), to_scale(frees, values)
+    matrix, x = parameter_jacobian(every_model, frees, values), to_scale(frees, values)
     for k in range(len(frees)):
         step = 1e-6 * max(abs(x[k]), 1e-3) * np.eye(len(x))[k]
         ends = [parameters(with_values(every_model, frees, from_scale(frees, x + side * step))) for side in (1, -1)]
@@ -214,28 +214,28 @@ def test_a_changed_robot_is_written_as_it_is(tuna: ht.Robot) -> None:
 
 
 def test_draws_have_the_spread_of_the_fit(tuna: ht.Robot) -> None:
-    robots = draws(fitted(tuna), 400, seed=3)
+    robots = sample_robots(fitted(tuna), 400, seed=3)
     drag = np.array([robot.water.lumped.drag for robot in robots])  # type: ignore[union-attr]
     assert drag[:, 0].std() == pytest.approx(1.0, rel=0.1)  # 400 draws: 3.5 %
     assert drag[:, 1].std() == pytest.approx(0.1, rel=0.1)
     assert np.ptp(drag[:, 1:7], axis=1).max() == 0
     assert np.ptp(drag[:, 7]) == 0
-    assert [robot.hash for robot in draws(fitted(tuna), 3, seed=3)] == [robot.hash for robot in robots[:3]]
+    assert [robot.hash for robot in sample_robots(fitted(tuna), 3, seed=3)] == [robot.hash for robot in robots[:3]]
 
 
 def test_draws_of_an_open_direction_stay_within_its_bounds(tuna: ht.Robot) -> None:
     frees = free(tuna, ["water.drag[0]"])
     prior = np.array([[30**2 / 12]])  # all that is known
     wide = with_fit(tuna, frees, [29.0], covariance=prior, trials="tank.csv", seed=1, text="identified")
-    drag = np.array([robot.water.lumped.drag[0] for robot in draws(wide, 200, seed=1)])  # type: ignore[union-attr]
+    drag = np.array([robot.water.lumped.drag[0] for robot in sample_robots(wide, 200, seed=1)])  # type: ignore[union-attr]
     assert (drag >= 0).all()
     assert (drag <= 30).all()
     assert drag.std() > 3
 
 
 def test_draws_need_a_fit(tuna: ht.Robot) -> None:
-    with pytest.raises(ht.InputError, match=r"must have a table \[fit\] to draw from"):
-        draws(tuna, 1, seed=0)
+    with pytest.raises(ht.InputError, match=r"must have a table \[fit\] to sample from"):
+        sample_robots(tuna, 1, seed=0)
 
 
 def test_other_values_drop_the_fit(tuna: ht.Robot) -> None:

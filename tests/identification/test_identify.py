@@ -15,9 +15,10 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.identification.coefficients import Free, free, from_scale, to_scale, with_values
+from hypertuna.identification.experiment import experiment
 from hypertuna.identification.identify import compare, identify
 from hypertuna.identification.posterior import posterior, with_posterior
-from hypertuna.identification.prediction import FAILED, experiment, predict, weighted
+from hypertuna.identification.prediction import FAILED, predict, weighted
 from hypertuna.trials.trials import SteadyRun, Trials, digest, split
 from models import MODELS, changed
 from synthetic import NINE, grid, steady, swims
@@ -64,7 +65,7 @@ def test_derivatives_of_residuals(model: str) -> None:
     levels = dict.fromkeys(data.unknown_kinds, 0.01)
 
     def residual(x: np.ndarray) -> np.ndarray:
-        return weighted(data, predict(data, frees, from_scale(frees, x), slope_steps=None), levels)[0]
+        return weighted(data, predict(data, frees, from_scale(frees, x), gradient_steps=None), levels)[0]
 
     _, slope = weighted(data, predict(data, frees, from_scale(frees, x)), levels)
     for k, f in enumerate(frees):
@@ -91,8 +92,8 @@ def test_both_kinds_of_trials_in_one_fit(tuna: ht.Robot) -> None:
     trials = steady(tuna, FEW, noise=0.01, told=True) + swims(tuna, runs=8, noise=0.01)
     fit = identify(tuna, trials, ["water.drag[7]", "water.friction[1-6]"], validate=0.2, seed=1, starts=1)
     assert set(fit.train.rms) == {"speed_relative", "cost_of_transport_relative", "x_m", "y_m", "yaw_deg"}
-    assert (fit.certainty.low < [20.7766, 0.16131]).all()
-    assert (fit.certainty.high > [20.7766, 0.16131]).all()
+    assert (fit.uncertainty.low < [20.7766, 0.16131]).all()
+    assert (fit.uncertainty.high > [20.7766, 0.16131]).all()
     assert not fit.noise
 
 
@@ -102,7 +103,7 @@ def test_noise_is_estimated_and_covered(tuna: ht.Robot) -> None:
     assert fit.noise["speed"] == pytest.approx(0.02, rel=3 / np.sqrt(2 * 18))
     assert fit.noise["cost_of_transport"] == pytest.approx(0.02, rel=3 / np.sqrt(2 * 18))
     truth = values_of(tuna, fit.free)
-    assert ((fit.certainty.low <= truth) & (truth <= fit.certainty.high)).all()
+    assert ((fit.uncertainty.low <= truth) & (truth <= fit.uncertainty.high)).all()
 
 
 def test_one_bad_run_does_little_with_a_robust_loss(tuna: ht.Robot) -> None:
@@ -117,23 +118,23 @@ def test_one_bad_run_does_little_with_a_robust_loss(tuna: ht.Robot) -> None:
 
 
 def test_a_run_that_does_not_settle_counts_as_far_off(tuna: ht.Robot) -> None:
-    """A search turns back from it: a large, finite residual without slope; and it is told."""
+    """A search turns back from it: a large, finite residual with zero Jacobian; and it is told."""
     frees = free(tuna, ["water.drag[7]"], bounds={"water.drag": (0, 1e9)})
     trials = steady(tuna, FEW[-2:])
     data = experiment(tuna, trials, frees)
-    found = predict(data, frees, [1e9], steps=8, slope_steps=8)
+    found = predict(data, frees, [1e9], steps=8, gradient_steps=8)
     assert found.failed.all()
     assert found.computed == pytest.approx(FAILED * data.measured)
-    assert not found.slope.any()
+    assert not found.jacobian.any()
 
 
 def test_what_the_runs_cannot_tell_is_flagged_and_values_on_bounds_too(tuna: ht.Robot) -> None:
     fit = identify(tuna, steady(tuna, FEW, noise=0.01, cost=False), NINE, validate=0, starts=1)
-    assert not all(d.determined for d in fit.certainty.directions)
-    assert any(f.startswith("The runs leave some coefficients open") for f in fit.warnings)
+    assert not all(d.determined for d in fit.uncertainty.directions)
+    assert any(f.startswith("The runs leave some coefficients unidentifiable") for f in fit.warnings)
     assert all(
-        "cannot be told apart from speed alone" in d.sentence or "not determined by speed" in d.sentence
-        for d in fit.certainty.directions
+        "cannot be distinguished from speed alone" in d.sentence or "not determined by speed" in d.sentence
+        for d in fit.uncertainty.directions
         if not d.determined
     )
     fit = identify(
@@ -145,9 +146,9 @@ def test_what_the_runs_cannot_tell_is_flagged_and_values_on_bounds_too(tuna: ht.
         validate=0,
         starts=1,
     )
-    assert fit.certainty.bound == ("upper",)
+    assert fit.uncertainty.bound == ("upper",)
     assert fit.values[0] == 15
-    assert fit.warnings[0].startswith("water.lumped.drag[7] sits on its upper bound, 15")
+    assert fit.warnings[0].startswith("water.lumped.drag[7] is on its upper bound, 15")
 
 
 def test_fewer_runs_than_coefficients_is_a_sentence(tuna: ht.Robot) -> None:
@@ -227,7 +228,7 @@ def test_posterior_agrees_with_the_linear_interval(tuna: ht.Robot) -> None:
         tuna, steady(tuna, FEW[::6], noise=0.01, told=True), ["water.drag[7]"], validate=0, starts=1, loss="linear"
     )
     sampled = posterior(fit, 80)
-    assert (sampled.high - sampled.low) / (fit.certainty.high - fit.certainty.low) == pytest.approx(1, abs=0.25)
+    assert (sampled.high - sampled.low) / (fit.uncertainty.high - fit.uncertainty.low) == pytest.approx(1, abs=0.25)
     assert 0.3 < sampled.acceptance < 0.9
     assert sampled.sentence.startswith("The chain is ")
     assert with_posterior(fit, sampled).fit.covariance[0][0] == sampled.covariance[0, 0]  # type: ignore[union-attr]
@@ -238,7 +239,7 @@ def test_posterior_resumes_to_the_same_draws(tuna: ht.Robot, tmp_path: Path) -> 
     path = tmp_path / "draws.jsonl"
     whole = posterior(fit, 60, checkpoint=path)
     path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:2]))  # the header and the first block
-    assert (posterior(fit, 60, checkpoint=path).draws == whole.draws).all()
+    assert (posterior(fit, 60, checkpoint=path).samples == whole.samples).all()
 
 
 @pytest.mark.parametrize(
@@ -260,7 +261,7 @@ def test_bad_options(tuna: ht.Robot, options: dict[str, object], sentence: str) 
 def test_trials_that_cannot_be_fitted(tuna: ht.Robot) -> None:
     with pytest.raises(ht.InputError, match="trials must have one run at least"):
         identify(tuna, Trials(), ["water.drag"])
-    with pytest.raises(ht.InputError, match="is of measured costs of transport, and the trials have none"):
+    with pytest.raises(ht.InputError, match="needs measured costs of transport, and the trials have none"):
         identify(tuna, steady(tuna, FEW[:3], cost=False), ["cost_factor"])
     still = Trials((SteadyRun(name="still", gait=FEW[0], speed=0.0, file="tank.csv", line=3),))
     with pytest.raises(

@@ -10,10 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 import hypertuna as ht
-from hypertuna.identification.coefficients import Free, draws, free
-from hypertuna.identification.prediction import Experiment, Prediction, experiment, loss_terms, predict, weighted
-from hypertuna.identification.residuals import criteria, errors, misfit, squares
-from hypertuna.identification.uncertainty import _units, certainty
+from hypertuna.identification.coefficients import Free, free, sample_robots
+from hypertuna.identification.experiment import Experiment, experiment
+from hypertuna.identification.loss import loss_terms
+from hypertuna.identification.prediction import Prediction, predict, weighted
+from hypertuna.identification.residuals import criteria, errors, lack_of_fit, squares
+from hypertuna.identification.uncertainty import _units, uncertainty
 from hypertuna.trials.trials import Trials
 from synthetic import NINE, grid, steady, swims
 
@@ -49,7 +51,7 @@ def test_intervals_of_a_straight_line() -> None:
     """Var a = sd^2 / n and var b = sd^2 / sum t^2, uncorrelated: with residuals of exactly the stated noise."""
     noise = 0.1 * np.resize([1.0, -1.0], 31)
     data, frees, found, values = straight_line(noise)
-    sure = certainty(data, frees, values, found, {}, "linear")
+    sure = uncertainty(data, frees, values, found, {}, "linear")
     t = np.linspace(-1, 1, 31)
     expected = np.array([0.1 / math.sqrt(31), 0.1 / math.sqrt((t**2).sum())])
     assert sure.freedom == 29
@@ -67,7 +69,7 @@ def test_residuals_beyond_the_stated_noise_widen_the_intervals_and_none_narrows_
     noise = 0.1 * np.resize([1.0, -1.0], 31)
     for times, factor in ((3.0, 3 * math.sqrt(31 / 29)), (0.1, 1.0)):
         data, frees, found, values = straight_line(times * noise)
-        assert certainty(data, frees, values, found, {}, "linear").factor == pytest.approx(factor, rel=1e-2)
+        assert uncertainty(data, frees, values, found, {}, "linear").factor == pytest.approx(factor, rel=1e-2)
 
 
 def test_intervals_hold_the_truth_in_19_of_20_cases() -> None:
@@ -76,19 +78,19 @@ def test_intervals_hold_the_truth_in_19_of_20_cases() -> None:
     held = 0
     for _ in range(400):
         data, frees, found, values = straight_line(0.1 * rng.standard_normal(31))
-        sure = certainty(data, frees, values, found, {}, "linear")
+        sure = uncertainty(data, frees, values, found, {}, "linear")
         held += ((sure.low <= [1.0, 0.5]) & (sure.high >= [1.0, 0.5])).sum()
     assert 0.927 < held / 800 < 0.985
 
 
 def test_two_coefficients_that_do_the_same_cannot_be_told_apart() -> None:
     data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
-    same = Prediction(found.computed, found.slope[:, :1].repeat(2, axis=1), found.failed, found.unstable, {})
-    sure = certainty(data, frees, np.array([1.0, 1.0]), same, {}, "linear")
+    same = Prediction(found.computed, found.jacobian[:, :1].repeat(2, axis=1), found.failed, found.unstable, {})
+    sure = uncertainty(data, frees, np.array([1.0, 1.0]), same, {}, "linear")
     assert [d.determined for d in sure.directions] == [True, False]
     assert sure.directions[1].singular_value < 1e-6
     assert sure.directions[1].sentence == (
-        "water.lumped.drag[0] and water.lumped.drag[7] cannot be told apart from speed alone; "
+        "water.lumped.drag[0] and water.lumped.drag[7] cannot be distinguished from speed alone; "
         "other gaits, or recordings of transients, may."
     )
     assert np.isinf(sure.sd).all()
@@ -99,16 +101,16 @@ def test_two_coefficients_that_do_the_same_cannot_be_told_apart() -> None:
 
 def test_a_coefficient_without_effect_is_open() -> None:
     data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
-    idle = Prediction(found.computed, found.slope * [1.0, 0.0], found.failed, found.unstable, {})
-    sure = certainty(data, frees, np.array([1.0, 1.0]), idle, {}, "linear")
+    idle = Prediction(found.computed, found.jacobian * [1.0, 0.0], found.failed, found.unstable, {})
+    sure = uncertainty(data, frees, np.array([1.0, 1.0]), idle, {}, "linear")
     assert sure.determined == (True, False)
     assert sure.directions[1].sentence.startswith("water.lumped.drag[7] is not determined by speed alone")
 
 
 def test_values_on_their_bounds_are_told() -> None:
     data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
-    assert certainty(data, frees, np.array([0.0, 30.0]), found, {}, "linear").bound == ("lower", "upper")
-    assert certainty(data, frees, np.array([0.1, 29.9]), found, {}, "linear").bound == (None, None)
+    assert uncertainty(data, frees, np.array([0.0, 30.0]), found, {}, "linear").bound == ("lower", "upper")
+    assert uncertainty(data, frees, np.array([0.1, 29.9]), found, {}, "linear").bound == (None, None)
 
 
 def test_added_mass_and_mass_of_the_tail(tuna: ht.Robot) -> None:
@@ -117,10 +119,10 @@ def test_added_mass_and_mass_of_the_tail(tuna: ht.Robot) -> None:
     values = np.array([f.start for f in frees])
     data = experiment(tuna, steady(tuna, grid([2, 4, 6], [(16, 25)], [0, 30, 60]), cost=False), frees)
     found = predict(data, frees, values)
-    sure = certainty(data, frees, values, found, {"speed": 0.01}, "linear")
+    sure = uncertainty(data, frees, values, found, {"speed": 0.01}, "linear")
     assert not sure.directions[1].determined
     assert sure.directions[1].sentence.startswith(
-        "water.lumped.added_mass[7] and links.mass[7] cannot be told apart from speed alone"
+        "water.lumped.added_mass[7] and links.mass[7] cannot be distinguished from speed alone"
     )
     mass, added = tuna.links.mass[7], values[0]
     along = sure.directions[1].vector * sure.unit
@@ -135,10 +137,10 @@ def test_a_measurement_that_would_help_is_named(tuna: ht.Robot) -> None:
     sentences = []
     for cost in (False, True):
         data = experiment(robot, steady(robot, grid(np.arange(2, 6, 0.5), [(16, 25)], [40]), cost=cost), frees)
-        sure = certainty(data, frees, values, predict(data, frees, values), levels, "linear")
+        sure = uncertainty(data, frees, values, predict(data, frees, values), levels, "linear")
         sentences.append(sure.directions[1].sentence)
     assert sentences[0].endswith(
-        "cannot be told apart from speed alone; the cost of transport of the same runs, known to 2 %, "
+        "cannot be distinguished from speed alone; the cost of transport of the same runs, known to 2 %, "
         "would determine them."
     )
     assert sentences[1].startswith("Speed and cost of transport determine ")
@@ -199,10 +201,10 @@ def test_frames_of_a_track_share_one_loss() -> None:
 
 def test_errors_are_relative_for_steady_runs() -> None:
     data, _, found, _ = straight_line(np.zeros(5))
-    off = Prediction(1.1 * data.measured, found.slope, found.failed | (np.arange(5) == 2), found.unstable, {})
+    off = Prediction(1.1 * data.measured, found.jacobian, found.failed | (np.arange(5) == 2), found.unstable, {})
     told = errors(data, off)
     assert told.rms == pytest.approx({"speed_relative": 0.1})
-    assert told.largest == pytest.approx({"speed_relative": 0.1})
+    assert told.max == pytest.approx({"speed_relative": 0.1})
     assert told.runs[0]["speed_measured"] == data.measured[0]
     assert [run.get("status") for run in told.runs] == [None, None, "not settled", None, None]
 
@@ -214,11 +216,11 @@ def test_residuals_thirty_times_the_stated_noise_make_intervals_thirty_times_as_
 
     def sure(scale: float):
         data, frees, found, values = straight_line(scale * noise)
-        return certainty(data, frees, values, found, {}, loss)
+        return uncertainty(data, frees, values, found, {}, loss)
 
-    assert sure(300.0).excess == pytest.approx(10 * sure(30.0).excess, rel=1e-4)
-    assert sure(30.0).excess == pytest.approx(30, rel=0.3)
-    assert sure(30.0).factor / sure(30.0).excess == pytest.approx(1.1, abs=0.25)
+    assert sure(300.0).residual_scale == pytest.approx(10 * sure(30.0).residual_scale, rel=1e-4)
+    assert sure(30.0).residual_scale == pytest.approx(30, rel=0.3)
+    assert sure(30.0).factor / sure(30.0).residual_scale == pytest.approx(1.1, abs=0.25)
 
 
 def test_more_runs_of_one_recording_do_not_hide_that_the_model_is_off() -> None:
@@ -228,7 +230,7 @@ def test_more_runs_of_one_recording_do_not_hide_that_the_model_is_off() -> None:
         data = experiment(tuna, swims(tuna, runs=runs, noise=0.02), ())
         for off in (0.0, 3.0):
             z = np.full(len(data.kind), (runs - 1) / runs + off**2)
-            assert misfit(data, z) == pytest.approx(runs * off**2, abs=1e-9)
+            assert lack_of_fit(data, z) == pytest.approx(runs * off**2, abs=1e-9)
 
 
 def test_draws_keep_what_few_runs_determine() -> None:
@@ -238,9 +240,9 @@ def test_draws_keep_what_few_runs_determine() -> None:
     fit = ht.identify(tuna, runs, NINE, validate=0, starts=1)
     measured = np.array([run.speed for run in runs.steady])
     gaits = [run.gait for run in runs.steady]
-    swum = np.array([ht.sweep(drawn, gaits, threads=1)["speed"] for drawn in draws(fit.robot, 24, 1)])
+    swum = np.array([ht.sweep(drawn, gaits, threads=1)["speed"] for drawn in sample_robots(fit.robot, 24, 1)])
     assert np.sqrt(np.mean((swum / measured - 1) ** 2)) < 0.04
-    spread = np.array([drawn.water.lumped.drag[0] for drawn in draws(fit.robot, 24, 1)])
+    spread = np.array([drawn.water.lumped.drag[0] for drawn in sample_robots(fit.robot, 24, 1)])
     assert np.ptp(spread) > 10  # the open ones go from bound to bound
 
 
@@ -260,12 +262,12 @@ def test_units_of_offsets_are_absolute() -> None:
 def test_no_sentence_names_one_coefficient_as_several() -> None:
     data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
     for weak in (1.0, 0.1, 1e-2, 1e-4, 0.0):
-        one = Prediction(found.computed, weak * found.slope[:, :1], found.failed, found.unstable, {})
-        (direction,) = certainty(data, frees[:1], np.array([1.0]), one, {}, "linear").directions
+        one = Prediction(found.computed, weak * found.jacobian[:, :1], found.failed, found.unstable, {})
+        (direction,) = uncertainty(data, frees[:1], np.array([1.0]), one, {}, "linear").directions
         start = "Speed determines" if direction.determined else "water.lumped.drag[0] is not determined"
         assert direction.sentence.startswith(f"{start} ")
-        both = Prediction(found.computed, found.slope * [1.0, weak], found.failed, found.unstable, {})
-        for told in certainty(data, frees, np.array([1.0, 1.0]), both, {}, "linear").directions:
+        both = Prediction(found.computed, found.jacobian * [1.0, weak], found.failed, found.unstable, {})
+        for told in uncertainty(data, frees, np.array([1.0, 1.0]), both, {}, "linear").directions:
             assert told.sentence[0] != " "
-            if "told apart" in told.sentence or "combination" in told.sentence:
+            if "distinguished" in told.sentence or "combination" in told.sentence:
                 assert "] and water" in told.sentence

@@ -9,7 +9,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.errors import InputError
-from hypertuna.identification.coefficients import draws, free
+from hypertuna.identification.coefficients import free, sample_robots
 from hypertuna.identification.identify import with_fit
 from hypertuna.optimization.constraints import gait_limits
 from hypertuna.optimization.design_space import gait_bounds
@@ -124,7 +124,7 @@ def test_robots_are_drawn_from_the_fit(problem: Problem, fitted: ht.Robot) -> No
     ours = Problem(fitted, problem.space, OBJECTIVES)
     robust = over_fit(ours, "mean", samples=5, seed=3)
     assert robust.robot is fitted
-    assert [robot.water for robot in robust.robots] == [robot.water for robot in draws(fitted, 5, 3)]
+    assert [robot.water for robot in robust.robots] == [robot.water for robot in sample_robots(fitted, 5, 3)]
     x = points(problem)
     # A tenth of uncertainty is felt, and its mean stays within a few percent.
     one, mean, worst = (p.evaluate(x).value for p in (ours, robust, over_fit(ours, "worst5", samples=5, seed=3)))
@@ -167,9 +167,9 @@ def test_robust_optima_name_both_speeds_and_count_every_swim(fitted: ht.Robot) -
     assert best.evaluations == best.swum[-1] == 4 * 6 * 4
     assert told[-1] == (best.evaluations, best.evaluations)
     assert best.weight_threshold is None
-    mean = np.mean([ht.swim(robot, best.gait).speed for robot in draws(fitted, 4, 1)])
+    mean = np.mean([ht.swim(robot, best.gait).speed for robot in sample_robots(fitted, 4, 1)])
     out = optimize(fitted, **how | {"speed": 2.0})
-    drawn = np.mean([ht.swim(robot, out.gait).speed for robot in draws(fitted, 4, 1)])
+    drawn = np.mean([ht.swim(robot, out.gait).speed for robot in sample_robots(fitted, 4, 1)])
     assert abs(mean - 0.4) < abs(drawn - 2.0)
     said = f"swim the gait at {drawn:.4g} m/s on average, the robot itself at {out.speed:.4g} m/s, instead of"
     assert said in out.remark
@@ -179,7 +179,7 @@ def test_robust_margins_are_those_of_the_robot_nearest_to_the_limit(fitted: ht.R
     best = optimize(fitted, maximize="speed", robust="mean", samples=4, limits=gait_limits(fitted, torque=0.5))
     assert best.gait is not None
     margin = best.margins[0]
-    torque = max(ht.swim(robot, best.gait).torque_peak for robot in draws(fitted, 4, 1))
+    torque = max(ht.swim(robot, best.gait).torque_peak for robot in sample_robots(fitted, 4, 1))
     assert margin.value == pytest.approx(torque)
     assert margin.margin == pytest.approx(1 - torque / 0.5)
 

@@ -135,10 +135,10 @@ def test_speeds_alone_leave_the_nine_coefficients_open(ledger: Ledger) -> None:
     assert {entry.verdict for entry in entries} == {"undetermined"}
     assert {entry.interval for entry in entries} == {(0.0, 1.0), (0.0, 30.0)}  # all that Table III's bounds allow
     for fit in ledger.fits.nine.values():
-        assert not fit.certainty.directions[-1].determined
-        assert all(direction.sentence.startswith("water.lumped.") for direction in fit.certainty.directions)
+        assert not fit.uncertainty.directions[-1].determined
+        assert all(direction.sentence.startswith("water.lumped.") for direction in fit.uncertainty.directions)
     assert ledger.fits.nine[PAPER].train.rms["speed_relative"] > 0.1  # no coefficients mend ideal joints
-    assert ledger.fits.nine[OURS].train.largest["speed_relative"] < 0.05  # what the paper claims
+    assert ledger.fits.nine[OURS].train.max["speed_relative"] < 0.05  # what the paper claims
 
 
 def test_bandwidth_from_four_gaits_predicts_the_other_four(ledger: Ledger) -> None:
@@ -151,7 +151,7 @@ def test_bandwidth_from_four_gaits_predicts_the_other_four(ledger: Ledger) -> No
     bands = [band for band, _ in fits.left_out.values()]
     assert len(bands) == 8
     assert np.ptp(bands) < 0.3  # no single gait decides it [Hz]
-    low, high = fits.four.certainty.low[0], fits.four.certainty.high[0]
+    low, high = fits.four.uncertainty.low[0], fits.four.uncertainty.high[0]
     assert all(low < band < high for band in bands)
 
 

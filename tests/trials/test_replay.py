@@ -13,7 +13,7 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.cli.replay import replay_command
 from hypertuna.swimming.model import core_model, parameter_names
-from hypertuna.trials.replay import Pose, head_center, joint_grid, replay, replay_slopes, residuals, rmse
+from hypertuna.trials.replay import Pose, head_center, joint_grid, replay, replay_jacobian, residuals, rmse
 from hypertuna.trials.smoothing import smooth
 from hypertuna.trials.tracks import JointSeries, Track, read_joints, read_tracks
 
@@ -124,7 +124,7 @@ def test_slopes_swim_the_replay(every_model):
     replayed = replay(every_model, curve)
     count = len(parameter_names(every_model))
     for directions in (0, 1, 11):
-        pose, rate, slope = replay_slopes(every_model, joints, step, np.ones((count, directions)))
+        pose, rate, slope = replay_jacobian(every_model, joints, step, np.ones((count, directions)))
         assert slope.shape == (len(pose), 3, directions)
         for axis, name in enumerate(("x", "y", "heading")):
             assert np.allclose(pose[:, axis], replayed[name], rtol=0, atol=1e-12), name
@@ -147,14 +147,14 @@ def test_slopes_of_a_replay_are_those_of_differences(every_model):
     directions = np.zeros((len(names), len(columns)))
     for k, name in enumerate(columns):
         directions[[i for i, full in enumerate(names) if full.partition("[")[0] == name], k] = change[name]
-    _, _, slope = replay_slopes(every_model, joints, step, directions)
+    _, _, slope = replay_jacobian(every_model, joints, step, directions)
     for k, name in enumerate(columns):
         h = 1e-6
         ends = []
         for side in (1, 2):  # forward: some parameters are zero, the least that they may be
             model = core_model(every_model, {name: values[name] + side * h * change[name]})
-            ends.append(replay_slopes(every_model, joints, step, directions[:, :0], model=model)[0])
-        pose = replay_slopes(every_model, joints, step, directions[:, :0])[0]
+            ends.append(replay_jacobian(every_model, joints, step, directions[:, :0], model=model)[0])
+        pose = replay_jacobian(every_model, joints, step, directions[:, :0])[0]
         difference = (4 * ends[0] - 3 * pose - ends[1]) / (2 * h)
         allowed = 1e-5 * np.abs(slope).max(axis=(0, 2))
         assert np.all(np.abs(slope[:, :, k] - difference) < allowed), name

@@ -11,7 +11,7 @@ import numpy as np
 import hypertuna as ht
 from hypertuna.characterization.data import Bench, Loop
 from hypertuna.characterization.fit import BenchFit, fit_bench
-from hypertuna.characterization.search import computed
+from hypertuna.characterization.problem import computed
 from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
 
 FISH = ht.load("hypertuna")

@@ -33,7 +33,7 @@ def repeat(robot: ht.Robot, gaits: Sequence[ht.Gait], names: Sequence[str], seed
     """Fit once, and say how far the truth lies from the result along every direction, in standard deviations."""
     fit = identify(robot, steady(robot, gaits, noise=NOISE, seed=seed), names, validate=0, starts=1, threads=1)
     truth = np.array([f.start for f in fit.free])
-    sure = fit.certainty
+    sure = fit.uncertainty
     along = [float(d.vector @ ((fit.values - truth) / sure.unit)) for d in sure.directions]
     return {
         "seed": seed,

@@ -142,8 +142,8 @@ def test_identified_on_one_amplitude_and_on_both(amplitude):
     print(f"fitted on {amplitude}: {found.values.round(4)}")
     assert found.values[:3] == pytest.approx(VALUES[amplitude], rel=0.02, abs=0.005)
     shipped = np.array(ht.load("rexeel").fit.value[:3])
-    assert (found.certainty.low[:3] < shipped).all()
-    assert (shipped < found.certainty.high[:3]).all()
+    assert (found.uncertainty.low[:3] < shipped).all()
+    assert (shipped < found.uncertainty.high[:3]).all()
     for unseen in set(AMPLITUDES) - {amplitude} if amplitude != "both" else ():
         _, offsets = fit(found.robot, unseen, ())
         (recording,) = of(unseen).recordings

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.characterization.unknowns import Unknown
+from hypertuna.identification.estimator import Direction
 
-__all__ = ["DETERMINED", "Combination", "Direction", "combinations"]
+__all__ = ["DETERMINED", "Combination", "combinations"]
 
 Array = NDArray[np.float64]
 
@@ -25,31 +26,6 @@ PREFERRED = (
     *("stiffness_factor", "friction", "asymmetry", "lever", "hose_modulus", "braid_angle", "diameter_ratio"),
     *("outer_diameter", "sleeve", "segment_length", "matrix_modulus"),
 )
-
-
-@dataclass(frozen=True)
-class Direction:
-    """A direction in the logarithms of the unknowns, each in units of `Unknown.spread`, uncorrelated with the others.
-
-    Attributes
-    ----------
-    vector : ndarray, shape (n,)
-        Unit vector.
-    singular_value : float
-        Of the Jacobian over the noise in these units: how many times better the bench knows it than it was known.
-    sd : float
-        Standard deviation along it, of bench and bounds together, the bending of the valley included; 1 without the
-        bench.
-    """
-
-    vector: Array
-    singular_value: float
-    sd: float
-
-    @property
-    def determined(self) -> bool:
-        """Whether the bench narrows it threefold at least, near the fit: 1 / sqrt(1 + s^2) is left."""
-        return math.hypot(1, self.singular_value) >= DETERMINED
 
 
 @dataclass(frozen=True)
@@ -87,7 +63,7 @@ def combinations(
     ----------
     free : sequence of Unknown
     z : ndarray, shape (n,)
-        The fit: logarithms from what is described, in units of `Unknown.spread` [1].
+        The fit: logarithms from what is described, in units of `Unknown.prior_sd` [1].
     directions : sequence of Direction
     cov : ndarray, shape (n, n)
         Covariance in these units [1].
@@ -138,17 +114,17 @@ def _combination(
     free: Sequence[Unknown], k: int, others: Sequence[int], z: Array, cov: Array, drawn: Array, quantile: float
 ) -> Combination:
     """Write what an unknown follows: with few others, exponents rounded, and the interval of what is written."""
-    spread, n = np.array([one.spread for one in free]), len(free)
+    prior_sd, n = np.array([one.prior_sd for one in free]), len(free)
 
     def sd_of(exponents: Array) -> float:
-        along = exponents * spread
+        along = exponents * prior_sd
         return math.sqrt(float(along @ cov @ along))
 
     def solved(by: Sequence[int]) -> Array:
         # the best exponents of these unknowns: regression with the covariance
         vector = np.eye(n)[k]
         vector[by] = -np.linalg.solve(cov[np.ix_(by, by)], cov[by, k])
-        return np.asarray(vector * spread[k] / spread)
+        return np.asarray(vector * prior_sd[k] / prior_sd)
 
     kept = list(others)
     enough = max(LOOSER * sd_of(solved(kept)), SLIGHT)
@@ -163,7 +139,7 @@ def _combination(
         exponents = np.asarray(grid * np.round(exact / grid))
         if sd_of(exponents) <= max(ROUNDED * sd_of(exact), SLIGHT):
             break
-    along = exponents * spread
+    along = exponents * prior_sd
     middle, low, high = _interval(along, z, sd_of(exponents), drawn, quantile)
     names = {one.factor: round(float(e), 2) for one, e in zip(free, exponents, strict=True) if e}
     return Combination(

@@ -1,4 +1,4 @@
-"""What another measurement would be worth: by how much it would narrow what a bench leaves free, by the model."""
+"""Expected information gain of one more measurement: by how much it would narrow the fit of a bench."""
 
 from __future__ import annotations
 
@@ -13,199 +13,162 @@ from hypertuna.actuation.bending import SIDES, bend
 from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney, muscle, soft_joint
 from hypertuna.characterization.data import Bench, Loop
 from hypertuna.characterization.fit import BenchFit
-from hypertuna.characterization.search import computed
+from hypertuna.characterization.problem import computed
 from hypertuna.characterization.unknowns import with_unknowns
 from hypertuna.description.robot import Robot
 
-__all__ = ["Worth", "worth"]
+__all__ = ["InformationGain", "information_gain"]
 
 Array = NDArray[np.float64]
 
 STEP = 1e-4  # of a logarithm, for differences
-# Standard deviation of each measurement: of instruments that a workshop has.
+# Standard deviation of each measurement, of common workshop instruments.
 CALIPER = 0.05e-3  # m
-RULER = 0.2e-3  # m: of what lies inside silicone, cut open or by the mold
+RULER = 0.2e-3  # m, on a cut-open joint
 PHOTOGRAPH = math.radians(1.0)
 TENSILE_TEST, LOAD_CELL, SYRINGE, BENDING_TEST = 0.05, 0.02, 0.02, 0.03  # relative
 STRAIN = 0.005  # of a contraction
 GONIOMETER = math.radians(0.2)
-SHORTEST_STRETCH = 0.4  # no braid contracts so far
+MIN_STRETCH = 0.4  # of a braid
+NARROWED = 0.9  # of its interval: unknowns narrowed less are not listed
 
 
 @dataclass(frozen=True)
-class Worth:
-    """One more measurement, and what it would do.
+class InformationGain:
+    """One more measurement, and what it would narrow."""
 
-    Attributes
-    ----------
-    text : str
-        What is measured, and how.
-    value, sd : float
-        What the fit expects, and the standard deviation of the measurement, in ``unit``.
-    unit : str
-    expected : float
-        Half the 95 % interval within which the fit expects the value, in ``unit``.
-    bits : float
-        Information gained: half the logarithm to base 2 of how many times the variance of the prediction is larger than
-        before. Below 1/2 the measurement tells little that the bench does not.
-    before, after : dict of float
-        Half the 95 % interval of each unknown's logarithm that it would narrow by a tenth or more.
-    """
-
-    text: str
-    value: float
-    sd: float
+    text: str  # the quantity, and the instrument
+    value: float  # expected by the fit, in `unit`
+    sd: float  # standard deviation of the measurement, in `unit`
     unit: str
-    expected: float
-    bits: float
-    before: dict[str, float]
+    half_interval: float  # half the 95 % interval of the expected value, in `unit`
+    bits: float  # expected information gain, log2 of the ratio of standard deviations of the prediction
+    before: dict[str, float]  # half the 95 % interval of the logarithm of each unknown narrowed by a tenth or more
     after: dict[str, float]
 
 
 @dataclass(frozen=True)
 class _Candidate:
-    """What could be measured: its value for a robot, its standard deviation, and how people read it."""
+    """A possible measurement: its value for a robot, its standard deviation, and its displayed unit."""
 
     text: str
-    of: Callable[[Robot], float]
-    sd: float  # of the value; negative: relative
+    of: Callable[[Robot], float]  # [SI]
+    sd: float  # of the value [SI]; negative: relative
     unit: str
-    factor: float = 1.0  # units in one SI unit
+    factor: float = 1.0  # displayed units per SI unit
 
 
-def worth(fit: BenchFit) -> tuple[Worth, ...]:
-    """Compute what more measurements would be worth.
+def information_gain(fit: BenchFit) -> tuple[InformationGain, ...]:
+    """Compute the expected information gain of further measurements, the most informative first.
 
-    Parameters
-    ----------
-    fit : BenchFit
-
-    Returns
-    -------
-    tuple of Worth
-        The most informative first.
-
-    Notes
-    -----
-    A measurement y with the standard deviation t and the gradient g by the logarithms of the unknowns turns their
+    A measurement with the standard deviation t and the gradient g by the logarithms of the unknowns turns their
     covariance C into C - C g g^T C / (t^2 + g^T C g), and gains log2(1 + g^T C g / t^2) / 2 bits. g comes from the
     model, by central differences at the fit.
     """
     cov, n = fit.covariance, len(fit.free)
     half = [fit.quantile * u.relative(float(v)) for u, v in zip(fit.free, fit.values, strict=True)]
     before = np.sqrt(np.diag(cov))
-    found = []
+    gains = []
     for one in _candidates(fit):
         value = one.of(fit.robot)
         sd = one.sd if one.sd > 0 else -one.sd * abs(value)
-        slope = np.array([_slope(fit, one, k) for k in range(n)])
-        reach = cov @ slope
-        variance = float(slope @ reach)
-        after = np.sqrt(np.diag(cov) - reach**2 / (sd**2 + variance))
-        told = [k for k in np.argsort(after / before).tolist() if after[k] < 0.9 * before[k]]
-        found.append(
-            Worth(
+        gradient = np.array([_derivative(fit, one, k) for k in range(n)])
+        covariance = cov @ gradient
+        variance = float(gradient @ covariance)
+        after = np.sqrt(np.diag(cov) - covariance**2 / (sd**2 + variance))
+        narrowed = [k for k in np.argsort(after / before).tolist() if after[k] < NARROWED * before[k]]
+        gains.append(
+            InformationGain(
                 text=one.text,
                 value=value * one.factor,
                 sd=sd * one.factor,
                 unit=one.unit,
-                expected=fit.quantile * math.sqrt(variance) * one.factor,
+                half_interval=fit.quantile * math.sqrt(variance) * one.factor,
                 bits=0.5 * math.log2(1 + variance / sd**2),
-                before={fit.free[k].name: half[k] * float(before[k]) for k in told},
-                after={fit.free[k].name: half[k] * float(after[k]) for k in told},
+                before={fit.free[k].name: half[k] * float(before[k]) for k in narrowed},
+                after={fit.free[k].name: half[k] * float(after[k]) for k in narrowed},
             )
         )
-    return tuple(sorted(found, key=lambda one: -one.bits))
+    return tuple(sorted(gains, key=lambda one: -one.bits))
 
 
-def _slope(fit: BenchFit, one: _Candidate, k: int) -> float:
-    """Differentiate what is measured by the logarithm of an unknown."""
-    unknown, steps = fit.free[k], np.eye(len(fit.free))[k]
+def _derivative(fit: BenchFit, one: _Candidate, k: int) -> float:
+    """Differentiate a measurement by the logarithm of unknown k."""
+    unknown, mask = fit.free[k], np.eye(len(fit.free), dtype=bool)[k]
     up, down = (
-        one.of(with_unknowns(fit.described, fit.free, np.where(steps != 0, value, fit.values), checked=False))
+        one.of(with_unknowns(fit.described, fit.free, np.where(mask, value, fit.values), checked=False))
         for value in (unknown.value(unknown.log(float(fit.values[k])) + side * STEP) for side in (1, -1))
     )
     return (up - down) / (2 * STEP)
 
 
 def _candidates(fit: BenchFit) -> list[_Candidate]:
-    """List what a workshop could measure: parts, a drive unit alone, every joint that was on the bench."""
-    top = float(fit.bench.pressure.max())
+    """List measurements of parts, of a drive unit alone, and of every joint on the bench."""
+    top, degrees = float(fit.bench.pressure.max()), 180 / math.pi
     kinds, at = {one.kind for one in fit.free}, f"at {top / 1e3:g} kPa"
-    found = [
+    outer, inner = (lambda r: drive_unit(r).outer_diameter), (lambda r: drive_unit(r).inner_diameter)
+    candidates = [
+        _Candidate("outer diameter of the hose, by caliper", outer, CALIPER, "mm", 1e3),
+        _Candidate("inner diameter of the hose, by pin gauge", inner, CALIPER, "mm", 1e3),
         _Candidate(
-            "outer diameter of the hose, by caliper", lambda r: drive_unit(r).outer_diameter, CALIPER, "mm", 1e3
-        ),
-        _Candidate(
-            "inner diameter of the hose, by pin gauge", lambda r: drive_unit(r).inner_diameter, CALIPER, "mm", 1e3
-        ),
-        _Candidate(
-            "braid angle at rest, by photograph",
-            lambda r: drive_unit(r).braid_angle,
-            PHOTOGRAPH,
-            "deg",
-            180 / math.pi,
+            "braid angle at rest, by photograph", lambda r: drive_unit(r).braid_angle, PHOTOGRAPH, "deg", degrees
         ),
         _Candidate(f"blocked force of one drive unit {at}", lambda r: _pull(r, top, 1.0), -LOAD_CELL, "N"),
-        _Candidate(f"free contraction of one drive unit {at}", lambda r: _free(r, top), STRAIN, "%", 100.0),
+        _Candidate(f"free contraction of one drive unit {at}", lambda r: _contraction(r, top), STRAIN, "%", 100.0),
     ]
-    found += [
+    candidates += [
         _Candidate(f"tensile test of the {part}'s silicone", _modulus_of(fit, part), -TENSILE_TEST, "of described")
         for part in ("hose", "matrix")
         if f"{part}_modulus" in kinds
     ]
     for j in fit.bench.joints:
-        found += _of_joint(fit, j, top)
-    return found
+        candidates += _of_joint(fit, j, top)
+    return candidates
 
 
 def _modulus_of(fit: BenchFit, part: str) -> Callable[[Robot], float]:
-    """Return what reads the modulus of the hose's or the matrix's silicone, over that of the description."""
+    """Return a function for the modulus of the hose's or matrix's silicone, over that of the description."""
     name = getattr(drive_unit(fit.described), part)
-    whole = mooney(fit.described, name).modulus
-    return lambda robot: mooney(robot, name).modulus / whole
+    described = mooney(fit.described, name).modulus
+    return lambda robot: mooney(robot, name).modulus / described
 
 
 def _of_joint(fit: BenchFit, joint: int, top: float) -> list[_Candidate]:
-    """List what could be measured of a joint; bends only on sides and branches that were not."""
+    """List measurements of a joint; bends only on sides and branches that the bench lacks."""
     name, bench = fit.described.joints[joint].name, fit.bench
-    mine = bench.joint == joint
-    found = [
+    own = bench.joint == joint
+
+    def length(robot: Robot) -> float:
+        return joint_group(robot, joint)[1].segment_length[0]
+
+    def stiffness(robot: Robot) -> float:
+        return float(sum(soft_joint(robot, joint).stiffness()))
+
+    candidates = [
         _Candidate(f"lever of joint {name}, cut open", lambda r: joint_group(r, joint)[1].lever, RULER, "mm", 1e3),
-        _Candidate(
-            f"segment length of joint {name}, cut open",
-            lambda r: joint_group(r, joint)[1].segment_length[0],
-            RULER,
-            "mm",
-            1e3,
-        ),
-        _Candidate(
-            f"moment per bend of joint {name} without pressure",
-            lambda r: float(sum(soft_joint(r, joint).stiffness())),
-            -BENDING_TEST,
-            "N m/rad",
-        ),
+        _Candidate(f"segment length of joint {name}, cut open", length, RULER, "mm", 1e3),
+        _Candidate(f"moment per bend of joint {name} without pressure", stiffness, -BENDING_TEST, "N m/rad"),
     ]
-    if not np.isfinite(bench.volume[mine]).any():
+    if not np.isfinite(bench.volume[own]).any():
         text = f"oil volume of joint {name} at {top / 1e3:g} kPa, by syringe"
-        found.append(_Candidate(text, lambda r: _volume(r, joint, top), -SYRINGE, "ml", 1e6))
+        candidates.append(_Candidate(text, lambda r: _volume(r, joint, top), -SYRINGE, "ml", 1e6))
     for side, word in enumerate(SIDES):
-        rows = mine & (bench.side == side)
+        rows = own & (bench.side == side)
         for unload, branch in ((False, "loading"), (True, "unloading")):
             if not (rows & (bench.unload == unload)).any() and not (unload and not rows.any()):
                 probe = _probe(joint, side, top, unload)
                 text = f"{word} bend of joint {name}, {branch}, at {(top / 2 if unload else top) / 1e3:g} kPa"
-                found.append(_Candidate(text, _bend_of(probe), GONIOMETER, "deg", 180 / math.pi))
-    return found
+                candidates.append(_Candidate(text, _bend_of(probe), GONIOMETER, "deg", 180 / math.pi))
+    return candidates
 
 
 def _bend_of(probe: Bench) -> Callable[[Robot], float]:
-    """Return what computes the last bend of a bench."""
+    """Return a function for the last bend of a bench [rad]."""
     return lambda robot: float(computed(robot, probe)[0][-1])
 
 
 def _probe(joint: int, side: int, top: float, unload: bool) -> Bench:
-    """Make a bench of one measurement: at the top, or half way back from it."""
+    """Return a bench of one row: at the top pressure [Pa], or unloaded to half of it."""
     one = np.ones(1, dtype=np.int64)
     return Bench(
         joint=joint * one,
@@ -222,17 +185,17 @@ def _probe(joint: int, side: int, top: float, unload: bool) -> Bench:
 
 
 def _volume(robot: Robot, joint: int, pressure: float) -> float:
-    """Oil that the left side's drive units take up on the way to a pressure [m^3]."""
+    """Compute the oil volume of the left side's drive units at a pressure [m^3]."""
     return float(bend(robot, joint, [pressure]).volume[0])
 
 
 def _pull(robot: Robot, pressure: float, stretch: float) -> float:
-    """Pull of one drive unit without friction [N]."""
+    """Compute the pull of one drive unit without friction [N]."""
     return float(np.asarray(muscle(robot).at(np.array([stretch]), pressure=pressure)["pull"])[0])
 
 
-def _free(robot: Robot, pressure: float) -> float:
-    """Contraction at which one drive unit pulls no more [1]."""
+def _contraction(robot: Robot, pressure: float) -> float:
+    """Compute the contraction at which the pull of one drive unit is zero [1]."""
     from scipy.optimize import brentq
 
-    return 1 - float(brentq(lambda stretch: _pull(robot, pressure, stretch), SHORTEST_STRETCH, 1.0, xtol=1e-13))
+    return 1 - float(brentq(lambda stretch: _pull(robot, pressure, stretch), MIN_STRETCH, 1.0, xtol=1e-13))

@@ -1,4 +1,4 @@
-"""Fit of an actuator to bench runs: which combinations of its unknowns they determine, and which they leave free."""
+"""Fit of an actuator to bench runs: values of its unknowns, and the combinations that the bench determines."""
 
 from __future__ import annotations
 
@@ -12,113 +12,66 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.characterization.combinations import DETERMINED, Combination, Direction, combinations
+from hypertuna.characterization.combinations import DETERMINED, Combination, combinations
 from hypertuna.characterization.data import Bench
-from hypertuna.characterization.sampling import draws
-from hypertuna.characterization.search import (
-    FIRST_LEVEL,
-    KINDS,
-    ROUGH,
-    Problem,
-    computed,
-    levels,
-    pose,
-    search,
-    start_points,
-    taken_up,
-)
+from hypertuna.characterization.problem import KINDS, BenchProblem, bench_problem, computed, effective_parameters
+from hypertuna.characterization.sampling import randomized_fits
 from hypertuna.characterization.unknowns import Unknown, keys_of, with_unknowns
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
-from hypertuna.identification.prediction import loss_terms
-from hypertuna.identification.profile import Valley, lengths
-from hypertuna.identification.residuals import excess
+from hypertuna.identification import estimator
+from hypertuna.identification.estimator import Direction
+from hypertuna.identification.loss import interval_factor, residual_scale
 
 __all__ = ["BenchFit", "fit_bench"]
 
 Array = NDArray[np.float64]
 
-ROUNDS, SAME_LEVEL = 10, 1e-2  # of estimating unknown noise
-LEAST_FREEDOM = 2.0  # rows beyond what the fit takes up, for a noise that is not stated
 STARTS = 3
+TOLERANCE, ROUGH = 1e-6, 1e-3  # relative change that ends a search, and a rough one
+MAX_EVALUATIONS = 100  # of one search
+INSIDE = 1e-6  # of the allowed range: distance of a start from its bounds
+FIRST_LEVEL = {"angle": math.radians(1.0), "volume": 1e-7}  # rad, m^3: noise levels before the residuals are known
+MIN_LEVEL = {"angle": math.radians(1e-4), "volume": 1e-11}  # the resolution of instruments
+MIN_FREEDOM = 2.0  # degrees of freedom, to estimate a noise that is not stated
+NORMAL_QUANTILE = 1.959964
+LARGE_SCALE = 1.5  # residuals over the stated noise, above which a warning is due
 PARTS = 100  # of a stage, for the progress
-CONFIDENCE = 0.95
-ON_BOUND = 1e-4  # of the allowed range: so near, a value sits on its bound
 
 
 @dataclass(frozen=True)
 class BenchFit:
-    """A fit of an actuator's unknowns to bench runs.
+    """A fit of an actuator's unknowns to bench runs."""
 
-    Attributes
-    ----------
-    robot : Robot
-        With the fitted values and their origin.
-    described : Robot
-        As it was before.
-    bench : Bench
-    free : tuple of Unknown
-    values, low, high : ndarray, shape (n,)
-        Fitted value and 95 % interval, held within the bounds [SI].
-    narrowing : ndarray, shape (n,)
-        How many times shorter each interval is than without the bench [1].
-    covariance : ndarray, shape (n, n)
-        Of the logarithms that the fit goes by, `Unknown.log`.
-    directions : tuple of Direction
-        The singular spectrum, from the best to the least determined; as many as unknowns.
-    combinations : tuple of Combination
-        Those that are determined, from the best known.
-    angle, volume : ndarray, shape (rows,)
-        Computed bend [rad] and volume [m^3].
-    noise : dict of float
-        Estimated noise of the kinds whose noise is not stated: angle [rad], volume [m^3].
-    rms : dict of float
-        Of computed less measured, by kind.
-    excess : float
-        How many times larger residuals are than the stated noise, 1 at least.
-    freedom : float
-        Rows beyond what the fit takes up.
-    quantile : float
-        Of the 95 % interval, in standard deviations.
-    stop : str
-    converged : bool
-    evaluations : int
-    seconds : float
-    loss : str
-    draws : ndarray, shape (draws, n)
-        Other actuators that meet the bench as well [SI].
-    warnings : tuple of str
-    """
-
-    robot: Robot
-    described: Robot
+    robot: Robot  # with the fitted values and their sources
+    described: Robot  # before the fit
     bench: Bench
     free: tuple[Unknown, ...]
-    values: Array
-    low: Array
-    high: Array
-    narrowing: Array
-    covariance: Array
-    directions: tuple[Direction, ...]
-    combinations: tuple[Combination, ...]
-    angle: Array
-    volume: Array
-    noise: dict[str, float]
-    rms: dict[str, float]
-    excess: float
-    freedom: float
-    quantile: float
+    values: Array  # (n,) [SI]
+    low: Array  # (n,) [SI], 95 % interval, within the bounds
+    high: Array  # (n,) [SI]
+    narrowing: Array  # (n,), length of each interval without the bench over that with it
+    covariance: Array  # (n, n), of the logarithms, `Unknown.log`
+    directions: tuple[Direction, ...]  # from the best to the least determined
+    combinations: tuple[Combination, ...]  # those determined, the best first
+    angle: Array  # (rows,) [rad], computed
+    volume: Array  # (rows,) [m^3], computed
+    noise: dict[str, float]  # estimated, of the kinds without stated noise: angle [rad], volume [m^3]
+    rms: dict[str, float]  # of computed minus measured, by kind
+    residual_scale: float  # of the residuals over the stated noise, 1 at least
+    freedom: float  # degrees of freedom
+    quantile: float  # of the 95 % interval, in standard deviations
     stop: str
     converged: bool
     evaluations: int
     seconds: float
     loss: str
-    draws: Array
+    samples: Array  # (fits, n) [SI], randomized fits
     warnings: tuple[str, ...]
 
     @property
     def correlation(self) -> Array:
-        """Correlation of the logarithms."""
+        """Correlation (n, n) of the logarithms."""
         sd = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(sd, sd))
 
@@ -134,192 +87,185 @@ def fit_bench(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> BenchFit:
-    """Identify what bench runs tell of an actuator, with 95 % intervals, and say what they leave free.
+    """Fit the unknowns of an actuator to bench runs, with 95 % intervals.
 
-    Parameters
-    ----------
-    robot : Robot
-    bench : Bench
-        From `hypertuna.characterization.data.read_bench`.
-    free : sequence of str or str, optional
-        As for `hypertuna.characterization.unknowns.unknowns`.
-    bounds : mapping, optional
-        Lowest and highest value by name [SI].
-    loss : {"soft_l1", "linear", "huber", "cauchy"}
-        What becomes of a residual beyond its standard deviation.
-    starts : int
-        Searches: from the description, then from Sobol's points within the bounds.
-    seed : int
-        Of those points.
-    progress : callable, optional
-        Called with what is done and the total.
+    free and bounds [SI] as for `hypertuna.characterization.unknowns.unknowns`, loss as for `hypertuna.identify`;
+    starts: searches from the description, then from Sobol points of this seed; progress: called with parts and total.
 
-    Returns
-    -------
-    BenchFit
-
-    Raises
-    ------
-    InputError
-        If names or options cannot be used, tables are missing, or there are too few rows to tell the noise from.
-
-    Notes
-    -----
-    Unknowns are sought by their logarithms x. What is held possible without the bench (the bounds) counts as one more
-    measurement of each, at its described value with the standard deviation (ln upper - ln lower) / sqrt(12) of a
-    uniform distribution; so the result is unique where the rows leave unknowns free, and an interval there is that of
-    the bounds. With the Jacobian J of the residuals over their noise, in those units, J = U diag(s) V^T gives
-    combinations sum_k V_kj x_k, products of powers: the bench knows the j-th s_j times better than it was known before,
-    and both together leave 1 / sqrt(1 + s_j^2) of its interval. The profile widens that where the valley
-    of equally good fits bends. Noise that is not stated is estimated from the residuals in turn with the fit.
+    The search is by the logarithms x of the unknowns. The bounds count as one more measurement of each, at its
+    described value with the standard deviation (ln upper - ln lower) / sqrt(12) of a uniform distribution: the result
+    is unique where the rows leave unknowns free, and an interval there is that of the bounds. With the Jacobian
+    J = U diag(s) V^T of the residuals over their noise, in those units, the combinations sum_k V_kj x_k are products of
+    powers: bench and bounds together leave 1 / sqrt(1 + s_j^2) of the j-th interval. The profile likelihood widens
+    intervals where the problem is nonlinear.
     """
     begun = time.monotonic()
-    problem = pose(robot, bench, free, bounds, loss, starts)
-    points = start_points(problem, starts, seed)
-    best: Any = None
-    level, evaluations = np.array(FIRST_LEVEL), 0
-    stated = not np.isnan(problem.sd).any()
-    if not stated:  # said before the search if it is plain already
-        _check_freedom(problem, len(problem.measured) - taken_up(problem.slope(points[0], level)), stated)
-    for k, z in enumerate(points):
-        found = search(problem, z, level, ROUGH, _ticks(progress, k, len(points) + 2))
-        evaluations += int(found.nfev)
-        best = found if best is None or found.cost < best.cost else best
-    tick = _ticks(progress, len(points), len(points) + 2)
-    for k in range(ROUNDS):
-        new = levels(problem, best, level)
-        if k and np.allclose(new, level, rtol=SAME_LEVEL, atol=0.0):
-            break
-        level, best = new, search(problem, best.x, new, tick=tick)
-        evaluations += int(best.nfev)
-    fit = _result(problem, best, level, evaluations, _ticks(progress, len(points) + 1, len(points) + 2))
+    problem = bench_problem(robot, bench, free, bounds, loss, starts)
+    low, high = problem.bounds()
+    points = estimator.start_points([np.zeros(len(problem.free))], low, high, starts, seed)
+    levels = {name: FIRST_LEVEL[name] for name in problem.unknown_kinds}
+    if np.isnan(problem.sd).any():  # fail early
+        _check_freedom(problem, len(problem.measured) - effective_parameters(problem.jacobian(points[0], levels)))
+    ticks = [_ticks(progress, k, len(points) + 2) for k in range(len(points) + 2)]
+
+    def search(start: Array, levels: dict[str, float], stage: int) -> dict[str, Any]:
+        return _search(problem, start, levels, ROUGH if stage < len(points) else TOLERANCE, ticks[stage])
+
+    rough, refined, levels = estimator.fit(points, levels, search, lambda z, now: _levels(problem, z, now))
+    evaluations = sum(result["evaluations"] for result in (*rough, *refined))
+    fit = _result(problem, refined[-1], levels, evaluations, ticks[-1])
     return replace(fit, seconds=time.monotonic() - begun)
 
 
 def _ticks(progress: Callable[[int, int], None] | None, stage: int, stages: int) -> Callable[[], None]:
-    """Make what counts the steps of a stage; nobody knows how many it takes, so its last part waits for its end."""
-    done = 0
+    """Return a counter of the steps of a stage, whose number is unknown: it stops before the last part."""
+    part = 0
 
     def tick() -> None:
-        nonlocal done
-        done = min(done + 1, PARTS - 1)
+        nonlocal part
+        part = min(part + 1, PARTS - 1)
         if progress is not None:
-            progress(PARTS * stage + done, PARTS * stages)
+            progress(PARTS * stage + part, PARTS * stages)
 
     return tick
 
 
-def _result(problem: Problem, found: Any, level: Array, evaluations: int, tick: Callable[[], None]) -> BenchFit:
-    """Say what came out of a fit."""
-    from scipy.special import stdtrit
+def _search(
+    problem: BenchProblem, start: Array, levels: dict[str, float], tolerance: float, tick: Callable[[], None]
+) -> dict[str, Any]:
+    """Search from one start (n,); `tick` is called at every evaluation of residuals or Jacobians."""
 
-    rows, bench = len(problem.measured), problem.bench
-    residual, slope = problem.residual(found.x, level), problem.slope(found.x, level)
-    freedom = rows - taken_up(slope)
-    stated = not np.isnan(problem.sd).any()
-    _check_freedom(problem, freedom, stated)
-    over, factor = _factor(problem, residual[:rows] ** 2, freedom)
-    quantile = float(stdtrit(max(freedom, 1.0), 0.5 + CONFIDENCE / 2)) if not stated or over > 1 else 1.959964
-    slope[:rows] /= factor
-    _, singular, vectors = np.linalg.svd(slope[:rows], full_matrices=True)
-    singular = np.append(singular, np.zeros(len(problem.free)))[: len(problem.free)]
-    length = _lengths(problem, found.x, level, factor, slope, singular, vectors, quantile)
-    drawn = draws(problem, found.x, level, factor, slope, tick=tick)
-    spread, low, high = problem.spread, *problem.ends()
-    cov = vectors.T * length**2 @ vectors
-    sd = np.sqrt(np.diag(cov))
-    ends = np.sort([problem.values(np.clip(found.x + side * quantile * sd, low, high)) for side in (-1, 1)], axis=0)
-    values = problem.values(found.x)
-    directions = tuple(Direction(v, float(s), float(d)) for v, s, d in zip(vectors, singular, length, strict=True))
-    ends = np.clip(ends, *np.array([[one.lower, one.upper] for one in problem.free]).T)  # rounding left them outside
-    fish = with_unknowns(problem.robot, problem.free, values)
-    angle, volume = computed(fish, bench)
-    off = {"angle": angle - bench.angle, "volume": (volume - bench.volume)[problem.with_volume]}
+    def residual(z: Array) -> Array:
+        tick()
+        return problem.residual(z, levels)
+
+    def jacobian(z: Array) -> Array:
+        tick()
+        return problem.jacobian(z, levels, rough=True)
+
+    low, high = problem.bounds()
+    inside, rows = INSIDE * (high - low), len(problem.measured)
+    one = np.ones(rows, dtype=np.intp)
+    result = estimator.minimize(
+        estimator.LeastSquares(residual, jacobian, low, high, problem.loss, np.arange(rows), one),
+        np.clip(start, low + inside, high - inside),
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=tolerance,
+        max_evaluations=MAX_EVALUATIONS,
+    )
+    stop = str(result.message).rstrip(".")
+    return {"x": result.x, "cost": result.cost, "stop": stop, "status": result.status, "evaluations": int(result.nfev)}
+
+
+def _levels(problem: BenchProblem, z: Array, levels: dict[str, float]) -> dict[str, float]:
+    """Estimate the noise [rad and m^3] that is not stated from the residuals at z (n,).
+
+    Degrees of freedom divide the scale here and enter its equation in the tank's `_levels`: equal for a linear loss.
+    """
+    rows = len(problem.measured)
+    square = problem.residual(z, levels)[:rows] ** 2
+    share = 1 - effective_parameters(problem.jacobian(z, levels, rough=True)[:rows]) / rows
+    new = dict(levels)
+    for name, level in levels.items():
+        own = (problem.kind == KINDS.index(name)) & np.isnan(problem.sd)
+        if share > 0:
+            new[name] = max(level * (residual_scale(square[own], problem.loss) / math.sqrt(share)), MIN_LEVEL[name])
+    return new
+
+
+def _result(
+    problem: BenchProblem, result: dict[str, Any], levels: dict[str, float], evaluations: int, tick: Callable[[], None]
+) -> BenchFit:
+    """Return the fit of a search result."""
+    rows, bench, z, (low, high) = len(problem.measured), problem.bench, result["x"], problem.bounds()
+    residual, jacobian = problem.residual(z, levels), problem.jacobian(z, levels)
+    freedom = rows - effective_parameters(jacobian)
+    if levels:
+        _check_freedom(problem, freedom)
+    square, share = residual[:rows] ** 2, max(freedom, 1.0) / rows
+    scale = max(1.0, residual_scale(square, problem.loss) / math.sqrt(share))
+    factor = interval_factor(square, problem.loss, scale, np.ones(rows, dtype=np.intp), max(freedom, 1.0))
+    quantile = estimator.t_quantile(max(freedom, 1.0)) if levels or scale > 1 else NORMAL_QUANTILE
+    jacobian[:rows] /= factor
+
+    def scaled(point: Array) -> Array:
+        at = problem.residual(point, levels)
+        at[:rows] /= factor
+        return at
+
+    one, profile = np.ones(len(z)), (scaled, jacobian)
+    estimate = estimator.estimate(
+        jacobian[:rows], z, low, high, unit=one, quantile=quantile, prior=1.0, profile=profile
+    )
+    points = randomized_fits(problem, z, levels, factor, jacobian, tick=tick)
+    ends = np.sort([problem.values(end) for end in (estimate.low, estimate.high)], axis=0)
+    ends = np.clip(ends, *np.array([[one.lower, one.upper] for one in problem.free]).T)  # against rounding
+    values, directions = problem.values(z), _directions(estimate)
+    robot = with_unknowns(problem.robot, problem.free, values)
+    angle, volume = computed(robot, bench)
+    errors = {"angle": angle - bench.angle, "volume": (volume - bench.volume)[problem.with_volume]}
     fit = BenchFit(
-        robot=fish,
+        robot=robot,
         described=problem.robot,
         bench=bench,
         free=problem.free,
         values=values,
         low=ends[0],
         high=ends[1],
-        narrowing=1 / sd,
-        covariance=np.outer(spread, spread) * cov,
+        narrowing=1 / estimate.sd,
+        covariance=np.outer(problem.prior_sd, problem.prior_sd) * estimate.covariance,
         directions=directions,
-        combinations=combinations(problem.free, found.x, directions, cov, drawn, quantile),
+        combinations=combinations(problem.free, z, directions, estimate.covariance, points, quantile),
         angle=angle,
         volume=volume,
-        noise={KINDS[k]: float(level[k]) for k in np.unique(problem.kind[np.isnan(problem.sd)])},
-        rms={name: float(np.sqrt(np.mean(error**2))) for name, error in off.items() if len(error)},
-        excess=over,
+        noise=levels,
+        rms={name: float(np.sqrt(np.mean(error**2))) for name, error in errors.items() if len(error)},
+        residual_scale=scale,
         freedom=freedom,
         quantile=quantile,
-        stop=f"{str(found.message).rstrip('.')} ({evaluations} evaluations).",
-        converged=bool(found.status > 0),
+        stop=f"{result['stop']} ({evaluations} evaluations).",
+        converged=bool(result["status"] > 0),
         evaluations=evaluations,
         seconds=0.0,
         loss=problem.loss,
-        draws=np.array([problem.values(z) for z in drawn]),
+        samples=np.array([problem.values(point) for point in points]),
         warnings=(),
     )
-    return replace(fit, robot=_with_origin(fit), warnings=(*bench.warnings, *_warnings(fit)))
+    bound = estimator.on_bound(z, low, high)
+    return replace(fit, robot=_with_sources(fit), warnings=(*bench.warnings, *_warnings(fit, bound)))
 
 
-def _check_freedom(problem: Problem, freedom: float, stated: bool) -> None:
-    """Check that noise which is not stated can be told from the residuals."""
-    if not stated and freedom < LEAST_FREEDOM:
+def _directions(estimate: estimator.Estimate) -> tuple[Direction, ...]:
+    """Return the directions; the bench determines those that it narrows threefold: 1 / sqrt(1 + s^2) is left."""
+    return tuple(
+        Direction(vector, float(s), float(sd), math.hypot(1, s) >= DETERMINED)
+        for vector, s, sd in zip(estimate.vectors, estimate.singular, estimate.direction_sd, strict=True)
+    )
+
+
+def _check_freedom(problem: BenchProblem, freedom: float) -> None:
+    """Check that noise which is not stated can be estimated from the residuals."""
+    if freedom < MIN_FREEDOM:
         rows = len(problem.measured)
-        rule = "must be stated where the rows can be met exactly: their noise cannot be told from them"
+        rule = "must be stated where the rows can be met exactly: their noise cannot be estimated"
         value, fix = f"left out in a bench of {rows} row{'s' * (rows > 1)}", "add the column, or measure more rows"
         raise InputError(rule, file=problem.bench.files[0], key="angle_sd_deg", value=value, fix=fix)
 
 
-def _factor(problem: Problem, square: Array, freedom: float) -> tuple[float, float]:
-    """Tell by how much residuals exceed their noise, and what intervals are multiplied by, see `certainty`."""
-    part = max(freedom, 1.0) / len(square)
-    over = max(1.0, excess(square, problem.loss) / math.sqrt(part))
-    own = square / over**2
-    _, first, second = loss_terms(problem.loss, own)
-    bend_of_loss = max(float(np.mean(first + 2 * own * second)), 1e-3)
-    scatter = over * math.sqrt(float(np.mean(own * first**2)) / part) / bend_of_loss
-    return over, max(1.0, scatter)
-
-
-def _lengths(
-    problem: Problem,
-    z: Array,
-    level: Array,
-    factor: float,
-    slope: Array,
-    singular: Array,
-    vectors: Array,
-    quantile: float,
-) -> Array:
-    """Return the standard deviation along every direction, with what the bending of the valley adds."""
-    rows, (low, high) = len(problem.measured), problem.ends()
-
-    def at(x: Array) -> Array:
-        there = problem.residual(np.clip(z + x, low, high), level)
-        there[:rows] /= factor
-        return there
-
-    sd = 1 / np.sqrt(1 + singular**2)
-    return lengths(Valley(at, slope, np.minimum(low - z, 0), np.maximum(high - z, 0), vectors, sd, quantile))
-
-
-def _with_origin(fit: BenchFit) -> Robot:
-    """Return the fitted robot with the origin of what was fitted in its sources."""
+def _with_sources(fit: BenchFit) -> Robot:
+    """Return the fitted robot with the bench as the source of fitted values."""
     document = fit.robot.document()
     sources = document.setdefault("sources", {})
     files = ", ".join(dict.fromkeys(fit.bench.files))
-    told: dict[str, list[str]] = {}
+    texts: dict[str, list[str]] = {}
     for one, value, low, high, narrowing in zip(fit.free, fit.values, fit.low, fit.high, fit.narrowing, strict=True):
-        sure = "" if narrowing >= DETERMINED else "; free by itself, the bench knows combinations only"
+        sure = "" if narrowing >= DETERMINED else "; free by itself, the bench determines combinations only"
         ends = f"95 % from {low / one.described:.3g} to {high / one.described:.3g}"
         for key in keys_of(fit.described, one):
-            told.setdefault(key, []).append(f"{one.name} {value / one.described:.3g} ({ends}{sure})")
+            texts.setdefault(key, []).append(f"{one.name} {value / one.described:.3g} ({ends}{sure})")
     given = _given(fit.described)
-    for key, parts in told.items():
+    for key, parts in texts.items():
         before = fit.described.source(key) if key in given else None
         text = f"fitted by hypertuna actuator fit to {files}; times what was described: {', '.join(parts)}"
         sources[key] = f"{text}. Before: {before}" if before else text
@@ -327,25 +273,24 @@ def _with_origin(fit: BenchFit) -> Robot:
 
 
 def _given(robot: Robot) -> set[str]:
-    """Keys of a robot's file, without indices."""
+    """Return the keys of a robot's file that have a source, without indices."""
     unset = robot.model_copy(update={"sources": {}})
     return {re.sub(r"\[\d+\]", "", key) for key in unset.unsourced()}
 
 
-def _warnings(fit: BenchFit) -> list[str]:
-    """Sentences on what a reader should not overlook."""
-    told = []
-    if fit.excess > 1.5 and not fit.noise:
-        told.append(
-            f"Residuals are {fit.excess:.2g} times what the stated noise explains: the model cannot meet all rows, or "
-            "the noise is understated. The intervals allow for it."
+def _warnings(fit: BenchFit, bound: Sequence[str | None]) -> list[str]:
+    """Write warnings on residuals, bounds, missing rows and convergence."""
+    warnings = []
+    if fit.residual_scale > LARGE_SCALE and not fit.noise:
+        warnings.append(
+            f"Residuals are {fit.residual_scale:.2g} times the stated noise: the model cannot meet all rows, or "
+            "the noise is understated. The intervals include this."
         )
-    for one, value in zip(fit.free, fit.values.tolist(), strict=True):
-        near = ON_BOUND * math.log(one.upper / one.lower)
-        if min(math.log(value / one.lower), math.log(one.upper / value)) < near:
-            told.append(f"{one.name} sits on a bound, {value:.4g} {one.unit}".removesuffix(" 1") + ".")
+    for one, value, side in zip(fit.free, fit.values.tolist(), bound, strict=True):
+        if side:
+            warnings.append(f"{one.name} is on a bound, {value:.4g} {one.unit}".removesuffix(" 1") + ".")
     if not fit.bench.unload.any() and any(one.kind == "friction" for one in fit.free):
-        told.append("No row has branch = unload: friction shows in the loop only.")
+        warnings.append("No row has branch = unload: friction shows in the loop only.")
     if not fit.converged:
-        told.append("The search did not converge: more --starts may help.")
-    return told
+        warnings.append("The search did not converge: more --starts may help.")
+    return warnings

@@ -85,7 +85,7 @@ def _draw_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
 def _misread(fit: BenchFit) -> NDArray[np.bool_]:
     """Tell which angles are so far from the fit that they were likely misread."""
     noise = np.where(np.isnan(fit.bench.angle_sd), fit.noise.get("angle", np.nan), fit.bench.angle_sd)
-    return np.asarray(np.abs(fit.angle - fit.bench.angle) > FAR * fit.excess * noise)
+    return np.asarray(np.abs(fit.angle - fit.bench.angle) > FAR * fit.residual_scale * noise)
 
 
 def _draw_loop(axes: Axes, fit: BenchFit, loop: Loop, color: str) -> None:

@@ -1,93 +1,78 @@
-"""Draws of actuators that meet bench runs: how far products of powers hold where the valley of good fits bends."""
+"""Randomized fits to bench runs: how far products of powers hold along the profile of good fits."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.characterization.search import Problem
+from hypertuna.characterization.problem import BenchProblem
 
-__all__ = ["draws"]
+__all__ = ["randomized_fits"]
 
 Array = NDArray[np.float64]
 
 COUNT = 32
-WAY = (0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)  # parts of the way from the fit to a draw; then corrections
+PARTS = (0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)  # of the perturbation, step by step; then corrections
 CORRECTIONS = 6
-LONGEST = 0.5  # step of a correction
-OUTLIER = 3.0  # residual, in standard deviations, from which on a row does not guide the draws
-UNLIKELY = 4.0  # how many standard deviations of its own sum a draw's misfit may be larger than expected
+MAX_STEP = 0.5  # of a correction
+OUTLIER = 3.0  # residual, in standard deviations, above which a row does not guide the fits
+MAX_SIGMA = 4.0  # standard deviations by which the sum of squares may exceed its expectation
 
 
-def draws(
-    problem: Problem,
+def randomized_fits(
+    problem: BenchProblem,
     z: Array,
-    level: Array,
+    levels: Mapping[str, float],
     factor: float,
-    slope: Array,
+    jacobian: Array,
     *,
     seed: int = 0,
     tick: Callable[[], None] | None = None,
 ) -> Array:
-    """Draw actuators that meet a bench as well as its noise asks, and are as likely as what was known before.
+    """Fit the bench again with random noise added to the residuals and random prior means: (fits, n) points.
 
-    A draw minimizes the residuals with noise of its own added to what was measured and drawn values in place of the
-    described ones (randomized maximum likelihood: exact where the model is linear). The way there is gone in parts, so
-    that it follows the floor of the valley; Broyden's method keeps the slopes up to date.
-
-    Parameters
-    ----------
-    problem : Problem
-    z : ndarray, shape (n,)
-        The fit [1].
-    level : ndarray, shape (2,)
-        Noise that is not stated [rad and m^3].
-    factor : float
-        What the noise is multiplied by [1].
-    slope : ndarray, shape (rows + n, n)
-        Of the residuals over the noise times the factor, at the fit [1].
-    seed : int
-    tick : callable, optional
-        Called at every draw.
-
-    Returns
-    -------
-    ndarray, shape (draws, n)
-        Points that meet the bench; 32 at most, fewer where the way was lost [1].
+    Randomized maximum likelihood: exact where the model is linear. The perturbation is applied in parts, so that a fit
+    follows the profile of good fits; Broyden's method updates the Jacobian. Fits that do not meet the bench as well as
+    its noise allows are left out. z: the fit (n,); factor: on the noise [1]; jacobian: of the residuals at the fit,
+    over the noise times the factor; tick: called at every fit.
     """
     rng, rows = np.random.default_rng(seed), len(problem.measured)
-    low, high = problem.ends()
-    start = problem.residual(z, level)[:rows] / factor
+    low, high = problem.bounds()
+    start = problem.residual(z, levels)[:rows] / factor
     guiding = np.abs(start) < OUTLIER
-    most = len(z) + UNLIKELY * np.sqrt(2 * len(z))
-    found = []
+    allowed = start[guiding] @ start[guiding] + len(z) + MAX_SIGMA * np.sqrt(2 * len(z))
+    fits = []
+
+    def residual_at(x: Array) -> Array:
+        return problem.residual(x, levels)[:rows][guiding] / factor
+
     for _ in range(COUNT):
         if tick is not None:
             tick()
-        aim, noise = _prior(rng, low, high), rng.standard_normal(rows)[guiding]
-        x, residual, jacobian = z, start[guiding], slope[:rows][guiding].copy()
-        for part in WAY:
-            step = _step(jacobian, residual + part * noise, x - part * aim, low - x, high - x)
-            there = problem.residual(np.clip(x + step, low, high), level)[:rows][guiding] / factor
-            if (size := step @ step) > 0:
-                jacobian += np.outer(there - residual - jacobian @ step, step / size)
-            x, residual = np.clip(x + step, low, high), there
-        allowed = start[guiding] @ start[guiding] + most
-        for _ in range(CORRECTIONS if residual @ residual > allowed else 0):  # the way was lost: slopes anew
-            jacobian = problem.slope(x, level, rough=True)[:rows][guiding] / factor
-            step = _step(jacobian, residual + noise, x - aim, low - x, high - x)
-            step *= min(1.0, LONGEST / float(np.abs(step).max()))
+        mean, noise = _prior_sample(rng, low, high), rng.standard_normal(rows)[guiding]
+        x, residual, local = z, start[guiding], jacobian[:rows][guiding].copy()
+        for part in PARTS:
+            step = _step(local, residual + part * noise, x - part * mean, low - x, high - x)
             x = np.clip(x + step, low, high)
-            residual = problem.residual(x, level)[:rows][guiding] / factor
+            new = residual_at(x)
+            if (size := step @ step) > 0:
+                local += np.outer(new - residual - local @ step, step / size)
+            residual = new
+        for _ in range(CORRECTIONS if residual @ residual > allowed else 0):  # with a new Jacobian
+            local = problem.jacobian(x, levels, rough=True)[:rows][guiding] / factor
+            step = _step(local, residual + noise, x - mean, low - x, high - x)
+            step *= min(1.0, MAX_STEP / float(np.abs(step).max()))
+            x = np.clip(x + step, low, high)
+            residual = residual_at(x)
         if residual @ residual < allowed:
-            found.append(x)
-    return np.array(found).reshape(-1, len(z))
+            fits.append(x)
+    return np.array(fits).reshape(-1, len(z))
 
 
-def _prior(rng: np.random.Generator, low: Array, high: Array) -> Array:
-    """Draw a point from what is held possible: normal about the description, within the bounds."""
+def _prior_sample(rng: np.random.Generator, low: Array, high: Array) -> Array:
+    """Sample a point (n,) of the prior: normal about the description, truncated at the bounds."""
     point = rng.standard_normal(len(low))
     while (outside := (point < low) | (point > high)).any():
         point[outside] = rng.standard_normal(int(outside.sum()))
@@ -95,7 +80,7 @@ def _prior(rng: np.random.Generator, low: Array, high: Array) -> Array:
 
 
 def _step(jacobian: Array, residual: Array, off: Array, low: Array, high: Array) -> Array:
-    """Step to the least squares of residuals and what was known; what meets a bound stays there."""
+    """Return the step (n,) to the least squares of residuals and prior; unknowns that meet a bound stay there."""
     matrix = np.concatenate([jacobian, np.eye(len(off))])
     right = -np.concatenate([residual, off])
     step, free = np.zeros(len(off)), np.ones(len(off), dtype=bool)

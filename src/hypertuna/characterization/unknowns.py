@@ -112,7 +112,7 @@ class Unknown:
         return math.sqrt(-math.expm1(log)) if self.kind == "diameter_ratio" else math.exp(log)
 
     @property
-    def spread(self) -> float:
+    def prior_sd(self) -> float:
         """Standard deviation of the logarithm if nothing but the bounds is known: that of a uniform distribution."""
         return abs(self.log(self.upper) - self.log(self.lower)) / math.sqrt(12)
 

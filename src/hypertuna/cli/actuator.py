@@ -14,7 +14,7 @@ from rich.text import Text
 from hypertuna.actuation.silicone import UP_TO, TensileFit, TensileTest, fit_silicone, read_tensile
 from hypertuna.characterization.combinations import DETERMINED, Combination
 from hypertuna.characterization.data import Bench, read_bench
-from hypertuna.characterization.experiment_design import Worth, worth
+from hypertuna.characterization.experiment_design import InformationGain, information_gain
 from hypertuna.characterization.fit import BenchFit, fit_bench
 from hypertuna.characterization.unknowns import BORDER, FACTORS, Unknown
 from hypertuna.cli.old_console import check_suffix, number, print_json, progress_bar, tell_written, whole_number
@@ -138,7 +138,7 @@ def fit_command(
             seed=whole_number(seed, "--seed"),
             progress=progress,
         )
-    more = worth(fit)
+    more = information_gain(fit)
     if plot is not None:
         from hypertuna.characterization.plots import plot_bench
         from hypertuna.figures import save
@@ -194,7 +194,9 @@ def _unknowns(fit: BenchFit) -> list[dict[str, Any]]:
     return rows
 
 
-def _bench_record(fit: BenchFit, more: Sequence[Worth], files: Sequence[str], output: str | None) -> dict[str, Any]:
+def _bench_record(
+    fit: BenchFit, more: Sequence[InformationGain], files: Sequence[str], output: str | None
+) -> dict[str, Any]:
     """Say what a fit found, for programs."""
     bench = fit.bench
     return provenance(fit.described) | {
@@ -212,7 +214,7 @@ def _bench_record(fit: BenchFit, more: Sequence[Worth], files: Sequence[str], ou
         "measurements": [_measurement(one) for one in more],
         "noise": {f"{kind}_{NOISE[kind][0]}": value * NOISE[kind][1] for kind, value in fit.noise.items()},
         "rms": {f"{kind}_{NOISE[kind][0]}": value * NOISE[kind][1] for kind, value in fit.rms.items()},
-        "excess": fit.excess,
+        "residual_scale": fit.residual_scale,
         "freedom": fit.freedom,
         "stop": fit.stop,
         "converged": fit.converged,
@@ -238,14 +240,14 @@ def _combination(one: Combination) -> dict[str, Any]:
     }
 
 
-def _measurement(one: Worth) -> dict[str, Any]:
+def _measurement(one: InformationGain) -> dict[str, Any]:
     """Tell what a measurement is worth, for programs."""
     narrowed = [{"name": name, "before_log": one.before[name], "after_log": after} for name, after in one.after.items()]
-    facts = {"measure": one.text, "unit": one.unit, "expected": one.value, "expected_half_interval": one.expected}
+    facts = {"measure": one.text, "unit": one.unit, "expected": one.value, "expected_half_interval": one.half_interval}
     return facts | {"sd": one.sd, "bits": one.bits, "narrowed": narrowed}
 
 
-def _print(fit: BenchFit, more: Sequence[Worth]) -> None:
+def _print(fit: BenchFit, more: Sequence[InformationGain]) -> None:
     """Print a fit as tables and sentences."""
     console, bench = Console(), fit.bench
     joints = " and ".join(fit.described.joints[j].name for j in bench.joints)
@@ -270,7 +272,7 @@ def _print(fit: BenchFit, more: Sequence[Worth]) -> None:
     spectrum = ", ".join(f"{d.singular_value:.2g}" if d.singular_value > 1e-3 else "0" for d in fit.directions)
     console.print(Text(f"singular values, bench over bounds: {spectrum}"))
     if more:
-        _print_worth(console, more)
+        _print_information_gain(console, more)
     for warning in fit.warnings:
         console.print(Text(warning, style="yellow"))
     ending = f"{fit.stop} {fit.seconds:.1f} s in all."
@@ -294,14 +296,14 @@ def _unknown_table(fit: BenchFit) -> Table:
     return table
 
 
-def _print_worth(console: Console, more: Sequence[Worth]) -> None:
+def _print_information_gain(console: Console, more: Sequence[InformationGain]) -> None:
     """Say what measurements are worth, one to a paragraph."""
     console.print(Text("What one more measurement would narrow, the most informative first:", style="bold"))
     for one in more[:MEASUREMENTS]:
         parts = [f"{name} {_half(one.before[name])} to {_half(after)}" for name, after in one.after.items()]
         left = len(parts) - NARROWED
         told = ", ".join(parts[:NARROWED]) + f", {left} more" * (left > 0)
-        expected = f"expected {one.value:.3g} \u00b1 {one.expected:.2g} {one.unit}, known to {one.sd:.2g}"
+        expected = f"expected {one.value:.3g} \u00b1 {one.half_interval:.2g} {one.unit}, known to {one.sd:.2g}"
         console.print(Text(f"{one.bits:4.1f} bits  {one.text} ({expected}): {told or 'no unknown by a tenth'}"))
 
 

@@ -29,7 +29,7 @@ from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.identification.identify import Fit, compare, identify
 from hypertuna.identification.names import split_names
-from hypertuna.identification.posterior import Posterior, check_draws, posterior, with_posterior
+from hypertuna.identification.posterior import Posterior, check_posterior, posterior, with_posterior
 from hypertuna.identification.residuals import LABELS
 from hypertuna.trials.trials import Trials, read_trials
 
@@ -87,7 +87,7 @@ def identify_command(
     begun, laws = time.monotonic(), _laws(water)
     steps = 0 if draws is None else whole_number(draws, "--posterior")
     if draws is not None:
-        check_draws(steps, loss)
+        check_posterior(steps, loss)
     fish = load(robot).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
     options: dict[str, Any] = {
@@ -197,7 +197,7 @@ def _start(texts: list[str]) -> dict[str, float]:
 
 def _parameters(fit: Fit) -> list[dict[str, Any]]:
     """Say what became of each coefficient, in the units that people read."""
-    sure = fit.certainty
+    sure = fit.uncertainty
     rows = []
     for k, f in enumerate(fit.free):
         unit, factor = BORDER.get(f.unit, (f.unit, 1.0))
@@ -222,7 +222,7 @@ def _parameters(fit: Fit) -> list[dict[str, Any]]:
 
 def _record(fit: Fit, fitted: Robot, output: str | None) -> dict[str, Any]:
     """Say what a fit found, for programs; the robot is the one described, the fitted one is told by its hash."""
-    sure = fit.certainty
+    sure = fit.uncertainty
     judged = fit.validation
     return (
         {
@@ -245,8 +245,8 @@ def _record(fit: Fit, fitted: Robot, output: str | None) -> dict[str, Any]:
             ],
             "noise": fit.noise,
             "interval_factor": sure.factor,
-            "train": {"rms": fit.train.rms, "max": fit.train.largest, "runs": fit.train.runs},
-            "validation": None if judged is None else {"rms": judged.rms, "max": judged.largest, "runs": judged.runs},
+            "train": {"rms": fit.train.rms, "max": fit.train.max, "runs": fit.train.runs},
+            "validation": None if judged is None else {"rms": judged.rms, "max": judged.max, "runs": judged.runs},
             "criteria": fit.criteria,
             "warnings": fit.warnings,
             "loss": fit.loss,
@@ -297,7 +297,7 @@ def _print(fits: Mapping[str, Fit], best: str, sampled: Posterior | None, second
         table.add_row(Text(name), *cells, Text(remark, style="yellow"))
     console.print(table)
     console.print(_errors(fit))
-    for direction in fit.certainty.directions:
+    for direction in fit.uncertainty.directions:
         if not direction.determined:
             console.print(Text(direction.sentence, style="yellow"))
     for warning in fit.warnings:
@@ -321,7 +321,7 @@ def _errors(fit: Fit) -> Table:
                 f"{factor * table.get(key, np.nan):.3g} {unit}"
                 for part in parts.values()
                 if part is not None
-                for table in (part.rms, part.largest)
+                for table in (part.rms, part.max)
             ]
             table.add_row(label, *cells)
     return table

@@ -1,4 +1,4 @@
-"""Free coefficients: their names, ties, bounds and scales, and the way from their values to a robot."""
+"""Free coefficients: names, ties, bounds and scales, and robots with given values of them."""
 
 from __future__ import annotations
 
@@ -27,46 +27,37 @@ from hypertuna.identification.truncated_normal import truncated_normal
 from hypertuna.swimming.model import parameter_names
 
 __all__ = [
+    "ABSOLUTE_UNITS",
     "Free",
+    "bounds_of",
     "column_key",
     "column_of",
     "columns",
-    "directions",
-    "draws",
     "free",
     "from_scale",
+    "parameter_jacobian",
     "position",
+    "sample_robots",
     "to_scale",
     "with_values",
 ]
 
 Array = NDArray[np.float64]
 
-FARTHEST = 1e12  # bound: no coefficient in SI units is so large
-LOG_DECADES = 4  # in log scale a default lower bound of 0 lies so many decades below the upper one
+ABSOLUTE_UNITS = {"time_offset": 0.1, "joints.phase_offset": 0.1}  # s and rad: coefficients without a relative error
+MAX_BOUND = 1e12  # SI
+LOG_DECADES = 4  # below the upper bound: a default lower bound of 0 in log scale
 
 
 @dataclass(frozen=True)
 class Free:
-    """A free coefficient: one number, for one parameter of the robot or several that are tied.
+    """A free coefficient: one value, of one parameter of the robot or of several that are tied."""
 
-    Attributes
-    ----------
-    name : str
-        ``water.lumped.drag[1-6]``: the column as `parameter_names` writes it, and the indices that share the value.
-    lower, upper : float
-        Bounds, in SI units.
-    start : float
-        Where the first search begins, in SI units.
-    scale : {"natural", "log"}
-        In which the search moves, and in which the error is taken for normal.
-    """
-
-    name: str
-    lower: float
+    name: str  # water.lumped.drag[1-6]: the column as `parameter_names` writes it, and the indices that share the value
+    lower: float  # bounds [SI]
     upper: float
-    start: float
-    scale: Literal["natural", "log"] = "natural"
+    start: float  # of the first search [SI]
+    scale: Literal["natural", "log"] = "natural"  # of the search, and of the normal error
 
     @property
     def column(self) -> str:
@@ -75,12 +66,12 @@ class Free:
 
     @property
     def index(self) -> str:
-        """What stands in the brackets."""
+        """Text in the brackets."""
         return self.name.partition("[")[2].removesuffix("]")
 
     @property
     def indices(self) -> tuple[int, ...]:
-        """Indices that share the value; the first for what has only one value."""
+        """Indices that share the value; 0 for a column of one value."""
         return members(self.index) if self.index else (0,)
 
     @property
@@ -101,118 +92,60 @@ def free(
     start: Mapping[str, float] | None = None,
     recordings: Mapping[str, float] | None = None,
 ) -> tuple[Free, ...]:
-    """Make coefficients free.
+    """Return free coefficients.
 
-    Parameters
-    ----------
-    robot : Robot
-    names : sequence of str
-        As `hypertuna.swimming.model.parameter_names` gives them, ``water.drag`` being short for the law in use. Without
-        brackets all values of a column share one value; ``[0]`` is one of them, ``[1-6]`` and ``[1+4]`` tie several,
-        ``[0,1-6,7]`` are three and ``[*]`` as many as there are; names of links and joint groups are indices, too.
-        ``time_offset`` and ``cost_factor`` belong to the trials.
-    bounds : mapping, optional
-        Lower and upper bound by name, in SI units; a name stands for all free coefficients that it covers. Others
-        have the bounds of data/published/bounds.toml.
-    log : sequence of str
-        Names of those to be sought in log scale. A default lower bound of 0 becomes 1e-4 of the upper one.
-    start : mapping, optional
-        Start by name, in SI units; others start from the robot's value (the mean of tied ones).
-    recordings : mapping, optional
-        The time offset to start from [s], by the names of the recordings: each has a ``time_offset`` of its own.
+    Names are those of `parameter_names`, `water.drag` being short for the law in use. Without brackets all values of a
+    column share one value; `[0]` is one of them, `[1-6]` and `[1+4]` tie several, `[0,1-6,7]` are three and `[*]` one
+    for each; names of links and joint groups are indices, too. `time_offset` and `cost_factor` belong to the trials.
 
-    Returns
-    -------
-    tuple of Free
-
-    Raises
-    ------
-    InputError
-        If a name is unknown, not free in this model or given twice, or bounds and start do not fit together.
+    bounds: lower and upper by name [SI], a name covering all free coefficients in it; others are those of
+    data/published/bounds.toml. log: names in log scale, where a default lower bound of 0 is 1e-4 of the upper one.
+    start: by name [SI]; others start from the robot's value (the mean of tied ones). recordings: first time offset [s]
+    by recording, each of which has a `time_offset` of its own.
     """
     known, offsets = known_columns(robot), recordings or {}
-    found: list[tuple[str, str]] = []
+    places: list[tuple[str, str]] = []
     for name in names:
-        found += resolve(robot, known, name.strip(), list(offsets), "free")
-    if not found:
+        places += resolve(robot, known, name.strip(), list(offsets), "free")
+    if not places:
         raise InputError("must name one coefficient at least", key="free", fix="give names such as water.drag")
-    check_once(found)
+    check_once(places)
 
     def by_place(table: Mapping[str, Any], key: str) -> dict[tuple[str, str], Any]:
-        return {place: value for name, value in table.items() for place in covered(robot, known, name, found, key)}
+        return {place: value for name, value in table.items() for place in covered(robot, known, name, places, key)}
 
     ends, logs = by_place(bounds or {}, "bounds"), by_place(dict.fromkeys(log), "log")
     begin = {("time_offset", name): offset for name, offset in offsets.items()} | by_place(start or {}, "start")
-    return tuple(_make(robot, *place, ends.get(place), begin.get(place), place in logs) for place in found)
+    return tuple(_make(robot, *place, ends.get(place), begin.get(place), place in logs) for place in places)
 
 
 def position(frees: Sequence[Free], column: str, index: str = "") -> int | None:
-    """Find a nuisance among free coefficients.
+    """Return the position of a nuisance among free coefficients, None if it is not free.
 
-    Parameters
-    ----------
-    frees : sequence of Free
-    column, index : str
-        ``time_offset`` and the name of the recording, or ``cost_factor``.
-
-    Returns
-    -------
-    int or None
-        Its place; None if it is not free.
+    column, index: `time_offset` and the name of the recording, or `cost_factor` and nothing.
     """
     return next((k for k, f in enumerate(frees) if f.column == column and f.index == index), None)
 
 
 def to_scale(frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
-    """Put values into the scales of their coefficients.
-
-    Parameters
-    ----------
-    frees : sequence of Free
-    values : array_like, shape (n,)
-        In SI units [SI].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The values themselves [SI], or their natural logarithms.
-    """
+    """Return values (n,) [SI] in the scales of their coefficients: themselves, or their natural logarithms."""
     return np.array([math.log(v) if f.scale == "log" else v for f, v in zip(frees, values, strict=True)], dtype=float)
 
 
 def from_scale(frees: Sequence[Free], scaled: Sequence[float] | Array) -> Array:
-    """Undo `to_scale`.
-
-    Parameters
-    ----------
-    frees : sequence of Free
-    scaled : array_like, shape (n,)
-        Values in the scales of their coefficients [SI or its logarithm].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Values [SI].
-    """
+    """Return values (n,) [SI] of scaled ones: the inverse of `to_scale`."""
     return np.array([math.exp(x) if f.scale == "log" else x for f, x in zip(frees, scaled, strict=True)], dtype=float)
 
 
+def bounds_of(frees: Sequence[Free]) -> tuple[Array, Array]:
+    """Return lower and upper bounds (n,), each in the scale of its coefficient."""
+    return to_scale(frees, [f.lower for f in frees]), to_scale(frees, [f.upper for f in frees])
+
+
 def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> dict[str, list[float]]:
-    """Write values into the robot's columns.
+    """Return the robot's columns that values (n,) [SI] change, as `core_model` takes them.
 
     A moment of inertia that the description leaves out stays that of a slender rod, m l^2/12.
-
-    Parameters
-    ----------
-    robot : Robot
-    frees : sequence of Free
-    values : array_like, shape (n,)
-        In SI units [SI].
-
-    Returns
-    -------
-    dict of list of float
-        The columns that change, as `hypertuna.swimming.model.core_model` takes them.
     """
     changed: dict[str, list[float]] = {}
     for f, value in zip(frees, values, strict=True):
@@ -226,20 +159,10 @@ def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array
     return changed
 
 
-def directions(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
-    """Differentiate the robot's parameters by the free coefficients, each in its scale.
+def parameter_jacobian(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
+    """Return derivatives (parameters, n) of the robot's parameters by the free coefficients, each in its scale.
 
-    Parameters
-    ----------
-    robot : Robot
-    frees : sequence of Free
-    values : array_like, shape (n,)
-        In SI units [SI].
-
-    Returns
-    -------
-    ndarray, shape (parameters, n)
-        In the order of `hypertuna.swimming.model.parameter_names` [SI per SI or per logarithm]; zero for nuisances.
+    Rows are in the order of `parameter_names`; columns of nuisances are zero.
     """
     row = {name: k for k, name in enumerate(parameter_names(robot))}
     matrix = np.zeros((len(row), len(frees)))
@@ -258,24 +181,9 @@ def directions(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Ar
 
 
 def with_values(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Robot:
-    """Return the robot with other values for its free coefficients.
+    """Return the robot with other values (n,) [SI] of its free coefficients, checked, without a table [fit].
 
-    Parameters
-    ----------
-    robot : Robot
-    frees : sequence of Free
-    values : array_like, shape (n,)
-        In SI units [SI].
-
-    Returns
-    -------
-    Robot
-        Checked, without a table ``[fit]``. Body length follows the links; body mass where they come to weigh more.
-
-    Raises
-    ------
-    InputError
-        If the description does not take the values.
+    Body length follows the links; body mass increases where the links would weigh more.
     """
     changed = columns(robot, frees, values)
     if not robot.model_fields_set & {"fit"} and not changed:
@@ -289,55 +197,35 @@ def with_values(robot: Robot, frees: Sequence[Free], values: Sequence[float] | A
     links = document["links"]
     if "links.length" in changed:
         document["body"]["length_m"] = math.fsum(links["length_m"])
-    if (whole := math.fsum(links["mass_kg"])) > document["body"]["mass_kg"] * (1 + 1e-9):
-        document["body"]["mass_kg"] = whole
+    if (total := math.fsum(links["mass_kg"])) > document["body"]["mass_kg"] * (1 + 1e-9):
+        document["body"]["mass_kg"] = total
     return parse(document, file=robot.file)
 
 
-def draws(robot: Robot, count: int, seed: int) -> list[Robot]:
-    """Draw robots as likely as a fit leaves them: its normal distribution, held within the bounds.
+def sample_robots(robot: Robot, count: int, seed: int) -> list[Robot]:
+    """Sample robots from the normal distribution of the table [fit], truncated at the bounds.
 
-    Parameters
-    ----------
-    robot : Robot
-        With a table ``[fit]``.
-    count : int
-        Number of robots to draw.
-    seed : int
-
-    Returns
-    -------
-    list of Robot
-
-    Raises
-    ------
-    InputError
-        If the robot has no fit.
-
-    Notes
-    -----
-    Normal with the covariance of ``[fit]``, in which the bounds count as a weak prior: a direction that the runs left
-    undetermined is drawn from that. What falls outside the bounds is not drawn, so that directions that the runs
-    determine stay determined.
+    In its covariance the bounds count as a weak prior, from which unidentifiable directions are sampled. Truncation
+    keeps the correlations, so that directions that the runs determine stay determined.
     """
     fit = robot.fit
     if fit is None:
         fix = "take a file that `hypertuna identify -o` wrote"
-        raise InputError("must have a table [fit] to draw from", file=robot.file, fix=fix)
+        raise InputError("must have a table [fit] to sample from", file=robot.file, fix=fix)
     frees = [
         Free(name, lower, upper, value, scale)
         for name, lower, upper, value, scale in zip(fit.names, fit.lower, fit.upper, fit.value, fit.scale, strict=True)
     ]
     lower, upper, middle = (to_scale(frees, values) for values in (fit.lower, fit.upper, fit.value))
     rng = np.random.default_rng(seed)
-    drawn = truncated_normal(middle, np.array(fit.covariance), lower, upper, count=count, rng=rng)
-    return [with_values(robot, frees, from_scale(frees, x)) for x in drawn]
+    samples = truncated_normal(middle, np.array(fit.covariance), lower, upper, count=count, rng=rng)
+    return [with_values(robot, frees, from_scale(frees, x)) for x in samples]
 
 
 def _make(
     robot: Robot, column: str, index: str, bounds: tuple[float, float] | None, start: float | None, log: bool
 ) -> Free:
-    """Give a free coefficient its bounds and its start."""
+    """Return a free coefficient with its bounds and its start."""
     name = f"{column}[{index}]" if index else column
     table = default_bounds()["coefficient"].get(column, {})
     value = table.get("start", 0.0)
@@ -350,8 +238,8 @@ def _make(
     lower, upper = bounds or (table.get("lower", factor["lower"] * value), table.get("upper", factor["upper"] * value))
     if log and lower == 0 and bounds is None:
         lower = upper * 10.0**-LOG_DECADES
-    if not (-FARTHEST <= lower < upper <= FARTHEST):
-        rule = f"must have a lower bound below its upper one, both at most {FARTHEST:g} in magnitude"
+    if not (-MAX_BOUND <= lower < upper <= MAX_BOUND):
+        rule = f"must have a lower bound below its upper one, both at most {MAX_BOUND:g} in magnitude"
         raise InputError(rule, key=f"bounds {name}", value=f"{lower:g} to {upper:g}", fix="give LOW:HIGH")
     if log and lower <= 0:
         rule, fix = "must have bounds greater than 0 in log scale", "give such bounds, or leave it in natural scale"
@@ -369,20 +257,7 @@ def _make(
 
 @cache
 def column_key(column: str) -> tuple[tuple[str, ...], str]:
-    """Find a column in a robot's file.
-
-    Parameters
-    ----------
-    column : str
-        ``water.lumped.drag``.
-
-    Returns
-    -------
-    keys : tuple of str
-        Outermost first.
-    unit : str
-        That of the file.
-    """
+    """Return the keys of a column such as water.lumped.drag in a robot's file, outermost first, and its unit there."""
     model: Any = Robot
     keys, unit = [], ""
     for attribute in column.split("."):
@@ -393,19 +268,7 @@ def column_key(column: str) -> tuple[tuple[str, ...], str]:
 
 
 def column_of(robot: Robot, column: str) -> tuple[Any, ...]:
-    """Read a column of a robot.
-
-    Parameters
-    ----------
-    robot : Robot
-    column : str
-        ``water.lumped.drag``.
-
-    Returns
-    -------
-    tuple
-        In SI units.
-    """
+    """Return the values of a column such as water.lumped.drag [SI]."""
     table, _, last = column.rpartition(".")
     if table == "joints":
         return tuple(getattr(group, last) for group in robot.joints)
@@ -416,21 +279,21 @@ def column_of(robot: Robot, column: str) -> tuple[Any, ...]:
 
 
 def _write(document: dict[str, Any], column: str, numbers: Sequence[float]) -> None:
-    """Write a column into a document, in the unit of the file."""
+    """Set a column of a document, in the unit of the file."""
     keys, unit = column_key(column)
-    shown_as = [float(f"{math.degrees(x):.15g}") if unit == "deg" else x for x in numbers]
+    in_unit = [float(f"{math.degrees(x):.15g}") if unit == "deg" else x for x in numbers]
     if keys[0] == "joints":
-        for group, number in zip(document["joints"], shown_as, strict=True):
+        for group, number in zip(document["joints"], in_unit, strict=True):
             group[keys[1]] = number
         return
     table = document
     for key in keys[:-1]:
         table = table[key]
     single = column in ("water.density", "water.strip.tail_shedding")
-    table[keys[-1]] = shown_as[0] if single else cast(Any, shown_as)
+    table[keys[-1]] = in_unit[0] if single else cast(Any, in_unit)
 
 
 def _rods(robot: Robot, changed: Collection[str]) -> bool:
-    """Whether moments of inertia follow from masses and lengths that change."""
+    """Return whether moments of inertia follow from masses and lengths that change."""
     follows = "inertia" not in robot.links.model_fields_set and "links.inertia" not in changed
     return follows and bool({"links.mass", "links.length"} & set(changed))

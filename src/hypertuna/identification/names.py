@@ -1,4 +1,4 @@
-"""Names of free coefficients: which parameters of the robot a name stands for, and which of them are tied."""
+"""Names of free coefficients: the parameters of the robot that a name selects, and ties among them."""
 
 from __future__ import annotations
 
@@ -32,16 +32,6 @@ NAME = re.compile(r"(?P<column>[\w.]+)(?:\[(?P<index>.*)\])?")
 def split_names(text: str) -> list[str]:
     """Split names at commas outside brackets.
 
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
     >>> split_names("water.drag[0,1-6,7], joints.bandwidth")
     ['water.drag[0,1-6,7]', 'joints.bandwidth']
     """
@@ -49,18 +39,7 @@ def split_names(text: str) -> list[str]:
 
 
 def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
-    """Keep those names that the robot's law has, for a list that serves several laws.
-
-    Parameters
-    ----------
-    robot : Robot
-    names : sequence of str
-        As for `free`.
-
-    Returns
-    -------
-    tuple of str
-    """
+    """Return the names that the robot's water law has, of a list that serves several laws."""
     other = {"lumped", "strip"} - {robot.model.water}
     known = known_columns(robot)
 
@@ -76,20 +55,17 @@ def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
 
 @cache
 def default_bounds() -> dict[str, Any]:
-    """Read default bounds and starts from data/published/bounds.toml.
+    """Return default bounds and starts of data/published/bounds.toml.
 
-    Returns
-    -------
-    dict
-        Table ``coefficient`` with ``lower``, ``upper``, ``start`` and ``source`` by column in SI units, and ``factor``
-        of the described value for columns of the links.
+    Table `coefficient`: `lower`, `upper`, `start` and `source` by column [SI]; table `factor`: bounds as multiples of
+    the described value for columns of the links.
     """
     path = shipped("data/published") / "bounds.toml"
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
 def known_columns(robot: Robot) -> dict[str, int]:
-    """Columns that can be free, and how many values each has; 0 for what is not a list."""
+    """Return the columns that can be free with their numbers of values, 0 for a single value without an index."""
     count: dict[str, int] = {}
     for name in parameter_names(robot):
         column, bracket, _ = name.partition("[")
@@ -101,7 +77,7 @@ def known_columns(robot: Robot) -> dict[str, int]:
 def resolve(
     robot: Robot, known: Mapping[str, int], name: str, recordings: Sequence[str], key: str
 ) -> list[tuple[str, str]]:
-    """Read one name: pairs of column and canonical index."""
+    """Return the pairs of column and canonical index that a name selects."""
     match = NAME.fullmatch(name)
     column, index = (match["column"], match["index"]) if match else (name, None)
     short = f"water.{robot.model.water}.{column.removeprefix('water.')}"
@@ -113,15 +89,15 @@ def resolve(
         fix = "choose joints = 'bandwidth' in [model], or --joints bandwidth"
         raise InputError("is not used by model.joints = 'ideal'", file=robot.file, key=f"{key} {name}", fix=fix)
     if column == "time_offset":
-        wanted = list(recordings) if index is None else [index]
-        for recording in wanted:
+        selected = list(recordings) if index is None else [index]
+        for recording in selected:
             if recording not in recordings:
                 fix = did_you_mean(recording, recordings)
                 raise InputError("must name a recording of the trials", key=f"{key} {name}", fix=fix)
-        if not wanted:
+        if not selected:
             fix = "leave it out"
-            raise InputError("is of recordings of joint angles, and the trials have none", key=f"{key} {name}", fix=fix)
-        return [(column, recording) for recording in wanted]
+            raise InputError("needs recordings of joint angles, and the trials have none", key=f"{key} {name}", fix=fix)
+        return [(column, recording) for recording in selected]
     count = known[column]
     if index is None:
         return [(column, _canonical(range(count)) if count else "")]
@@ -132,7 +108,7 @@ def resolve(
 
 
 def _unknown(robot: Robot, known: Mapping[str, int], name: str, key: str) -> InputError:
-    """Say why a name cannot be free."""
+    """Return the error for a name that cannot be free."""
     column = name.partition("[")[0]
     law = column.removeprefix("water.").partition(".")[0]
     if column.startswith("water.") and law in {"lumped", "strip"} - {robot.model.water}:
@@ -147,25 +123,24 @@ def _unknown(robot: Robot, known: Mapping[str, int], name: str, key: str) -> Inp
 
 
 def _indices(robot: Robot, column: str, text: str, count: int, key: str) -> list[int]:
-    """Read an index, a range, or several tied by +; names of links and joint groups count as indices."""
+    """Return the indices of an index, a range, or several tied by +; names of links and joint groups are indices."""
     names = [group.name for group in robot.joints] if column.startswith("joints.") else list(robot.links.name)
-    found: list[int] = []
+    indices: list[int] = []
     for part in text.split("+"):
         match = re.fullmatch(r"(\d+)(?:-(\d+))?", part.strip())
         if part.strip() in names:
-            found.append(names.index(part.strip()))
+            indices.append(names.index(part.strip()))
         elif match and int(match[1]) <= int(match[2] or match[1]) < count:
-            found += range(int(match[1]), int(match[2] or match[1]) + 1)
+            indices += range(int(match[1]), int(match[2] or match[1]) + 1)
         else:
-            rule = (
-                f"must have indices from 0 to {count - 1}, ranges such as 1-{count - 1}, or names ({', '.join(names)})"
-            )
-            raise InputError(rule, key=key, value=shown(part.strip()), fix="correct what stands in the brackets")
-    return sorted(set(found))
+            ranges = f"indices from 0 to {count - 1}, ranges such as 1-{count - 1}"
+            rule = f"must have {ranges}, or names ({', '.join(names)})"
+            raise InputError(rule, key=key, value=shown(part.strip()), fix="correct the index")
+    return sorted(set(indices))
 
 
 def _canonical(indices: Iterable[int]) -> str:
-    """Write indices as ranges tied by +."""
+    """Format indices as ranges tied by +."""
     parts: list[list[int]] = []
     for i in indices:
         if parts and parts[-1][-1] == i - 1:
@@ -176,15 +151,15 @@ def _canonical(indices: Iterable[int]) -> str:
 
 
 def members(index: str) -> tuple[int, ...]:
-    """Read a canonical index."""
+    """Return the indices of a canonical index."""
     ends = [[int(end) for end in part.split("-")] for part in index.split("+")]
     return tuple(i for end in ends for i in range(end[0], end[-1] + 1))
 
 
-def check_once(found: Sequence[tuple[str, str]]) -> None:
+def check_once(places: Sequence[tuple[str, str]]) -> None:
     """Check that no parameter is free twice."""
     taken: dict[tuple[str, Any], str] = {}
-    for column, index in found:
+    for column, index in places:
         for i in [index] if column in NUISANCES else members(index or "0"):
             if (column, i) in taken:
                 name = f"{column}[{i}]" if index else column
@@ -193,18 +168,18 @@ def check_once(found: Sequence[tuple[str, str]]) -> None:
 
 
 def covered(
-    robot: Robot, known: Mapping[str, int], name: str, found: Sequence[tuple[str, str]], key: str
+    robot: Robot, known: Mapping[str, int], name: str, places: Sequence[tuple[str, str]], key: str
 ) -> list[tuple[str, str]]:
-    """Free coefficients that a name covers."""
-    named = [index for column, index in found if column == "time_offset"]
+    """Return the free coefficients that a name covers."""
+    named = [index for column, index in places if column == "time_offset"]
     wide = resolve(robot, known, name, named, key)
     column = wide[0][0]
     if column in NUISANCES:
-        mine = [place for place in found if place in wide]
+        matching = [place for place in places if place in wide]
     else:
         inside = {i for _, index in wide for i in members(index or "0")}
-        mine = [(c, index) for c, index in found if c == column and inside.issuperset(members(index or "0"))]
-    if not mine:
-        fix = did_you_mean(name, [f"{c}[{index}]" if index else c for c, index in found])
+        matching = [(c, index) for c, index in places if c == column and inside.issuperset(members(index or "0"))]
+    if not matching:
+        fix = did_you_mean(name, [f"{c}[{index}]" if index else c for c, index in places])
         raise InputError("must be a free coefficient", key=f"{key} {name}", fix=fix)
-    return mine
+    return matching

@@ -60,7 +60,7 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
     -------
     matplotlib.figure.Figure
     """
-    frees, sure = fit.free, fit.certainty
+    frees, sure = fit.free, fit.uncertainty
     lower, upper = (to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
 
     def place(values: Array) -> Array:
@@ -104,7 +104,7 @@ def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    matrix, names = fit.certainty.correlation, short_names(fit.free)
+    matrix, names = fit.uncertainty.correlation, short_names(fit.free)
     n = len(names)
     figure = Figure(figsize=(width, 0.85 * width), layout="constrained")
     axes = figure.subplots()

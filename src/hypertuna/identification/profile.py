@@ -1,4 +1,4 @@
-"""The valley of nearly equally good fits: how it bends along the directions that the runs leave open."""
+"""Profile likelihood: how far nearly equally good fits extend along poorly determined directions."""
 
 from __future__ import annotations
 
@@ -8,113 +8,90 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Valley", "lengths"]
+__all__ = ["Optimum", "profile_sd"]
 
 Array = NDArray[np.float64]
 
-LOOSE = 0.2  # length of the 95 % interval along a direction from which on bending is looked for
-STEPS = 4  # along a direction, to its standard deviation; longer ones from there on
-MOST_STEPS = 9
-CORRECTIONS = 2  # back to the floor, in each step
-HELD = 100.0  # how stiffly, beside a change of the predictions by one standard deviation in each step
+MIN_INTERVAL = 0.2  # length of a linear 95 % interval above which the profile along that direction is computed
+STEPS = 4  # along a direction, to its standard deviation; longer ones beyond it
+MAX_STEPS = 9
+CORRECTIONS = 2  # back to the profile, in each step
+CONSTRAINT_WEIGHT = 100.0  # of the position along the direction, against residuals of one standard deviation
 
 
 @dataclass(frozen=True)
-class Valley:
-    """Where a fit ended: everything in units of the coefficients, seen from there.
+class Optimum:
+    """A least-squares problem about its optimum: points u (n,) are differences from the optimum, in units."""
 
-    Attributes
-    ----------
-    at : callable
-        Weighted residuals at a point (n,).
-    slope : ndarray, shape (elements, n)
-        Their derivatives at the result.
-    lower, upper : ndarray, shape (n,)
-        Bounds.
-    directions : ndarray, shape (n, n)
-        Unit vectors, from the best to the least known.
-    sd : ndarray, shape (n,)
-        Standard deviations along them of the linear problem.
-    quantile : float
-        Of the 95 % interval, in standard deviations.
-    """
-
-    at: Callable[[Array], Array]
-    slope: Array
-    lower: Array
+    residual: Callable[[Array], Array]  # weighted residuals at a point
+    jacobian: Array  # (elements, n), of these residuals at the optimum
+    lower: Array  # (n,), bounds
     upper: Array
-    directions: Array
-    sd: Array
-    quantile: float
+    directions: Array  # (n, n), unit vectors, from the best to the least determined
+    sd: Array  # (n,), standard deviations along them of the linear problem
+    quantile: float  # of the 95 % interval, in standard deviations
 
 
-def lengths(valley: Valley) -> Array:
-    """Return the standard deviation of every direction, with what the bending of the valley adds.
+def profile_sd(optimum: Optimum) -> Array:
+    """Compute the standard deviation (n,) along every direction, the curvature of the profile included.
 
-    The floor of the valley is followed along each direction whose 95 % interval is longer than a fifth, to either side,
-    until the predictions have changed by one standard deviation or the bounds are met. Where that is further than in
-    the linear problem, the direction itself has that standard deviation. By how far a better known direction is shifted
-    there widens its own. All these ways lead into the same valley, so the largest counts, not the sum. (A normal error
-    would make the mean square of a shift that grows with the square of the way three times as large; the bounds and the
-    widening cut its tails. See validation/identify for how often the truth is held.)
-
-    Parameters
-    ----------
-    valley : Valley
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the units of the directions [1].
+    The profile is followed along each direction whose linear 95 % interval is longer than a fifth, to either side,
+    until the residuals have changed by one standard deviation or a bound is met. Where that is farther than in the
+    linear problem, the direction has that standard deviation. Where the profile shifts a better determined direction,
+    the shift widens the interval of that direction. All profiles lead to the same set of good fits, so that the largest
+    shift counts, not the sum. (A normal error would make the mean square of a shift that grows with the square of the
+    distance three times as large; the bounds and the widening cut its tails. See the coverage in validation/identify.)
     """
-    start = valley.at(np.zeros(len(valley.sd)))
-    own, shifts = valley.sd**2, np.zeros(len(valley.sd))
-    for k in np.flatnonzero(2 * valley.quantile * valley.sd > LOOSE):
-        ends = np.array([valley.directions @ _floor(valley, int(k), side, start) for side in (-1, 1)])
+    start = optimum.residual(np.zeros(len(optimum.sd)))
+    own, shifts = optimum.sd**2, np.zeros(len(optimum.sd))
+    for k in np.flatnonzero(2 * optimum.quantile * optimum.sd > MIN_INTERVAL):
+        ends = np.array([optimum.directions @ _follow(optimum, int(k), side, start) for side in (-1, 1)])
         own[k] = max(own[k], float(np.mean(ends[:, k] ** 2)))
         shifts[:k] = np.maximum(shifts[:k], np.mean(ends[:, :k] ** 2, axis=0))
     return np.sqrt(own + shifts)
 
 
-def _floor(valley: Valley, k: int, side: int, start: Array) -> Array:
-    """Follow the floor of the valley along direction k; Broyden's method keeps the slopes up to date."""
-    direction = valley.directions[k]
-    extent = valley.upper - valley.lower
-    step = side * min(float(valley.sd[k]), 1 / float(np.max(np.abs(direction) / extent))) / STEPS
-    slope, x, residual, grown, along = valley.slope.copy(), np.zeros(len(direction)), start, 0.0, direction
+def _follow(optimum: Optimum, k: int, side: int, start: Array) -> Array:
+    """Follow the profile along direction k to one standard deviation; Broyden's method updates the Jacobian."""
+    direction = optimum.directions[k]
+    extent = optimum.upper - optimum.lower
+    step = side * min(float(optimum.sd[k]), 1 / float(np.max(np.abs(direction) / extent))) / STEPS
+    jacobian, x, residual, grown = optimum.jacobian.copy(), np.zeros(len(direction)), start, 0.0
+    tangent = direction
 
-    def go(to: Array) -> tuple[Array, Array]:
-        # the secant of this way becomes part of the slopes
-        there = np.clip(to, valley.lower, valley.upper)
-        new = valley.at(there)
-        if (way := there - x) @ way > 0:
-            slope[:] += np.outer(new - residual - slope @ way, way / (way @ way))
-        return there, new
+    def move(to: Array) -> tuple[Array, Array]:
+        end = np.clip(to, optimum.lower, optimum.upper)
+        new = optimum.residual(end)
+        if (change := end - x) @ change > 0:
+            jacobian[:] += np.outer(new - residual - jacobian @ change, change / (change @ change))
+        return end, new
 
-    for n in range(MOST_STEPS):
+    for n in range(MAX_STEPS):
         before, last, target = x, grown, float(direction @ x) + step
-        x, residual = go(x + step * along)
+        x, residual = move(x + step * tangent)
         for _ in range(CORRECTIONS):
-            x, residual = go(x + _back(valley, slope, residual - start, x, direction, target, abs(step)))
+            x, residual = move(x + _correction(optimum, jacobian, residual - start, x, direction, target, abs(step)))
         grown = float(np.linalg.norm(residual - start))
-        if not grown < 1:  # one standard deviation: where exactly, by interpolation
+        if not grown < 1:  # interpolate to one standard deviation
             part = (1 - last) / (grown - last) if np.isfinite(grown) else 0.0
             return np.asarray(before + part * (x - before))
-        way = x - before
-        if abs(direction @ way) < abs(step) / 10:
+        change = x - before
+        if abs(direction @ change) < abs(step) / 10:
             break  # the bounds are met
-        along = way / (direction @ way)
+        tangent = change / (direction @ change)
         step *= 2 if n >= STEPS - 1 else 1
     return x
 
 
-def _back(valley: Valley, slope: Array, off: Array, x: Array, direction: Array, target: float, step: float) -> Array:
-    """Step to the floor within the bounds: least squares with the way along the direction held."""
-    from scipy.optimize import lsq_linear  # here, because it takes longer to import than a swim takes
+def _correction(
+    optimum: Optimum, jacobian: Array, change: Array, x: Array, direction: Array, target: float, step: float
+) -> Array:
+    """Compute the step to the profile within the bounds: least squares with the position along the direction held."""
+    from scipy.optimize import lsq_linear  # imported here: slow to import
 
-    hold = HELD / step
-    rows = np.concatenate([slope, [hold * direction]])
-    right = np.append(-off, hold * (target - direction @ x))
-    bounds = (np.minimum(valley.lower - x, 0.0), np.maximum(valley.upper - x, 0.0))
-    found: Array = lsq_linear(rows, right, bounds=bounds).x
-    return found
+    weight = CONSTRAINT_WEIGHT / step
+    rows = np.concatenate([jacobian, [weight * direction]])
+    right = np.append(-change, weight * (target - direction @ x))
+    bounds = (np.minimum(optimum.lower - x, 0.0), np.maximum(optimum.upper - x, 0.0))
+    solution: Array = lsq_linear(rows, right, bounds=bounds).x
+    return solution

@@ -1,40 +1,40 @@
-"""The search for the coefficients that fit trials best, from several starts, with noise that the runs leave open."""
+"""The fit of free coefficients to trials: the estimator's search on predicted runs, with unknown noise levels."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.identification.coefficients import Free, from_scale, to_scale
+from hypertuna.identification import estimator
+from hypertuna.identification.coefficients import Free, bounds_of, from_scale, to_scale
+from hypertuna.identification.experiment import FIRST_LEVEL, KINDS, Experiment
+from hypertuna.identification.loss import residual_scale
 from hypertuna.identification.names import default_bounds
-from hypertuna.identification.prediction import FIRST_LEVEL, KINDS, Experiment, loss_terms, predict, weighted
-from hypertuna.identification.residuals import normal_mean, squares
+from hypertuna.identification.prediction import predict, weighted
+from hypertuna.identification.residuals import squares
 from hypertuna.io.checkpoint import Journal
 from hypertuna.trials.trials import Trials
 
-__all__ = ["CONVERGED", "Search", "fit", "search_from", "sketch", "start_points", "stop_sentence"]
+__all__ = ["CONVERGED", "Search", "fit", "start_points", "stop_sentence", "subset"]
 
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-10  # relative change of the coefficients that ends a search
 SAME_ERROR = 1e-8  # the same of the error: far less than a standard deviation of any coefficient
 ROUGH = 1e-3  # the same in a rough search
-NEAR = 3e-3  # of the allowed range: a shorter step has derivatives at all steps of the beat
-SKETCH = 4  # steady runs for each free coefficient in a rough search
-MOST_EVALUATIONS = 300  # of one search
-ROUNDS = 12  # of estimating unknown noise
-SAME_NOISE = 1e-2  # relative change of a noise level that is no change
-SAME_COST = 0.05  # starts that come this near to each other have found the same minimum
-LEAST_LEVEL = 1e-6  # no speed is known better than it is computed
+NEAR = 3e-3  # of the allowed range: shorter steps take derivatives with all steps of the beat
+SUBSET = 4  # steady runs for each free coefficient in a rough search
+MAX_EVALUATIONS = 300  # of one search
+SAME_SCALE = 1e-4  # relative tolerance of a noise level
+SAME_COST = 0.05  # relative difference below which two starts have reached the same minimum
+MIN_LEVEL = 1e-6  # the numerical error of a computed speed
 STOPS = {
-    0: f"The search was stopped after {MOST_EVALUATIONS} evaluations before it had converged",
-    1: "The search converged: no direction makes the error smaller any more",
+    0: f"The search was stopped after {MAX_EVALUATIONS} evaluations before it had converged",
+    1: "The search converged: the gradient is zero",
     2: "The search converged: the error does not change any more",
     3: "The search converged: the coefficients do not change any more",
     4: "The search converged: neither error nor coefficients change any more",
@@ -44,232 +44,126 @@ CONVERGED = (1, 2, 3, 4)
 
 @dataclass(frozen=True)
 class Search:
-    """What is searched, and how.
-
-    Attributes
-    ----------
-    data : Experiment
-    sketch : Experiment
-        Of part of the steady runs, for rough searches.
-    frees : tuple of Free
-    loss : str
-        As for `hypertuna.identification.prediction.loss_terms`.
-    steps, threads : int
-        As for `hypertuna.identification.prediction.predict`.
-    """
+    """Trials and coefficients of a fit, and its options."""
 
     data: Experiment
-    sketch: Experiment
+    subset: Experiment  # part of the steady runs, for rough searches
     frees: tuple[Free, ...]
-    loss: str
-    steps: int
+    loss: str  # of `loss_terms`
+    steps: int  # Runge-Kutta steps per beat
     threads: int
 
 
-def sketch(trials: Trials, count: int) -> Trials:
-    """Choose part of the steady runs, evenly, for rough searches; of recordings keep all.
-
-    Parameters
-    ----------
-    trials : Trials
-    count : int
-        Number of free coefficients: four times as many runs are enough.
-
-    Returns
-    -------
-    Trials
-    """
-    every = max(1, len(trials.steady) // (SKETCH * count))
+def subset(trials: Trials, count: int) -> Trials:
+    """Return evenly spaced steady runs, four for each of `count` free coefficients, and all recordings."""
+    every = max(1, len(trials.steady) // (SUBSET * count))
     return Trials(trials.steady[::every], trials.recordings)
 
 
 def start_points(frees: Sequence[Free], count: int, seed: int) -> list[Array]:
-    """Choose where searches begin.
+    """Return starts (n,) in the scales of the coefficients.
 
-    Parameters
-    ----------
-    frees : sequence of Free
-    count, seed : int
-
-    Returns
-    -------
-    list of ndarray, shape (n,)
-        The robot's values, those of data/published/bounds.toml (Table III), then Sobol's points within the bounds, in
-        the scales of the coefficients [SI or logarithm].
+    The robot's values, those of data/published/bounds.toml (Table III), then Sobol points within the bounds.
     """
-    lower, upper = (to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
+    lower, upper = bounds_of(frees)
     table = default_bounds()["coefficient"]
-    second = [min(max(table.get(f.column, {}).get("start", f.start), f.lower), f.upper) for f in frees]
-    points = [to_scale(frees, [f.start for f in frees]), to_scale(frees, second)]
-    if count > 2:
-        from scipy.stats import qmc
-
-        sobol = qmc.Sobol(len(frees), scramble=True, rng=np.random.default_rng(seed))
-        power = math.ceil(math.log2(max(count - 2, 2)))
-        points += list(lower + (upper - lower) * sobol.random_base2(power))
-    return [np.clip(point, lower, upper) for point in points[:count]]
+    published = [min(max(table.get(f.column, {}).get("start", f.start), f.lower), f.upper) for f in frees]
+    first = [to_scale(frees, [f.start for f in frees]), to_scale(frees, published)]
+    return [np.clip(point, lower, upper) for point in estimator.start_points(first, lower, upper, count, seed)]
 
 
 def fit(
     search: Search, starts: Sequence[Array], journal: Journal, progress: Callable[[int, int], None] | None
 ) -> tuple[dict[str, Any], dict[str, float], list[float], int]:
-    """Search roughly from every start; go on from the best, estimating unknown noise in turn with the coefficients.
+    """Search from every start and refine the best; the journal answers searches that it holds.
 
-    Parameters
-    ----------
-    search : Search
-    starts : sequence of ndarray, shape (n,)
-        In the scales of the coefficients [SI or logarithm].
-    journal : Journal
-        Answers the searches that it knows.
-    progress : callable, optional
-        Called with the searches done and their total.
-
-    Returns
-    -------
-    best : dict
-        As `search_from` returns it.
-    levels : dict of float
-        Noise of the kinds for which the runs tell none [1, m and rad].
-    costs : list of float
-        What each start came to [1].
-    evaluations : int
+    Return the best result as of `_search_from`, the noise levels [1, m and rad] by kind, the cost of each start, and
+    the number of evaluations.
     """
-    unknown = search.data.unknown_kinds
-    levels = {name: FIRST_LEVEL[name] for name in unknown}
-    found = []
-    for k, x in enumerate(starts):
-        work = partial(search_from, search, x, levels, rough=True)
-        found.append(journal.answer({"start": x, "noise": levels}, work))
-        if progress is not None:
-            progress(k + 1, len(starts) + 1)
-    best = min(found, key=lambda one: float(one["cost"]))
-    path, evaluations = list(best["path"]), sum(one["evaluations"] for one in found)
-    for k in range(ROUNDS):
-        now = _levels(search, best, levels)
-        if k and all(abs(now[name] / levels[name] - 1) < SAME_NOISE for name in unknown):
-            break
-        levels, begin = now, np.array(best["x"])
-        best = journal.answer({"start": begin, "noise": levels}, partial(search_from, search, begin, levels))
-        path += best["path"]
-        evaluations += best["evaluations"]
+    total = len(starts) + 1
+
+    def one(start: Array, levels: dict[str, float], stage: int) -> dict[str, Any]:
+        rough = stage < len(starts)
+        question = {"start": start, "noise": levels}
+        result: dict[str, Any] = journal.answer(question, lambda: _search_from(search, start, levels, rough=rough))
+        if rough and progress is not None:
+            progress(stage + 1, total)
+        return result
+
+    first = {name: FIRST_LEVEL[name] for name in search.data.unknown_kinds}
+    rough, refined, levels = estimator.fit(starts, first, one, lambda x, now: _levels(search, x, now))
     if progress is not None:
-        progress(len(starts) + 1, len(starts) + 1)
-    return best | {"path": path}, levels, [float(one["cost"]) for one in found], evaluations
+        progress(total, total)
+    best = min(rough, key=lambda result: float(result["cost"]))
+    path = [x for result in (best, *refined) for x in result["path"]]
+    evaluations = sum(result["evaluations"] for result in (*rough, *refined))
+    return refined[-1] | {"path": path}, levels, [float(result["cost"]) for result in rough], evaluations
 
 
-def search_from(search: Search, start: Array, levels: dict[str, float], *, rough: bool = False) -> dict[str, Any]:
-    """Search from one start by SciPy's trust region method, with exact derivatives.
+def _search_from(search: Search, start: Array, levels: dict[str, float], *, rough: bool = False) -> dict[str, Any]:
+    """Search from one start (n,) in the scales of the coefficients, with exact derivatives.
 
-    Parameters
-    ----------
-    search : Search
-    start : ndarray, shape (n,)
-        In the scales of the coefficients [SI or logarithm].
-    levels : dict of float
-        As for `hypertuna.identification.prediction.weighted` [1, m and rad].
-
-    Returns
-    -------
-    dict
-        ``x`` where it ended, its ``path``, one point for each iteration, ``cost``, SciPy's ``status`` and the number of
-        ``evaluations``.
+    Return `x`, its `path` (one point for each iteration), `cost`, SciPy's `status` and the number of `evaluations`.
     """
-    from scipy.optimize import least_squares  # here, because it takes longer to import than a swim takes
-
-    frees = search.frees
-    bounds = tuple(to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
+    frees, data = search.frees, search.subset if rough else search.data
+    lower, upper = bounds_of(frees)
     path: list[list[float]] = []
 
-    data, tolerance = (search.sketch, ROUGH) if rough else (search.data, SAME_ERROR)
-    extent = bounds[1] - bounds[0]
-
-    def at(x: Array, slope_steps: int | None) -> tuple[Array, Array]:
-        found = predict(
-            data, frees, from_scale(frees, x), steps=search.steps, slope_steps=slope_steps, threads=search.threads
+    def at(x: Array, gradient_steps: int | None) -> tuple[Array, Array]:
+        values = from_scale(frees, x)
+        prediction = predict(
+            data, frees, values, steps=search.steps, gradient_steps=gradient_steps, threads=search.threads
         )
-        return weighted(data, found, levels)
+        return weighted(data, prediction, levels)
 
-    def slope(x: Array) -> Array:  # asked for once in an iteration
-        # half the steps per beat give the way to go well enough until it is short
-        far = rough or not path or np.abs((x - path[-1]) / extent).max() > NEAR
+    def jacobian(x: Array) -> Array:  # called once in an iteration
+        # half the steps per beat are accurate enough for long steps
+        far = rough or not path or np.abs((x - path[-1]) / (upper - lower)).max() > NEAR
         path.append(x.tolist())
         return at(x, search.steps // 8 * 4 if far else search.steps)[1]
 
-    def loss(square: Array) -> Array:
-        # all elements of a sample share its loss; its curvature is kept where that is diagonal
-        terms = loss_terms(search.loss, np.bincount(data.sample, square, minlength=len(data.kind)).astype(float))
-        terms[0] /= data.count
-        terms[2][data.count > 1] = 0.0
-        return terms[:, data.sample]
-
-    done = least_squares(
-        lambda x: at(x, None)[0],
+    problem = estimator.LeastSquares(
+        lambda x: at(x, None)[0], jacobian, lower, upper, search.loss, data.sample, data.count
+    )
+    result = estimator.minimize(
+        problem,
         start,
-        jac=slope,
-        bounds=bounds,
-        method="trf",
-        x_scale=extent,
-        loss="linear" if search.loss == "linear" else loss,
-        ftol=tolerance,
-        gtol=TOLERANCE / 100,
+        scale=upper - lower,
+        ftol=ROUGH if rough else SAME_ERROR,
         xtol=TOLERANCE,
-        max_nfev=MOST_EVALUATIONS,
+        gtol=TOLERANCE / 100,
+        max_evaluations=MAX_EVALUATIONS,
     )
     return {
-        "x": done.x,
+        "x": result.x,
         "path": path,
-        "cost": done.cost,
-        "status": done.status,
-        "evaluations": int(done.nfev + done.njev),
+        "cost": result.cost,
+        "status": result.status,
+        "evaluations": int(result.nfev + result.njev),
     }
 
 
-def _levels(search: Search, best: Mapping[str, Any], levels: dict[str, float]) -> dict[str, float]:
-    """Estimate the unknown noise of each kind from the residuals of a fit.
-
-    The level at which the mean of z rho'(z) is what it is for normal errors, counted with n - p degrees of freedom.
-    """
+def _levels(search: Search, x: Array, levels: dict[str, float]) -> dict[str, float]:
+    """Estimate the unknown noise of each kind from the residuals at x (n,), with n - p degrees of freedom."""
     data, frees = search.data, search.frees
     if not levels:
         return levels
-    found = predict(
-        data, frees, from_scale(frees, best["x"]), slope_steps=None, steps=search.steps, threads=search.threads
-    )
-    z = squares(data, found, levels)
+    values = from_scale(frees, x)
+    prediction = predict(data, frees, values, gradient_steps=None, steps=search.steps, threads=search.threads)
+    z = squares(data, prediction, levels)
     if len(z) <= len(frees):
-        return levels  # every run is met exactly: the residuals tell nothing
-    normal = normal_mean(search.loss)
+        return levels  # every run is met exactly: the residuals are zero
+    share = 1 - len(frees) / len(z)
     new = {}
     for name, level in levels.items():
-        mine = z[~data.known & (data.kind == KINDS.index(name))] * level**2
-        part = 1 - len(frees) / len(z)
-        square = level**2
-        for _ in range(200):
-            last, ratio = square, mine / max(square, LEAST_LEVEL**2)
-            square *= float(np.mean(ratio * loss_terms(search.loss, ratio)[1])) / (normal * part)
-            square = max(square, LEAST_LEVEL**2)
-            if abs(square / last - 1) < SAME_NOISE / 100:
-                break
-        new[name] = math.sqrt(square)
+        own = z[~data.known & (data.kind == KINDS.index(name))] * level**2
+        options: dict[str, Any] = {"share": share, "start": level, "lower": MIN_LEVEL, "tolerance": SAME_SCALE}
+        new[name] = residual_scale(own, search.loss, **options)
     return new
 
 
-def stop_sentence(found: Mapping[str, Any], costs: Sequence[float], evaluations: int) -> str:
-    """Say why a fit ended, and how many starts came to the same.
-
-    Parameters
-    ----------
-    found : mapping
-        As `search_from` returns it.
-    costs : sequence of float
-        What each start came to [1].
-    evaluations : int
-
-    Returns
-    -------
-    str
-    """
+def stop_sentence(result: Mapping[str, Any], costs: Sequence[float], evaluations: int) -> str:
+    """Return why a fit ended, and how many starts reached the same minimum."""
     same = sum(cost <= min(costs) * (1 + SAME_COST) + SAME_COST**2 for cost in costs)
-    starts = f"; {same} of {len(costs)} starts came to the same minimum" if len(costs) > 1 else ""
-    return f"{STOPS[found['status']]} ({evaluations} evaluations{starts})."
+    starts = f"; {same} of {len(costs)} starts reached the same minimum" if len(costs) > 1 else ""
+    return f"{STOPS[result['status']]} ({evaluations} evaluations{starts})."

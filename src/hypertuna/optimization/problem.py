@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.identification.coefficients import draws
+from hypertuna.identification.coefficients import sample_robots
 from hypertuna.optimization.constraints import Limit, gait_quantities
 from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import DIFFERENTIABLE, UNUSABLE, Evaluation, Objective
@@ -122,7 +122,7 @@ def over_fit(problem: Problem, statistic: str, *, samples: int, seed: int) -> Pr
     if not 1 <= samples <= MAX_SAMPLES:
         rule, fix = f"must be from 1 to {MAX_SAMPLES}", "or leave it out"
         raise InputError(rule, key="samples", value=str(samples), fix=fix)
-    return robust_problem(problem, draws(problem.robot, samples, seed), statistic)
+    return robust_problem(problem, sample_robots(problem.robot, samples, seed), statistic)
 
 
 def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) -> Problem:

@@ -55,7 +55,7 @@ def write_fit(
         Fact(f"{LABELS[key][2] * value:.2g} {LABELS[key][1]}", f"rms error of {LABELS[key][0]} in {told}")
         for key, value in judged.rms.items()
     ]
-    known = sum(d.determined for d in fit.certainty.directions)
+    known = sum(d.determined for d in fit.uncertainty.directions)
     facts.append(Fact(f"{known} of {len(fit.free)}", "directions that the runs determine"))
     files = fit.robot.fit.trials if fit.robot.fit else ""
     lede = f"{len(fit.free)} coefficients of {fit.robot.name}, {best} water law, fitted to {files}."
@@ -103,7 +103,7 @@ def _criteria(fit: Fit) -> list[str]:
 
 def _values(fit: Fit, sampled: Posterior | None) -> Section:
     """Values and intervals."""
-    sure = fit.certainty
+    sure = fit.uncertainty
     columns = ["coefficient", "value", "95 % interval", "unit", ""]
     rows: list[list[str | float]] = []
     for k, f in enumerate(fit.free):
@@ -131,9 +131,9 @@ def _values(fit: Fit, sampled: Posterior | None) -> Section:
 def _open(fit: Fit) -> Section:
     """Say what the runs determine, and what not."""
     rows: list[list[str | float]] = [
-        [d.sentence, "yes" if d.determined else "no", d.singular_value] for d in fit.certainty.directions
+        [d.sentence, "yes" if d.determined else "no", d.singular_value] for d in fit.uncertainty.directions
     ]
-    missing = sum(not d.determined for d in fit.certainty.directions)
+    missing = sum(not d.determined for d in fit.uncertainty.directions)
     text = (
         "Every direction is determined: no combination of coefficients is left open by the runs."
         if not missing
@@ -170,7 +170,7 @@ def _agreement(fit: Fit) -> Section:
     for key, (name, unit, factor) in LABELS.items():
         if key in fit.train.rms:
             both = [part for part in (fit.train, fit.validation) if part is not None]
-            cells = [factor * found.get(key, np.nan) for part in both for found in (part.rms, part.largest)]
+            cells = [factor * found.get(key, np.nan) for part in both for found in (part.rms, part.max)]
             rows.append([f"{name} ({unit})", *cells])
     parts.append(Table(columns, rows, "Errors of all runs together."))
     parts.append(_runs(fit))

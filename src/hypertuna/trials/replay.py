@@ -26,7 +26,7 @@ __all__ = [
     "head_center",
     "joint_grid",
     "replay",
-    "replay_slopes",
+    "replay_jacobian",
     "residuals",
     "rmse",
     "seen_from_start",
@@ -164,7 +164,7 @@ def joint_grid(robot: Robot, curve: SmoothSeries, *, step: float | None = None) 
     return _spread(robot, curve(np.linspace(time[0], time[-1], 2 * steps + 1))), step
 
 
-def replay_slopes(
+def replay_jacobian(
     robot: Robot, joints: Array, step: float, directions: Array, *, model: _core.Model | None = None
 ) -> tuple[Array, Array, Array]:
     """Swim a joint motion from rest in the water and differentiate the track along directions, exactly.

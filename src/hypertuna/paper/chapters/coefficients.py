@@ -103,7 +103,7 @@ def findings(fits: Fits) -> Iterator[Finding]:
     Finding
     """
     for model, fit in fits.nine.items():
-        sure = fit.certainty
+        sure = fit.uncertainty
         for k, one in enumerate(fit.free):
             interval = (float(sure.low[k]), float(sure.high[k]))
             end = {"lower": one.lower, "upper": one.upper, None: None}[sure.bound[k]]
@@ -131,7 +131,7 @@ def sections(fits: Fits, trials: Mapping[str, Trial], paper: Mapping[str, Any]) 
     names = [_symbol(one.name) for one in fit.free]
     published = [paper["values"][f"coefficient/{one.name.rpartition('.')[2]}"]["value"] for one in fit.free]
     low, high = ([getattr(one, side) for one in fit.free] for side in ("lower", "upper"))
-    shown = {model: (one.values, one.certainty.low, one.certainty.high) for model, one in fits.nine.items()}
+    shown = {model: (one.values, one.uncertainty.low, one.uncertainty.high) for model, one in fits.nine.items()}
     picture = Picture(
         "table-iii",
         plot_intervals(names, (low, high), published, shown, width=WIDTH),
@@ -165,8 +165,8 @@ def _text(fits: Fits, paper: Mapping[str, Any]) -> str:
     """Say what the fits tell."""
     ideal, ours = fits.nine[PAPER], fits.nine[OURS]
     bound = paper["values"]["speed/model-error-max"]["value"]
-    known = sum(direction.determined for fit in fits.nine.values() for direction in fit.certainty.directions)
-    ends = sum(side is not None for side in ours.certainty.bound)
+    known = sum(direction.determined for fit in fits.nine.values() for direction in fit.uncertainty.directions)
+    ends = sum(side is not None for side in ours.uncertainty.bound)
     return f"""The authors identified nine coefficients from their tank tests, which are not published. Published are
 eight speeds. **Nine numbers cannot be determined from eight**, and it is worse than that: of the nine directions in
 the space of the coefficients the speeds determine {known or "none"} in either model, and every 95 % interval is as
@@ -174,8 +174,8 @@ wide as the bounds. So Table III can be neither confirmed nor refuted from what 
 
 What can be told is how well the model can do at all. **With ideal joints no coefficients were found within the bounds
 of Table III that meet the eight speeds**: the best ones miss them by {_percent(ideal.train.rms)} rms and
-{_percent(ideal.train.largest)} at most. With joint bandwidth the best ones miss them by {_percent(ours.train.rms)}
-rms and {_percent(ours.train.largest)} at most, within the {bound:g} % that the paper claims for its model; {ends} of
+{_percent(ideal.train.max)} at most. With joint bandwidth the best ones miss them by {_percent(ours.train.rms)}
+rms and {_percent(ours.train.max)} at most, within the {bound:g} % that the paper claims for its model; {ends} of
 the nine then sit on their bounds, far from Table III.{_best_known(ours)}
 
 {_starts(fits)}"""
@@ -183,7 +183,7 @@ the nine then sit on their bounds, far from Table III.{_best_known(ours)}
 
 def _best_known(fit: Fit) -> str:
     """Say what is known best, of the directions whose sentence names a coefficient."""
-    told = [d.sentence for d in fit.certainty.directions if any(one.name in d.sentence for one in fit.free)]
+    told = [d.sentence for d in fit.uncertainty.directions if any(one.name in d.sentence for one in fit.free)]
     return f" Of the direction that is known best the program says: {told[0]}" if told else ""
 
 
@@ -217,7 +217,7 @@ def coefficient_table(fits: Fits, paper: Mapping[str, Any]) -> Table:
         told = paper["values"][f"coefficient/{one.name.rpartition('.')[2]}"]["value"]
         cells: list[str | float] = [_symbol(one.name), f"{one.lower:g} to {one.upper:g}", f"{told:g}"]
         for fit in fits.nine.values():
-            sure = fit.certainty
+            sure = fit.uncertainty
             end = {"lower": one.lower, "upper": one.upper, None: None}[sure.bound[k]]
             cells.append(f"{fit.values[k]:.3g}" if end is None else f"{end:g}, its bound")
             cells.append(f"{sure.low[k]:.3g} to {sure.high[k]:.3g}")
@@ -240,7 +240,7 @@ def _misses(fits: Fits, paper: Mapping[str, Any]) -> tuple[dict[str, float], dic
 
 def _bandwidth(fits: Fits, paper: Mapping[str, Any]) -> str:
     """Tell of the joints' bandwidth: from four gaits, judged on four, and leaving each one out."""
-    sure, (value,) = fits.four.certainty, fits.four.values
+    sure, (value,) = fits.four.uncertainty, fits.four.values
     from_four, left_out = _misses(fits, paper)
     fitted, judged = ([from_four[name] for name in names] for names in (UNOPTIMISED, OPTIMISED))
     bands, left = [band for band, _ in fits.left_out.values()], list(left_out.values())

@@ -1,0 +1,203 @@
+"""The estimator of tank and bench: residuals and priors in; fit, noise levels, covariance and directions out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.identification.loss import loss_terms
+from hypertuna.identification.profile import Optimum, profile_sd
+
+__all__ = [
+    "Direction",
+    "Estimate",
+    "LeastSquares",
+    "estimate",
+    "fit",
+    "minimize",
+    "on_bound",
+    "start_points",
+    "t_quantile",
+]
+
+Array = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+ROUNDS = 12  # of estimating noise levels and coefficients in turn
+SAME_NOISE = 1e-2  # relative change of a noise level that ends these rounds
+ON_BOUND = 1e-4  # of the allowed range: a value closer than this to a bound is on it
+MIN_SINGULAR = 1e-12  # of the largest singular value: smaller ones count as zero
+
+
+@dataclass(frozen=True)
+class LeastSquares:
+    """A bounded nonlinear least-squares problem with a robust loss, in n scaled coefficients x.
+
+    Residuals are those of the measured elements, each over its noise, then those of the priors, whose loss is linear.
+    """
+
+    residual: Callable[[Array], Array]  # x (n,) to residuals (elements + priors,)
+    jacobian: Callable[[Array], Array]  # x (n,) to (elements + priors, n)
+    lower: Array  # (n,)
+    upper: Array  # (n,)
+    loss: str  # of `loss_terms`
+    sample: NDArray[np.intp]  # (elements,), the independent sample that an element belongs to
+    count: NDArray[np.intp]  # (samples,), elements of each sample
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A direction in the space of the coefficients, each in its unit, uncorrelated with the others."""
+
+    vector: Array  # (n,), unit vector
+    singular_value: float  # of the Jacobian over the noise: inverse linear standard deviation without priors
+    sd: float  # standard deviation along it, priors and curvature of the profile likelihood included
+    determined: bool
+    sentence: str = ""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Covariance and directions of a fit, in the scaled coefficients x."""
+
+    singular: Array  # (n,), descending singular values of the Jacobian over the noise, in units
+    vectors: Array  # (n, n), directions in units of the coefficients
+    direction_sd: Array  # (n,), standard deviations along the directions
+    covariance: Array  # (n, n), of x
+    sd: Array  # (n,), of x
+    low: Array  # (n,), 95 % interval of x, within the bounds
+    high: Array  # (n,)
+
+    @property
+    def unidentifiable(self) -> NDArray[np.bool_]:
+        """Directions (n,) along which no residual changes."""
+        return np.asarray(self.singular <= MIN_SINGULAR * max(float(self.singular[0]), 1.0))
+
+
+def start_points(first: Sequence[Array], lower: Array, upper: Array, count: int, seed: int) -> list[Array]:
+    """Return the given start points (n,), then Sobol points within the bounds: `count` in total."""
+    points = list(first[:count])
+    if (more := count - len(points)) > 0:
+        from scipy.stats import qmc
+
+        sobol = qmc.Sobol(len(lower), scramble=True, rng=np.random.default_rng(seed))
+        points += list(lower + (upper - lower) * sobol.random_base2(math.ceil(math.log2(more))))[:more]
+    return points
+
+
+def minimize(
+    problem: LeastSquares,
+    start: Array,
+    *,
+    scale: float | Array = 1.0,
+    ftol: float,
+    xtol: float,
+    gtol: float,
+    max_evaluations: int,
+) -> Any:
+    """Search from one start by SciPy's trust-region method; return its OptimizeResult."""
+    from scipy.optimize import least_squares  # imported here: slow to import
+
+    rows, count = len(problem.sample), problem.count
+
+    def loss(square: Array) -> Array:
+        # all elements of a sample share its loss; the curvature is kept where it is diagonal
+        own = loss_terms(problem.loss, np.bincount(problem.sample, square[:rows], minlength=len(count)).astype(float))
+        own[0] /= count
+        own[2][count > 1] = 0.0
+        terms = loss_terms("linear", square)
+        terms[:, :rows] = own[:, problem.sample]
+        return terms
+
+    return least_squares(
+        problem.residual,
+        start,
+        jac=problem.jacobian,
+        bounds=(problem.lower, problem.upper),
+        method="trf",
+        x_scale=scale,
+        loss="linear" if problem.loss == "linear" else loss,
+        ftol=ftol,
+        gtol=gtol,
+        xtol=xtol,
+        max_nfev=max_evaluations,
+    )
+
+
+def fit(
+    starts: Sequence[Array],
+    levels: dict[str, float],
+    search: Callable[[Array, dict[str, float], int], dict[str, Any]],
+    estimate_levels: Callable[[Array, dict[str, float]], dict[str, float]],
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, float]]:
+    """Search roughly from every start; refine from the best, estimating noise levels in turn with the coefficients.
+
+    `search` takes a start, noise levels by kind and the stage: the index of the start, or their number when refining.
+    Results hold `x` and `cost`. Return the rough ones, the refined ones (the last is the fit), and the noise levels.
+    """
+    rough = [search(start, levels, k) for k, start in enumerate(starts)]
+    refined = [min(rough, key=lambda result: float(result["cost"]))]
+    for k in range(ROUNDS):
+        now = estimate_levels(np.array(refined[-1]["x"]), levels)
+        if k and all(abs(now[kind] / level - 1) < SAME_NOISE for kind, level in levels.items()):
+            break
+        levels = now
+        refined.append(search(np.array(refined[-1]["x"]), levels, len(starts)))
+    return rough, refined[1:], levels
+
+
+def estimate(
+    jacobian: Array,
+    x: Array,
+    lower: Array,
+    upper: Array,
+    *,
+    unit: Array,
+    quantile: float,
+    prior: float = 0.0,
+    profile: tuple[Callable[[Array], Array], Array] | None = None,
+) -> Estimate:
+    """Compute covariance, directions and 95 % intervals of a fit x (n,).
+
+    Directions come from the singular value decomposition of the Jacobian (elements, n) of the residuals over their
+    noise, by x / unit. prior: inverse variance of each coefficient that is known without the residuals, in its unit.
+    profile: residuals as a function of x, and their Jacobian by x / unit, to widen intervals by the profile likelihood.
+    """
+    few = len(jacobian) < len(x)  # then directions that no residual determines follow, with singular values of 0
+    _, singular, vectors = np.linalg.svd(jacobian, full_matrices=few)
+    singular = np.append(singular, np.zeros(len(x) - len(singular)))
+    floor = MIN_SINGULAR * max(float(singular[0]), 1.0)
+    direction_sd = 1 / np.sqrt(np.maximum(prior + singular**2, floor**2))
+    if profile is not None:
+        residual, slope = profile
+        ends = (np.minimum(lower - x, 0.0) / unit, np.maximum(upper - x, 0.0) / unit)
+
+        def at(u: Array) -> Array:
+            return residual(np.clip(x + unit * u, lower, upper))
+
+        direction_sd = profile_sd(Optimum(at, slope, *ends, vectors, direction_sd, quantile))
+    covariance = np.outer(unit, unit) * (vectors.T * direction_sd**2 @ vectors)
+    sd = np.sqrt(np.diag(covariance))
+    low, high = (np.clip(x + side * quantile * sd, lower, upper) for side in (-1, 1))
+    return Estimate(singular, vectors, direction_sd, covariance, sd, low, high)
+
+
+def t_quantile(freedom: float) -> float:
+    """Return the two-sided 95 % quantile of Student's t."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, 0.5 + CONFIDENCE / 2))
+
+
+def on_bound(x: Array, lower: Array, upper: Array) -> tuple[str | None, ...]:
+    """Return "lower" or "upper" for each value on a bound, else None."""
+    near = ON_BOUND * (upper - lower)
+    return tuple(
+        "lower" if value - a < e else "upper" if b - value < e else None
+        for value, a, b, e in zip(x, lower, upper, near, strict=True)
+    )

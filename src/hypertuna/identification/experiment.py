@@ -1,0 +1,149 @@
+"""Trials laid out for a fit: measured elements, the independent samples that they form, and the noise of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.identification.coefficients import Free, position
+from hypertuna.trials.comparison import repeatability
+from hypertuna.trials.manifest import Recording
+from hypertuna.trials.replay import joint_grid, seen_from_start
+from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.trials import Trials
+
+__all__ = ["FIRST_LEVEL", "KINDS", "Experiment", "Replayed", "experiment"]
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+KINDS = ("speed", "cost_of_transport", "x", "y", "yaw")
+# First noise levels where neither a file nor repeated runs state them: relative for steady runs, m and rad for tracks.
+FIRST_LEVEL = {"speed": 0.05, "cost_of_transport": 0.05, "x": 0.01, "y": 0.01, "yaw": 0.03}
+MIN_RUNS = 4  # of a recording, for its noise to be computed from their scatter; that of fewer is estimated with the fit
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A recording ready to be replayed: its joint motion, and the frames of its runs."""
+
+    name: str
+    joints: Array  # (2 * steps + 1, links, 3)
+    step: float  # s
+    time: Array  # (steps + 1,) s, on the clock of the tracks
+    offset: float  # s, included in `time`
+    frames: Array  # (frames,) s, of all runs
+    turn: Array  # (frames,) rad, from the axes of the replay to those of the run
+    runs: int
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Trials laid out for a fit: elements are single numbers, a sample is one independent measurement.
+
+    The speed of a steady run is a sample of one element, and so is its cost of transport. All frames of a tracked run
+    along one axis are one sample, because their errors are correlated from frame to frame.
+    """
+
+    robot: Robot
+    trials: Trials
+    measured: (
+        Array  # (elements,): speed [m/s], cost of transport [J/(kg m)], x, y [m] and yaw [rad] from the first frame
+    )
+    sample: Indices  # (elements,), the sample of each element
+    kind: Indices  # (samples,), index into KINDS
+    run: Indices  # (samples,), index into trials.runs
+    sd: Array  # (samples,), standard deviation [SI]; where unknown, the factor on the noise level
+    known: Flags  # (samples,), whether `sd` is known
+    count: Indices  # (samples,), elements of each sample
+    recordings: tuple[Replayed, ...]
+
+    @property
+    def unknown_kinds(self) -> tuple[str, ...]:
+        """Kinds of samples whose noise has to be estimated."""
+        return tuple(name for k, name in enumerate(KINDS) if (~self.known & (self.kind == k)).any())
+
+
+def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = ()) -> Experiment:
+    """Lay out trials for a fit.
+
+    Where the time offset of a recording is free, only frames are used that the replay spans for all its values.
+    """
+    if not trials.runs:
+        raise InputError("must have one run at least", key="trials", fix="give measured runs")
+    steady = [
+        (kind, r, value, sd, run.repeats)
+        for r, run in enumerate(trials.steady)
+        for kind, (value, sd) in enumerate(
+            [(run.speed, run.speed_sd), (run.cost_of_transport, run.cost_of_transport_sd)]
+        )
+        if value is not None
+    ]
+    for _, r, value, sd, _ in steady:
+        if value == 0 and sd is None:
+            run, fix = trials.steady[r], "give speed_sd_m_s"
+            rule = "must have a standard deviation where it is 0: a relative error is not defined"
+            raise InputError(rule, file=run.file, key=f"line {run.line}, speed_m_s", fix=fix)
+    measured = [np.array([value for _, _, value, _, _ in steady], dtype=float)]
+    sample = [np.arange(len(steady))]
+    samples = [
+        (kind, r, (abs(value) if sd is None else sd) / math.sqrt(repeats), sd is not None, 1)
+        for kind, r, value, sd, repeats in steady
+    ]
+    recordings, first = [], len(trials.steady)
+    for recording in trials.recordings:
+        replayed, poses, sizes = _replayed(robot, recording, frees)
+        scatter = _scatter(recording)
+        for axis in range(3):  # all frames of all runs along x, then y, then yaw
+            sample.append(len(samples) + np.repeat(np.arange(len(sizes)), sizes))
+            measured.append(poses[:, axis])
+            known = bool(np.isfinite(scatter[axis]) and scatter[axis] > 0)
+            sd = float(scatter[axis]) if known else 1 / math.sqrt(recording.repeats)
+            samples += [(2 + axis, first + r, sd, known, size) for r, size in enumerate(sizes)]
+        first += len(sizes)
+        recordings.append(replayed)
+    kind, run_of, sds, known_sds, count = (np.array(column) for column in zip(*samples, strict=True))
+    elements = np.concatenate(measured), np.concatenate(sample).astype(np.intp)
+    return Experiment(robot, trials, *elements, kind, run_of, sds, known_sds, count, tuple(recordings))
+
+
+def _replayed(robot: Robot, recording: Recording, frees: Sequence[Free]) -> tuple[Replayed, Array, list[int]]:
+    """Return what to replay, the tracked poses (frames, 3) seen from the first of each run, and the frames per run."""
+    joints, step = joint_grid(robot, smooth(recording.joints, noise=recording.noise))
+    time = recording.joints.time[0] + recording.time_offset + step * np.arange(len(joints) // 2 + 1)
+    k = position(frees, "time_offset", recording.name)
+    # for all time offsets the replay spans the last frame; before its first one the robot rests
+    begin, end = time[0], time[-1]
+    if k is not None:
+        begin, end = -math.inf, end + min(0.0, frees[k].lower - recording.time_offset)
+    times, turns, poses, sizes = [], [], [], []
+    for name, track in zip(recording.runs, recording.tracks, strict=True):
+        inside = (track.time >= begin) & (track.time <= end)
+        if not inside.any():
+            rule = f"must overlap the recording, {time[0]:g} to {time[-1]:g} s"
+            value = f"{track.time[0]:g} to {track.time[-1]:g} s"
+            fix = "give both on one clock, or narrower bounds of time_offset"
+            raise InputError(rule, file=recording.file, key=f"run {name}", value=value, fix=fix)
+        heading = track.pose[0, 2]
+        times.append(track.time[inside])
+        turns.append(np.full(inside.sum(), heading - math.pi))
+        poses.append(seen_from_start(track.pose, heading)[inside])
+        sizes.append(int(inside.sum()))
+    frames = np.concatenate(times), np.concatenate(turns)
+    replayed = Replayed(recording.name, joints, step, time, recording.time_offset, *frames, len(sizes))
+    return replayed, np.concatenate(poses), sizes
+
+
+def _scatter(recording: Recording) -> Array:
+    """Return the standard deviation (3,) of runs about their mean along each axis [m, m, rad]; NaN for few runs."""
+    runs = len(recording.tracks)
+    if runs < MIN_RUNS:
+        return np.full(3, np.nan)
+    return repeatability(recording.tracks) * math.sqrt(runs / (runs - 1))

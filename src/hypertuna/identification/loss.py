@@ -1,0 +1,86 @@
+"""Robust losses of squared residuals, and the scale of residuals under a loss."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.errors import InputError, did_you_mean, shown
+
+__all__ = ["LOSSES", "check_loss", "curvature", "interval_factor", "loss_terms", "residual_scale"]
+
+Array = NDArray[np.float64]
+
+LOSSES = ("linear", "soft_l1", "huber", "cauchy")
+MAX_ITERATIONS, SAME_SCALE = 200, 1e-6  # of the fixed-point iteration for a scale, and its relative tolerance
+MIN_CURVATURE = 1e-3
+
+
+def check_loss(loss: str) -> None:
+    """Check that a loss is known."""
+    if loss not in LOSSES:
+        raise InputError("must be a known loss", key="loss", value=shown(loss), fix=did_you_mean(loss, LOSSES))
+
+
+def loss_terms(loss: str, square: Array) -> Array:
+    """Compute rho(z) and its first and second derivative, shape (3, n), for squared residuals z over their variance.
+
+    As SciPy's least_squares: z, 2 (sqrt(1 + z) - 1), z up to 1 and then 2 sqrt(z) - 1, ln(1 + z).
+    """
+    z = square
+    one, zero = np.ones_like(z), np.zeros_like(z)
+    if loss == "soft_l1":
+        t = 1 + z
+        return np.stack([2 * (np.sqrt(t) - 1), t**-0.5, -0.5 * t**-1.5])
+    if loss == "huber":
+        far = np.where(z > 1, z, 1.0)
+        return np.where(z > 1, np.stack([2 * np.sqrt(far) - 1, far**-0.5, -0.5 * far**-1.5]), np.stack([z, one, zero]))
+    if loss == "cauchy":
+        t = 1 + z
+        return np.stack([np.log1p(z), 1 / t, -1 / t**2])
+    return np.stack([z, one, zero])
+
+
+def residual_scale(
+    z: Array, loss: str, *, share: float = 1.0, start: float = 0.0, lower: float = 0.0, tolerance: float = SAME_SCALE
+) -> float:
+    """Return the s at which the mean of (z/s^2) rho'(z/s^2) is that of normal errors times `share`.
+
+    z: squared residuals over their variance [1]; share: degrees of freedom per sample [1]; lower: lower limit of s.
+    """
+    expected = _normal_mean(loss) * share
+    square = max(start**2, lower**2) or float(np.mean(z)) or 1.0
+    for _ in range(MAX_ITERATIONS):
+        last, ratio = square, z / square
+        square = max(square * (float(np.mean(ratio * loss_terms(loss, ratio)[1])) / expected), lower**2)
+        if square == 0 or abs(square / last - 1) < tolerance:
+            break
+    return math.sqrt(square)
+
+
+def _normal_mean(loss: str) -> float:
+    """Return the mean of z rho'(z) for normal errors of unit variance: 1 for a linear loss."""
+    node, weight = np.polynomial.hermite_e.hermegauss(60)
+    return float(weight @ (node**2 * loss_terms(loss, node**2)[1]) / weight.sum())
+
+
+def curvature(z: Array, loss: str, count: NDArray[np.intp]) -> float:
+    """Return the mean of psi' at squared residuals z (samples,): 1 for a linear loss.
+
+    In a sample of several elements (count > 1) the curvature is that across its residual.
+    """
+    _, first, second = loss_terms(loss, z)
+    return max(float(np.mean(np.where(count > 1, first, first + 2 * z * second))), MIN_CURVATURE)
+
+
+def interval_factor(z: Array, loss: str, scale: float, count: NDArray[np.intp], freedom: float) -> float:
+    """Return the factor on the standard deviations of an M-estimate (Huber 1981, section 7.6), 1 at least.
+
+    factor^2 = s^2 mean(psi^2) n / (n - p) / mean(psi')^2 with psi of residuals over the scale s. The lower limit of 1
+    treats stated noise that the residuals exceed as understated (Birge 1932).
+    """
+    own = z / scale**2  # outliers are judged by the actual noise
+    first = loss_terms(loss, own)[1]
+    return max(1.0, scale * math.sqrt(float(np.sum(own * first**2)) / freedom) / curvature(own, loss, count))

@@ -1,0 +1,171 @@
+"""Sentences on a fit: what the data determine along each direction, and warnings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, column_of
+from hypertuna.identification.estimator import MIN_SINGULAR, Direction
+from hypertuna.identification.experiment import KINDS, Experiment
+from hypertuna.identification.names import NUISANCES
+from hypertuna.identification.prediction import Prediction
+from hypertuna.trials.trials import Trials
+
+__all__ = ["WEIGHTY", "direction_sentence", "helpful_measurements", "repeated_motions", "warnings_of"]
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+WEIGHTY = 0.35  # of the largest entry of a direction: smaller entries are not named
+SLIGHT = 0.05  # the same of an unidentifiable direction
+RELATIVE_NOISE = 0.02  # of a measurement that could be added
+SAME = 1e-6  # of the largest: tied values that differ by less are equal
+LARGE_SCALE = 1.5  # residuals over the stated noise, above which a warning is due
+NAMED = 5  # runs named in a warning
+MEASURED = {"speed": "speed", "cost_of_transport": "cost of transport", "x": "tracks", "y": "tracks", "yaw": "tracks"}
+
+
+def helpful_measurements(
+    data: Experiment,
+    prediction: Prediction,
+    jacobian: Array,
+    unit: Array,
+    quantile: float,
+    directions: Sequence[Direction],
+) -> list[str]:
+    """Name for each unidentifiable direction a measurement of the same gaits that would determine it, or nothing."""
+    missing = [
+        name
+        for k, name in enumerate(KINDS[:2])
+        if name in prediction.measurable and (data.kind == k).sum() < len(data.trials.steady)
+    ]
+    texts = [""] * len(directions)
+    for name in missing:
+        value, by = prediction.measurable[name]
+        sound = np.isfinite(value) & (value != 0)
+        more = by[sound] * unit / (RELATIVE_NOISE * np.abs(value[sound]))[:, np.newaxis]
+        _, singular, vectors = np.linalg.svd(np.concatenate([jacobian, more]), full_matrices=False)
+        positive = np.maximum(singular, MIN_SINGULAR * max(float(singular[0]), 1.0))
+        for k, d in enumerate(directions):
+            sd = math.sqrt(float(np.sum((vectors @ d.vector / positive) ** 2)))
+            if not d.determined and not texts[k] and 2 * quantile * sd < 1:
+                percent = f"{100 * RELATIVE_NOISE:g} %"
+                texts[k] = f"the {MEASURED[name]} of the same runs, known to {percent}, would determine them"
+    return texts
+
+
+def direction_sentence(
+    data: Experiment,
+    frees: Sequence[Free],
+    unit: Array,
+    direction: Direction,
+    determined: Sequence[bool],
+    quantile: float,
+    helpful: str,
+) -> str:
+    """Write what the data determine along a direction."""
+    size = np.abs(direction.vector)
+    order = [int(i) for i in np.argsort(-size, kind="stable")]
+    kinds = dict.fromkeys(MEASURED[KINDS[k]] for k in np.unique(data.kind))
+    source = " and ".join(kinds)
+    if direction.determined:
+        named = [i for i in order if size[i] > WEIGHTY * size[order[0]]]
+        if len(frees) == 1 or (len(named) == 1 and determined[named[0]]):
+            what = frees[named[0]].name
+        else:  # a combination is determined, none of its coefficients
+            what = f"a combination of {_join([frees[i].name for i in (named if len(named) > 1 else order[:2])])}"
+        verb = "determines" if source in ("speed", "cost of transport") else "determine"
+        precision = quantile * direction.sd
+        first = frees[named[0]]
+        if what == first.name and first.column in ABSOLUTE_UNITS and first.scale == "natural":
+            value, name = (math.degrees(precision), "deg") if first.unit == "rad" else (precision, first.unit)
+            return f"{source.capitalize()} {verb} {what} to {value * unit[named[0]]:.2g} {name}."
+        return f"{source.capitalize()} {verb} {what} to {100 * precision:.2g} %."
+    # those that move by their unit, or more, within the interval along the direction; if none does, all together
+    moved = 2 * quantile * size * direction.sd > 1
+    named = [i for i in order if moved[i] and size[i] > SLIGHT * size[order[0]]]
+    named = named or [i for i in order if size[i] > WEIGHTY * size[order[0]]]
+    others = "other gaits or motions may" if data.trials.steady else "other motions may"
+    others = others if data.trials.recordings else "other gaits, or recordings of transients, may"
+    rest = f"; {helpful or others}"
+    if len(named) == 1:
+        return f"{frees[named[0]].name} is not determined by {source} alone{rest.replace('them', 'it')}."
+    return f"{_join([frees[i].name for i in named])} cannot be distinguished from {source} alone{rest}."
+
+
+def warnings_of(
+    data: Experiment,
+    frees: Sequence[Free],
+    values: Array,
+    bound: Sequence[str | None],
+    directions: Sequence[Direction],
+    residual_scale: float,
+    prediction: Prediction,
+) -> list[str]:
+    """Write warnings on fitted values (n,): ties, bounds, runs that do not settle, residuals, directions."""
+    warnings = []
+    for f in frees:
+        if f.column not in NUISANCES:
+            before = np.array(column_of(data.robot, f.column), dtype=float)[list(f.indices)]
+            if np.ptp(before) > SAME * np.abs(before).max():
+                ends = f"{_with_unit(before.min(), f)} to {_with_unit(before.max(), f)}"
+                warnings.append(f"{f.name} is one value in place of several, {ends}.")
+    for f, value, side in zip(frees, values, bound, strict=True):
+        if side:
+            warnings.append(f"{f.name} is on its {side} bound, {_with_unit(value, f)}: the optimum lies beyond it.")
+    samples = len(data.kind)
+    if samples <= len(frees):
+        verb, plural = ("are", "s") if len(frees) != 1 else ("is", "")
+        warnings.append(
+            f"There {verb} {len(frees)} free coefficient{plural} and {samples} independent "
+            f"measurement{'s' * (samples > 1)}: the runs can be met exactly, and neither noise nor intervals can be "
+            "estimated."
+        )
+    states = (prediction.failed, "have no settled beat"), (prediction.unstable, "are periodic but unstable")
+    for flags, state in states:
+        if flags.any():
+            names = [data.trials.runs[k] for k in np.flatnonzero(flags)]
+            more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+            warnings.append(f"With the fitted values these runs {state}: {', '.join(names[:NAMED])}{more}.")
+    if residual_scale > LARGE_SCALE and not data.unknown_kinds:
+        warnings.append(
+            f"Residuals are {residual_scale:.2g} times the stated noise: the model cannot meet all runs "
+            "with these coefficients, or the noise is understated. The intervals include this."
+        )
+    if not all(d.determined for d in directions):
+        warnings.append("The runs leave some coefficients unidentifiable: see the directions that are not determined.")
+    return warnings
+
+
+def repeated_motions(training: Trials, validation: Trials) -> list[str]:
+    """Write warnings on validation runs that repeat motions of the training runs."""
+    recordings = [one.name for one in validation.recordings if one.name in {two.name for two in training.recordings}]
+    gaits = {run.gait for run in training.steady}
+    warnings = []
+    if recordings:
+        warnings.append(
+            f"The validation runs of {', '.join(recordings)} repeat joint motions of the training runs: they separate "
+            "noise from model error, but do not show how well other motions are predicted. Fit one recording and "
+            "replay another to see that."
+        )
+    if count := sum(run.gait in gaits for run in validation.steady):
+        warnings.append(
+            f"{count} of {len(validation.steady)} steady validation runs repeat gaits of the training runs."
+        )
+    return warnings
+
+
+def _with_unit(value: float, coefficient: Free) -> str:
+    """Format a value with its unit; angles in degrees."""
+    if coefficient.unit == "rad":
+        return f"{np.degrees(value):.4g} deg"
+    return f"{value:.4g} {coefficient.unit}".removesuffix(" 1")
+
+
+def _join(names: Sequence[str]) -> str:
+    """Join names: a, b and c."""
+    return " and ".join(", ".join(names).rsplit(", ", 1))
