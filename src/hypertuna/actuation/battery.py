@@ -22,37 +22,14 @@ POINTS = 32  # of Gauss and Legendre over the charge: voltage and current are sm
 
 @dataclass(frozen=True)
 class BatteryColumns:
-    """The battery of a robot as the core takes it.
+    """The battery of a robot as the core takes it."""
 
-    Parameters
-    ----------
-    columns : tuple of str
-        As `core/include/hypertuna/actuation/battery.hpp` names them.
-    values : ndarray, shape (columns,)
-        SI units.
-    """
-
-    columns: tuple[str, ...]
-    values: Array
+    columns: tuple[str, ...]  # As `core/include/hypertuna/actuation/battery.hpp` names them
+    values: Array  # (columns,) SI units
 
 
 def battery_columns(robot: Robot) -> BatteryColumns:
-    """Describe the battery of a robot to the core.
-
-    Parameters
-    ----------
-    robot : Robot
-        With the table battery, and in it the number of cells in series.
-
-    Returns
-    -------
-    BatteryColumns
-
-    Raises
-    ------
-    InputError
-        If table or number are missing.
-    """
+    """Describe the battery of a robot to the core."""
     battery = robot.battery
     if battery is None or battery.series is None:
         key, fix = ("battery", "add the table [battery]") if battery is None else ("battery.series", "give that number")
@@ -73,68 +50,24 @@ def battery_columns(robot: Robot) -> BatteryColumns:
 
 @dataclass(frozen=True)
 class Range:
-    """How far and how long a robot swims on one charge.
+    """How far and how long a robot swims on one charge."""
 
-    Parameters
-    ----------
-    power, speed : float
-        Of the servos [W]; through the water [m/s].
-    cost_of_transport : float
-        P / (m |U|), Eq. 38 with the mass of the whole robot in it [J/(kg m)].
-    reserve : float
-        Part of the usable charge that is kept [1].
-    energy : float
-        All cells' capacity at their nominal voltage [J].
-    nominal_range, nominal_endurance : float
-        All of that at the servos: no reserve, nothing lost [m, s].
-    given : float
-        Energy that reaches the servos of the usable charge less the reserve [J].
-    range, endurance : float
-        With that [m, s].
-    voltage : tuple of float
-        Of the battery under load, at the start and at the end [V].
-    supply : float
-        Lowest voltage at the servos [V].
-    """
-
-    power: float
+    power: float  # Of the servos [W]; through the water [m/s]
     speed: float
-    cost_of_transport: float
-    reserve: float
-    energy: float
-    nominal_range: float
+    cost_of_transport: float  # P / (m |U|), Eq. 38 with the mass of the whole robot in it [J/(kg m)]
+    reserve: float  # Part of the usable charge that is kept [1]
+    energy: float  # All cells' capacity at their nominal voltage [J]
+    nominal_range: float  # All of that at the servos: no reserve, nothing lost [m, s]
     nominal_endurance: float
-    given: float
-    range: float
+    given: float  # Energy that reaches the servos of the usable charge less the reserve [J]
+    range: float  # With that [m, s]
     endurance: float
-    voltage: tuple[float, float]
-    supply: float
+    voltage: tuple[float, float]  # Of the battery under load, at the start and at the end [V]
+    supply: float  # Lowest voltage at the servos [V]
 
 
 def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) -> Range:
-    """Return range and endurance at a steady power and speed.
-
-    Parameters
-    ----------
-    robot : Robot
-        With the table battery.
-    power : float
-        Mean electrical power of the servos, greater than 0 [W].
-    speed : float
-        Through the water, either way [m/s].
-    reserve : float
-        Part of the usable charge to keep, from 0 to less than 1 [1].
-
-    Returns
-    -------
-    Range
-        From the battery's charge, voltage, inner resistance and converter.
-
-    Raises
-    ------
-    InputError
-        If a value is outside its range, the robot has no battery, or the battery cannot give that power.
-    """
+    """Return range and endurance at a steady power and speed: `power` [W], `speed` [m/s]."""
     for key, value, unit in (("power", power, "W"), ("speed", speed, "m/s")):
         if not 0 < abs(value) < math.inf or (key == "power" and value < 0):
             raise InputError("must be greater than 0", key=key, value=f"{value:g}", fix=f"give it in {unit}")

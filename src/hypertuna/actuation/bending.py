@@ -241,17 +241,7 @@ def bend(
 def straightness(pressure: Array, angle: Array, low: float = 100e3, high: float = 250e3) -> float:
     """How near to a line an angle is between two pressures.
 
-    Parameters
-    ----------
-    pressure, angle : ndarray, shape (n,)
-        [Pa] and [rad].
-    low, high : float
-        [Pa]; by default the paper's range (section III.A).
-
-    Returns
-    -------
-    float
-        Coefficient of determination [1]; not a number where fewer than three points lie between.
+    `pressure`, `angle` (n,) [Pa], [rad], `low`, `high` [Pa].
     """
     inside = (pressure >= low * (1 - 1e-12)) & (pressure <= high * (1 + 1e-12))
     if inside.sum() < 3:
@@ -260,22 +250,7 @@ def straightness(pressure: Array, angle: Array, low: float = 100e3, high: float 
 
 
 def check_pressure(pressure: ArrayLike) -> Array:
-    """Check that pressures are finite, not negative, and rise.
-
-    Parameters
-    ----------
-    pressure : array_like, shape (n,)
-        [Pa].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-
-    Raises
-    ------
-    InputError
-        If they are not.
-    """
+    """Check that pressures are finite, not negative, and rise: `pressure` (n,) [Pa]; returns (n,)."""
     rule, fix = "must be a list of finite numbers", "give pressures in a row, in Pa"
     try:
         rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
@@ -296,23 +271,7 @@ def check_pressure(pressure: ArrayLike) -> Array:
 
 
 def check_side(side: str) -> int:
-    """Check that a side exists.
-
-    Parameters
-    ----------
-    side : str
-        One of `SIDES`.
-
-    Returns
-    -------
-    int
-        0 for left, 1 for right.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """Check that a side exists."""
     if side not in SIDES:
         raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
     return SIDES.index(side)
@@ -353,44 +312,14 @@ def _muscles(
 
 @dataclass(frozen=True)
 class Step:
-    """One step from the printed equations to the corrected ones.
+    """One step from the printed equations to the corrected ones."""
 
-    Attributes
-    ----------
-    text : str
-        What was corrected in addition.
-    angle : float
-        Angle of the joint then [rad].
-    """
-
-    text: str
-    angle: float
+    text: str  # What was corrected in addition
+    angle: float  # Angle of the joint then [rad]
 
 
 def misprints(robot: Robot, joint: str | int, pressure: float, material: str | None = None) -> tuple[Step, ...]:
-    """Correct the printed equations one by one, and say how far the joint bends each time.
-
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index of the joint group.
-    pressure : float
-        [Pa].
-    material : str, optional
-        Material set, see `mooney`.
-
-    Returns
-    -------
-    tuple of Step
-        From the printed equations to the corrected ones with friction on the way up; what a correction does depends
-        on those before it.
-
-    Raises
-    ------
-    InputError
-        As `bend`.
-    """
+    """Correct the printed equations one by one, and say how far the joint bends each time: `pressure` [Pa]."""
     rising = check_pressure(pressure)
     found = []
     for text, law, friction in STEPS:

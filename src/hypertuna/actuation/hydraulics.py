@@ -39,41 +39,16 @@ OPEN = 0.7  # of ASTM D341, cSt
 
 @dataclass(frozen=True)
 class Circuits:
-    """The circuits of a robot, two per joint, as the core takes them.
+    """The circuits of a robot, two per joint, as the core takes them."""
 
-    Parameters
-    ----------
-    names : tuple of str
-        ``"I-left"``, ``"I-right"``, ...: circuit 2 j + s is side s of joint j.
-    columns : tuple of str
-        As `core/include/hypertuna/actuation/circuit.hpp` names them.
-    values : ndarray, shape (circuits, columns)
-        SI units.
-    temperature : float
-        Of the oil [K].
-    viscosity : float
-        Kinematic viscosity there [m^2/s].
-    """
-
-    names: tuple[str, ...]
-    columns: tuple[str, ...]
-    values: Array
-    temperature: float
-    viscosity: float
+    names: tuple[str, ...]  # ``"I-left"``, ``"I-right"``, ...: circuit 2 j + s is side s of joint j
+    columns: tuple[str, ...]  # As `core/include/hypertuna/actuation/circuit.hpp` names them
+    values: Array  # (circuits, columns) SI units
+    temperature: float  # Of the oil [K]
+    viscosity: float  # Kinematic viscosity there [m^2/s]
 
     def column(self, name: str) -> Array:
-        """Return one quantity of every circuit.
-
-        Parameters
-        ----------
-        name : str
-            One of the columns.
-
-        Returns
-        -------
-        ndarray, shape (circuits,)
-            In SI units [any].
-        """
+        """Return one quantity of every circuit: returns (circuits,) [any]."""
         column: Array = self.values[:, self.columns.index(name)]
         return column
 
@@ -81,22 +56,7 @@ class Circuits:
 def viscosity(oil: Oil, temperature: ArrayLike) -> Array:
     """Return the kinematic viscosity of an oil: log10 log10(nu + 0.7) = A - B log10 T, nu in cSt (ASTM D341).
 
-    Parameters
-    ----------
-    oil : Oil
-        Its viscosities at 40 and 100 C determine A and B.
-    temperature : array_like
-        From its pour point to 100 C [K].
-
-    Returns
-    -------
-    ndarray
-        [m^2/s].
-
-    Raises
-    ------
-    InputError
-        If the oil is solid or the equation has no ground at a temperature.
+    `temperature` [K]; returns [m^2/s].
     """
     kelvin = np.asarray(temperature, dtype=np.float64)
     outside = ~((kelvin >= oil.pour_point) & (kelvin <= HOTTEST))
@@ -116,17 +76,7 @@ def viscosity(oil: Oil, temperature: ArrayLike) -> Array:
 def line_resistance(length: ArrayLike, bore: ArrayLike, dynamic_viscosity: ArrayLike) -> Array:
     """Return the laminar resistance of a line, 128 mu l / (pi d^4) (Poiseuille).
 
-    Parameters
-    ----------
-    length, bore : array_like
-        l and d [m].
-    dynamic_viscosity : array_like
-        mu [Pa s].
-
-    Returns
-    -------
-    ndarray
-        Pressure drop per flow [Pa s/m^3].
+    `length`, `bore` [m], `dynamic_viscosity` [Pa s]; returns [Pa s/m^3].
     """
     result: Array = 128 * np.asarray(dynamic_viscosity) * np.asarray(length) / (np.pi * np.asarray(bore) ** 4)
     return result
@@ -135,18 +85,7 @@ def line_resistance(length: ArrayLike, bore: ArrayLike, dynamic_viscosity: Array
 def line_inertance(length: ArrayLike, bore: ArrayLike, density: ArrayLike) -> Array:
     """Return the inertance of a line in laminar flow, 4/3 rho l / (pi d^2 / 4).
 
-    Parameters
-    ----------
-    length, bore : array_like
-        l and d [m].
-    density : array_like
-        rho [kg/m^3].
-
-    Returns
-    -------
-    ndarray
-        Pressure drop per change of flow [Pa s^2/m^3]. The factor holds while the profile stays Poiseuille's, up to a
-        Womersley number d/2 sqrt(w / nu) of about 2.
+    `length`, `bore` [m], `density` [kg/m^3]; returns [Pa s^2/m^3].
     """
     result: Array = LAMINAR_INERTIA * np.asarray(density) * np.asarray(length) / (np.pi / 4 * np.asarray(bore) ** 2)
     return result
@@ -155,19 +94,7 @@ def line_inertance(length: ArrayLike, bore: ArrayLike, density: ArrayLike) -> Ar
 def line_loss(bore: ArrayLike, coefficient: ArrayLike, density: ArrayLike) -> Array:
     """Return what entry and exit of a line cost, coefficient x rho / (2 area^2).
 
-    Parameters
-    ----------
-    bore : array_like
-        [m].
-    coefficient : array_like
-        In units of the dynamic pressure [1].
-    density : array_like
-        [kg/m^3].
-
-    Returns
-    -------
-    ndarray
-        Pressure drop per flow squared [Pa s^2/m^6].
+    `bore` [m], `density` [kg/m^3]; returns [Pa s^2/m^6].
     """
     area = np.pi / 4 * np.asarray(bore) ** 2
     result: Array = np.asarray(coefficient) * np.asarray(density) / (2 * area**2)
@@ -175,18 +102,7 @@ def line_loss(bore: ArrayLike, coefficient: ArrayLike, density: ArrayLike) -> Ar
 
 
 def rest_volume(robot: Robot, group: JointGroup) -> float:
-    """Return what the drive units of one side of a joint hold at rest.
-
-    Parameters
-    ----------
-    robot : Robot
-    group : JointGroup
-
-    Returns
-    -------
-    float
-        Lumens of straight hoses as long as the joint's neutral layer [m^3].
-    """
+    """Return what the drive units of one side of a joint hold at rest: returns [m^3]."""
     unit = require(robot.drive_unit, "drive_unit", robot)
     where = f"joints.{group.name}"
     actuator = require(group.actuator, f"{where}.actuator", robot)
@@ -195,22 +111,7 @@ def rest_volume(robot: Robot, group: JointGroup) -> float:
 
 
 def pump_servo(robot: Robot) -> Servo:
-    """Return the servo of a cylinder.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    Servo
-        Whole: speed, voltage, currents, inertia and bandwidth are there.
-
-    Raises
-    ------
-    InputError
-        If none drives the pump, there are not two a joint, or a value is missing.
-    """
+    """Return the servo of a cylinder."""
     found = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
     k = require(found, f"[[servos]] with drives = {DRIVES!r}", robot, "add that table to the robot's file")
     servo = robot.servos[k]
@@ -224,39 +125,14 @@ def pump_servo(robot: Robot) -> Servo:
 
 
 def oil_of(robot: Robot, temperature: float | None = None) -> tuple[Oil, float, float]:
-    """Return the oil of a robot with its temperature and viscosity.
-
-    Parameters
-    ----------
-    robot : Robot
-    temperature : float, optional
-        [K]; the robot's own if left out.
-
-    Returns
-    -------
-    Oil
-    float
-        Temperature [K].
-    float
-        Kinematic viscosity [m^2/s].
-    """
+    """Return the oil of a robot with its temperature and viscosity: `temperature` [K]; returns [K], [m^2/s]."""
     oil = require(robot.oil, "oil", robot)
     at = oil.temperature if temperature is None else temperature
     return oil, at, float(viscosity(oil, at))
 
 
 def supply_voltage(robot: Robot) -> float:
-    """Return the voltage at the servos: the converter's, or the battery's without one.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    float
-        At the battery's nominal voltage; without a battery, the one that the servos are rated at [V].
-    """
+    """Return the voltage at the servos: the converter's, or the battery's without one; returns [V]."""
     battery, rated = robot.battery, require(pump_servo(robot).voltage, "servos.voltage_v", robot)
     if battery is None or battery.series is None:
         return rated
@@ -265,27 +141,7 @@ def supply_voltage(robot: Robot) -> float:
 
 
 def circuits(robot: Robot, temperature: float | None = None, *, bore: float | None = None) -> Circuits:
-    """Describe the circuits of a robot to the core.
-
-    Parameters
-    ----------
-    robot : Robot
-        With the tables pump, oil, drive_unit, servos and, in each joint group, actuator and line.
-    temperature : float, optional
-        Of the oil [K]; the robot's own if left out.
-    bore : float, optional
-        Of all lines [m]; the robot's own if left out.
-
-    Returns
-    -------
-    Circuits
-        Filled so that all pressures are the line's fill pressure with the joint straight and the servos at zero.
-
-    Raises
-    ------
-    InputError
-        If a table is missing, the bore is not positive, or the oil does not flow at that temperature.
-    """
+    """Describe the circuits of a robot to the core: `temperature` [K], `bore` [m]."""
     if bore is not None and not 0 < bore < np.inf:
         fix = "give the inner diameter of the lines"
         raise InputError("must be greater than 0", key="bore", value=f"{bore * 1e3:g} mm", fix=fix)
@@ -313,18 +169,7 @@ def circuits(robot: Robot, temperature: float | None = None, *, bore: float | No
 def servo_angle(found: Circuits, volume: ArrayLike, circuit: int = 0) -> Array:
     """Return the servo angle that pushes out a volume: the inverse of the slider-crank.
 
-    Parameters
-    ----------
-    found : Circuits
-    volume : array_like
-        [m^3].
-    circuit : int
-        Which one.
-
-    Returns
-    -------
-    ndarray
-        Servo angle from zero [rad]; not a number beyond the dead centers.
+    `volume` [m^3]; returns [rad].
     """
     area, crank, rod, neutral = (float(found.column(name)[circuit]) for name in ("area", "crank", "rod", "neutral"))
     start = float(found.column("start")[circuit])

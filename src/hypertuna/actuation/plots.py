@@ -20,22 +20,7 @@ DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))
 
 @styled
 def plot_bend(bend: Bend, sets: Mapping[str, Bend], *, width: float = WIDTH) -> Figure:
-    """Plot a joint's angle over the pressure.
-
-    Parameters
-    ----------
-    bend : Bend
-        The one to tell: loading, and unloading where it has that.
-    sets : mapping of Bend
-        The same joint by every material set, `bend` among them: the band that they span, and their lines.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        With the largest bend of the robot's description as a cross.
-    """
+    """Plot a joint's angle over the pressure: `width` [inch]."""
     figure = Figure(figsize=(width, 0.4 * width + 1.4), layout="constrained")
     axes = figure.subplots()
     pressure = bend.pressure / 1e3
@@ -87,19 +72,7 @@ AXES = (
 def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
     """Plot what is left of the bend, and below it the corner of the line or the power, one column for each joint.
 
-    Parameters
-    ----------
-    sizes : sequence of Size
-        As `hypertuna.actuation.sizing.size_pump` returns them.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Along bore, frequency or temperature, the first that varies; one line for each value of the others, those
-        with one value in the title. Open marks
-        are at the pressure limit. Along the frequency, which the corner does not depend on, power is below.
+    `width` [inch].
     """
     joints = list(dict.fromkeys(size.joint for size in sizes))
     along, *across = sorted(AXES, key=lambda axis: len({getattr(size, axis[0]) for size in sizes}) < 2)

@@ -46,58 +46,27 @@ class Mooney(NamedTuple):
 
 @dataclass(frozen=True)
 class TensileTest:
-    """A tensile test.
+    """A tensile test."""
 
-    Attributes
-    ----------
-    name : str
-        Of the material, or of the file.
-    strain : ndarray, shape (points,)
-        Engineering strain [1].
-    stress : ndarray, shape (points,)
-        Engineering stress [Pa].
-    left_out : int
-        Rows of the file that lack one of the two.
-    """
-
-    name: str
-    strain: Array
-    stress: Array
-    left_out: int
+    name: str  # Of the material, or of the file
+    strain: Array  # (points,) Engineering strain [1]
+    stress: Array  # (points,) Engineering stress [Pa]
+    left_out: int  # Rows of the file that lack one of the two
 
 
 @dataclass(frozen=True)
 class TensileFit:
-    """Mooney-Rivlin constants of a tensile test.
+    """Mooney-Rivlin constants of a tensile test."""
 
-    Attributes
-    ----------
-    solid : Mooney
-        With C1 and C2 not negative [Pa].
-    free : Mooney
-        Of the fit without that condition [Pa]: where one of them is negative, the other may be at its bound only.
-    up_to : float
-        Largest engineering strain of the rows fitted [1].
-    asked : float
-        Largest engineering strain that the fit was to take [1].
-    ended : bool
-        Whether the test ends before that.
-    points : int
-        Rows fitted.
-    rms : float
-        Of the stress that the fit leaves [Pa].
-    stress_100 : float
-        Measured engineering stress at 100 % strain [Pa]; not a number where the test ends before.
-    """
-
-    solid: Mooney
+    solid: Mooney  # With C1 and C2 not negative [Pa]
+    # Of the fit without that condition [Pa]: where one of them is negative, the other may be at its bound only
     free: Mooney
-    up_to: float
-    asked: float
-    ended: bool
-    points: int
-    rms: float
-    stress_100: float
+    up_to: float  # Largest engineering strain of the rows fitted [1]
+    asked: float  # Largest engineering strain that the fit was to take [1]
+    ended: bool  # Whether the test ends before that
+    points: int  # Rows fitted
+    rms: float  # Of the stress that the fit leaves [Pa]
+    stress_100: float  # Measured engineering stress at 100 % strain [Pa]; not a number where the test ends before
 
     @property
     def status(self) -> str:
@@ -112,22 +81,7 @@ class TensileFit:
 
 
 def read_tensile(path: str | Path) -> TensileTest:
-    """Read a tensile test.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    TensileTest
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, has no columns of strain and stress, a cell is no number, or strains are in percent
-        and their name does not say so.
-    """
+    """Read a tensile test."""
     file = str(path)
     try:
         lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
@@ -163,21 +117,6 @@ def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
 
     In uniaxial tension the stress is 2 (lambda - lambda^-2) (C1 + C2 / lambda). Negative constants, which an
     unconstrained fit often finds, make a solid that is unstable in compression.
-
-    Parameters
-    ----------
-    test : TensileTest
-    up_to : float
-        Largest engineering strain to fit [1].
-
-    Returns
-    -------
-    TensileFit
-
-    Raises
-    ------
-    InputError
-        If too few rows lie in the range of the fit, or they are of no test in tension.
     """
     from scipy.optimize import nnls
 

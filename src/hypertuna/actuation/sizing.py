@@ -36,82 +36,44 @@ POWERS = ("idle", "holding", "hydraulic", "friction", "inertia", "braking")
 
 @dataclass(frozen=True)
 class Size:
-    """One joint at one frequency, line bore and oil temperature.
+    """One joint at one frequency, line bore and oil temperature."""
 
-    Parameters
-    ----------
-    joint : str
-        Name of the joint group.
-    frequency, bore, temperature : float
-        Of the beat [Hz], of the line [m], of the oil [K].
-    viscosity : float
-        Kinematic viscosity of the oil [m^2/s].
-    command : float
-        Amplitude that the servos are told to make [rad].
-    torque, torque_limit : float
-        Of a servo at the joint's pressure limit with friction, and at stall [N m].
-    speed, speed_limit : float
-        Largest rate of a servo that makes the beat exactly, and without load [rad/s].
-    stroke, stroke_limit : float
-        Largest servo angle either way for the command, and the dead center that it leads to [rad].
-    resistance, inertance : float
-        Of the line [Pa s/m^3, Pa s^2/m^3].
-    capacity_rest, capacity : float
-        Volume that one side takes up per pressure, at rest and on the way to the pressure limit [m^3/Pa].
-    corner_rest, corner : float
-        Corner frequency of the line with these, 1 / (2 pi R C) [Hz].
-    resonance, damping : float
-        Of the line's inertance with the capacity, 1 / (2 pi sqrt(I C)) [Hz], and its damping ratio [1].
-    ring, ring_damping : float
-        Of the line's inertance with oil and air of the cylinder at the fill pressure [Hz], and its damping ratio [1]:
-        what a step of the servo strikes.
-    drop, reynolds : float
-        Largest pressure drop along the line if the joint makes the command, by laminar flow [Pa], and Reynolds number.
-    amplitude : float
-        First harmonic of the bend that is left, in air and without mass [rad].
-    lag : float
-        How much later it is than the command [rad].
-    part : float
-        Part of the command that the servos were told, less than 1 where more would pass the pressure limit [1].
-    pressure_max, pressure_min : float
-        Of the cylinders [Pa].
-    limits : tuple of str
-        What stands between command and bend: "pressure", "suction", "servo".
-    power : dict of str to float
-        Mean electrical power of both servos, ``total`` and shares [W].
-    """
-
-    joint: str
-    frequency: float
+    joint: str  # Name of the joint group
+    frequency: float  # Of the beat [Hz], of the line [m], of the oil [K]
     bore: float
     temperature: float
-    viscosity: float
-    command: float
-    torque: float
+    viscosity: float  # Kinematic viscosity of the oil [m^2/s]
+    command: float  # Amplitude that the servos are told to make [rad]
+    torque: float  # Of a servo at the joint's pressure limit with friction, and at stall [N m]
     torque_limit: float
-    speed: float
+    speed: float  # Largest rate of a servo that makes the beat exactly, and without load [rad/s]
     speed_limit: float
-    stroke: float
+    stroke: float  # Largest servo angle either way for the command, and the dead center that it leads to [rad]
     stroke_limit: float
-    resistance: float
+    resistance: float  # Of the line [Pa s/m^3, Pa s^2/m^3]
     inertance: float
+    # Volume that one side takes up per pressure, at rest and on the way to the pressure limit [m^3/Pa]
     capacity_rest: float
     capacity: float
-    corner_rest: float
+    corner_rest: float  # Corner frequency of the line with these, 1 / (2 pi R C) [Hz]
     corner: float
-    resonance: float
+    resonance: float  # Of the line's inertance with the capacity, 1 / (2 pi sqrt(I C)) [Hz], and its damping ratio [1]
     damping: float
+    # Of the line's inertance with oil and air of the cylinder at the fill pressure [Hz], and its damping ratio [1]:
+    # what a step of the servo strikes
     ring: float
     ring_damping: float
+    # Largest pressure drop along the line if the joint makes the command, by laminar flow [Pa], and Reynolds number
     drop: float
     reynolds: float
-    amplitude: float
-    lag: float
+    amplitude: float  # First harmonic of the bend that is left, in air and without mass [rad]
+    lag: float  # How much later it is than the command [rad]
+    # Part of the command that the servos were told, less than 1 where more would pass the pressure limit [1]
     part: float
-    pressure_max: float
+    pressure_max: float  # Of the cylinders [Pa]
     pressure_min: float
-    limits: tuple[str, ...]
-    power: dict[str, float]
+    limits: tuple[str, ...]  # What stands between command and bend: "pressure", "suction", "servo"
+    power: dict[str, float]  # Mean electrical power of both servos, ``total`` and shares [W]
 
     @property
     def turbulent(self) -> bool:
@@ -120,19 +82,7 @@ class Size:
 
 
 def largest_beat(robot: Robot) -> tuple[float, tuple[float, ...]]:
-    """Return the fastest and largest beat that a robot's file allows.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    float
-        Frequency [Hz].
-    tuple of float
-        Amplitude of each joint group [rad].
-    """
+    """Return the fastest and largest beat that a robot's file allows: returns [Hz], [rad]."""
     bounds = require(robot.gait_bounds, "gait_bounds", robot, "give a frequency")
     amplitudes = tuple(
         require(group.amplitude_max, f"joints.{group.name}.amplitude_max_deg", robot, "give an amplitude")
@@ -152,28 +102,7 @@ def size_pump(
 ) -> list[Size]:
     """Size the pump: every joint at every frequency, line bore and oil temperature.
 
-    Parameters
-    ----------
-    robot : Robot
-    frequency : sequence of float
-        Of the beat [Hz].
-    amplitude : sequence of float, shape (groups,)
-        Commanded to each joint group [rad].
-    bore, temperature : sequence of float, optional
-        Of the lines [m] and of the oil [K]; None is the robot's own.
-    progress : callable, optional
-        Called with the number of cases done and their total.
-
-    Returns
-    -------
-    list of Size
-        Joints change fastest, then temperatures, bores, frequencies.
-
-    Raises
-    ------
-    InputError
-        If a table is missing, a value is not positive, an amplitude is beyond what pump or joint can do, the oil does
-        not flow at a temperature, or beat or line are so slow that runs would take minutes.
+    `frequency` [Hz], `amplitude` (groups,) [rad], `bore`, `temperature` [m], [K].
     """
     _check(robot, frequency, amplitude)
     tables = joint_tables(robot)
@@ -379,23 +308,7 @@ def _limited(
 
 
 def with_bore(robot: Robot, bore: float) -> Robot:
-    """Return a robot with other oil lines.
-
-    Parameters
-    ----------
-    robot : Robot
-    bore : float
-        Inner diameter of all lines [m].
-
-    Returns
-    -------
-    Robot
-
-    Raises
-    ------
-    InputError
-        If a joint group has no line.
-    """
+    """Return a robot with other oil lines: `bore` [m]."""
     document = robot.document()
     for k, joint in enumerate(document["joints"]):
         line = require(joint.get("line"), f"joints[{k}].line", robot)

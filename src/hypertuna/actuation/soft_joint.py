@@ -53,29 +53,16 @@ _tables: dict[tuple[Hashable, ...], tuple[JointTable, ...]] = {}  # by all that 
 
 @dataclass(frozen=True)
 class JointTable:
-    """A soft joint as one angle: energy, volumes and friction over it (core joint_table.hpp).
+    """A soft joint as one angle: energy, volumes and friction over it (core joint_table.hpp)."""
 
-    Attributes
-    ----------
-    name : str
-        Of the joint group.
-    first, step : float
-        Angle of the first point, and from point to point [rad].
-    points : ndarray, shape (points, 10)
-        Columns `COLUMNS`: energy [J] and its slope [N m], volume in the muscles of each side [m^3] and its slope
-        [m^3/rad], friction per contact pressure [N m/Pa], pressure that the walls carry [Pa].
-    viscosity : float
-        Viscous moment per rate [N m s/rad].
-    stop : float
-        Stiffness beyond the ends, where the joint locks [N m/rad].
-    """
-
-    name: str
-    first: float
+    name: str  # Of the joint group
+    first: float  # Angle of the first point, and from point to point [rad]
     step: float
+    # (points, 10) Columns `COLUMNS`: energy [J] and its slope [N m], volume in the muscles of each side [m^3] and its
+    # slope [m^3/rad], friction per contact pressure [N m/Pa], pressure that the walls carry [Pa]
     points: Array
-    viscosity: float
-    stop: float
+    viscosity: float  # Viscous moment per rate [N m s/rad]
+    stop: float  # Stiffness beyond the ends, where the joint locks [N m/rad]
 
     @property
     def angle(self) -> Array:
@@ -85,43 +72,14 @@ class JointTable:
     def at(self, angle: ArrayLike) -> dict[str, Array]:
         """Look up what the twin sees between the points.
 
-        Parameters
-        ----------
-        angle : array_like, shape (n,)
-            [rad].
-
-        Returns
-        -------
-        dict of ndarray
-            elastic [N m] (-dU/dangle), energy [J], and with one column per side volume [m^3], slope [m^3/rad], friction
-            [N m/Pa] and carried [Pa].
+        `angle` (n,) [rad]; returns [N m], [J], [m^3], [m^3/rad], [N m/Pa], [Pa].
         """
         where = np.atleast_1d(np.asarray(angle, dtype=np.float64))
         return _core.joint_load(self.points, first=self.first, step=self.step, stop=self.stop, angle=where)
 
 
 def mooney(robot: Robot, material: str, material_set: str | None = None) -> Mooney:
-    """Choose the elastic constants of a silicone.
-
-    Parameters
-    ----------
-    robot : Robot
-    material : str
-        Key of the table ``[materials]``.
-    material_set : str, optional
-        ``"datasheet"``: C1 from the stress at 100 % strain, which is 3.5 (C1 + C2/2), with C2 = 0. ``"fe"``: C1 = E/6
-        with the Young's modulus of a finite-element model. ``"tensile"``: C1 and C2 as fitted to tensile tests.
-        None takes what ``[drive_unit]`` says.
-
-    Returns
-    -------
-    Mooney
-
-    Raises
-    ------
-    InputError
-        If the set is not known, or the material lacks its values.
-    """
+    """Choose the elastic constants of a silicone: `material` [materials], `material_set` [drive_unit]."""
     name = material_set or drive_unit(robot).material_set
     if name not in MATERIAL_SETS:
         fix = did_you_mean(name, MATERIAL_SETS)
@@ -147,21 +105,7 @@ def mooney(robot: Robot, material: str, material_set: str | None = None) -> Moon
 
 
 def drive_unit(robot: Robot) -> DriveUnit:
-    """Return the table of the muscle, or say that there is none.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    DriveUnit
-
-    Raises
-    ------
-    InputError
-        If the robot has no table ``[drive_unit]``.
-    """
+    """Return the table of the muscle, or say that there is none."""
     if robot.drive_unit is None:
         fix = "add it, docs/description.md lists its keys"
         raise InputError("is missing: soft joints need it", file=robot.file or None, key="[drive_unit]", fix=fix)
@@ -169,25 +113,7 @@ def drive_unit(robot: Robot) -> DriveUnit:
 
 
 def joint_group(robot: Robot, joint: str | int) -> tuple[JointGroup, Actuator]:
-    """Find a joint group that is a soft joint.
-
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index.
-
-    Returns
-    -------
-    JointGroup
-    Actuator
-        Its table ``[joints.actuator]``.
-
-    Raises
-    ------
-    InputError
-        If there is no such joint, or the table or the number of muscles is missing.
-    """
+    """Find a joint group that is a soft joint: returns [joints.actuator]."""
     names = [group.name for group in robot.joints]
     if isinstance(joint, int) and not isinstance(joint, bool) and 0 <= joint < len(names):
         index = joint
@@ -209,25 +135,7 @@ def joint_group(robot: Robot, joint: str | int) -> tuple[JointGroup, Actuator]:
 
 
 def muscle(robot: Robot, material: str | None = None, *, friction: bool = True) -> _core.DriveUnit:
-    """Make a drive unit for the core.
-
-    Parameters
-    ----------
-    robot : Robot
-    material : str, optional
-        Material set, see `mooney`.
-    friction : bool
-        Whether its braid rubs.
-
-    Returns
-    -------
-    _core.DriveUnit
-
-    Raises
-    ------
-    InputError
-        If the robot lacks a table.
-    """
+    """Make a drive unit for the core."""
     unit = drive_unit(robot)
     hose, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
     return _core.DriveUnit(
@@ -244,27 +152,7 @@ def muscle(robot: Robot, material: str | None = None, *, friction: bool = True) 
 def soft_joint(
     robot: Robot, joint: str | int, material: str | None = None, *, friction: bool = True
 ) -> _core.SoftJoint:
-    """Make a joint for the core.
-
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index of the joint group.
-    material : str, optional
-        Material set, see `mooney`.
-    friction : bool
-        Whether its braids rub.
-
-    Returns
-    -------
-    _core.SoftJoint
-
-    Raises
-    ------
-    InputError
-        If the joint does not exist, or the robot lacks a table.
-    """
+    """Make a joint for the core."""
     group, actuator = joint_group(robot, joint)
     matrix = mooney(robot, drive_unit(robot).matrix, material)
     half = 0.5 * actuator.asymmetry
@@ -287,23 +175,6 @@ def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257
 
     A joint with a table ``[joints.reduced]`` has moment and volume from there, and locks at that table's ends; friction
     and viscosity, which it does not know, are those of its muscles as above.
-
-    Parameters
-    ----------
-    robot : Robot
-    material : str, optional
-        Material set, see `mooney`.
-    points : int
-        Of each table, an odd number.
-
-    Returns
-    -------
-    tuple of JointTable
-
-    Raises
-    ------
-    InputError
-        If the robot lacks a table, its table ``[joints.reduced]`` cannot be used, or the number of points is even.
     """
     points = WHOLE.check(points, "points", "leave it out for 257")
     if points < 3 or points % 2 == 0:

@@ -30,61 +30,27 @@ SMALL_ANGLES = math.radians(1.0)  # bends that are all below this were likely wr
 
 @dataclass(frozen=True)
 class Loop:
-    """Rows of a bench that share one loading from rest: same joint, side and largest pressure.
-
-    Attributes
-    ----------
-    joint : int
-    side : int
-        0 for left, 1 for right.
-    top : float
-        Largest pressure, from which the unloading branch comes back [Pa].
-    rows : ndarray, shape (rows,)
-        Places in the arrays of the bench.
-    """
+    """Rows of a bench that share one loading from rest: same joint, side and largest pressure."""
 
     joint: int
-    side: int
-    top: float
-    rows: NDArray[np.int64]
+    side: int  # 0 for left, 1 for right
+    top: float  # Largest pressure, from which the unloading branch comes back [Pa]
+    rows: NDArray[np.int64]  # (rows,) Places in the arrays of the bench
 
 
 @dataclass(frozen=True)
 class Bench:
-    """Measured bends; every array has one entry per row of the files.
+    """Measured bends; every array has one entry per row of the files."""
 
-    Attributes
-    ----------
-    joint : ndarray of int
-        Joint group, counted from 0.
-    side : ndarray of int
-        Side under pressure: 0 for left, 1 for right.
-    pressure : ndarray
-        Gauge pressure of that side [Pa]; the other side is at 0.
-    angle : ndarray
-        Bend toward the passive side as a positive number [rad].
-    unload : ndarray of bool
-        Whether pressure was falling.
-    angle_sd : ndarray
-        Standard deviation of the angle [rad], NaN where it is not known.
-    volume : ndarray
-        Oil pushed into the drive units of that side since rest [m^3], NaN where it was not measured.
-    loops : tuple of Loop
-        Every row is in one of them.
-    files, lines : tuple
-        Where each row came from.
-    warnings : tuple of str
-    """
-
-    joint: NDArray[np.int64]
-    side: NDArray[np.int64]
-    pressure: Array
-    angle: Array
-    unload: NDArray[np.bool_]
-    angle_sd: Array
-    volume: Array
-    loops: tuple[Loop, ...]
-    files: tuple[str, ...]
+    joint: NDArray[np.int64]  # Joint group, counted from 0
+    side: NDArray[np.int64]  # Side under pressure: 0 for left, 1 for right
+    pressure: Array  # Gauge pressure of that side [Pa]; the other side is at 0
+    angle: Array  # Bend toward the passive side as a positive number [rad]
+    unload: NDArray[np.bool_]  # Whether pressure was falling
+    angle_sd: Array  # Standard deviation of the angle [rad], NaN where it is not known
+    volume: Array  # Oil pushed into the drive units of that side since rest [m^3], NaN where it was not measured
+    loops: tuple[Loop, ...]  # Every row is in one of them
+    files: tuple[str, ...]  # Where each row came from
     lines: tuple[int, ...]
     warnings: tuple[str, ...] = ()
 
@@ -94,16 +60,7 @@ class Bench:
         return tuple(int(j) for j in np.unique(self.joint))
 
     def sides(self, joint: int) -> tuple[int, ...]:
-        """Sides of a joint that were under pressure.
-
-        Parameters
-        ----------
-        joint : int
-
-        Returns
-        -------
-        tuple of int
-        """
+        """Sides of a joint that were under pressure."""
         return tuple(int(s) for s in np.unique(self.side[self.joint == joint]))
 
 
@@ -124,23 +81,7 @@ class _Row:
 
 
 def read_bench(paths: str | Path | Sequence[str | Path], robot: Robot) -> Bench:
-    """Read bench runs from CSV files and logs of the radio; docs/bench.md tells the columns.
-
-    Parameters
-    ----------
-    paths : str, Path or sequence of them
-    robot : Robot
-        Whose joints were measured.
-
-    Returns
-    -------
-    Bench
-
-    Raises
-    ------
-    InputError
-        If a file or column is missing, a column is not known, or a row cannot be used: with file, line and column.
-    """
+    """Read bench runs from CSV files and logs of the radio; docs/bench.md tells the columns."""
     given = [paths] if isinstance(paths, (str, Path)) else list(paths)
     if not given:
         raise InputError("must name one file at least", key="bench", fix="give a CSV file of pressures and angles")
@@ -232,23 +173,7 @@ def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> _Row:
 
 
 def joint_index(text: str, robot: Robot) -> int:
-    """Find a joint group by its name, or by its number counted from the head and from 1.
-
-    Parameters
-    ----------
-    text : str
-    robot : Robot
-
-    Returns
-    -------
-    int
-        Counted from 0.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """Find a joint group by its name, or by its number counted from the head and from 1."""
     names = [group.name for group in robot.joints]
     if text in names:
         return names.index(text)

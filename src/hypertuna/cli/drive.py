@@ -155,14 +155,7 @@ def _raw() -> Iterator[None]:
 
 
 class Pad:
-    """A gamepad that may go away: the stick then rests.
-
-    Parameters
-    ----------
-    path : str
-    said : list of str
-        Gets the sentence that it is gone.
-    """
+    """A gamepad that may go away: the stick then rests."""
 
     def __init__(self, path: str, said: list[str]) -> None:
         fix = "plug it in; see ls /dev/input"

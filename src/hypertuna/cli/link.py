@@ -41,21 +41,7 @@ SAMPLING = 2.0  # s of readings that one reference is taken over
 
 
 def read_key(path: str | None) -> bytes | None:
-    """Read a key.
-
-    Parameters
-    ----------
-    path : str or None
-
-    Returns
-    -------
-    bytes or None
-
-    Raises
-    ------
-    InputError
-        If it has another length than 32.
-    """
+    """Read a key."""
     if path is None:
         return None
     try:

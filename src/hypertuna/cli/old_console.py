@@ -39,25 +39,7 @@ MOST_VALUES = 1_000_000  # of one range
 
 
 def number(text: str, key: str, unit: str) -> float:
-    """Read a number.
-
-    Parameters
-    ----------
-    text : str
-    key : str
-        Named in the error.
-    unit : str
-        Unit of the number, for the fix.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    InputError
-        If the text is not one finite number.
-    """
+    """Read a number."""
     try:
         value = float(text)
     except ValueError:
@@ -68,22 +50,7 @@ def number(text: str, key: str, unit: str) -> float:
 
 
 def whole_number(text: str, key: str) -> int:
-    """Read a whole number.
-
-    Parameters
-    ----------
-    text, key : str
-        As for `number`.
-
-    Returns
-    -------
-    int
-
-    Raises
-    ------
-    InputError
-        If the text is not a whole number.
-    """
+    """Read a whole number."""
     try:
         return int(text)
     except ValueError:
@@ -91,44 +58,12 @@ def whole_number(text: str, key: str) -> int:
 
 
 def number_list(text: str, key: str, unit: str) -> tuple[float, ...]:
-    """Read numbers separated by commas.
-
-    Parameters
-    ----------
-    text, key, unit : str
-        As for `number`.
-
-    Returns
-    -------
-    tuple of float
-
-    Raises
-    ------
-    InputError
-        If one of them is not a finite number.
-    """
+    """Read numbers separated by commas."""
     return tuple(number(part, f"{key}[{i}]" if "," in text else key, unit) for i, part in enumerate(text.split(",")))
 
 
 def ranges(text: str, key: str, unit: str) -> list[tuple[float, ...]]:
     """Read numbers or ranges separated by commas, and combine every value of each.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``"0,0:180:10"``: a range is ``start:stop:count`` with both ends.
-    key, unit : str
-        As for `number`.
-
-    Returns
-    -------
-    list of tuple of float
-        Every combination, the last part changing fastest.
-
-    Raises
-    ------
-    InputError
-        If a part is neither a finite number nor a range.
 
     Examples
     --------
@@ -139,17 +74,7 @@ def ranges(text: str, key: str, unit: str) -> list[tuple[float, ...]]:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as strict JSON can hold it: what is no finite number becomes null.
-
-    Parameters
-    ----------
-    value : Any
-        Numbers, texts, and lists, tuples, arrays and mappings of them.
-
-    Returns
-    -------
-    Any
-    """
+    """Return a value as strict JSON can hold it: what is no finite number becomes null."""
     if isinstance(value, dict):
         return {str(key): plain(part) for key, part in value.items()}
     if isinstance(value, np.ndarray):
@@ -164,24 +89,12 @@ def plain(value: Any) -> Any:
 
 
 def print_json(value: Any) -> None:
-    """Print a value as strict JSON.
-
-    Parameters
-    ----------
-    value : Any
-        As for `plain`.
-    """
+    """Print a value as strict JSON."""
     typer.echo(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def tell_written(*paths: str | None) -> None:
-    """Name the files that were written.
-
-    Parameters
-    ----------
-    *paths : str or None
-        None where nothing was to be written.
-    """
+    """Name the files that were written."""
     for path in paths:
         if path is not None:
             typer.echo(f"written: {path}")
@@ -189,22 +102,7 @@ def tell_written(*paths: str | None) -> None:
 
 @contextlib.contextmanager
 def progress_bar(what: str, patience: float = PATIENCE, *, lines: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """Show progress on the terminal once the work takes longer than a second.
-
-    Parameters
-    ----------
-    what : str
-        Word beside the bar.
-    patience : float
-        Seconds before the bar appears, if not one.
-    lines : bool
-        Whether the error output gets a line for each report where it is no terminal: for parts that take seconds.
-
-    Yields
-    ------
-    callable
-        To be called with what is done and the total, now and then.
-    """
+    """Show progress on the terminal once the work takes longer than a second."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     console = Console(stderr=True)
     bar = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
@@ -225,26 +123,7 @@ def progress_bar(what: str, patience: float = PATIENCE, *, lines: bool = False) 
 
 
 def check_suffix(path: str | None, suffixes: Sequence[str], key: str) -> str:
-    """Check the ending of an output file before any work is done for it.
-
-    Parameters
-    ----------
-    path : str or None
-    suffixes : sequence of str
-        Those that can be written.
-    key : str
-        The option, for the error.
-
-    Returns
-    -------
-    str
-        The ending in lower case, empty without a path.
-
-    Raises
-    ------
-    InputError
-        If it is none of the suffixes, or the folder does not exist.
-    """
+    """Check the ending of an output file before any work is done for it."""
     if path is None:
         return ""
     suffix = Path(path).suffix.lower()
@@ -257,12 +136,7 @@ def check_suffix(path: str | None, suffixes: Sequence[str], key: str) -> str:
 
 
 def command_line() -> str:
-    """Return the command as it was typed, for the files that it writes.
-
-    Returns
-    -------
-    str
-    """
+    """Return the command as it was typed, for the files that it writes."""
     return shlex.join(["hypertuna", *sys.argv[1:]])
 
 
@@ -284,24 +158,7 @@ def _range(text: str, key: str, unit: str) -> list[float]:
 
 @contextlib.contextmanager
 def run_folder(output: str | None, journal: str) -> Iterator[Path | None]:
-    """Make the folder of a run; one that was made for bad input goes again.
-
-    Parameters
-    ----------
-    output : str or None
-        Its path; None for no folder.
-    journal : str
-        File that a folder has if a run made it: another one with files in it is not written to.
-
-    Yields
-    ------
-    Path or None
-
-    Raises
-    ------
-    InputError
-        If it cannot be made, or holds other files.
-    """
+    """Make the folder of a run; one that was made for bad input goes again."""
     if output is None:
         yield None
         return

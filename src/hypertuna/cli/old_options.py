@@ -94,25 +94,7 @@ def gait_axes(
 ) -> dict[str, list[tuple[float, ...]]]:
     """Read the values of frequency, amplitude, phase and bias; what is not given comes from a named gait.
 
-    Parameters
-    ----------
-    robot : Robot
-    name : str or None
-        Of a gait of the robot's file.
-    given : mapping of str to str, list of str or None
-        The options as typed, by their names.
-    read : callable, optional
-        Reads the text of an option, with its name and unit; left out, one value per joint group.
-
-    Returns
-    -------
-    dict of str to list of tuple of float
-        Values of each [Hz, deg].
-
-    Raises
-    ------
-    InputError
-        If a value is missing, is no number, or is not one per joint group.
+    Returns [Hz, deg].
     """
     groups = len(robot.joints)
     axes = {"bias": [(0.0,) * groups]}
@@ -132,37 +114,13 @@ def gait_axes(
 
 
 def one_gait(axes: dict[str, list[tuple[float, ...]]]) -> Gait:
-    """Make the one gait that the options describe.
-
-    Parameters
-    ----------
-    axes : dict of str to list of tuple of float
-        As `gait_axes` returns it.
-
-    Returns
-    -------
-    Gait
-
-    Raises
-    ------
-    InputError
-        If a value cannot be one of a gait.
-    """
+    """Make the one gait that the options describe."""
     amplitude, phase, bias = (axes[key][0] for key in ("amplitude", "phase", "bias"))
     return Gait.from_degrees(frequency=axes["frequency"][0][0], amplitude=amplitude, phase=phase, bias=bias)
 
 
 def spelled(gait: Gait) -> str:
-    """Write a gait in the words of the options.
-
-    Parameters
-    ----------
-    gait : Gait
-
-    Returns
-    -------
-    str
-    """
+    """Write a gait in the words of the options."""
     angles = {key: np.degrees(getattr(gait, key)) for key in ("amplitude", "phase", "bias")}
     parts = [f"{key} {', '.join(f'{a:.4g}' for a in values)} deg" for key, values in angles.items() if key != "bias"]
     if any(gait.bias):
@@ -171,23 +129,7 @@ def spelled(gait: Gait) -> str:
 
 
 def robot_of(name: str, line_bore: str | None) -> Robot:
-    """Load a robot, with other oil lines where they are asked for.
-
-    Parameters
-    ----------
-    name : str
-    line_bore : str or None
-        Inner diameter of all lines, as typed [mm].
-
-    Returns
-    -------
-    Robot
-
-    Raises
-    ------
-    InputError
-        If there is no such robot, it has no oil lines, or the bore is not a positive number.
-    """
+    """Load a robot, with other oil lines where they are asked for: `line_bore` [mm]."""
     fish = load(name)
     if line_bore is None:
         return fish
@@ -200,71 +142,19 @@ def robot_of(name: str, line_bore: str | None) -> Robot:
 
 
 def celsius(text: str | None) -> float | None:
-    """Read a temperature.
-
-    Parameters
-    ----------
-    text : str or None
-        As typed [degC].
-
-    Returns
-    -------
-    float or None
-        [K]; None if there is none.
-
-    Raises
-    ------
-    InputError
-        If it is not a finite number.
-    """
+    """Read a temperature: `text` [degC]; returns [K]."""
     return None if text is None else number(text, "--temperature", "C") + ZERO_CELSIUS
 
 
 def choice(value: str, known: tuple[str, ...], key: str) -> str:
-    """Check a word of several.
-
-    Parameters
-    ----------
-    value : str
-    known : tuple of str
-    key : str
-        The option, for the error.
-
-    Returns
-    -------
-    str
-        The word.
-
-    Raises
-    ------
-    InputError
-        If it is none of the known ones.
-    """
+    """Check a word of several."""
     if value not in known:
         raise InputError(f"must be {' or '.join(known)}", key=key, value=repr(value), fix=did_you_mean(value, known))
     return value
 
 
 def pressures(text: str, most: int = MOST_PRESSURES) -> list[float]:
-    """Read pressures: every part of the list in turn.
-
-    Parameters
-    ----------
-    text : str
-        Of ``--pressure``: numbers or start:stop:count, separated by commas [kPa].
-    most : int
-        Largest number of them.
-
-    Returns
-    -------
-    list of float
-        [kPa].
-
-    Raises
-    ------
-    InputError
-        If a part is neither, a pressure is beyond any actuator's, or there are too many.
-    """
+    """Read pressures: every part of the list in turn; `text` [kPa]; returns [kPa]."""
     parts, found = text.split(","), []
     for k, part in enumerate(parts):
         key = f"--pressure[{k}]" if len(parts) > 1 else "--pressure"
@@ -280,19 +170,7 @@ def pressures(text: str, most: int = MOST_PRESSURES) -> list[float]:
 
 
 def check_beats(gait: Gait, duration: float) -> None:
-    """Check that a run has whole beats to take means over.
-
-    Parameters
-    ----------
-    gait : Gait
-    duration : float
-        Of the run [s].
-
-    Raises
-    ------
-    InputError
-        If it is shorter than two beats.
-    """
+    """Check that a run has whole beats to take means over: `duration` [s]."""
     least = BEATS / gait.frequency
     if duration < least:
         rule = f"must be at least two beats, {least:.4g} s at {gait.frequency:g} Hz"
@@ -301,17 +179,7 @@ def check_beats(gait: Gait, duration: float) -> None:
 
 
 def heads_first(run: TwinRun) -> bool:
-    """Tell whether a robot swam head first, faster than a hundredth of its length per second.
-
-    Parameters
-    ----------
-    run : TwinRun
-
-    Returns
-    -------
-    bool
-        Also true in air and of a diverged run, which have no speed to judge.
-    """
+    """Tell whether a robot swam head first, faster than a hundredth of its length per second."""
     return math.isnan(run.speed) or run.speed_bl > STANDS
 
 

@@ -17,25 +17,13 @@ Point = tuple[float, float]
 
 
 class Waypoint(NamedTuple):
-    """A place to go to.
+    """A place to go to."""
 
-    Attributes
-    ----------
-    x, y : float
-        East and north of the origin [m].
-    depth : float
-        Below the surface, on the way there [m].
-    speed : float
-        Through the water, on the way there [m/s].
-    radius : float
-        Within which it counts as reached [m].
-    """
-
-    x: float
+    x: float  # East and north of the origin [m]
     y: float
-    depth: float
-    speed: float
-    radius: float
+    depth: float  # Below the surface, on the way there [m]
+    speed: float  # Through the water, on the way there [m/s]
+    radius: float  # Within which it counts as reached [m]
 
 
 @dataclass(frozen=True)
@@ -43,93 +31,38 @@ class Mission:
     """A mission and the water that it goes through.
 
     Positions are (east, north) of the origin [m]; currents are velocities of the water (east, north) [m/s].
-
-    Parameters
-    ----------
-    waypoints : tuple of Waypoint
-        In their order; the legs between them are straight, the first from the start.
-    start, home : tuple of float
-        Where it begins and where it comes home to [m].
-    heading : float
-        At the start: angle of the head's axis, nose to tail, from x, counter-clockwise [rad].
-    depth : float
-        At the start [m].
-    battery : float
-        Part of the charge at the start [1].
-    home_radius : float
-        Within which the robot is at home [m].
-    home_speed : float
-        Through the water, on the way home [m/s].
-    fence : tuple of (float, float)
-        Corners around the water that it may be in, either way round [m]; none for no fence.
-    depth_max : float
-        That it may not go below [m].
-    reserve : float
-        Part of the usable charge to come home with [1].
-    duration : float
-        Time after which it should be home [s]; 0 for no end.
-    surface_every : float
-        Time after the last fix to come up for the next [s]; 0 for only when the position is uncertain.
-    stay : bool
-        Whether it comes up at the last waypoint instead of going home.
-    bottom : float
-        Depth of the ground [m].
-    current, current_bottom : tuple of float
-        Of the water at the surface and at the ground, straight in between [m/s].
-    gaps : tuple of (float, float)
-        From and to: times without satellites [s].
     """
 
-    waypoints: tuple[Waypoint, ...]
-    start: tuple[float, float] = (0.0, 0.0)
+    waypoints: tuple[Waypoint, ...]  # In their order; the legs between them are straight, the first from the start
+    start: tuple[float, float] = (0.0, 0.0)  # Where it begins and where it comes home to [m]
     home: tuple[float, float] = (0.0, 0.0)
-    heading: float = 0.0
-    depth: float = 0.0
-    battery: float = 1.0
-    home_radius: float = 3.0
-    home_speed: float = 0.3
+    heading: float = 0.0  # At the start: angle of the head's axis, nose to tail, from x, counter-clockwise [rad]
+    depth: float = 0.0  # At the start [m]
+    battery: float = 1.0  # Part of the charge at the start [1]
+    home_radius: float = 3.0  # Within which the robot is at home [m]
+    home_speed: float = 0.3  # Through the water, on the way home [m/s]
+    # Corners around the water that it may be in, either way round [m]; none for no fence
     fence: tuple[tuple[float, float], ...] = field(default=())
-    depth_max: float = 5.0
-    reserve: float = 0.1
-    duration: float = 0.0
+    depth_max: float = 5.0  # That it may not go below [m]
+    reserve: float = 0.1  # Part of the usable charge to come home with [1]
+    duration: float = 0.0  # Time after which it should be home [s]; 0 for no end
+    # Time after the last fix to come up for the next [s]; 0 for only when the position is uncertain
     surface_every: float = 0.0
-    stay: bool = False
-    bottom: float = 20.0
+    stay: bool = False  # Whether it comes up at the last waypoint instead of going home
+    bottom: float = 20.0  # Depth of the ground [m]
+    # Of the water at the surface and at the ground, straight in between [m/s]
     current: tuple[float, float] = (0.0, 0.0)
     current_bottom: tuple[float, float] = (0.0, 0.0)
-    gaps: tuple[tuple[float, float], ...] = field(default=())
+    gaps: tuple[tuple[float, float], ...] = field(default=())  # From and to: times without satellites [s]
 
 
 def sides(fence: Sequence[Point]) -> list[tuple[Point, Point]]:
-    """Return the sides of a fence, each from one corner to the next, the last one back to the first.
-
-    Parameters
-    ----------
-    fence : sequence of (float, float)
-        Corners.
-
-    Returns
-    -------
-    list of pairs of corners
-        None for no fence.
-    """
+    """Return the sides of a fence, each from one corner to the next, the last one back to the first."""
     return list(zip(fence, (*fence[1:], *fence[:1]), strict=True))
 
 
 def fence_distance(mission: Mission, places: Array) -> Array:
-    """Return how far inside the fence places are.
-
-    Parameters
-    ----------
-    mission : Mission
-    places : ndarray, shape (K, 2)
-        East and north [m].
-
-    Returns
-    -------
-    ndarray, shape (K,)
-        Distance to the nearest side, negative outside; infinite without a fence [m].
-    """
+    """Return how far inside the fence places are: `places` (K, 2) [m]; returns (K,) [m]."""
     x, y = np.asarray(places, float).T
     if not mission.fence:
         return np.full(len(x), math.inf)
@@ -144,17 +77,7 @@ def fence_distance(mission: Mission, places: Array) -> Array:
 
 
 def cross(first: tuple[Point, Point], second: tuple[Point, Point]) -> bool:
-    """Tell whether two straight lines from one point to another cross or touch.
-
-    Parameters
-    ----------
-    first, second : tuple of (float, float)
-        Their ends.
-
-    Returns
-    -------
-    bool
-    """
+    """Tell whether two straight lines from one point to another cross or touch."""
 
     def side(a: Point, b: Point, p: Point) -> float:
         return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])

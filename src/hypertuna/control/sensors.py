@@ -56,18 +56,7 @@ def _models(robot: Robot, *, pilot: bool) -> dict[str, list[float]]:
 
 
 def channels(robot: Robot) -> dict[str, tuple[int, int]]:
-    """Name the sensors of a robot that can fail.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    dict of str to (int, int)
-        First and last channel of ``bend-I``, ``pressure-I``, ``pressure-I-left``, ``imu``, ``battery`` and so on.
-        A name without joint or side means all of them.
-    """
+    """Name the sensors of a robot that can fail."""
     sensors = {sensor.quantity for sensor in robot.sensors}
     names: dict[str, tuple[int, int]] = {}
     for channel in CHANNELS.values():
@@ -87,23 +76,7 @@ def channels(robot: Robot) -> dict[str, tuple[int, int]]:
 
 
 def faults(spelled: str | Iterable[str], robot: Robot) -> tuple[Fault, ...]:
-    """Read faults as the command line spells them: ``bend-II:stuck@5`` is joint II's bend sensor, stuck from 5 s on.
-
-    Parameters
-    ----------
-    spelled : str or iterable of str
-        ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END``, times in seconds. Kinds: stuck, open, spike, nan.
-    robot : Robot
-
-    Returns
-    -------
-    tuple of Fault
-
-    Raises
-    ------
-    InputError
-        If the spelling, the channel, the kind or a time is wrong; it names the choices.
-    """
+    """Read faults as the command line spells them: ``bend-II:stuck@5`` is joint II's bend sensor, stuck from 5 s on."""
     return tuple(_fault(one, robot) for one in ([spelled] if isinstance(spelled, str) else spelled))
 
 

@@ -33,17 +33,7 @@ FOLDER = Path(__file__).parents[3] / "build" / "firmware"
 
 
 def missing(board: str) -> str | None:
-    """Say what a board lacks on this machine.
-
-    Parameters
-    ----------
-    board : str
-
-    Returns
-    -------
-    str or None
-        A sentence; None if it can run.
-    """
+    """Say what a board lacks on this machine."""
     if board == "qemu":
         for program in (EMULATOR, COMPILER):
             if shutil.which(program) is None:
@@ -52,25 +42,7 @@ def missing(board: str) -> str | None:
 
 
 def firmware_of(robot: str, board: str, folder: str | Path | None = None) -> Path:
-    """Find the firmware of a robot for a board.
-
-    Parameters
-    ----------
-    robot : str
-        Its name.
-    board : str
-    folder : str or Path, optional
-        Where `make firmware` put it; build/firmware of the source tree if left out.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        If it is not there.
-    """
+    """Find the firmware of a robot for a board."""
     path = Path(FOLDER if folder is None else folder) / f"{robot}-{BOARDS[board]}"
     if not path.is_file():
         fix = f"run `make firmware ROBOT={robot}`" if missing(board) is None else str(missing(board))
@@ -79,45 +51,19 @@ def firmware_of(robot: str, board: str, folder: str | Path | None = None) -> Pat
 
 
 class Board:
-    """Firmware that is running: it takes messages and answers each with one.
-
-    Parameters
-    ----------
-    process : Popen
-    to_board, from_board : file
-    """
+    """Firmware that is running: it takes messages and answers each with one."""
 
     def __init__(self, process: subprocess.Popen[bytes], to_board: IO[bytes], from_board: IO[bytes]) -> None:
         self.process, self.to_board, self.from_board = process, to_board, from_board
 
     def send(self, message: bytes) -> None:
-        """Send messages of TO_BOARD.
-
-        Parameters
-        ----------
-        message : bytes
-        """
+        """Send messages of TO_BOARD."""
         with contextlib.suppress(BrokenPipeError):  # the answer that does not come tells
             self.to_board.write(message)
             self.to_board.flush()
 
     def answer(self, count: int = 1) -> bytes:
-        """Wait for answers.
-
-        Parameters
-        ----------
-        count : int
-
-        Returns
-        -------
-        bytes
-            That many of FROM_BOARD.
-
-        Raises
-        ------
-        InputError
-            If the firmware ended before.
-        """
+        """Wait for answers."""
         got = self.from_board.read(count * FROM_BOARD.itemsize)
         if len(got) < count * FROM_BOARD.itemsize:
             status = self.process.wait()
@@ -126,16 +72,7 @@ class Board:
         return got
 
     def run(self, messages: NDArray[Any]) -> NDArray[Any]:
-        """Send many messages and collect the answers, without waiting for each.
-
-        Parameters
-        ----------
-        messages : ndarray of TO_BOARD, shape (n,)
-
-        Returns
-        -------
-        ndarray of FROM_BOARD, shape (n,)
-        """
+        """Send many messages and collect the answers, without waiting for each: `messages` (n,); returns (n,)."""
         sender = threading.Thread(target=self.send, args=(messages.tobytes(),))
         sender.start()
         got = self.answer(len(messages))
@@ -147,26 +84,7 @@ class Board:
 def started(
     board: str, firmware: Path, radio: int | None = None, black_box: str | Path | None = None
 ) -> Iterator[Board]:
-    """Start firmware on a board, and end it.
-
-    Parameters
-    ----------
-    board : {"pc", "qemu"}
-    firmware : Path
-    radio : int, optional
-        Port of 127.0.0.1: a pc speaks MAVLink to it by UDP, an emulated board listens there for TCP.
-    black_box : str or Path, optional
-        File that gets the black box when the firmware has ended, however it ended.
-
-    Yields
-    ------
-    Board
-
-    Raises
-    ------
-    InputError
-        If the firmware does not start, or an emulated board's port is taken.
-    """
+    """Start firmware on a board, and end it."""
     if board == "qemu" and radio is not None:
         _check_free(radio)
     with tempfile.TemporaryDirectory() as place:

@@ -21,22 +21,7 @@ WHOLE = {"packet", "buffer"}
 
 
 def radio_model(text: str) -> RadioModel:
-    """Read the numbers of a radio, such as ``rate=2400,loss=0.3,burst=4``.
-
-    Parameters
-    ----------
-    text : str
-        Attributes of `RadioModel`; what is left out stays as it is there, all of it if the text is empty.
-
-    Returns
-    -------
-    RadioModel
-
-    Raises
-    ------
-    InputError
-        If a name is not known, or a number makes no sense.
-    """
+    """Read the numbers of a radio, such as ``rate=2400,loss=0.3,burst=4``."""
     known, given = [one.name for one in fields(RadioModel)], dict[str, Any]()
     for part in filter(None, (part.strip() for part in text.split(","))):
         name, equals, value = part.partition("=")
@@ -54,17 +39,7 @@ def radio_model(text: str) -> RadioModel:
 
 
 class Relay:
-    """Takes what a board and a ground station write, and gives it to the other as the radio lets it through.
-
-    Parameters
-    ----------
-    board : {"pc", "qemu"}
-    port : int
-        Of the ground station, that is spoken to by UDP.
-    model : RadioModel
-    seed : int
-        Of losses and damages.
-    """
+    """Takes what a board and a ground station write, and gives it to the other as the radio lets it through."""
 
     def __init__(self, board: str, port: int, model: RadioModel, *, seed: int = 0) -> None:
         self.air = Air(model, seed=seed)
@@ -86,13 +61,7 @@ class Relay:
         self._board.close()
 
     def connect(self) -> None:
-        """Connect to an emulated board, which has to run by now; a pc's firmware speaks first.
-
-        Raises
-        ------
-        InputError
-            If it does not listen.
-        """
+        """Connect to an emulated board, which has to run by now; a pc's firmware speaks first."""
         late = time.monotonic() + PATIENCE
         while self.stream:
             try:
@@ -107,13 +76,7 @@ class Relay:
                 return
 
     def carry(self, now: float) -> None:
-        """Let everything through that has its time.
-
-        Parameters
-        ----------
-        now : float
-            Simulated time [s].
-        """
+        """Let everything through that has its time: `now` [s]."""
         self.air.write(0, self._from_board(), now)
         self.air.write(1, _received(self.ground), now)
         if down := self.air.read(1, now):

@@ -32,51 +32,19 @@ MISSION = 2  # Control::mission of firmware/app/vehicle/vehicle.hpp
 
 @dataclass(frozen=True)
 class Scenario:
-    """What the firmware is tried on.
-
-    Attributes
-    ----------
-    name : str
-    mission : Mission or None
-        Water and start for the twin, and the way if it has waypoints; None for random messages without a twin.
-    gait : Gait or None
-        That the ground asks for, instead of a mission.
-    origin : tuple of int
-        Latitude and longitude of x = y = 0 [1e-7 deg].
-    robot : str or None
-        That it names.
-    silent : int or None
-        Tick from which the ground is not heard any more.
-    """
+    """What the firmware is tried on."""
 
     name: str
+    # Water and start for the twin, and the way if it has waypoints; None for random messages without a twin
     mission: Mission | None
-    gait: Gait | None = None
-    origin: tuple[int, int] = (0, 0)
-    robot: str | None = None
-    silent: int | None = None
+    gait: Gait | None = None  # That the ground asks for, instead of a mission
+    origin: tuple[int, int] = (0, 0)  # Latitude and longitude of x = y = 0 [1e-7 deg]
+    robot: str | None = None  # That it names
+    silent: int | None = None  # Tick from which the ground is not heard any more
 
 
 def scenario_of(name: str, robot: Robot | None = None) -> Scenario:
-    """Find a scenario.
-
-    Parameters
-    ----------
-    name : str
-        ``random``, ``afloat`` for a robot at the surface that nothing is asked of, ``gait:NAME`` of a robot's gait,
-        ``lost:NAME`` for the same 3 m deep, where the ground falls silent after 10 s, or a mission or its file.
-    robot : Robot, optional
-        That has the gait.
-
-    Returns
-    -------
-    Scenario
-
-    Raises
-    ------
-    InputError
-        If there is none of that name.
-    """
+    """Find a scenario."""
     if name == "random":
         return Scenario(name, None)
     if name == "afloat":
@@ -100,20 +68,7 @@ def _of_mission(name: str, file: MissionFile) -> Scenario:
 
 
 def orders_of(scenario: Scenario) -> Iterator[tuple[int, Any]]:
-    """List what the ground asks for.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With a mission.
-
-    Yields
-    ------
-    int
-        Tick.
-    ndarray of TO_BOARD, shape ()
-        Message with the order.
-    """
+    """List what the ground asks for."""
     mission = scenario.mission
     assert mission is not None
     yield 0, order("origin", *mission.start, fix=scenario.origin)
@@ -138,16 +93,7 @@ def orders_of(scenario: Scenario) -> Iterator[tuple[int, Any]]:
 def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
     """Make messages that take the firmware everywhere: noise, failing sensors, good and bad orders.
 
-    Parameters
-    ----------
-    table : FirmwareTable
-    ticks : int
-    seed : int
-
-    Returns
-    -------
-    ndarray of TO_BOARD, shape (ticks,)
-        The last one says so, and asks for the stack that was used.
+    Returns (ticks,).
     """
     random = np.random.default_rng(WHOLE.check(seed, "seed", "give a whole number"))
     messages = np.zeros(ticks, TO_BOARD)

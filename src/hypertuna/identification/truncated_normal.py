@@ -24,21 +24,7 @@ def truncated_normal(
     does not. A particle flies through the distribution in the potential of its logarithm, on ellipses known in closed
     form, and is mirrored where it meets a bound (exact Hamiltonian Monte Carlo; Pakman and Paninski, 2014).
 
-    Parameters
-    ----------
-    mean : ndarray, shape (dim,)
-        Of the distribution without bounds, within them [any].
-    covariance : ndarray, shape (dim, dim)
-        The same; may be singular [any].
-    lower, upper : ndarray, shape (dim,)
-        [any].
-    count : int
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    ndarray, shape (count, dim)
-        [any].
+    `mean` (dim,) [any], `covariance` (dim, dim) [any], `lower`, `upper` (dim,) [any]; returns (count, dim) [any].
     """
     width = upper - lower
     spread, axes = np.linalg.eigh(covariance / np.outer(width, width))

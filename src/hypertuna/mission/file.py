@@ -64,13 +64,7 @@ class MissionFile:
 
 
 def missions() -> tuple[str, ...]:
-    """List the missions that come with hypertuna.
-
-    Returns
-    -------
-    tuple of str
-        Names that `read_mission` knows.
-    """
+    """List the missions that come with hypertuna."""
     return tuple(sorted(path.stem for path in shipped("missions").glob("*.toml")))
 
 
@@ -107,24 +101,7 @@ def read_mission(path: str | Path) -> MissionFile:
 
 
 def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile:
-    """Check the document of a mission.
-
-    Parameters
-    ----------
-    document : mapping
-        Keys as in the file, with units.
-    file : str
-        Named in errors.
-
-    Returns
-    -------
-    MissionFile
-
-    Raises
-    ------
-    InputError
-        If the document breaks a rule.
-    """
+    """Check the document of a mission."""
     try:
         checked = Document.model_validate(document)
         mission = _mission(checked)
@@ -140,25 +117,7 @@ def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile
 
 
 def drawn(given: MissionFile, seed: int) -> Mission:
-    """Draw the water and the satellites of a seed.
-
-    Parameters
-    ----------
-    given : MissionFile
-    seed : int
-        0 for the mission as its file says it.
-
-    Returns
-    -------
-    Mission
-        With a current of any direction added, its speed even from 0 to the file's, and times without satellites, even
-        in start and length.
-
-    Raises
-    ------
-    InputError
-        If the seed is negative.
-    """
+    """Draw the water and the satellites of a seed."""
     if seed < 0:
         raise InputError("must not be negative", key="seed", value=str(seed), fix="give 0 or more")
     mission, scatter = given.mission, given.scatter
@@ -179,13 +138,7 @@ def drawn(given: MissionFile, seed: int) -> Mission:
 
 
 def reference() -> str:
-    """Write down every key of a mission file with its unit, its rule and its meaning.
-
-    Returns
-    -------
-    str
-        Sections of a Markdown page, docs/missions.md.
-    """
+    """Write down every key of a mission file with its unit, its rule and its meaning."""
     page = markdown(Document.model_json_schema(by_alias=True), title="", introduction="")
     return page[page.index("## ") :].replace("## ", "### ").rstrip()
 

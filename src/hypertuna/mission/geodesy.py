@@ -19,17 +19,7 @@ FARTHEST = 100e3  # m from the origin that positions make sense at
 def to_local(origin: tuple[float, float], latitude: ArrayLike, longitude: ArrayLike) -> Array:
     """Return east and north of an origin: the tangent plane of the ellipsoid there.
 
-    Parameters
-    ----------
-    origin : tuple of float
-        Latitude and longitude [rad].
-    latitude, longitude : array_like, shape (...)
-        On the ellipsoid [rad].
-
-    Returns
-    -------
-    ndarray, shape (..., 2)
-        x east and y north [m].
+    `origin` [rad], `latitude`, `longitude` (...) [rad]; returns (..., 2) [m].
     """
     away = _centered(np.asarray(latitude, float), np.asarray(longitude, float)) - _centered(*map(np.asarray, origin))
     result: Array = away @ _axes(*origin).T
@@ -39,17 +29,7 @@ def to_local(origin: tuple[float, float], latitude: ArrayLike, longitude: ArrayL
 def from_local(origin: tuple[float, float], place: ArrayLike) -> Array:
     """Return latitude and longitude of places on the ellipsoid: the inverse of `to_local`.
 
-    Parameters
-    ----------
-    origin : tuple of float
-        Latitude and longitude [rad].
-    place : array_like, shape (..., 2)
-        x east and y north, within 100 km [m].
-
-    Returns
-    -------
-    ndarray, shape (..., 2)
-        Latitude and longitude [rad].
+    `origin` [rad], `place` (..., 2) [m]; returns (..., 2) [rad].
     """
     place = np.asarray(place, dtype=np.float64)
     east_north = _axes(*origin)

@@ -29,67 +29,22 @@ MOST_BYTES = 200_000_000
 
 @dataclass(frozen=True)
 class GpxTrack:
-    """A track of a GPX file.
+    """A track of a GPX file."""
 
-    Attributes
-    ----------
-    name : str
-        Empty if it has none.
-    latitude, longitude : ndarray, shape (points,)
-        [rad].
-    elevation : ndarray, shape (points,)
-        Above the surface [m]; not a number where there is none.
-    time : ndarray, shape (points,)
-        Since 1970 [s]; not a number where there is none.
-    """
-
-    name: str
-    latitude: Array
+    name: str  # Empty if it has none
+    latitude: Array  # (points,) [rad]
     longitude: Array
-    elevation: Array
-    time: Array
+    elevation: Array  # (points,) Above the surface [m]; not a number where there is none
+    time: Array  # (points,) Since 1970 [s]; not a number where there is none
 
 
 def write_gpx(record: MissionRecord, path: str | Path) -> Path:
-    """Write the track of a mission, whole or not at all.
-
-    Parameters
-    ----------
-    record : MissionRecord
-        With an origin.
-    path : str or Path
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the record has no origin, or the file cannot be written.
-    """
+    """Write the track of a mission, whole or not at all."""
     return write_atomically(path, gpx_text(record).encode())
 
 
 def gpx_text(record: MissionRecord) -> str:
-    """Write the track of a mission: waypoints, where it was, and where it believed to be, once a second.
-
-    Parameters
-    ----------
-    record : MissionRecord
-        With an origin.
-
-    Returns
-    -------
-    str
-        XML.
-
-    Raises
-    ------
-    InputError
-        If the record has no origin.
-    """
+    """Write the track of a mission: waypoints, where it was, and where it believed to be, once a second."""
     check_origin(record.origin)
     assert record.origin is not None
     root = Element("gpx", {"version": "1.1", "creator": f"hypertuna {version()}", "xmlns": SPACE})
@@ -109,41 +64,14 @@ def gpx_text(record: MissionRecord) -> str:
 
 
 def check_origin(origin: tuple[float, float] | None, file: str | None = None) -> None:
-    """Check that there is an origin, which a track on the Earth needs.
-
-    Parameters
-    ----------
-    origin : tuple of float or None
-        Latitude and longitude [rad].
-    file : str, optional
-        That should have it, for the error.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Check that there is an origin, which a track on the Earth needs: `origin` [rad]."""
     if origin is None:
         fix = "add the table [origin] with latitude_deg and longitude_deg to the mission"
         raise InputError("is needed for a track on the Earth", file=file, key="origin", fix=fix)
 
 
 def read_gpx(path: str | Path) -> list[GpxTrack]:
-    """Read the tracks of a GPX file; segments of a track are joined.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    list of GpxTrack
-
-    Raises
-    ------
-    InputError
-        If there is no such file, it is no GPX 1.1, or a point cannot be used.
-    """
+    """Read the tracks of a GPX file; segments of a track are joined."""
     file = str(path)
     try:
         size, content = Path(path).stat().st_size, Path(path).read_bytes()

@@ -32,18 +32,7 @@ PART = 2000  # times that are written at once
 
 
 class LogWriter:
-    """A log that is written while a mission goes on: what `write` has got is on the disk in whole chunks.
-
-    Parameters
-    ----------
-    target : Path or BinaryIO
-        Where to write; a file that is there is written over.
-
-    Raises
-    ------
-    InputError
-        If the extra `log` is missing, or the file cannot be written.
-    """
+    """A log that is written while a mission goes on: what `write` has got is on the disk in whole chunks."""
 
     def __init__(self, target: Path | IO[bytes]) -> None:
         need_log()
@@ -67,13 +56,7 @@ class LogWriter:
         self.close()
 
     def write(self, record: MissionRecord) -> None:
-        """Put a record at the end, in whole chunks.
-
-        Parameters
-        ----------
-        record : MissionRecord
-            Later than what was written before, and of the same mission.
-        """
+        """Put a record at the end, in whole chunks."""
         if self._head is None:
             self._head = _head(record)
             self._file.write_metadata(METADATA, {"record": self._head, **record.facts})
@@ -93,13 +76,7 @@ class LogWriter:
         self._file.flush()
 
     def close(self, facts: Mapping[str, str] | None = None) -> None:
-        """End the file with its index.
-
-        Parameters
-        ----------
-        facts : mapping of str to str, optional
-            What is known at the end alone, such as how the mission ended.
-        """
+        """End the file with its index."""
         if facts:
             self._file.write_metadata(ENDING, dict(facts))
         self._file.close()
@@ -145,25 +122,7 @@ class LogWriter:
 
 
 def write_log(record: MissionRecord, path: str | Path, report: Callable[[int, int], None] | None = None) -> Path:
-    """Write a record as a log, whole or not at all.
-
-    Parameters
-    ----------
-    record : MissionRecord
-    path : str or Path
-    report : callable, optional
-        Is told times written, and all.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the extra `log` is missing, or the file cannot be written.
-    """
+    """Write a record as a log, whole or not at all."""
     whole = io.BytesIO()
     with LogWriter(whole) as writer:
         for begin in range(0, len(record.time), PART):

@@ -60,20 +60,7 @@ SCALARS: dict[str, tuple[str, ...]] = {
 
 
 def fields(names: Collection[str], joints: tuple[str, ...], circuits: tuple[str, ...]) -> dict[str, list[Field]]:
-    """Return what each topic has.
-
-    Parameters
-    ----------
-    names : collection of str
-        Quantities that are recorded, of `hypertuna.mission.record.COLUMNS`.
-    joints, circuits : tuple of str
-        Names of the joint groups and of the oil circuits.
-
-    Returns
-    -------
-    dict of str to list of Field
-        Topics that have something, in their order.
-    """
+    """Return what each topic has."""
     found = {}
     for topic, kinds in SCALARS.items():
         rows = [row for name in kinds if name in names for row in _rows(name, parts_of(name, joints, circuits))]
@@ -83,17 +70,7 @@ def fields(names: Collection[str], joints: tuple[str, ...], circuits: tuple[str,
 
 
 def schema(topic: str, rows: list[Field]) -> dict[str, object]:
-    """Return the JSON schema of a topic's messages.
-
-    Parameters
-    ----------
-    topic : str
-    rows : list of Field
-
-    Returns
-    -------
-    dict
-    """
+    """Return the JSON schema of a topic's messages."""
     extra: dict[str, object] = {}
     if topic == "/motion":
         extra = {key: _number(text) for key, text in DERIVED.items()}

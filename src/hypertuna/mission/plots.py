@@ -25,20 +25,7 @@ HOUR = 3600.0
 
 @styled
 def plot_mission(record: MissionRecord, *, width: float = WIDTH) -> Figure:
-    """Plot a mission.
-
-    Parameters
-    ----------
-    record : MissionRecord
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The track from above with fence, waypoints and where the robot believed to be; depth with its limits; energy
-        and power, if they are known.
-    """
+    """Plot a mission: `width` [inch]."""
     wide = width > NARROW
     low, high = _bounds(record)
     plan = min(0.86 * width * (high[1] - low[1]) / (high[0] - low[0]), (0.8 if wide else 1.2) * width)

@@ -94,46 +94,21 @@ COLUMNS |= {
 
 @dataclass(frozen=True)
 class MissionRecord:
-    """What was recorded of a mission.
+    """What was recorded of a mission."""
 
-    Parameters
-    ----------
-    name : str
-        Of the mission.
-    robot : str
-    mission : Mission
-        That was flown, with the water and the satellites of its seed.
-    time : ndarray, shape (T,)
-        Increasing [s].
-    data : mapping of str to ndarray
-        Quantities of `COLUMNS`, each of shape (T,) or (T, parts); position and attitude at least, or what the robot
-        believed of them.
-    joints, circuits : tuple of str
-        Names of the joint groups and of the oil circuits.
-    modes, reasons, controls, faults : tuple of str
-        Names of what ``mode``, ``reasons``, ``control`` and ``faults`` count.
-    origin : tuple of float, optional
-        Latitude and longitude that positions are counted from [rad].
-    facts : mapping of str to str
-        What made it: version, hashes, seed, how it ended.
-
-    Raises
-    ------
-    InputError
-        If a quantity is not known, is missing, is not finite or has the wrong shape, or time does not increase.
-    """
-
-    name: str
+    name: str  # Of the mission
     robot: str
-    mission: Mission
-    time: Array = field(repr=False)
+    mission: Mission  # That was flown, with the water and the satellites of its seed
+    time: Array = field(repr=False)  # (T,) Increasing [s]
+    # Quantities of `COLUMNS`, each of shape (T,) or (T, parts); position and attitude at least, or what the robot
+    # believed of them
     data: Mapping[str, Array] = field(repr=False)
-    joints: tuple[str, ...] = ()
+    joints: tuple[str, ...] = ()  # Names of the joint groups and of the oil circuits
     circuits: tuple[str, ...] = ()
-    modes: tuple[str, ...] = ()
+    modes: tuple[str, ...] = ()  # Names of what ``mode``, ``reasons``, ``control`` and ``faults`` count
     reasons: tuple[str, ...] = ()
-    origin: tuple[float, float] | None = None
-    facts: Mapping[str, str] = field(default_factory=dict)
+    origin: tuple[float, float] | None = None  # Latitude and longitude that positions are counted from [rad]
+    facts: Mapping[str, str] = field(default_factory=dict)  # What made it: version, hashes, seed, how it ended
     controls: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
 
@@ -236,55 +211,19 @@ class MissionRecord:
 
 
 def parts_of(name: str, joints: tuple[str, ...], circuits: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of the parts of a quantity.
-
-    Parameters
-    ----------
-    name : str
-        Of `COLUMNS`.
-    joints, circuits : tuple of str
-
-    Returns
-    -------
-    tuple of str
-        None for a plain quantity.
-    """
+    """Return the names of the parts of a quantity."""
     dim = COLUMNS[name].dim
     servos = (*circuits, *(f"fin-{side}" for side in PARTS["fin"]))
     return {"joint": joints, "circuit": circuits, "servo": servos}.get(dim, PARTS.get(dim, ()))
 
 
 def mission_table(mission: Mission) -> dict[str, Any]:
-    """Write a mission as plain lists and numbers, for a file.
-
-    Parameters
-    ----------
-    mission : Mission
-
-    Returns
-    -------
-    dict
-        SI units, as the attributes of `Mission`.
-    """
+    """Write a mission as plain lists and numbers, for a file."""
     return asdict(mission) | {"waypoints": [list(point) for point in mission.waypoints]}
 
 
 def mission_from(table: Mapping[str, Any]) -> Mission:
-    """Read what `mission_table` wrote.
-
-    Parameters
-    ----------
-    table : mapping
-
-    Returns
-    -------
-    Mission
-
-    Raises
-    ------
-    InputError
-        If it is not such a table.
-    """
+    """Read what `mission_table` wrote."""
     try:
         given = {key: _tuples(value) for key, value in table.items()}
         return Mission(**given | {"waypoints": tuple(Waypoint(*point) for point in given["waypoints"])})
@@ -293,17 +232,7 @@ def mission_from(table: Mapping[str, Any]) -> Mission:
 
 
 def record_facts(record: MissionRecord) -> dict[str, Any]:
-    """Tell a mission, for programs.
-
-    Parameters
-    ----------
-    record : MissionRecord
-
-    Returns
-    -------
-    dict
-        Names with units.
-    """
+    """Tell a mission, for programs."""
     span = float(record.time[-1] - record.time[0])
     told: dict[str, Any] = {
         "mission": record.name,
@@ -329,18 +258,7 @@ def record_facts(record: MissionRecord) -> dict[str, Any]:
 
 
 def joined(records: Sequence[MissionRecord]) -> MissionRecord:
-    """Join records that follow each other in time.
-
-    Parameters
-    ----------
-    records : sequence of MissionRecord
-        Of one mission, with the same quantities.
-
-    Returns
-    -------
-    MissionRecord
-        With the facts of the last one.
-    """
+    """Join records that follow each other in time."""
     first, last = records[0], records[-1]
     data = {name: np.concatenate([part.data[name] for part in records]) for name in first.data}
     time = np.concatenate([part.time for part in records])

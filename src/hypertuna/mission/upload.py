@@ -18,19 +18,7 @@ STEP = 1e4  # of an item's x and y in 1 m
 
 
 def items_of(mission: Mission, system: int) -> list[Any]:
-    """Make the items of a mission. Start and heading are where the robot is; the water is not told.
-
-    Parameters
-    ----------
-    mission : Mission
-    system : int
-        Of the robot.
-
-    Returns
-    -------
-    list of object
-        MISSION_ITEM_INT, as docs/radio.md tells them.
-    """
+    """Make the items of a mission. Start and heading are where the robot is; the water is not told."""
     module = dialect()
     items: list[Any] = []
 
@@ -57,20 +45,7 @@ def items_of(mission: Mission, system: int) -> list[Any]:
 
 
 def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None] | None = None) -> None:
-    """Send a mission; the robot has the old one until it has all of the new.
-
-    Parameters
-    ----------
-    robot : Client
-    mission : Mission
-    progress : callable, optional
-        Called with items asked for and all items.
-
-    Raises
-    ------
-    InputError
-        If the robot refuses it, or does not answer.
-    """
+    """Send a mission; the robot has the old one until it has all of the new."""
     items = items_of(mission, robot.system)
     count = dialect().MAVLink_mission_count_message
     kinds = ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK")
@@ -91,18 +66,7 @@ def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None]
 
 
 def download(robot: Client) -> Sequence[Any]:
-    """Read the mission on board.
-
-    Returns
-    -------
-    sequence of object
-        Its items, MISSION_ITEM_INT.
-
-    Raises
-    ------
-    InputError
-        If the robot does not answer.
-    """
+    """Read the mission on board."""
     listing = dialect().MAVLink_mission_request_list_message
     count = robot.ask(lambda: listing(robot.system, 1), lambda m: m.get_type() == "MISSION_COUNT", "mission").count
     return [_item(robot, k) for k in range(count)]

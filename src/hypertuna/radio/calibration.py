@@ -32,45 +32,16 @@ Pair = tuple[str, float, float]  # sensor, counts of its converter (of a servo: 
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a sensor's or a servo's readings say.
+    """What a sensor's or a servo's readings say."""
 
-    Attributes
-    ----------
-    sensor : str
-        Its name, such as ``bend_0``.
-    parameters : dict of str to float
-        What the robot is to keep [SI].
-    rms : float
-        Of what the straight line leaves, in SI of the reference.
-    points : int
-    """
-
-    sensor: str
-    parameters: dict[str, float]
-    rms: float
+    sensor: str  # Its name, such as ``bend_0``
+    parameters: dict[str, float]  # What the robot is to keep [SI]
+    rms: float  # Of what the straight line leaves, in SI of the reference
     points: int
 
 
 def sensor_of(text: str) -> tuple[str, int]:
-    """Read the name of a sensor or servo.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``bend_0`` of joint I, ``pressure_3`` of the last circuit, ``servo_5``.
-
-    Returns
-    -------
-    str
-        Kind.
-    int
-        Number, from 0.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Read the name of a sensor or servo."""
     found = re.fullmatch(r"([a-z]+)_(\d)", text)
     if found is None or found[1] not in KINDS:
         fix = did_you_mean(text, [f"{kind}_0" for kind in KINDS])
@@ -82,19 +53,6 @@ def read_pairs(path: str | Path) -> list[Pair]:
     """Read readings and references from a CSV file: sensor, counts, reference.
 
     The reference is in deg (bend, servo), kPa (pressure) or A (current); the counts of a servo are its pulse in us.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    list of Pair
-
-    Raises
-    ------
-    InputError
-        If a column is missing, or a cell cannot be used: with file, line and column.
     """
     file = str(path)
     (line, head), *rows = read_rows(path)
@@ -120,25 +78,7 @@ def read_pairs(path: str | Path) -> list[Pair]:
 
 
 def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[Calibration, ...]:
-    """Fit a straight line to each sensor: reference = scale (counts - zero).
-
-    Parameters
-    ----------
-    pairs : sequence of Pair
-        At two references at least of each sensor.
-    pulse_center : float
-        Pulse at which a servo without trim should stand at 0 [s].
-
-    Returns
-    -------
-    tuple of Calibration
-        In the order of the sensors' names.
-
-    Raises
-    ------
-    InputError
-        If a sensor has fewer than two different references, or its counts do not follow them.
-    """
+    """Fit a straight line to each sensor: reference = scale (counts - zero); `pulse_center` [s]."""
     found = []
     for sensor in sorted({name for name, _, _ in pairs}):
         kind, number = sensor_of(sensor)

@@ -30,43 +30,20 @@ NAME = "pymavlink.dialects.v20.hypertuna"  # where mavutil looks for a dialect o
 
 
 def need_radio() -> None:
-    """Check that the packages for the radio are there.
-
-    Raises
-    ------
-    InputError
-        If one is not installed.
-    """
+    """Check that the packages for the radio are there."""
     for name in ("pymavlink", "serial"):
         if importlib.util.find_spec(name) is None:
             raise InputError("is needed by the radio and is not installed", key=name, fix=HOW)
 
 
 def dialect_file() -> Path:
-    """Find the definition of the dialect.
-
-    Returns
-    -------
-    Path
-        Of hypertuna.xml: inside the package, or in the source tree.
-    """
+    """Find the definition of the dialect."""
     return shipped("mavlink") / "hypertuna.xml"
 
 
 @functools.cache
 def dialect() -> Any:
-    """Load the dialect's module, and make it first if the cache has none of this definition.
-
-    Returns
-    -------
-    module
-        As pymavlink's mavgen makes it: classes of messages, enumerations, `MAVLink`.
-
-    Raises
-    ------
-    InputError
-        If the extra `radio` is missing, or the module cannot be made.
-    """
+    """Load the dialect's module, and make it first if the cache has none of this definition."""
     need_radio()
     os.environ["MAVLINK20"] = "1"  # mavutil's choice of the protocol's version
     source = dialect_file()
@@ -89,18 +66,7 @@ def dialect() -> Any:
 
 @functools.cache
 def mavutil() -> Any:
-    """Load pymavlink's connections with the dialect.
-
-    Returns
-    -------
-    module
-        `pymavlink.mavutil`.
-
-    Raises
-    ------
-    InputError
-        As for `dialect`.
-    """
+    """Load pymavlink's connections with the dialect."""
     dialect()
     with _quiet():
         from pymavlink import mavutil as module

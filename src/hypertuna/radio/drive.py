@@ -39,36 +39,17 @@ DEAD = 0.1  # part of an axis about its middle
 
 @dataclass(frozen=True)
 class Stick:
-    """What is asked for.
+    """What is asked for."""
 
-    Attributes
-    ----------
-    ahead : float
-        0 to 1 of the top speed [1].
-    turn : float
-        -1 to 1, starboard positive [1].
-    climb : float
-        -1 to 1 [1].
-    order : str
-        What else was asked for just now: arm, stop, mission, quit, or the number of a gait; empty for nothing.
-    """
-
-    ahead: float = 0.0
-    turn: float = 0.0
-    climb: float = 0.0
+    ahead: float = 0.0  # 0 to 1 of the top speed [1]
+    turn: float = 0.0  # -1 to 1, starboard positive [1]
+    climb: float = 0.0  # -1 to 1 [1]
+    # What else was asked for just now: arm, stop, mission, quit, or the number of a gait; empty for nothing
     order: str = ""
 
 
 def keys(typed: bytes) -> str:
     r"""Return the keys that were typed, without those that a terminal spells as a sequence, such as arrows and F-keys.
-
-    Parameters
-    ----------
-    typed : bytes
-
-    Returns
-    -------
-    str
 
     Examples
     --------
@@ -80,16 +61,6 @@ def keys(typed: bytes) -> str:
 
 def pressed(stick: Stick, key: str) -> Stick:
     """Follow a key.
-
-    Parameters
-    ----------
-    stick : Stick
-    key : str
-        One character.
-
-    Returns
-    -------
-    Stick
 
     Examples
     --------
@@ -121,18 +92,7 @@ def pressed(stick: Stick, key: str) -> Stick:
 
 
 def gamepad(content: bytes) -> list[tuple[str, float]]:
-    """Read events of Linux' joystick interface, /dev/input/js0.
-
-    Parameters
-    ----------
-    content : bytes
-        Events of 8 bytes.
-
-    Returns
-    -------
-    list of (str, float)
-        Axis and value from -1 to 1; or ``"arm"`` for the first button, ``"stop"`` for the second.
-    """
+    """Read events of Linux' joystick interface, /dev/input/js0."""
     found = []
     for k in range(0, len(content) - EVENT.size + 1, EVENT.size):
         _, value, kind, number = EVENT.unpack_from(content, k)
@@ -147,18 +107,7 @@ def gamepad(content: bytes) -> list[tuple[str, float]]:
 
 
 def moved(stick: Stick, event: tuple[str, float]) -> Stick:
-    """Follow an event of a gamepad.
-
-    Parameters
-    ----------
-    stick : Stick
-    event : tuple of (str, float)
-        As of `gamepad`, or "gone" for one that is unplugged.
-
-    Returns
-    -------
-    Stick
-    """
+    """Follow an event of a gamepad."""
     name, value = event
     if name in ("stop", "gone"):
         return Stick(order="stop")
@@ -170,24 +119,7 @@ def moved(stick: Stick, event: tuple[str, float]) -> Stick:
 def view(
     last: Mapping[str, Any], texts: Sequence[str], stick: Stick, gaits: Sequence[str], age: float
 ) -> RenderableType:
-    """Lay out what the robot says.
-
-    Parameters
-    ----------
-    last : mapping of str to object
-        Latest message of each kind.
-    texts : sequence of str
-        What it said in words.
-    stick : Stick
-    gaits : sequence of str
-        Names, for the keys from 1.
-    age : float
-        Since the last message [s].
-
-    Returns
-    -------
-    RenderableType
-    """
+    """Lay out what the robot says: `age` [s]."""
     tables = [
         Panel(_rows(_state(last, age)), title="robot"),
         Panel(_rows(_motion(last)), title="motion"),

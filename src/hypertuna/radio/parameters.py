@@ -17,24 +17,7 @@ SEE = "see them by `hypertuna link params`"
 
 
 def read_parameters(robot: Client, progress: Callable[[int, int], None] | None = None) -> dict[str, float]:
-    """Read all parameters; what was lost on the way is asked for one by one.
-
-    Parameters
-    ----------
-    robot : Client
-    progress : callable, optional
-        Called with how many came and how many there are.
-
-    Returns
-    -------
-    dict of str to float
-        By name in lower case, in the robot's order [SI].
-
-    Raises
-    ------
-    InputError
-        If the robot does not answer.
-    """
+    """Read all parameters; what was lost on the way is asked for one by one: returns [SI]."""
     make, found, total = dialect().MAVLink_param_request_list_message, {}, 0
     answer = robot.ask(lambda: make(robot.system, 1), lambda m: m.get_type() == "PARAM_VALUE", "parameters")
     while answer is not None:
@@ -54,23 +37,7 @@ def read_parameters(robot: Client, progress: Callable[[int, int], None] | None =
 
 
 def read_parameter(robot: Client, name: str) -> float:
-    """Read one parameter.
-
-    Parameters
-    ----------
-    robot : Client
-    name : str
-
-    Returns
-    -------
-    float
-        [SI].
-
-    Raises
-    ------
-    InputError
-        If the robot has none of that name, or does not answer.
-    """
+    """Read one parameter: returns [SI]."""
     _check(name)
     make = dialect().MAVLink_param_request_read_message
     answer = robot.ask(lambda: make(robot.system, 1, name.upper().encode(), -1), _answers(name), name)
@@ -101,25 +68,7 @@ def _answers(name: str) -> Callable[[Any], bool]:
 
 
 def set_parameter(robot: Client, name: str, value: float) -> float:
-    """Set a parameter; the robot keeps it.
-
-    Parameters
-    ----------
-    robot : Client
-    name : str
-    value : float
-        [SI].
-
-    Returns
-    -------
-    float
-        As it is on board [SI].
-
-    Raises
-    ------
-    InputError
-        If the robot refuses it, with its reason, or does not answer.
-    """
+    """Set a parameter; the robot keeps it: `value` [SI]; returns [SI]."""
     _check(name)
     make, said = dialect().MAVLink_param_set_message, len(robot.texts)
     answer = robot.ask(lambda: make(robot.system, 1, name.upper().encode(), value, 9), _answers(name), name)

@@ -29,20 +29,7 @@ SIDES = ("-", (0, (4, 1.5)))  # lines of left and right circuits
 
 @styled
 def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
-    """Plot a run of the twin.
-
-    Parameters
-    ----------
-    run : TwinRun
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The last beats: bend of each joint beside what was set, pressures of the circuits, electrical power. The whole
-        run: speed and path of the nose in water, peak bends in air.
-    """
+    """Plot a run of the twin: `width` [inch]."""
     beside = width > 6
     water = run.fish_in == "water"
     kinds = [_draw_angles, _draw_pressures, _draw_power, _draw_speed if water else _draw_peaks]
@@ -60,20 +47,7 @@ def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
 
 @styled
 def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
-    """Plot the pressures of one beat, in the pumps and in the drive units: a panel for each joint.
-
-    Parameters
-    ----------
-    run : TwinRun
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The last beat; of a settled run the last ones laid over each other, so that they show what lies between the
-        samples of one. What lies between the two lines of a circuit is lost in its oil line.
-    """
+    """Plot the pressures of one beat, in the pumps and in the drive units: a panel for each joint; `width` [inch]."""
     joints = [group.name for group in run.robot.joints]
     laid = max(1, round(FINE * (run.time[1] - run.time[0]) * run.gait.frequency)) if run.settled else 1
     last = _last(run, laid)
@@ -214,19 +188,7 @@ ERRORS = (0, 0.25, 0.5, 1, 2, 5, 10, 20, 40)  # deg, that are marked
 def plot_posture(test: PostureTest, *, example: float | None = None, width: float = WIDTH) -> Figure:
     """Plot the paper's Fig. 8: how a joint's bend grows to its set angle, and the error of its peaks.
 
-    Parameters
-    ----------
-    test : PostureTest
-    example : float, optional
-        Frequency whose bend is shown [Hz]; left out, the second lowest.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One column for each joint group that moves: bend at one frequency, error of the peak bend per beat at all, and
-        the largest amplitude at each frequency where it was sought.
+    `example` [Hz], `width` [inch].
     """
     joints = list(dict.fromkeys(one.joint for one in test.held))
     frequencies = sorted({one.frequency for one in test.held})
@@ -259,21 +221,7 @@ def plot_limits(
 ) -> Figure:
     """Plot the amplitude that joints reach against the frequency, beside a first-order lag.
 
-    Parameters
-    ----------
-    frequency : array_like, shape (frequencies,)
-        [Hz].
-    ratio : mapping of str to array_like, shape (frequencies,)
-        Amplitude reached over the one that was set, by what to call it [1].
-    bandwidth : float
-        Of the lag [Hz].
-    label : str
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `frequency` (frequencies,) [Hz], `ratio` (frequencies,), `bandwidth` [Hz], `width` [inch].
     """
     figure = Figure(figsize=(width, 0.62 * width), layout="constrained")
     axes = figure.subplots()
@@ -332,19 +280,7 @@ def _draw_reach(axes: Axes, test: PostureTest, joint: int) -> None:
 
 @styled
 def plot_dive(done: Dive, *, width: float = WIDTH) -> Figure:
-    """Plot a dive.
-
-    Parameters
-    ----------
-    done : Dive
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Depth downward, pitch, speed and fin angle over time; the beat's mean over what it swings about.
-    """
+    """Plot a dive: `width` [inch]."""
     run = done.run
     figure = Figure(figsize=(width, 0.85 * width + 1.2 if width > 6 else 1.6 * width), layout="constrained")
     depth, pitch, speed, fins = figure.subplots(4, 1, sharex=True, height_ratios=[1.5, 1, 1, 0.8])

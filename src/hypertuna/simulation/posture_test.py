@@ -39,34 +39,15 @@ LONGEST = 600.0  # s
 
 @dataclass(frozen=True)
 class Held:
-    """How one joint group reached its set angle at one frequency.
+    """How one joint group reached its set angle at one frequency."""
 
-    Attributes
-    ----------
-    joint : int
-        Index of the joint group.
-    frequency : float
-        [Hz].
-    angle : float
-        Set angle, the peak bend that is asked for to both sides [rad].
-    time : ndarray, shape (beats,)
-        End of each beat [s].
-    peaks : ndarray, shape (beats, 2)
-        Peak bend to the left and to the right, both positive [rad].
-    measured : ndarray, shape (beats, 2)
-        The same as the bending sensor shows it.
-    limits : tuple of str
-        Limits that held the joint back in the last beats, by the names of their flags.
-    run : TwinRun
-    """
-
-    joint: int
-    frequency: float
-    angle: float
-    time: Array
-    peaks: Array
-    measured: Array
-    limits: tuple[str, ...]
+    joint: int  # Index of the joint group
+    frequency: float  # [Hz]
+    angle: float  # Set angle, the peak bend that is asked for to both sides [rad]
+    time: Array  # (beats,) End of each beat [s]
+    peaks: Array  # (beats, 2) Peak bend to the left and to the right, both positive [rad]
+    measured: Array  # (beats, 2) The same as the bending sensor shows it
+    limits: tuple[str, ...]  # Limits that held the joint back in the last beats, by the names of their flags
     run: TwinRun
 
     @property
@@ -106,46 +87,20 @@ class Reach(NamedTuple):
 
 @dataclass(frozen=True)
 class PostureTest:
-    """The paper's Fig. 8, computed: joints that are told to beat with a set angle, at several frequencies.
-
-    Attributes
-    ----------
-    robot : Robot
-    fish_in : str
-        "air" or "water".
-    angle : ndarray, shape (groups,)
-        Set angle of each joint group [rad]; those with 0 stay straight.
-    duration : float
-        Of each run [s].
-    held : tuple of Held
-        One for each frequency and moving joint group, by frequency.
-    reach : tuple of Reach
-        The same; empty if it was not asked for.
-    eased : tuple of Held
-        Where the set angle is out of reach: the same with 90 % of the largest amplitude.
-    seed : int
-    temperature : float
-        Of the oil [K].
-    """
+    """The paper's Fig. 8, computed: joints that are told to beat with a set angle, at several frequencies."""
 
     robot: Robot
-    fish_in: str
-    angle: Array
-    duration: float
-    held: tuple[Held, ...]
-    reach: tuple[Reach, ...]
-    eased: tuple[Held, ...]
+    fish_in: str  # "air" or "water"
+    angle: Array  # (groups,) Set angle of each joint group [rad]; those with 0 stay straight
+    duration: float  # Of each run [s]
+    held: tuple[Held, ...]  # One for each frequency and moving joint group, by frequency
+    reach: tuple[Reach, ...]  # The same; empty if it was not asked for
+    eased: tuple[Held, ...]  # Where the set angle is out of reach: the same with 90 % of the largest amplitude
     seed: int
-    temperature: float
+    temperature: float  # Of the oil [K]
 
     def dataset(self) -> xr.Dataset:
-        """Label the result.
-
-        Returns
-        -------
-        xarray.Dataset
-            Dimensions frequency, joint, beat and side; beats that a frequency does not have are empty.
-        """
+        """Label the result."""
         frequencies = list(dict.fromkeys(one.frequency for one in self.held))
         joints = list(dict.fromkeys(one.joint for one in self.held))
         shape = (len(frequencies), len(joints), max(len(one.time) for one in self.held))
@@ -195,34 +150,7 @@ def posture_test(
 ) -> PostureTest:
     """Test the posture control as the paper's Fig. 8 does: from rest to a set angle, at several frequencies.
 
-    Parameters
-    ----------
-    robot : Robot
-    frequencies : sequence of float
-        [Hz].
-    angle : sequence of float, shape (groups,)
-        Peak bend to both sides that each joint group is told to make [rad].
-    duration : float
-        Of each run [s].
-    fish_in : {"air", "water"}
-    temperature : float, optional
-        Of the oil [K]; left out, that of the description.
-    seed : int
-        Of the sensors' noise.
-    limits : bool
-        Whether to seek the largest amplitude of each joint group, too.
-    progress : callable, optional
-        Called with the number of frequencies done and their total.
-
-    Returns
-    -------
-    PostureTest
-
-    Raises
-    ------
-    InputError
-        If there is nothing to test, an angle is beyond a joint's largest bend, a run has less than two beats, or the
-        robot lacks what the twin needs.
+    `frequencies` [Hz], `angle` (groups,) [rad], `duration` [s], `temperature` [K].
     """
     _check(robot, frequencies, angle, duration)
     moving = [joint for joint, value in enumerate(angle) if value > 0]
@@ -255,18 +183,7 @@ def hold(
     temperature: float | None,
     seed: int,
 ) -> list[Held]:
-    """Let joints beat with set angles at one frequency, and look at their peak bends.
-
-    Parameters
-    ----------
-    robot, frequency, angle, duration, fish_in, temperature, seed
-        As for `posture_test`.
-
-    Returns
-    -------
-    list of Held
-        One for each joint group whose angle is not 0.
-    """
+    """Let joints beat with set angles at one frequency, and look at their peak bends."""
     gait = Gait(frequency, tuple(angle), (0.0,) * len(angle))
     run = twin(robot, gait, duration=duration, fish_in=fish_in, temperature=temperature, seed=seed)
     found = []
@@ -292,20 +209,7 @@ def reach(
     0.5 deg of it. The largest bend of the description is asked first, then what was reached, and so on down to one that
     is held; between that one and the last that was not, it is sought by bisection.
 
-    Parameters
-    ----------
-    robot : Robot
-    joint : int
-        Index of the joint group.
-    frequency : float
-        [Hz].
-    fish_in, temperature, seed
-        As for `posture_test`.
-
-    Returns
-    -------
-    Reach
-        Amplitude to 0.5 deg; without limits if all that was tried is held.
+    `frequency` [Hz].
     """
     group = robot.joints[joint]
     conditions: Any = {"fish_in": fish_in, "temperature": temperature, "seed": seed}
@@ -330,21 +234,7 @@ def reach(
 def peak_bends(time: Array, angle: Array, frequency: float) -> tuple[Array, Array]:
     """Find the peak bends of each beat to both sides, between samples by a parabola.
 
-    Parameters
-    ----------
-    time : ndarray, shape (times,)
-        Evenly spaced [s].
-    angle : ndarray, shape (times,)
-        [rad], positive to the left.
-    frequency : float
-        [Hz].
-
-    Returns
-    -------
-    end : ndarray, shape (beats,)
-        End of each whole beat [s].
-    peaks : ndarray, shape (beats, 2)
-        Largest bend to the left and to the right [rad]; negative if it did not come so far.
+    `time` (times,) [s], `angle` (times,) [rad], `frequency` [Hz]; returns `end` (beats,) [s], `peaks` (beats, 2) [rad].
     """
     step = time[1] - time[0]
     beats = int((time[-1] - time[0]) * frequency + 1e-9)

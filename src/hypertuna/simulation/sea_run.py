@@ -43,15 +43,9 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
 
 
 class Motion:
-    """How the head moved, of what was recorded at sea.
+    """How the head moved, of what was recorded at sea."""
 
-    Attributes
-    ----------
-    data : dict of ndarray
-        "position", "attitude" and "velocity" among it, as in `VARIABLES`.
-    """
-
-    data: dict[str, Array]
+    data: dict[str, Array]  # "position", "attitude" and "velocity" among it, as in `VARIABLES`
 
     @property
     def position(self) -> Array:

@@ -26,39 +26,16 @@ THREADS = 2
 
 @dataclass(frozen=True)
 class Factor:
-    """One estimate of a description and how far it may be off.
+    """One estimate of a description and how far it may be off."""
 
-    Attributes
-    ----------
-    name : str
-        In words.
-    key : str
-        Place in the robot's file, e.g. ``joints.line.bore_m``: in a list of tables, of every one that has it.
-    low, high : float
-        Multiples of the description's value, alike on a logarithmic scale, or what is added to it.
-    how : str
-        "times" or "plus".
-    """
-
-    name: str
-    key: str
-    low: float
+    name: str  # In words
+    key: str  # Place in the robot's file, e.g. ``joints.line.bore_m``: in a list of tables, of every one that has it
+    low: float  # Multiples of the description's value, alike on a logarithmic scale, or what is added to it
     high: float
-    how: Literal["times", "plus"] = "times"
+    how: Literal["times", "plus"] = "times"  # "times" or "plus"
 
     def change(self, part: Array) -> Array:
-        """Return the multiple, or the addend, at a part of the range.
-
-        Parameters
-        ----------
-        part : ndarray
-            From 0 to 1.
-
-        Returns
-        -------
-        ndarray
-            Of the same shape [1, or the unit of the key].
-        """
+        """Return the multiple, or the addend, at a part of the range."""
         if self.how == "plus":
             return self.low + (self.high - self.low) * part
         logarithm = math.log(self.low) + math.log(self.high / self.low) * part
@@ -86,80 +63,34 @@ class Influence:
     """Sobol's indices of some outputs of the twin.
 
     A run that diverges has no outputs: where one did, indices, means and deviations are not numbers.
-
-    Attributes
-    ----------
-    factors : tuple of Factor
-    outputs : tuple of str
-    first, total : ndarray, shape (outputs, factors)
-        Part of the variance that a factor makes alone, and with all others.
-    error : ndarray, shape (outputs, factors)
-        Half width of the total index's 95 % interval, by bootstrap.
-    mean, deviation : ndarray, shape (outputs,)
-        Of each output over the ranges [unit of the output].
-    runs, diverged : int
-        Runs made, and how many of them diverged.
     """
 
     factors: tuple[Factor, ...]
     outputs: tuple[str, ...]
-    first: Array
+    first: Array  # (outputs, factors) Part of the variance that a factor makes alone, and with all others
     total: Array
-    error: Array
-    mean: Array
+    error: Array  # (outputs, factors) Half width of the total index's 95 % interval, by bootstrap
+    mean: Array  # (outputs,) Of each output over the ranges [unit of the output]
     deviation: Array
-    runs: int
+    runs: int  # Runs made, and how many of them diverged
     diverged: int
 
 
 @dataclass(frozen=True)
 class Spread:
-    """What the twin's speeds may be while its estimates are off.
-
-    Attributes
-    ----------
-    gaits : tuple of str
-    speed : ndarray, shape (draws, gaits)
-        [m/s]; not a number where a run diverged.
-    """
+    """What the twin's speeds may be while its estimates are off."""
 
     gaits: tuple[str, ...]
-    speed: Array
+    speed: Array  # (draws, gaits) [m/s]; not a number where a run diverged
 
     def interval(self, gait: str) -> tuple[float, float]:
-        """Return the interval that holds 95 % of the draws.
-
-        Parameters
-        ----------
-        gait : str
-
-        Returns
-        -------
-        tuple of float
-            Lower and upper end [m/s]; not numbers if a run of that gait diverged.
-        """
+        """Return the interval that holds 95 % of the draws: returns [m/s]."""
         low, high = np.percentile(self.speed[:, self.gaits.index(gait)], [2.5, 97.5])
         return float(low), float(high)
 
 
 def varied(robot: Robot, changes: Mapping[Factor, float]) -> Robot:
-    """Return a robot with some of its estimates changed.
-
-    Parameters
-    ----------
-    robot : Robot
-    changes : mapping of Factor to float
-        The multiple, or the addend.
-
-    Returns
-    -------
-    Robot
-
-    Raises
-    ------
-    InputError
-        If the robot has no such value, or the description does not take the changed one.
-    """
+    """Return a robot with some of its estimates changed."""
     document = robot.document()
     for factor, change in changes.items():
         path, _, last = factor.key.rpartition(".")
@@ -186,31 +117,7 @@ def influence(
 ) -> Influence:
     """Tell which estimates the twin's joint amplitudes and speed hang on, by Saltelli's scheme.
 
-    Parameters
-    ----------
-    robot : Robot
-        Its controller goes on counting on the robot as described, but for its own limits.
-    gait : Gait
-    factors : sequence of Factor
-    samples : int
-        A power of two; samples times (factors + 2) runs are made.
-    seed : int
-    seconds : float
-        Of each run [s].
-    threads : int
-    progress : callable, optional
-        Called with runs done and their total.
-
-    Returns
-    -------
-    Influence
-        Outputs: first harmonic of each joint [deg] and the speed [m/s]. If a run diverges, its field `diverged` counts
-        it and the indices are not numbers: narrow the ranges of the factors.
-
-    Raises
-    ------
-    InputError
-        If the number of samples is no power of two, or as `twin` does.
+    `seconds` [s]; returns [deg], [m/s].
     """
     from scipy import stats
 
@@ -268,31 +175,7 @@ def spread(
     threads: int = THREADS,
     progress: Callable[[int, int], None] | None = None,
 ) -> Spread:
-    """Swim gaits with estimates drawn from their ranges, by Sobol's sequence.
-
-    Parameters
-    ----------
-    robot : Robot
-    gaits : mapping of str to Gait
-    factors : sequence of Factor
-    draws : int
-        A power of two.
-    seed : int
-    seconds : float
-        Of each run [s].
-    threads : int
-    progress : callable, optional
-        Called with runs done and their total.
-
-    Returns
-    -------
-    Spread
-
-    Raises
-    ------
-    InputError
-        As `twin` does.
-    """
+    """Swim gaits with estimates drawn from their ranges, by Sobol's sequence: `seconds` [s]."""
     from scipy.stats import qmc
 
     parts = qmc.Sobol(len(factors), rng=np.random.default_rng(seed)).random(draws)

@@ -33,17 +33,7 @@ DOTS = 0.08  # spacing of the specks in the water, body lengths
 def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
     """Draw the body around its midline through the last beat, the mean path straight to the left.
 
-    Parameters
-    ----------
-    swim : Swim
-    frames : int
-
-    Returns
-    -------
-    outline : ndarray, shape (frames, points, 2)
-        Closed polygons in body lengths, the mean position of the nose at the origin; the thickness is schematic.
-    step : ndarray, shape (2,)
-        What the water moves past the body in a beat [body lengths].
+    Returns `outline` (frames, points, 2), `step` (2,) [body lengths].
     """
     motion = last_beat(swim)
     pose = np.stack([motion.x.values, motion.y.values, motion.heading.values], axis=1)
@@ -58,18 +48,7 @@ def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
 
 
 def animate_swim(swim: Swim, path: str | Path) -> None:
-    """Write the swimming body of one beat as an animated GIF that repeats without a seam.
-
-    Parameters
-    ----------
-    swim : Swim
-    path : str or Path
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write the swimming body of one beat as an animated GIF that repeats without a seam."""
     shapes, step = outlines(swim)
     reach = 1.15 * max(0.16, float(np.abs(shapes[..., 1]).max()))
     figure = Figure(figsize=(6.4, 6.4 * 2 * reach / 1.3), dpi=100, facecolor="white")
@@ -94,17 +73,7 @@ def animate_swim(swim: Swim, path: str | Path) -> None:
 
 
 def swimming_svg(swim: Swim) -> str:
-    """Draw the swimming body of one beat as an SVG that moves by itself, for pages.
-
-    Parameters
-    ----------
-    swim : Swim
-
-    Returns
-    -------
-    str
-        An ``<svg>`` element; classes ``fish``, ``body`` and ``water`` leave the colors to the page.
-    """
+    """Draw the swimming body of one beat as an SVG that moves by itself, for pages."""
     shapes, step = outlines(swim)
     scale = 1000
     reach = 1.7 * float(np.abs(shapes[..., 1]).max()) * scale
@@ -124,16 +93,7 @@ def swimming_svg(swim: Swim) -> str:
 
 
 def slowed(swim: Swim) -> str:
-    """Say how the time on the screen differs from the time in the water.
-
-    Parameters
-    ----------
-    swim : Swim
-
-    Returns
-    -------
-    str
-    """
+    """Say how the time on the screen differs from the time in the water."""
     factor = FRAMES * FRAME / 1000 * swim.gait.frequency
     if factor > 1.05:
         return f"slowed down {factor:.2g} times"

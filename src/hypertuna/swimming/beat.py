@@ -70,17 +70,7 @@ QUANTITIES = {
 
 
 def check_steps(steps: int) -> None:
-    """Check a number of steps per beat.
-
-    Parameters
-    ----------
-    steps : int
-
-    Raises
-    ------
-    InputError
-        If it is not a multiple of 4 between 8 and 8192.
-    """
+    """Check a number of steps per beat."""
     if not 8 <= steps <= 8192 or steps % 4:
         raise InputError("must be a multiple of 4 from 8 to 8192", key="steps", value=str(steps), fix="take 128")
 
@@ -99,27 +89,7 @@ def settle(
 ) -> dict[str, Any]:
     """Find the settled beats of gaits.
 
-    Parameters
-    ----------
-    robot : Robot
-    frequency : ndarray, shape (gaits,)
-        Beat frequency [Hz].
-    amplitude, phase, bias : ndarray, shape (gaits, groups)
-        Of each joint group [rad].
-    model : _core.Model, optional
-        To swim in place of the robot's own, as `core_model` makes it with changed columns.
-    steps : int
-        Runge-Kutta steps per beat, a multiple of 4.
-    wait : int
-        Integrate so many beats from rest instead of Newton's method, if not negative.
-    threads : int
-        Threads to use; the result does not depend on it.
-
-    Returns
-    -------
-    dict
-        `QUANTITIES` by name, each of shape (gaits,); ``status``, index into `STATUSES`; ``twist`` (gaits, 3) and
-        ``momentum`` (gaits, 3) at the start of the beat; ``multipliers`` (gaits, 3), eigenvalues of the monodromy.
+    `frequency` (gaits,) [Hz], `amplitude`, `phase`, `bias` (gaits, groups) [rad].
     """
     check_steps(steps)
     gaits = (frequency, amplitude, phase, bias)
@@ -135,20 +105,7 @@ _PERIODIC = [STATUSES.index(status) for status in ("settled", "unstable")]
 
 
 def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
-    """Turn rows of the core into quantities.
-
-    Parameters
-    ----------
-    robot : Robot
-    frequency : ndarray, shape (gaits,)
-        Beat frequency [Hz].
-    rows : ndarray, shape (gaits, len(_core.settle_columns()))
-
-    Returns
-    -------
-    dict
-        As `settle`.
-    """
+    """Turn rows of the core into quantities: `frequency` (gaits,) [Hz], `rows` (gaits, len(_core.settle_columns()."""
     row = dict(zip(_COLUMNS, rows.T[:_TWIST], strict=False))
     length, mass = robot.body.length, robot.body.mass
     speed = row["speed"]
@@ -199,30 +156,8 @@ def slopes(
     One beat in dual numbers gives the derivatives of its end P1 and its results by the start P0 and the parameters p.
     The settled start moves with p so that P1 = P0 stays: dP0/dp = (I - dP1/dP0)^-1 dP1/dp (implicit function theorem).
 
-    Parameters
-    ----------
-    robot : Robot
-    frequency : ndarray, shape (gaits,)
-        Beat frequency [Hz].
-    amplitude, phase, bias : ndarray, shape (gaits, groups)
-        Of each joint group [rad].
-    found : mapping
-        What `settle` found for these gaits and this model.
-    directions : ndarray, shape (parameters, directions)
-        Changes of all parameters, the gait's included, in the order and the units of `parameter_names` [1].
-    model : _core.Model, optional
-        That was settled in place of the robot's own.
-    steps : int
-        Runge-Kutta steps per beat, a multiple of 4. The derivatives of fewer steps than were settled are close.
-    threads : int
-        Threads to use; the result does not depend on it.
-
-    Returns
-    -------
-    dict
-        Derivatives of speed, power, power_positive, loss, cost_of_transport, cost_of_transport_positive, strouhal,
-        excursion, torque_peak and rate_peak, by name, each of shape (gaits, directions); not numbers for a gait that
-        is neither settled nor unstable.
+    `frequency` (gaits,) [Hz], `amplitude`, `phase`, `bias` (gaits, groups) [rad], `directions` (parameters,
+    directions).
     """
     check_steps(steps)
     momentum, along = np.ascontiguousarray(found["momentum"]), np.ascontiguousarray(directions)
@@ -250,23 +185,7 @@ def slopes(
 
 
 def status_text(status: str, *, beats: float, distance: float, spectral_radius: float) -> str:
-    """Say in a sentence how a search for the settled beat ended.
-
-    Parameters
-    ----------
-    status : str
-        One of `STATUSES`.
-    beats : float
-        Beats integrated.
-    distance : float
-        How far the motion is from settled, relative to the way of a beat [1].
-    spectral_radius : float
-        Largest modulus of the monodromy's multipliers.
-
-    Returns
-    -------
-    str
-    """
+    """Say in a sentence how a search for the settled beat ended."""
     if status == "settled":
         kept = (
             "" if np.isnan(spectral_radius) else f"; a disturbance shrinks to {spectral_radius:.3g} of itself each beat"

@@ -23,21 +23,7 @@ WIDTH = 7.2  # of the figure, inches
 
 
 def draw(robot: Robot, *, width: float = WIDTH) -> Figure:
-    """Draw a robot to scale.
-
-    Parameters
-    ----------
-    robot : Robot
-        Its first gait, if it has one, gives the midlines of the lower view.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Side view (links as rectangles of lateral area / length, joints by group, centers of mass, scale bar)
-        above the view from above (midlines of one beat with the head held still).
-    """
+    """Draw a robot to scale: `width` [inch]."""
     length, heights = robot.body.length, np.divide(robot.links.lateral_area, robot.links.length)
     lines = _midlines(robot)
     side_half = heights.max() / 2 / length
@@ -59,16 +45,7 @@ def draw(robot: Robot, *, width: float = WIDTH) -> Figure:
 def midline(robot: Robot, angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Compute where the joints are for given angles of the joint groups, the head held still (Eqs 21-24).
 
-    Parameters
-    ----------
-    robot : Robot
-    angles : ndarray, shape (groups,)
-        Angle of each joint group [rad], counter-clockwise.
-
-    Returns
-    -------
-    ndarray, shape (links + 1, 2)
-        Nose, joints and tail tip [m], nose at the origin, x along the head.
+    `angles` (groups,) [rad]; returns (links + 1, 2) [m].
     """
     bends = np.zeros(len(robot.links.length))
     for group, angle in zip(robot.joints, angles, strict=True):

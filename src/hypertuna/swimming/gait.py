@@ -89,18 +89,7 @@ class Gait:
 
 
 def check_gait(gait: Gait, robot: Robot) -> None:
-    """Check that a gait fits a robot.
-
-    Parameters
-    ----------
-    gait : Gait
-    robot : Robot
-
-    Raises
-    ------
-    InputError
-        If the gait does not have one amplitude per joint group of the robot.
-    """
+    """Check that a gait fits a robot."""
     groups = len(robot.joints)
     if len(gait.amplitude) != groups:
         names = ", ".join(group.name for group in robot.joints)

@@ -31,25 +31,7 @@ MOST_BEATS = 80  # of a turn
 
 @styled
 def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
-    """Plot how a gait swims.
-
-    Parameters
-    ----------
-    swim : Swim
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Paths of nose and tail tip; midlines of one beat, colored by phase; speed and mechanical power through the
-        beat. A swim from rest shows its whole path and speed, and its last whole beat.
-
-    Raises
-    ------
-    InputError
-        If the gait diverged.
-    """
+    """Plot how a gait swims: `width` [inch]."""
     lines, paths = _midlines(swim), _paths(swim)
     x, y = np.ptp(np.concatenate([np.stack([path.real, path.imag]) for path in paths.values()], axis=1), axis=1)
     inner = 0.8 * width
@@ -69,26 +51,7 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
 
 @styled
 def plot_sweep(found: xr.Dataset, *, width: float = WIDTH) -> Figure:
-    """Plot speed and cost of transport of a sweep, as the paper's Fig. 10.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        A grid of `hypertuna.swimming.sweep` with one bias.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Against frequency with one line for each phase, or against phase where there is only one frequency; one row
-        for each amplitude; the turning radius beside them where gaits turn. Gaits that are not settled are left out.
-
-    Raises
-    ------
-    InputError
-        If the sweep is not a grid, has several biases, or one frequency and one phase only.
-    """
+    """Plot speed and cost of transport of a sweep, as the paper's Fig. 10: `width` [inch]."""
     if "bias" not in found.dims or found.sizes["bias"] > 1:
         raise InputError("must show a grid with one bias", key="plot", fix="sweep one bias at a time")
     if found.sizes["frequency"] == 1 and found.sizes["phase"] == 1:
@@ -140,22 +103,7 @@ def plot_ledger(
 ) -> Figure:
     """Plot numbers published and computed, one row each.
 
-    Parameters
-    ----------
-    names : sequence of str
-        What each row is, top to bottom.
-    published : array_like, shape (rows,)
-        [any unit].
-    computed : mapping of str to array_like, shape (rows,)
-        Of each model, by its name [the same unit].
-    label : str
-        Quantity and unit.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `published` (rows,) [any unit], `computed` (rows,) [the same unit], `width` [inch].
     """
     figure = Figure(figsize=(width, 0.36 * len(names) + 1.1), layout="constrained")
     axes = figure.subplots()
@@ -177,22 +125,7 @@ def plot_ledger(
 
 
 def last_beat(swim: Swim) -> xr.Dataset:
-    """Return the last whole beat of a swim.
-
-    Parameters
-    ----------
-    swim : Swim
-
-    Returns
-    -------
-    xarray.Dataset
-        Its trajectory, the one beat of a settled gait; both ends are included.
-
-    Raises
-    ------
-    InputError
-        If the gait diverged.
-    """
+    """Return the last whole beat of a swim."""
     motion = swim.trajectory
     if swim.status == "diverged" or not np.isfinite(motion.x + motion.y + motion.heading).all():
         raise InputError("has nothing finite to draw", key="plot", fix="the gait diverged; try more steps per beat")
@@ -203,18 +136,7 @@ def last_beat(swim: Swim) -> xr.Dataset:
 def unroll(z: NDArray[np.complex128], motion: xr.Dataset, beats: int) -> NDArray[np.complex128]:
     """Repeat the path of a point of the body beat after beat: each beat moves and turns the body alike.
 
-    Parameters
-    ----------
-    z : ndarray of complex, shape (times,)
-        Positions x + i y in one beat [m].
-    motion : xarray.Dataset
-        The motion of the head in that beat.
-    beats : int
-
-    Returns
-    -------
-    ndarray of complex, shape (beats (times - 1) + 1,)
-        Positions [m].
+    `z` (times,) [m]; returns (beats (times - 1) [m].
     """
     nose, heading = motion.x.values + 1j * motion.y.values, motion.heading.values
     spin = np.exp(1j * (heading[-1] - heading[0]))

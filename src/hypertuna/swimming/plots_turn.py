@@ -32,27 +32,7 @@ NARROW = 6.0  # inches: below it, one line of the legend each
 
 @styled
 def plot_turn(turning: Turning, *, published: tuple[float, float] | None = None, width: float = WIDTH) -> Figure:
-    """Plot the turns of a grid.
-
-    Parameters
-    ----------
-    turning : Turning
-    published : tuple of float, optional
-        Phase [deg] and radius [body lengths] to show beside them.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Turning radius against phase, or against frequency or bias where there is one phase; and the paths of the
-        nose in the tightest turns, from above, with the body and the circles fitted to them.
-
-    Raises
-    ------
-    InputError
-        If there is one gait alone with nothing to draw it against that turns.
-    """
+    """Plot the turns of a grid: `published` [deg], [body lengths], `width` [inch]."""
     length = turning.robot.body.length
     along = next((name for name in AXES if turning.found.sizes[name] > 1), "phase")
     lines = _lines(turning, along)
@@ -79,21 +59,7 @@ def plot_turning(
 ) -> Figure:
     """Plot the turning radius against the phase difference.
 
-    Parameters
-    ----------
-    found : mapping of str to xarray.Dataset
-        Sweeps over phases, by what to call them.
-    length : float
-        Of the body [m].
-    published : tuple of float, optional
-        Phase [deg] and radius [body lengths] to show beside them.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One line for each sweep; filled marks swim forward, open ones backward.
+    `length` [m], `published` [deg], [body lengths], `width` [inch].
     """
     figure = Figure(figsize=(width, 0.42 * width + 0.6), layout="constrained")
     axes = figure.subplots()
@@ -113,17 +79,7 @@ def draw_radius(
 ) -> None:
     """Draw turning radii: one line for each row of gaits; filled marks swim forward, open ones tail first.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    lines : mapping of str to xarray.Dataset
-        Rows of a sweep with one dimension, by what to call them.
-    length : float
-        Of the body [m].
-    along : str
-        That dimension.
-    published : tuple of float, optional
-        Phase [deg] and radius [body lengths] to show beside them.
+    `length` [m], `published` [deg], [body lengths].
     """
     colors = COLORS if len(lines) <= len(COLORS) else sequence(len(lines))
     back = False

@@ -30,23 +30,7 @@ def trajectory(
 ) -> xr.Dataset:
     """Label a motion of the core.
 
-    Parameters
-    ----------
-    robot : Robot
-    time : ndarray, shape (times,)
-        [s].
-    joints : ndarray, shape (times, links, 3)
-        Angle [rad], rate [rad/s] and acceleration [rad/s^2] of the joint at the front of every link.
-    motion : mapping
-        What `_core.advance` returns, in the frame of the water.
-    current : tuple of float
-        Velocity of the water in the frame of the result [m/s].
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions time, link and joint group; units and meaning in the attributes. Positions are in the ground
-        frame: origin at the nose's start, x and y fixed, heading counter-clockwise from x to the tail.
+    `time` (times,) [s], `joints` (times, links, 3) [rad], [rad/s], [rad/s^2], `current` [m/s].
     """
     pose = np.array(motion["pose"])
     pose[:, :2] += np.outer(time, current)
@@ -97,18 +81,7 @@ def trajectory(
 def body_points(robot: Robot, pose: Array, angles: Array) -> Array:
     """Place the joints of the body: nose, front end of every link, tail tip.
 
-    Parameters
-    ----------
-    robot : Robot
-    pose : ndarray, shape (times, 3)
-        Position of the nose [m] and heading [rad].
-    angles : ndarray, shape (times, links)
-        Angle of the joint at the front of every link [rad].
-
-    Returns
-    -------
-    ndarray, shape (times, links + 1, 2)
-        Positions in the frame of the pose [m] (Eqs 21-24 of the paper).
+    `pose` (times, 3) [m], [rad], `angles` (times, links) [rad]; returns (times, links + 1, 2) [m].
     """
     theta = pose[:, 2:] + np.cumsum(angles, axis=1)
     steps = np.array(robot.links.length)[:, np.newaxis] * np.stack([np.cos(theta), np.sin(theta)], axis=-1)

@@ -44,49 +44,23 @@ PHASE = math.radians(0.05)  # how near the phase of the tightest turn is sought
 
 @dataclass(frozen=True)
 class Circle:
-    """A circle fitted to points.
+    """A circle fitted to points."""
 
-    Attributes
-    ----------
-    center : complex
-        x + i y [m].
-    radius : float
-        [m].
-    residual : float
-        Root mean square of the points' distances from it [m].
-    """
-
-    center: complex
-    radius: float
-    residual: float
+    center: complex  # x + i y [m]
+    radius: float  # [m]
+    residual: float  # Root mean square of the points' distances from it [m]
 
 
 @dataclass(frozen=True)
 class Tightest:
-    """The tightest turn, and where between the phases of a grid it lies.
+    """The tightest turn, and where between the phases of a grid it lies."""
 
-    Attributes
-    ----------
-    gait : Gait
-        Of the grid.
-    radius : float
-        Mean distance of the nose from the center of the turn [m].
-    speed : float
-        Forward positive [m/s].
-    circle : Circle
-        Fitted to the nose's path.
-    phase : float
-        Of the last joint group, where the radius is least between the neighbors in the grid [rad].
-    least : float
-        The radius there [m].
-    """
-
-    gait: Gait
-    radius: float
-    speed: float
-    circle: Circle
-    phase: float
-    least: float
+    gait: Gait  # Of the grid
+    radius: float  # Mean distance of the nose from the center of the turn [m]
+    speed: float  # Forward positive [m/s]
+    circle: Circle  # Fitted to the nose's path
+    phase: float  # Of the last joint group, where the radius is least between the neighbors in the grid [rad]
+    least: float  # The radius there [m]
 
 
 @dataclass(frozen=True)
@@ -116,20 +90,7 @@ def fit_circle(points: Points) -> Circle:
     The algebraic fit is Taubin's (1991), unbiased on short arcs where Kasa's is not; it starts a Levenberg-Marquardt
     search for the center (x, y) and the radius R that minimize the sum of (abs(p - center) - R)^2.
 
-    Parameters
-    ----------
-    points : ndarray of complex, shape (K,)
-        x + i y [m], three at least.
-
-    Returns
-    -------
-    Circle
-        Of infinite radius, its center not a number, if the points lie on a line [m].
-
-    Raises
-    ------
-    InputError
-        If there are fewer than three points, or they are not finite.
+    `points` (K,) [m]; returns [m].
 
     Examples
     --------
@@ -158,18 +119,7 @@ def fit_circle(points: Points) -> Circle:
 
 
 def nose_path(done: Swim) -> Points:
-    """Integrate a settled beat on until the nose has come round, and return its path.
-
-    Parameters
-    ----------
-    done : Swim
-        Settled; it turns.
-
-    Returns
-    -------
-    ndarray of complex, shape (points,)
-        x + i y [m] over whole beats: once round the circle and a part of a beat, or 120 beats of a wider one.
-    """
+    """Integrate a settled beat on until the nose has come round, and return its path: returns (points,) [m]."""
     beats = math.ceil(2 * math.pi * done.gait.frequency / abs(done.turn_rate)) if done.turn_rate else MOST_BEATS
     motion = done.continued(min(beats, MOST_BEATS))
     every = max(1, done.steps // PER_BEAT)
@@ -178,18 +128,7 @@ def nose_path(done: Swim) -> Points:
 
 
 def gait_at(robot: Robot, row: xr.Dataset) -> Gait:
-    """Return the gait at one place of a sweep.
-
-    Parameters
-    ----------
-    robot : Robot
-    row : xarray.Dataset
-        With no dimensions left.
-
-    Returns
-    -------
-    Gait
-    """
+    """Return the gait at one place of a sweep."""
     angles = (tuple(float(row[f"{kind}_{group.name}"]) for group in robot.joints) for kind in KINDS)
     return Gait(float(row.frequency), *angles)
 
@@ -199,17 +138,7 @@ def point_radius(done: Swim, behind: float) -> float:
 
     A settled beat moves the head by a rotation about the center; the nose's positions a beat apart give it.
 
-    Parameters
-    ----------
-    done : Swim
-        Settled; it turns.
-    behind : float
-        Distance of the point behind the nose along the head [m].
-
-    Returns
-    -------
-    float
-        Mean over a beat [m].
+    `behind` [m]; returns [m].
     """
     motion = done.trajectory
     nose, axis = motion.x.values + 1j * motion.y.values, np.exp(1j * motion.heading.values)
@@ -274,21 +203,7 @@ def turn(
 def tightest(robot: Robot, gait: Gait, *, low: float, high: float, steps: int = DEFAULT_STEPS) -> tuple[float, float]:
     """Seek the phase of the last joint group at which a gait turns tightest, without changing its direction.
 
-    Parameters
-    ----------
-    robot : Robot
-    gait : Gait
-    low, high : float
-        Phases to seek between [rad]; a gait that does not settle, or swims the other way round, counts as straight.
-    steps : int
-        Runge-Kutta steps per beat, a multiple of 4.
-
-    Returns
-    -------
-    phase : float
-        [rad].
-    radius : float
-        Mean distance of the nose from the center of the turn [m].
+    `low`, `high` [rad]; returns `phase` [rad], `radius` [m].
     """
     from scipy.optimize import minimize_scalar
 
@@ -305,23 +220,7 @@ def tightest(robot: Robot, gait: Gait, *, low: float, high: float, steps: int = 
 
 
 def scaled(robot: Robot, factors: Mapping[str, float]) -> Robot:
-    """Return the robot with some numbers of its file multiplied.
-
-    Parameters
-    ----------
-    robot : Robot
-    factors : mapping of str to float
-        By key and index as in the file, such as ``water.lumped.drag[0]`` [1].
-
-    Returns
-    -------
-    Robot
-
-    Raises
-    ------
-    InputError
-        If there is no such number, or the description does not take the product.
-    """
+    """Return the robot with some numbers of its file multiplied."""
     document = robot.document()
     for key, factor in factors.items():
         table, _, place = key.partition("[")

@@ -54,18 +54,7 @@ def replay_recording(robot: Robot, recording: Recording, *, step: float | None =
 
 
 def with_fitted_clock(robot: Robot, recording: Recording) -> Recording:
-    """Move the clock of a recording to where the robot's fit has it.
-
-    Parameters
-    ----------
-    robot : Robot
-    recording : Recording
-
-    Returns
-    -------
-    Recording
-        With the time offset that the table ``[fit]`` holds for a recording of this name; the same where it holds none.
-    """
+    """Move the clock of a recording to where the robot's fit has it: returns [fit]."""
     name = f"time_offset[{recording.name}]"
     if robot.fit is None or name not in robot.fit.names:
         return recording
@@ -110,17 +99,7 @@ def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) 
     known. Compared are the frames that the replay spans wherever its clock is moved to; before its start, the robot
     rests.
 
-    Parameters
-    ----------
-    robot : Robot
-    result : xarray.Dataset
-        As `replay` returns it.
-    tracks : sequence of Track
-
-    Returns
-    -------
-    float
-        From -0.25 to 0.25 s, and no more than a quarter of the replay [s].
+    Returns [s].
     """
     from scipy.optimize import minimize_scalar  # here, because it takes longer to import than a replay takes
 
@@ -146,15 +125,7 @@ def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) 
 def repeatability(tracks: Sequence[Track]) -> Array:
     """Return the root mean square of tracked runs about their mean, each seen from its first frame.
 
-    Parameters
-    ----------
-    tracks : sequence of Track
-        Two at least.
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        Of x, y [m] and yaw [rad], at the frames of the first run that every run spans; not a number without any.
+    Returns (3,) [m], [rad].
     """
     direction, clock = tracks[0].pose[0, 2], tracks[0].time
     begin, end = (edge(track.time[at] for track in tracks) for edge, at in ((max, 0), (min, -1)))

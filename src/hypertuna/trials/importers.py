@@ -16,26 +16,7 @@ EEL = "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot"
 
 
 def import_folder(folder: str | Path, format: str = "rexeel", *, relative_to: Path | None = None) -> dict[str, Any]:
-    """Make the document of a manifest for a folder of published files, which stay where they are.
-
-    Parameters
-    ----------
-    folder : str or Path
-    format : str
-        One of `FORMATS`.
-    relative_to : Path, optional
-        Folder of the manifest: paths are relative to it if the files lie in or below it. Otherwise they are absolute.
-
-    Returns
-    -------
-    dict
-        What `hypertuna.trials.manifest.parse_manifest` takes.
-
-    Raises
-    ------
-    InputError
-        If the format is not known, or the folder does not hold its files.
-    """
+    """Make the document of a manifest for a folder of published files, which stay where they are."""
     if format not in FORMATS:
         fix = did_you_mean(format, FORMATS)
         raise InputError("must be a known format", key="format", value=shown(format), fix=fix)
@@ -51,18 +32,7 @@ def import_folder(folder: str | Path, format: str = "rexeel", *, relative_to: Pa
 
 
 def manifest_text(document: Mapping[str, Any], comment: str) -> str:
-    """Write the document of a manifest as TOML.
-
-    Parameters
-    ----------
-    document : mapping
-    comment : str
-        First line.
-
-    Returns
-    -------
-    str
-    """
+    """Write the document of a manifest as TOML."""
     import tomlkit  # here, because it takes longer to import than the rest
 
     whole = tomlkit.document()

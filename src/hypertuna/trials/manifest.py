@@ -101,39 +101,19 @@ class Manifest(Part):
 
 @dataclass(frozen=True)
 class Recording:
-    """Swims with one motion of the joints, from rest at its first sample, and the tracks of their runs.
+    """Swims with one motion of the joints, from rest at its first sample, and the tracks of their runs."""
 
-    Attributes
-    ----------
-    name : str
-        Without a slash.
-    joints : JointSeries
-        Within the window, on its own clock.
-    noise : float or None
-        Standard deviation of the joint angles [rad]; None if it is to be estimated.
-    tracks : tuple of Track
-        Runs, within the window. Each is seen from its first frame, which is the given start pose if there is one.
-    time_offset : float
-        Time to add to the joints' clock to get that of the tracks [s].
-    window : tuple of float or None
-        Begin and end of what is used, on the clock of the tracks [s]; joints and tracks are cut to it already.
-    start : Pose or None
-        Of the nose at the first frame, where the manifest gives it.
-    repeats : int
-        Number of swims that each track is the mean of.
-    file : str
-        Manifest or folder that named it.
-    """
-
-    name: str
-    joints: JointSeries
-    noise: float | None
+    name: str  # Without a slash
+    joints: JointSeries  # Within the window, on its own clock
+    noise: float | None  # Standard deviation of the joint angles [rad]; None if it is to be estimated
+    # Runs, within the window. Each is seen from its first frame, which is the given start pose if there is one
     tracks: tuple[Track, ...]
-    time_offset: float = 0.0
+    time_offset: float = 0.0  # Time to add to the joints' clock to get that of the tracks [s]
+    # Begin and end of what is used, on the clock of the tracks [s]; joints and tracks are cut to it already
     window: tuple[float, float] | None = None
-    start: Pose | None = None
-    repeats: int = 1
-    file: str = ""
+    start: Pose | None = None  # Of the nose at the first frame, where the manifest gives it
+    repeats: int = 1  # Number of swims that each track is the mean of
+    file: str = ""  # Manifest or folder that named it
 
     @property
     def runs(self) -> tuple[str, ...]:
@@ -142,24 +122,7 @@ class Recording:
 
 
 def read_manifest(path: str | Path, robot: Robot) -> tuple[tuple[SteadyRun, ...], tuple[Recording, ...]]:
-    """Read a TOML manifest and every file that it names.
-
-    Parameters
-    ----------
-    path : str or Path
-    robot : Robot
-        That swam.
-
-    Returns
-    -------
-    steady : tuple of SteadyRun
-    recordings : tuple of Recording
-
-    Raises
-    ------
-    InputError
-        If the manifest or a file that it names cannot be used.
-    """
+    """Read a TOML manifest and every file that it names."""
     content = read_text(path, "a TOML file")
     try:
         document = tomllib.loads(content)
@@ -172,28 +135,7 @@ def read_manifest(path: str | Path, robot: Robot) -> tuple[tuple[SteadyRun, ...]
 def parse_manifest(
     document: Mapping[str, Any], robot: Robot, *, folder: Path, file: str
 ) -> tuple[tuple[SteadyRun, ...], tuple[Recording, ...]]:
-    """Check the document of a manifest, and read every file that it names.
-
-    Parameters
-    ----------
-    document : mapping
-        Keys as in the file, with units.
-    robot : Robot
-    folder : Path
-        Which paths in the document are relative to.
-    file : str
-        Named in errors, and kept with every recording.
-
-    Returns
-    -------
-    steady : tuple of SteadyRun
-    recordings : tuple of Recording
-
-    Raises
-    ------
-    InputError
-        As `read_manifest`.
-    """
+    """Check the document of a manifest, and read every file that it names."""
     try:
         manifest = Manifest.model_validate(document)
         _check(manifest, robot)
@@ -209,13 +151,7 @@ def parse_manifest(
 
 
 def reference() -> str:
-    """Write down every key of a manifest with its unit, its rule and its meaning.
-
-    Returns
-    -------
-    str
-        Sections of a Markdown page, docs/trials.md.
-    """
+    """Write down every key of a manifest with its unit, its rule and its meaning."""
     page = markdown(Manifest.model_json_schema(by_alias=True), title="", introduction="")
     return page[page.index("## ") :].replace("## ", "### ").rstrip()
 

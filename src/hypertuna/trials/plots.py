@@ -29,19 +29,7 @@ TITLE = "Center of the head link, from its start"
 def plot_replay(robot: Robot, result: xr.Dataset, tracks: Sequence[Track], *, width: float = WIDTH) -> Figure:
     """Draw a replay: the pose of the head link's center against time, seen from its start, over the tracked runs.
 
-    Parameters
-    ----------
-    robot : Robot
-    result : xarray.Dataset
-        What `replay` returns.
-    tracks : sequence of Track
-        The runs as tracked; may be empty.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `width` [inch].
     """
     figure = Figure(figsize=(width, width), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)
@@ -55,22 +43,7 @@ def plot_replay(robot: Robot, result: xr.Dataset, tracks: Sequence[Track], *, wi
 def plot_recordings(
     robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], *, width: float = WIDTH
 ) -> Figure:
-    """Draw the replays of recordings beside each other, each as `plot_replay` does, to one scale.
-
-    Parameters
-    ----------
-    robot : Robot
-    recordings : sequence of Recording
-        One at least.
-    results : sequence of xarray.Dataset
-        Of each recording, what `replay_recording` returns.
-    width : float
-        Of the figure, at least [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw the replays of recordings beside each other, each as `plot_replay` does, to one scale: `width` [inch]."""
     figure = Figure(figsize=(max(width, COLUMN * len(recordings)), WIDTH), layout="constrained")
     panels = figure.subplots(3, len(recordings), sharex="col", sharey="row", squeeze=False)
     for column, recording, result in zip(panels.T, recordings, results, strict=True):

@@ -35,22 +35,6 @@ def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
     The robot's own position is dead reckoning by its gait table, so it tells nothing: speeds come from ATT_POS_MOCAP
     alone, what a tank's cameras send to the ground station. A part of whole beats has one mean position; the
     speed is the mean way from part to part, its deviation theirs over the root of their number.
-
-    Parameters
-    ----------
-    path : str or Path
-        Of a log that `hypertuna link log` or `hypertuna drive` wrote.
-    robot : Robot
-        That swam.
-
-    Returns
-    -------
-    tuple of SteadyRun
-
-    Raises
-    ------
-    InputError
-        If the log lacks gaits or poses, or no gait was swum for long enough.
     """
     log = read_link_log(path)
     for name, fix in (
@@ -120,23 +104,7 @@ def _speed(log: LinkLog, begin: float, end: float, frequency: float) -> tuple[fl
 def bench_rows(path: str | Path, robot: Robot) -> list[Row]:
     """Find the rows of a bench test: one side of a joint under a pressure that changes slowly, the other vented.
 
-    Parameters
-    ----------
-    path : str or Path
-        Of a log that `hypertuna link log` wrote.
-    robot : Robot
-        Whose joints were bent.
-
-    Returns
-    -------
-    list of Row
-        Joint, side (0 for left), pressure [Pa], bend away from that side [rad], whether pressure was falling, and the
-        run.
-
-    Raises
-    ------
-    InputError
-        If the log has no such rows.
+    Returns [Pa], [rad].
     """
     log = read_link_log(path)
     if not log.has("HYDRAULICS"):

@@ -42,18 +42,7 @@ class SmoothSeries:
     splines: tuple[BSpline, ...]
 
     def __call__(self, time: Array) -> Array:
-        """Evaluate the joint groups.
-
-        Parameters
-        ----------
-        time : ndarray, shape (times,)
-            Within the series [s].
-
-        Returns
-        -------
-        ndarray, shape (times, groups, 3)
-            Angle [rad], rate [rad/s] and acceleration [rad/s^2].
-        """
+        """Evaluate the joint groups: `time` (times,) [s]; returns (times, groups, 3) [rad], [rad/s], [rad/s^2]."""
         derivatives = [[spline.derivative(order)(time) for order in range(3)] for spline in self.splines]
         return np.moveaxis(np.array(derivatives), -1, 0)
 

@@ -31,45 +31,18 @@ LONGEST = 9  # digits of a number of repeats
 
 @dataclass(frozen=True)
 class SteadyRun:
-    """Speed and cost of transport that were measured at one gait, settled: one of the two at least.
+    """Speed and cost of transport that were measured at one gait, settled: one of the two at least."""
 
-    Parameters
-    ----------
-    name : str
-        Of the run.
-    gait : Gait
-        As commanded.
-    speed : float, optional
-        Mean speed of the repeats along their mean path [m/s], as `Swim.speed`.
-    speed_sd : float, optional
-        Standard deviation of a single repeat's speed [m/s]; that of the mean is smaller by sqrt(repeats).
-    cost_of_transport : float, optional
-        Mean cost of transport of the repeats [J/(kg m)].
-    cost_of_transport_sd : float, optional
-        Standard deviation of a single repeat's [J/(kg m)].
-    repeats : int
-        How many swims the means are taken over.
-    file : str
-        Where the run came from, for errors.
-    line : int
-        Of that file.
-
-    Raises
-    ------
-    InputError
-        If neither is given, a standard deviation has no value or is not positive, a cost of transport is not
-        positive, a value is not finite, or there are fewer repeats than one.
-    """
-
-    name: str
-    gait: Gait
-    speed: float | None = None
+    name: str  # Of the run
+    gait: Gait  # As commanded
+    speed: float | None = None  # Mean speed of the repeats along their mean path [m/s], as `Swim.speed`
+    # Standard deviation of a single repeat's speed [m/s]; that of the mean is smaller by sqrt(repeats)
     speed_sd: float | None = None
-    cost_of_transport: float | None = None
-    cost_of_transport_sd: float | None = None
-    repeats: int = 1
-    file: str = ""
-    line: int = 0
+    cost_of_transport: float | None = None  # Mean cost of transport of the repeats [J/(kg m)]
+    cost_of_transport_sd: float | None = None  # Standard deviation of a single repeat's [J/(kg m)]
+    repeats: int = 1  # How many swims the means are taken over
+    file: str = ""  # Where the run came from, for errors
+    line: int = 0  # Of that file
 
     def __post_init__(self) -> None:
         if self.speed is None and self.cost_of_transport is None:
@@ -88,25 +61,7 @@ class SteadyRun:
 
 
 def read_steady(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
-    """Read steady runs from a CSV file: one row per gait, docs/trials.md tells the columns.
-
-    Parameters
-    ----------
-    path : str or Path
-    robot : Robot
-        Whose joint groups the columns name.
-
-    Returns
-    -------
-    tuple of SteadyRun
-        In the order of the file; a run without a name is called FILE:LINE.
-
-    Raises
-    ------
-    InputError
-        If the file or a column is missing, a column is not known, or rows cannot be used: the first five of them are
-        told, each with its line.
-    """
+    """Read steady runs from a CSV file: one row per gait, docs/trials.md tells the columns."""
     file = str(path)
     (line, head), *rows = read_rows(path)
     keys = _keys(head, robot, file, line)

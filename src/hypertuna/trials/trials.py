@@ -140,20 +140,7 @@ def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:
 
 
 def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
-    """Divide trials at random by run.
-
-    Parameters
-    ----------
-    trials : Trials
-    validate : float
-        Part of the runs for validation [1].
-    seed : int
-
-    Returns
-    -------
-    training, validation : Trials
-        One run at least is for training.
-    """
+    """Divide trials at random by run."""
     runs = trials.runs
     count = min(round(validate * len(runs)), len(runs) - 1)
     chosen = {runs[k] for k in np.random.default_rng(seed).permutation(len(runs))[: max(count, 0)]}
@@ -161,16 +148,7 @@ def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
 
 
 def digest(trials: Trials) -> str:
-    """Return the sha256 of everything that trials hold but the names of their files.
-
-    Parameters
-    ----------
-    trials : Trials
-
-    Returns
-    -------
-    str
-    """
+    """Return the sha256 of everything that trials hold but the names of their files."""
     whole = hashlib.sha256()
 
     def take(value: Any) -> None:

@@ -45,43 +45,10 @@ Mesh = Annotated[str, typer.Option("--mesh", help=f"{', '.join(MESHES)}.")]
 
 
 def elements(material: str | None, law: str, poisson: str, mesh: str, *, mixed: bool) -> FeOptions:
-    """Read what a model of finite elements takes beyond the description.
-
-    Parameters
-    ----------
-    material : str or None
-    law, poisson, mesh : str
-        As typed.
-    mixed : bool
-
-    Returns
-    -------
-    FeOptions
-
-    Raises
-    ------
-    InputError
-        If Poisson's ratio is not a number.
-    """
+    """Read what a model of finite elements takes beyond the description."""
     return FeOptions(material, law, number(poisson, "--poisson", "figures, 0.475 say"), mesh, mixed)
 
 
 def rising_pressures(text: str) -> NDArray[np.float64]:
-    """Read the pressures that a joint is led through.
-
-    Parameters
-    ----------
-    text : str
-        Of ``--pressure``, see `pressures` [kPa].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [Pa].
-
-    Raises
-    ------
-    InputError
-        If they cannot be read, do not rise from 0, or are too many.
-    """
+    """Read the pressures that a joint is led through: `text` [kPa]; returns (n,) [Pa]."""
     return check_pressure(1e3 * np.array(pressures(text, MOST_PRESSURES)))
