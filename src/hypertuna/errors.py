@@ -9,20 +9,20 @@ __all__ = ["InputError", "did_you_mean", "shown"]
 
 
 class InputError(ValueError):
-    """Input that cannot be used, told in one sentence.
+    """Bad input, described in one sentence.
 
     Parameters
     ----------
     rule : str
-        What must hold, as the verb phrase of the sentence: ``"must be greater than 0"``.
+        The rule as the verb phrase of the sentence: ``"must be greater than 0"``.
     file : str, optional
         The file that holds the value.
     key : str, optional
-        The key as written in the file, with its index counted from 0: ``"links.mass_kg[3]"``.
+        The key as written in the file, with indices from 0: ``"links.mass_kg[3]"``.
     value : str, optional
-        What stands there instead.
+        The present value.
     fix : str, optional
-        What to do about it.
+        The correction.
 
     Examples
     --------
@@ -51,20 +51,7 @@ class InputError(ValueError):
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return the fix for a name that is not known: the nearest known name, or all of them.
-
-    Parameters
-    ----------
-    word : str
-        The name as given.
-    known : iterable of str
-        The names that exist.
-
-    Returns
-    -------
-    str
-        ``"did you mean ...?"`` or ``"use one of ..."``.
-    """
+    """Return the fix for an unknown name: the nearest known name, or all of them."""
     names = list(known)
     near = difflib.get_close_matches(word, names, n=1)
     if near:
@@ -73,7 +60,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value as it stands in an error, shortened to one line of 60 characters."""
+    """Return a value as text of an error, shortened to one line of 60 characters."""
     try:
         text = "true" if value is True else "false" if value is False else repr(value)
     except ValueError:  # Python writes whole numbers of up to 4300 digits

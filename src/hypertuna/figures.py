@@ -1,4 +1,4 @@
-"""How figures look: colors for every kind of color vision, letters, lines."""
+"""Style of figures: colors for every kind of color vision, fonts, lines; saving."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hypertuna.io.files import write_atomically
 
 __all__ = ["FAINT", "GRID", "POINTS", "SEQUENCE", "TIGHT", "WIDTH", "save", "sequence", "styled"]
 
-# Colors of Okabe and Ito that differ for every kind of color vision; shapes repeat what colors say.
+# Colors of Okabe and Ito, distinct for every kind of color vision; shapes repeat their meaning.
 COLORS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 SHAPES = ("o", "s", "^", "D", "v", "P")
 INK, BODY, EDGE = "#222222", "#DCE6EC", "#8A99A3"
@@ -28,7 +28,7 @@ P = ParamSpec("P")
 WIDTH = 7.2  # of a figure, inches: two columns of a journal
 FAINT, GRID = "#6B7780", "#D5DCE1"
 
-# A sequence of colors whose lightness rises, so that it also reads in gray and for every kind of color vision.
+# Colors of rising lightness, distinct in gray and for every kind of color vision.
 SEQUENCE = LinearSegmentedColormap.from_list("depth", ["#4059A8", "#1F80BF", "#22A39B", "#7FB24A", "#E3A63C"])
 
 STYLE: Any = {
@@ -67,17 +67,7 @@ TIGHT: dict[str, Any] = {"borderaxespad": 0.2, "handletextpad": 0.5, "columnspac
 
 
 def styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Give the figures of a function one look, whatever the user's settings are.
-
-    Parameters
-    ----------
-    plot : callable
-        Returns a figure.
-
-    Returns
-    -------
-    callable
-    """
+    """Draw the figures of a function in this style, independent of the user's settings."""
 
     @wraps(plot)
     def inside(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -90,40 +80,18 @@ def styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def sequence(count: int) -> list[Any]:
-    """Return colors from first to last.
-
-    Parameters
-    ----------
-    count : int
-
-    Returns
-    -------
-    list
-        Of RGBA colors; a single one is the blue of the others' plots.
-    """
+    """Return `count` colors from first to last of the sequence; a single one is blue."""
     return [SEQUENCE(part) for part in np.linspace(0, 1, count)] if count > 1 else [COLORS[1]]
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure, whole or not at all.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    path : str or Path
-        The ending chooses the format: .svg, .png or .pdf.
-
-    Raises
-    ------
-    InputError
-        If the ending is none of these, or the folder cannot be written to.
-    """
+    """Write a figure as .svg, .png or .pdf, whole or not at all."""
     kind = Path(path).suffix.removeprefix(".").lower()
     if kind not in ("svg", "png", "pdf"):
         raise InputError("must end in .svg, .png or .pdf", key="plot", value=str(path), fix="rename it")
     if not Path(path).parent.is_dir():
         raise InputError("must be in a folder that exists", key="plot", value=str(path), fix="make the folder first")
-    whole = io.BytesIO()
+    content = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "hypertuna"}):
-        figure.savefig(whole, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
-    write_atomically(path, whole.getvalue())
+        figure.savefig(content, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
+    write_atomically(path, content.getvalue())

@@ -1,4 +1,4 @@
-"""Poses, twists, attitudes between our frames and those of others: NED with FRD bodies (Fossen), ENU with FLU bodies.
+"""Conversion of poses, twists and attitudes between our frames and NED (Fossen, FRD bodies) or ENU (FLU bodies).
 
 Ours: the world is (x, y) with angles counter-clockwise seen from above. The body frame sits at the nose; its axis x_0
 runs from nose to tail and y_0 is 90 degrees counter-clockwise of it, so the robot faces, and swims, toward -x_0.
@@ -23,7 +23,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError
+from hypertuna.ranges import check_name
 
 __all__ = [
     "Frame",
@@ -61,24 +62,9 @@ _TURNS: dict[str, tuple[Array, Array]] = {
 
 
 def pose_to(frame: Frame, pose: ArrayLike) -> Array:
-    """Convert poses of the head from our world frame.
+    """Convert poses of the head (..., 3) from our world frame, x, y [m], theta [rad].
 
-    Parameters
-    ----------
-    frame : {"ned", "enu"}
-        Frame to convert to.
-    pose : array_like, shape (..., 3)
-        x [m], y [m] of the nose and theta [rad] of the axis from nose to tail.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        NED: north [m], east [m], heading [rad]; ENU: east [m], north [m], yaw [rad].
-
-    Raises
-    ------
-    InputError
-        If the frame is unknown or the last axis does not have length 3.
+    NED: north, east [m], heading [rad]; ENU: east, north [m], yaw [rad].
 
     Examples
     --------
@@ -91,48 +77,14 @@ def pose_to(frame: Frame, pose: ArrayLike) -> Array:
 
 
 def pose_from(frame: Frame, pose: ArrayLike) -> Array:
-    """Convert poses of the head to our world frame: the inverse of `pose_to`.
-
-    Parameters
-    ----------
-    frame : {"ned", "enu"}
-        Frame to convert from.
-    pose : array_like, shape (..., 3)
-        NED: north [m], east [m], heading [rad]; ENU: east [m], north [m], yaw [rad].
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        x [m], y [m] of the nose and theta [rad] of the axis from nose to tail.
-
-    Raises
-    ------
-    InputError
-        If the frame is unknown or the last axis does not have length 3.
-    """
+    """Convert poses of the head (..., 3) to our world frame, x, y [m], theta [rad]: the inverse of `pose_to`."""
     return _backward(_POSE, frame, "pose", pose)
 
 
 def twist_to(frame: Frame, twist: ArrayLike) -> Array:
-    """Convert twists of the head from our body frame.
+    """Convert twists of the head (..., 3) from our body frame, u, v [m/s] of the nose, r [rad/s].
 
-    Parameters
-    ----------
-    frame : {"ned", "enu"}
-        Frame whose body axes to convert to: forward-right-down or forward-left-up.
-    twist : array_like, shape (..., 3)
-        u, v [m/s] of the nose along x_0 and y_0, and r [rad/s] counter-clockwise.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        NED: surge, sway to starboard [m/s], yaw rate clockwise [rad/s];
-        ENU: forward, left [m/s], yaw rate counter-clockwise [rad/s].
-
-    Raises
-    ------
-    InputError
-        If the frame is unknown or the last axis does not have length 3.
+    NED: surge, sway to starboard [m/s], clockwise yaw rate [rad/s]; ENU: forward, left, counter-clockwise.
 
     Examples
     --------
@@ -145,47 +97,12 @@ def twist_to(frame: Frame, twist: ArrayLike) -> Array:
 
 
 def twist_from(frame: Frame, twist: ArrayLike) -> Array:
-    """Convert twists of the head to our body frame: the inverse of `twist_to`.
-
-    Parameters
-    ----------
-    frame : {"ned", "enu"}
-        Frame whose body axes to convert from.
-    twist : array_like, shape (..., 3)
-        As `twist_to` returns it.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        u, v [m/s] of the nose along x_0 and y_0, and r [rad/s] counter-clockwise.
-
-    Raises
-    ------
-    InputError
-        If the frame is unknown or the last axis does not have length 3.
-    """
+    """Convert twists of the head (..., 3) to our body frame, u, v [m/s], r [rad/s]: the inverse of `twist_to`."""
     return _backward(_TWIST, frame, "twist", twist)
 
 
 def attitude_to(frame: Frame, attitude: ArrayLike) -> Array:
-    """Convert attitudes of the head from our axes.
-
-    Parameters
-    ----------
-    frame : {"ned", "enu"}
-        Frame to convert to: world and body axes alike.
-    attitude : array_like, shape (..., 4)
-        Unit quaternions w, x, y, z from our body axes to our world axes [1].
-
-    Returns
-    -------
-    ndarray, shape (..., 4)
-        The same from forward-right-down to NED, or from forward-left-up to ENU [1].
-
-    Raises
-    ------
-    InputError
-        If the frame is unknown or the last axis does not have length 4.
+    """Convert attitudes of the head from our axes, unit quaternions (..., 4), in world and body axes alike.
 
     Examples
     --------
@@ -200,94 +117,25 @@ def attitude_to(frame: Frame, attitude: ArrayLike) -> Array:
 
 
 def attitude_from(frame: Frame, attitude: ArrayLike) -> Array:
-    """Convert attitudes of the head to our axes: the inverse of `attitude_to`.
-
-    Parameters
-    ----------
-    frame : {"ned", "enu"}
-        Frame to convert from.
-    attitude : array_like, shape (..., 4)
-        As `attitude_to` returns it [1].
-
-    Returns
-    -------
-    ndarray, shape (..., 4)
-        Unit quaternions w, x, y, z from our body axes to our world axes, w not negative [1].
-
-    Raises
-    ------
-    InputError
-        If the frame is unknown or the last axis does not have length 4.
-    """
+    """Convert attitudes of the head (..., 4) to our axes, w not negative: the inverse of `attitude_to`."""
     world, body = _map(_TURNS, frame)
     return _upright(_product(_product(_conjugate(world), _quaternions(attitude)), body))
 
 
 def world_to(frame: Frame, vectors: ArrayLike) -> Array:
-    """Convert positions and velocities in the world from our axes.
-
-    Parameters
-    ----------
-    frame : {"ned", "enu"}
-        Frame to convert to.
-    vectors : array_like, shape (..., 3)
-        East, north, up [any unit].
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        NED: north, east, down; ENU: as it is [the same unit].
-
-    Raises
-    ------
-    InputError
-        If the frame is unknown or the last axis does not have length 3.
-    """
+    """Convert vectors (..., 3) in world axes from ours: east, north, up; any unit."""
     result: Array = _triples("vectors", vectors) @ rotation_of(_map(_TURNS, frame)[0]).T
     return result
 
 
 def body_to(frame: Frame, vectors: ArrayLike) -> Array:
-    """Convert velocities and rates of turn in body axes from ours.
-
-    Parameters
-    ----------
-    frame : {"ned", "enu"}
-        Frame whose body axes to convert to.
-    vectors : array_like, shape (..., 3)
-        Toward the tail, to starboard, up [any unit].
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        NED: forward, right, down; ENU: forward, left, up [the same unit].
-
-    Raises
-    ------
-    InputError
-        If the frame is unknown or the last axis does not have length 3.
-    """
+    """Convert vectors (..., 3) in body axes from ours: toward the tail, to starboard, up; any unit."""
     result: Array = _triples("vectors", vectors) @ rotation_of(_map(_TURNS, frame)[1]).T
     return result
 
 
 def angles_of(attitude: ArrayLike) -> Array:
-    """Read roll, pitch and heading from attitudes.
-
-    Parameters
-    ----------
-    attitude : array_like, shape (..., 4)
-        Unit quaternions w, x, y, z from our body axes to our world axes [1].
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        Roll, starboard down; pitch, nose up; heading clockwise from north, from 0 to 2 pi [rad].
-
-    Raises
-    ------
-    InputError
-        If the last axis does not have length 4.
+    """Return roll, pitch and heading, 0 to 2 pi, of attitudes (..., 4): (..., 3) [rad].
 
     Examples
     --------
@@ -304,18 +152,7 @@ def angles_of(attitude: ArrayLike) -> Array:
 
 
 def attitude_of(*, roll: float, pitch: float, heading: float) -> Array:
-    """Make the attitude of a roll, a pitch and a heading: the inverse of `angles_of`.
-
-    Parameters
-    ----------
-    roll, pitch, heading : float
-        Starboard down, nose up, clockwise from north [rad].
-
-    Returns
-    -------
-    ndarray, shape (4,)
-        Unit quaternion w, x, y, z from our body axes to our world axes, w not negative [1].
-    """
+    """Return the attitude of a roll, a pitch and a heading [rad], w not negative: the inverse of `angles_of`."""
     half = np.array([roll, pitch, heading]) / 2
     about = [np.zeros(4) for _ in range(3)]
     for k in range(3):
@@ -324,23 +161,7 @@ def attitude_of(*, roll: float, pitch: float, heading: float) -> Array:
 
 
 def rotation_of(attitude: ArrayLike) -> Array:
-    """Make rotation matrices of attitudes.
-
-    Parameters
-    ----------
-    attitude : array_like, shape (..., 4)
-        Unit quaternions w, x, y, z [1].
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
-        Columns are the body's axes in the world [1].
-
-    Raises
-    ------
-    InputError
-        If the last axis does not have length 4.
-    """
+    """Return rotation matrices (..., 3, 3) of attitudes (..., 4): columns are the body's axes in the world."""
     w, x, y, z = np.moveaxis(_quaternions(attitude), -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -363,18 +184,25 @@ def _conjugate(q: Array) -> Array:
 
 
 def _upright(q: Array) -> Array:
-    """Choose of a quaternion and its negative the one whose w is not negative."""
+    """Return of a quaternion and its negative the one whose w is not negative."""
     result: Array = np.where(q[..., :1] < 0, -q, q) + 0.0
     return result
 
 
-def _quaternions(values: ArrayLike) -> Array:
-    """Return an array whose last axis has length 4."""
+def _array(values: ArrayLike, size: int, key: str, fix: str) -> Array:
+    """Return an array whose last axis has a given size."""
     array = np.asarray(values, dtype=float)
-    if array.ndim == 0 or array.shape[-1] != 4:
-        shape = f"of shape {array.shape}"
-        raise InputError("must have shape (..., 4)", key="attitude", value=shape, fix="give w, x, y and z")
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise InputError(f"must have shape (..., {size})", key=key, value=f"of shape {array.shape}", fix=fix)
     return array
+
+
+def _quaternions(values: ArrayLike) -> Array:
+    return _array(values, 4, "attitude", "give w, x, y and z")
+
+
+def _triples(key: str, values: ArrayLike) -> Array:
+    return _array(values, 3, key, "give two coordinates and an angle")
 
 
 def _forward(maps: dict[str, tuple[Array, Array]], frame: str, key: str, values: ArrayLike) -> Array:
@@ -393,15 +221,4 @@ def _backward(maps: dict[str, tuple[Array, Array]], frame: str, key: str, values
 
 def _map(maps: dict[str, tuple[Array, Array]], frame: str) -> tuple[Array, Array]:
     """Return the affine map of a frame."""
-    if frame not in maps:
-        raise InputError("must be a known frame", key="frame", value=shown(frame), fix=did_you_mean(frame, maps))
-    return maps[frame]
-
-
-def _triples(key: str, values: ArrayLike) -> Array:
-    """Return an array whose last axis has length 3."""
-    array = np.asarray(values, dtype=float)
-    if array.ndim == 0 or array.shape[-1] != 3:
-        shape = f"of shape {array.shape}"
-        raise InputError("must have shape (..., 3)", key=key, value=shape, fix="give two coordinates and an angle")
-    return array
+    return maps[check_name(frame, maps, "frame", "frame")]

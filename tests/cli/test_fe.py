@@ -201,7 +201,7 @@ def test_killed_it_goes_on_where_it_was(small: str, whole: Path, run: Run, tmp_p
     assert json.loads(output)["steps"][1]["bend_deg"] == expected["steps"][1]["bend_deg"]
     code, _, errors = run(*arguments, "--side", "right")
     assert code == 2
-    assert "was begun with side = 'left', but now it is 'right'" in errors
+    assert "was started with side = 'left', but now it is 'right'" in errors
 
 
 @pytest.mark.fe

@@ -265,7 +265,7 @@ def test_another_search_in_the_same_file_is_refused(run: Run, state: str) -> Non
     run("optimize", "ask", "--state", state, *TANK)
     code, _, errors = run("optimize", "ask", "--state", state, *TANK, "--seed", "2")
     assert code == 2
-    assert "was begun with seed = 1, but now it is 2" in errors
+    assert "was started with seed = 1, but now it is 2" in errors
     code, _, errors = run("optimize", "ask", "--state", state, "--seed", "2")
     assert code == 2
     assert "--seed must come with --robot: without it, the search in the state file goes on as it was begun" in errors

@@ -221,7 +221,7 @@ def test_work_is_taken_up_where_it_ended(tmp_path: Path) -> None:
         fe_bend(small(), "II", pressure[::2], options=COARSE, folder=tmp_path)
     with pytest.raises(InputError, match="has 40 kPa as pressure 2, but --pressure has none now"):
         fe_bend(small(), "II", pressure[:1], options=COARSE, folder=tmp_path)
-    with pytest.raises(InputError, match="was begun with poisson"):
+    with pytest.raises(InputError, match="was started with poisson"):
         fe_bend(small(), "II", pressure, options=FeOptions(mesh=SMALL, poisson=0.49), folder=tmp_path)
     (tmp_path / "state-001.bin").write_bytes(b"short")
     (tmp_path / JOURNAL).write_bytes(b"".join(lines[:3]))

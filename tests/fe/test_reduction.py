@@ -162,7 +162,7 @@ def test_a_killed_reduction_goes_on_where_it_was(tmp_path: Path) -> None:
     resumed = reduce_joint(ROBOT, "II", solve=dies, **given)
     assert asked == 9 + 30 - 8  # of 30 points eight were known
     assert same(whole, resumed)
-    with pytest.raises(InputError, match="was begun with pressure"):
+    with pytest.raises(InputError, match="was started with pressure"):
         reduce_joint(ROBOT, "II", solve=dies, **given | {"fill": 0.0})
 
 

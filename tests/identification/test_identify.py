@@ -323,10 +323,10 @@ def test_a_checkpoint_of_another_fit_is_refused(tuna: ht.Robot, tmp_path: Path) 
     path = tmp_path / "fit.jsonl"
     trials = steady(tuna, FEW[:4])
     identify(tuna, trials, ["water.drag[7]"], starts=1, validate=0, checkpoint=path)
-    with pytest.raises(ht.InputError, match="was begun with seed = 0, but now it is 1"):
+    with pytest.raises(ht.InputError, match="was started with seed = 0, but now it is 1"):
         identify(tuna, trials, ["water.drag[7]"], starts=1, validate=0, seed=1, checkpoint=path)
     heavier = changed(tuna, {"body.mass_kg": 3.4})
-    with pytest.raises(ht.InputError, match="was begun with robot_hash"):
+    with pytest.raises(ht.InputError, match="was started with robot_hash"):
         identify(heavier, trials, ["water.drag[7]"], starts=1, validate=0, checkpoint=path)
 
 

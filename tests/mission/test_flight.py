@@ -135,7 +135,7 @@ def test_seeds_are_the_same_over_threads_and_after_a_resume(
     assert one == two
     assert one[0] == outcome(flight)
     assert told == [(1, 3), (2, 3), (3, 3)]
-    with pytest.raises(ht.InputError, match="was begun with seeds"):
+    with pytest.raises(ht.InputError, match="was started with seeds"):
         fly_seeds(file, tuna, [0, 1], checkpoint=tmp_path / "seeds.journal")
     with pytest.raises(ht.InputError, match="must be from 1 to 10000 seeds"):
         fly_seeds(file, tuna, [])
@@ -148,7 +148,7 @@ def test_a_flight_goes_on_from_its_journal(file: MissionFile, flight: Flight, tu
     assert len(lines) > 2  # header, and more than one part
     journal.write_text("".join(lines[:2]))
     same(fly(file, tuna, checkpoint=journal), flight)
-    with pytest.raises(ht.InputError, match="was begun with seed"):
+    with pytest.raises(ht.InputError, match="was started with seed"):
         fly(file, tuna, seed=1, checkpoint=journal)
 
 

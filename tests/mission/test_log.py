@@ -160,7 +160,7 @@ def test_transforms_are_forward_left_up(file: Path, record: MissionRecord) -> No
     """The x axis that viewers show is the way the head faces: minus our axis from nose to tail."""
     from mcap.reader import make_reader
 
-    from hypertuna.io.mcap import wire as _wire
+    from hypertuna.io.mcap import protobuf_fields as _wire
 
     with file.open("rb") as stream:
         _, _, message = next(iter(make_reader(stream).iter_messages(topics=["/tf"])))

@@ -216,7 +216,7 @@ def test_killed_in_the_middle_it_resumes_to_the_same_gait(tuna: ht.Robot, tmp_pa
 def test_checkpoint_of_another_search_is_refused(tuna: ht.Robot, tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     optimize(tuna, maximize="speed", iterations=1, checkpoint=path)
-    with pytest.raises(InputError, match="was begun with seed = 1, but now it is 2"):
+    with pytest.raises(InputError, match="was started with seed = 1, but now it is 2"):
         optimize(tuna, maximize="speed", iterations=1, seed=2, checkpoint=path)
     with pytest.raises(InputError, match="robot_hash"):
         optimize(tuna.using(joints="ideal"), maximize="speed", iterations=1, checkpoint=path)

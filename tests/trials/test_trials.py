@@ -110,7 +110,7 @@ def test_names_of_joint_groups_win_over_their_numbers(tmp_path, tuna):
         ("6,16,25,40,", "line 3, speed_m_s must be given, or cost_of_transport: a run has one of the two at least."),
         (
             "6,16,25,40",
-            "line 3 must have 5 cells, as the line of names has, but is 4 long: complete the line or remove",
+            "line 3 must have 5 cells, like the line of names, but is 4 long: complete the line or remove",
         ),
         (
             '6,16,25,40,"0.58',

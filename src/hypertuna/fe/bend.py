@@ -33,43 +33,21 @@ JOURNAL = "journal.jsonl"
 
 @dataclass(frozen=True)
 class FeBend:
-    """How far a joint bends under the pressure of one side, in three dimensions and without friction.
-
-    Attributes
-    ----------
-    robot : Robot
-    joint, side, material : str
-        Joint group, side with the pressure, material set.
-    options : FeOptions
-    pressure : ndarray, shape (n,)
-        Gauge pressures that converged, rising [Pa].
-    measured : tuple of Measured
-        What was found at each.
-    iterations : tuple of int
-        Newton steps to each.
-    seconds : tuple of float
-        Processor time to each [s].
-    elements, unknowns : int
-        Size of the model.
-    status : str
-        "converged", or "failed" where a pressure was not reached.
-    status_text : str
-        A sentence; for a failure with its pressure and reason.
-    """
+    """How far a joint bends under the pressure of one side, in three dimensions and without friction."""
 
     robot: Robot
-    joint: str
-    side: str
-    material: str
+    joint: str  # joint group, side with the pressure, material set
+    side: str  # joint group, side with the pressure, material set
+    material: str  # joint group, side with the pressure, material set
     options: FeOptions
-    pressure: Array
-    measured: tuple[Measured, ...]
-    iterations: tuple[int, ...]
-    seconds: tuple[float, ...]
-    elements: int
-    unknowns: int
-    status: str
-    status_text: str
+    pressure: Array  # (n,) Gauge pressures that converged, rising [Pa]
+    measured: tuple[Measured, ...]  # what was found at each
+    iterations: tuple[int, ...]  # newton steps to each
+    seconds: tuple[float, ...]  # processor time to each [s]
+    elements: int  # size of the model
+    unknowns: int  # size of the model
+    status: str  # "converged", or "failed" where a pressure was not reached
+    status_text: str  # A sentence; for a failure with its pressure and reason
 
     @property
     def angle(self) -> Array:
@@ -83,23 +61,11 @@ class FeBend:
         return np.array([found.volume[SIDES.index(self.side)] for found in self.measured])
 
     def r_squared(self) -> float:
-        """How near to a line the angle is.
-
-        Returns
-        -------
-        float
-            Coefficient of determination [1], see `straightness`.
-        """
+        """How near to a line the angle is."""
         return straightness(self.pressure, self.angle)
 
     def dataset(self) -> xr.Dataset:
-        """Label the numbers.
-
-        Returns
-        -------
-        xarray.Dataset
-            Dimension pressure; angle [rad], volume [m^3] and what else was measured.
-        """
+        """Label the numbers. Returns [rad]."""
 
         def column(name: str, unit: str, text: str) -> tuple[str, Array, dict[str, str]]:
             values = np.array([getattr(found, name) for found in self.measured], dtype=np.float64)
@@ -121,13 +87,7 @@ class FeBend:
 
 
 def ngsolve_version() -> str:
-    """Tell the version of NGSolve.
-
-    Returns
-    -------
-    str
-        Empty where it is not installed.
-    """
+    """Tell the version of NGSolve."""
     from importlib.metadata import PackageNotFoundError
     from importlib.metadata import version as installed
 
@@ -149,39 +109,7 @@ def fe_bend(
     each: Callable[[FeModel, int, Measured], None] | None = None,
     work: str = "fe bend",
 ) -> FeBend:
-    """Bend a joint by finite elements, from rest.
-
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index of the joint group.
-    pressure : array_like, shape (n,)
-        Gauge pressures that rise [Pa]; the other side has none.
-    side : str
-        ``"left"`` or ``"right"``: which drive units have it.
-    options : FeOptions, optional
-    folder : str or Path, optional
-        Keeps a journal and the state at each pressure; called again with the same, the work goes on after the last
-        pressure that converged.
-    progress : callable, optional
-        Called with the number of pressures done and their total.
-    each : callable, optional
-        Called with the model, the index of the pressure and what was measured, when a pressure has been reached and
-        before it is kept: for pictures and files.
-    work : str
-        What the folder is of: one of other work is refused.
-
-    Returns
-    -------
-    FeBend
-        Where a pressure is not reached, with those before it.
-
-    Raises
-    ------
-    InputError
-        As `fe_model`; if the pressures do not rise from 0, the side does not exist, or the folder is of other work.
-    """
+    """Bend a joint by finite elements, from rest. `pressure` (n,) [Pa]."""
     rising, options = check_pressure(pressure), options or FeOptions()
     check_side(side)
     model = fe_model(robot, joint, options)

@@ -41,36 +41,20 @@ BALANCED = 1e-6  # strain and curvature times lever that what is left of force a
 
 @dataclass(frozen=True)
 class Reason:
-    """One step from the analytic model to finite elements.
+    """One step from the analytic model to finite elements."""
 
-    Attributes
-    ----------
-    text : str
-        What was changed in addition.
-    angle : float
-        Angle of the joint then [rad]; NaN where it was not found.
-    """
-
-    text: str
-    angle: float
+    text: str  # what was changed in addition
+    angle: float  # angle of the joint then [rad]; NaN where it was not found
 
 
 @dataclass(frozen=True)
 class FeComparison:
-    """Both models of a joint at the same pressures.
-
-    Attributes
-    ----------
-    fe : FeBend
-    analytic : Bend
-        At the pressures that finite elements reached, with friction as the description has it, on the way up.
-    reasons : tuple of Reason
-        At the highest pressure; empty where they were not asked for.
-    """
+    """Both models of a joint at the same pressures."""
 
     fe: FeBend
+    # at the pressures that finite elements reached, with friction as the description has it, on the way up
     analytic: Bend
-    reasons: tuple[Reason, ...]
+    reasons: tuple[Reason, ...]  # at the highest pressure; empty where they were not asked for
 
     @property
     def difference(self) -> Array:
@@ -101,24 +85,7 @@ def _relative(value: Array, reference: Array) -> Array:
 
 
 def compare(found: FeBend, *, reasons: bool = False) -> FeComparison:
-    """Put the analytic model beside finite elements.
-
-    Parameters
-    ----------
-    found : FeBend
-        Of at least one pressure.
-    reasons : bool
-        Take the analytic model toward finite elements step by step.
-
-    Returns
-    -------
-    FeComparison
-
-    Raises
-    ------
-    InputError
-        If no pressure was reached.
-    """
+    """Put the analytic model beside finite elements."""
     if not len(found.pressure):
         raise InputError("must reach a pressure", key="pressure", value=found.status_text, fix="begin with a lower one")
     analytic = bend(found.robot, found.joint, found.pressure, side=found.side, material=found.material)
@@ -164,27 +131,7 @@ def shortening_bend(
 ) -> Array:
     """Bend a joint whose neutral layer may get shorter, by the pressure of one side and without friction.
 
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index of the joint group.
-    pressure : array_like, shape (n,)
-        Rising gauge pressures [Pa].
-    side : str
-        ``"left"`` or ``"right"``: which drive units have it.
-    material : str, optional
-        Material set, see `mooney`.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Angle toward that side [rad]; NaN from where forces were not balanced.
-
-    Raises
-    ------
-    InputError
-        If the joint or the side does not exist, or the robot lacks a table.
+    `pressure` (n,) [Pa]; returns [rad].
     """
     _, actuator = joint_group(robot, joint)
     left, right = (actuator.lever * (1 + sign * actuator.asymmetry / 2) for sign in (1, -1))

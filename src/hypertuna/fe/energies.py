@@ -26,21 +26,12 @@ Expression = Any  # an ngsolve.CoefficientFunction
 
 @dataclass(frozen=True)
 class Solid:
-    """A nearly incompressible solid.
+    """A nearly incompressible solid."""
 
-    Attributes
-    ----------
-    law : str
-        One of `LAWS`.
-    constants : Mooney
-        C1 and C2 [Pa]; the linear and the neo-Hookean law have the same shear modulus at rest, 2 (C1 + C2).
-    poisson : float
-        Poisson's ratio, below 0.5.
-    """
-
-    law: str
+    law: str  # one of `LAWS`
+    # C1 and C2 [Pa]; the linear and the neo-Hookean law have the same shear modulus at rest, 2 (C1 + C2)
     constants: Mooney
-    poisson: float
+    poisson: float  # poisson's ratio, below 0.5
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:
@@ -67,17 +58,7 @@ def solid_energy(solid: Solid, F: Expression, *, volumetric: bool = True) -> Exp
     Linear: Saint Venant and Kirchhoff, Hooke's law between Green's strain and the second Piola-Kirchhoff stress, since
     small strains cannot turn by tens of degrees. Else C1 (I1 J^(-2/3) - 3) + C2 (I2 J^(-4/3) - 3) + kappa/2 (J - 1)^2.
 
-    Parameters
-    ----------
-    solid : Solid
-    F : ngsolve.CoefficientFunction, shape (3, 3)
-    volumetric : bool
-        Whether to add the part that resists a change of volume; the mixed form has its own.
-
-    Returns
-    -------
-    ngsolve.CoefficientFunction
-        [J/m^3].
+    `F` (3, 3); returns [J/m^3].
     """
     from ngsolve import Det, Id, InnerProduct, Trace
 
@@ -97,43 +78,20 @@ def solid_energy(solid: Solid, F: Expression, *, volumetric: bool = True) -> Exp
 
 
 def nominal_stress(solid: Solid, F: Expression) -> Expression:
-    """First Piola-Kirchhoff stress, the slope of the energy over F.
-
-    Parameters
-    ----------
-    solid : Solid
-    F : ngsolve.CoefficientFunction, shape (3, 3)
-
-    Returns
-    -------
-    ngsolve.CoefficientFunction, shape (3, 3)
-        [Pa].
-    """
+    """First Piola-Kirchhoff stress, the slope of the energy over F. `F` (3, 3); returns [Pa]."""
     held = F.MakeVariable()
     return solid_energy(solid, held).Diff(held)
 
 
 @dataclass(frozen=True)
 class Wall:
-    """Hose and braid on the wall of a channel.
+    """Hose and braid on the wall of a channel."""
 
-    Attributes
-    ----------
-    outer, inner : float
-        Radii of the hose at rest [m]; the channel has the outer one.
-    hose : Mooney
-        Its elastic constants [Pa]; it keeps its volume.
-    braid_angle : float
-        Of the fibers from the axis [rad].
-    braid_stiffness : float
-        Of each family of fibers, modulus times net thickness [N/m].
-    """
-
-    outer: float
-    inner: float
-    hose: Mooney
-    braid_angle: float
-    braid_stiffness: float
+    outer: float  # radii of the hose at rest [m]; the channel has the outer one
+    inner: float  # radii of the hose at rest [m]; the channel has the outer one
+    hose: Mooney  # its elastic constants [Pa]; it keeps its volume
+    braid_angle: float  # of the fibers from the axis [rad]
+    braid_stiffness: float  # of each family of fibers, modulus times net thickness [N/m]
 
 
 def hose_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -> Expression:
@@ -143,16 +101,7 @@ def hose_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -
     r^2 = (R^2 + B) / lambda with B = R_o^2 (lambda lambda_h^2 - 1). Exact for a tube that stretches and swells evenly;
     shear along the wall is taken as even through it.
 
-    Parameters
-    ----------
-    wall : Wall
-    Caa, Chh, Cah : ngsolve.CoefficientFunction
-        Of the surface.
-
-    Returns
-    -------
-    ngsolve.CoefficientFunction
-        [J/m^2].
+    Returns [J/m^2].
     """
     from ngsolve import log, sqrt
 
@@ -170,19 +119,7 @@ def hose_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -
 
 
 def fiber_stretches(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -> tuple[Expression, Expression]:
-    """Stretch of the two families of fibers, which wind around in opposite directions.
-
-    Parameters
-    ----------
-    wall : Wall
-    Caa, Chh, Cah : ngsolve.CoefficientFunction
-        Of the surface.
-
-    Returns
-    -------
-    tuple of ngsolve.CoefficientFunction
-        [1].
-    """
+    """Stretch of the two families of fibers, which wind around in opposite directions."""
     from ngsolve import sqrt
 
     c, s = math.cos(wall.braid_angle), math.sin(wall.braid_angle)
@@ -193,16 +130,7 @@ def fiber_stretches(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expressio
 def braid_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -> Expression:
     """Energy of the braid per area at rest: nearly inextensible fibers that go slack where they get shorter.
 
-    Parameters
-    ----------
-    wall : Wall
-    Caa, Chh, Cah : ngsolve.CoefficientFunction
-        Of the surface.
-
-    Returns
-    -------
-    ngsolve.CoefficientFunction
-        [J/m^2].
+    Returns [J/m^2].
     """
     from ngsolve import IfPos
 
@@ -216,18 +144,7 @@ def cavity(place: Expression, F: Expression, normal: Expression) -> Expression:
     A pressure whose potential is minus itself times this volume follows the surface as it turns, and has a symmetric
     tangent. Plane faces through the origin that do not leave their plane add nothing and may be left out.
 
-    Parameters
-    ----------
-    place : ngsolve.CoefficientFunction, shape (3,)
-        Where the point is now [m].
-    F : ngsolve.CoefficientFunction, shape (3, 3)
-    normal : ngsolve.CoefficientFunction, shape (3,)
-        Into the cavity, at rest.
-
-    Returns
-    -------
-    ngsolve.CoefficientFunction
-        [m].
+    `place` (3,) [m], `F` (3, 3), `normal` (3,); returns [m].
     """
     from ngsolve import Cof, InnerProduct
 

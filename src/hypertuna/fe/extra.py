@@ -14,13 +14,7 @@ HOW = "pip install 'hypertuna[fe]'"
 
 
 def need_fe() -> None:
-    """Check that NGSolve and its mesher are there, and keep them on one thread and quiet.
-
-    Raises
-    ------
-    InputError
-        If one is not installed.
-    """
+    """Check that NGSolve and its mesher are there, and keep them on one thread and quiet."""
     _need("ngsolve", "netgen")
     import ngsolve
 
@@ -29,24 +23,12 @@ def need_fe() -> None:
 
 
 def need_pictures() -> None:
-    """Check that PyVista is there, which draws deformed shapes.
-
-    Raises
-    ------
-    InputError
-        If it is not installed.
-    """
+    """Check that PyVista is there, which draws deformed shapes."""
     _need("pyvista")
 
 
 def need_screenless() -> None:
-    """Check that pictures can be drawn here: PyVista, and a library that draws without a screen.
-
-    Raises
-    ------
-    InputError
-        If one of them is missing.
-    """
+    """Check that pictures can be drawn here: PyVista, and a library that draws without a screen."""
     need_pictures()
     libraries = ["libEGL.so.1", "libOSMesa.so.8", *(["libGL.so.1"] if os.environ.get("DISPLAY") else [])]
     if not any(map(_loadable, libraries)):

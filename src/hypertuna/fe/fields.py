@@ -26,32 +26,12 @@ ROUND = 1e-24  # squared strain that is rounding: keeps the undeformed state fro
 
 
 def volume_path(folder: str | Path, k: int) -> Path:
-    """Name the file of the fields inside the upper half at the k-th pressure.
-
-    Parameters
-    ----------
-    folder : str or Path
-    k : int
-
-    Returns
-    -------
-    Path
-    """
+    """Name the file of the fields inside the upper half at the k-th pressure."""
     return Path(folder) / f"volume-{k:03d}.vtu"
 
 
 def surface_path(folder: str | Path, k: int) -> Path:
-    """Name the file of the fields on the faces of the upper half at the k-th pressure.
-
-    Parameters
-    ----------
-    folder : str or Path
-    k : int
-
-    Returns
-    -------
-    Path
-    """
+    """Name the file of the fields on the faces of the upper half at the k-th pressure."""
     return Path(folder) / f"surface-{k:03d}.vtu"
 
 
@@ -60,13 +40,6 @@ def write_vtu(model: FeModel, folder: str | Path, k: int) -> None:
 
     Stress and strain are means over the elements that share a point, as finite elements are usually shown; the largest
     values of `Measured` are those within elements, and higher.
-
-    Parameters
-    ----------
-    model : FeModel
-    folder : str or Path
-    k : int
-        Number of the pressure, for the names of the files.
     """
     import ngsolve as ngs
 

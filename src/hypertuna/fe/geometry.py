@@ -45,51 +45,25 @@ SIDE_NAMES = ("left", "right")
 
 @dataclass(frozen=True)
 class Channel:
-    """A straight channel along x that a drive unit fills.
+    """A straight channel along x that a drive unit fills."""
 
-    Attributes
-    ----------
-    side : int
-        0 for left, at positive y; 1 for right.
-    y, z : float
-        Where its axis is [m].
-    """
-
-    side: int
-    y: float
-    z: float
+    side: int  # 0 for left, at positive y; 1 for right
+    y: float  # where its axis is [m]
+    z: float  # where its axis is [m]
 
 
 @dataclass(frozen=True)
 class JointBody:
-    """The soft body of a joint.
+    """The soft body of a joint."""
 
-    Attributes
-    ----------
-    name : str
-        Of the joint group.
-    stations : ndarray, shape (k,)
-        Where sections are given, from 0 to the length; between them the half axes are linear [m].
-    semi_major, semi_minor : ndarray, shape (k,)
-        Half height (along z) and half width (along y) of the elliptical sections [m].
-    radius : float
-        Outer radius of the hoses [m].
-    channels : tuple of Channel
-        Of both halves, from the lowest to the highest, left side first.
-    plate : float
-        Thickness of the plates at both ends [m].
-    strip : float
-        Width of the strip in the neutral layer [m]; 0 for none.
-    """
-
-    name: str
-    stations: Array
-    semi_major: Array
-    semi_minor: Array
-    radius: float
-    channels: tuple[Channel, ...]
-    plate: float
-    strip: float
+    name: str  # of the joint group
+    stations: Array  # (k,) Where sections are given, from 0 to the length; between them the half axes are linear [m]
+    semi_major: Array  # (k,) Half height (along z) and half width (along y) of the elliptical sections [m]
+    semi_minor: Array  # (k,) Half height (along z) and half width (along y) of the elliptical sections [m]
+    radius: float  # outer radius of the hoses [m]
+    channels: tuple[Channel, ...]  # of both halves, from the lowest to the highest, left side first
+    plate: float  # thickness of the plates at both ends [m]
+    strip: float  # width of the strip in the neutral layer [m]; 0 for none
 
     @property
     def length(self) -> float:
@@ -121,21 +95,6 @@ def joint_body(robot: Robot, joint: str | int) -> JointBody:
 
     The half axes of ``[joints.actuator]`` hold at the middle of their segments; between the middles, and beyond them to
     the ends, the body tapers linearly.
-
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index of the joint group.
-
-    Returns
-    -------
-    JointBody
-
-    Raises
-    ------
-    InputError
-        If the joint does not exist, the robot lacks a table, or the drive units do not fit into the body.
     """
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
     lengths = np.array(actuator.segment_length)
@@ -207,21 +166,7 @@ def _widest(section: tuple[float, float], lever: float, count: int, radius: floa
 
 
 def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
-    """Draw the half body with z >= 0 in mm: matrix without its channels, tip plate, strip; solids and faces named.
-
-    Parameters
-    ----------
-    body : JointBody
-    squeeze : float
-        What x is divided by.
-
-    Returns
-    -------
-    netgen.libngpy._NgOCC.TopoDS_Shape
-        Solids "matrix" and "plate"; faces "fixed" (at the connector), "symmetry", "wall_left", "wall_right" (of the
-        channels), "cap_left", "cap_right" (their ends at the tip plate), "strip", "tip" (far face of the plate), "tie"
-        and "outer".
-    """
+    """Draw the half body with z >= 0 in mm: matrix without its channels, tip plate, strip; solids and faces named."""
     need_fe()
     from netgen.occ import Box, Glue
 
@@ -299,19 +244,7 @@ def _face_name(face: Any, body: JointBody, length: float, plate: float) -> str:
 
 
 def write_geometry(body: JointBody, path: str | Path) -> None:
-    """Write the whole body, connector plate, matrix and tip plate, for other programs; lengths in mm.
-
-    Parameters
-    ----------
-    body : JointBody
-    path : str or Path
-        Ends in .step (or .stp), which keeps the surfaces exact, or .stl, triangles.
-
-    Raises
-    ------
-    InputError
-        If the ending is another, or the file cannot be written.
-    """
+    """Write the whole body, connector plate, matrix and tip plate, for other programs; lengths in mm."""
     need_fe()
     import tempfile
 

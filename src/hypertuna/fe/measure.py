@@ -26,64 +26,31 @@ ROOM = 0.02  # by which a volume may exceed the braid's limit
 
 @dataclass(frozen=True)
 class Measured:
-    """A model in equilibrium.
+    """A model in equilibrium."""
 
-    Attributes
-    ----------
-    angle : float
-        Of the tip plate, counter-clockwise [rad].
-    tip : tuple of float
-        x and y of the far face's center [m].
-    length : float
-        Of the body's axis, y = z = 0 at rest, between connector and tip plate, along the bent line [m].
-    volume : tuple of float
-        Of oil in the drive units of the left and of the right side [m^3].
-    swelling : tuple of float
-        Volume inside the braids over that at rest, left and right [1].
-    axial_stretch, hoop_stretch, fiber_stretch : tuple of float
-        Smallest and largest on the walls of the channels [1].
-    fiber_99 : float
-        What 99 % of the fibers are stretched by at most [1].
-    strain_max, strain_99 : float
-        Largest principal logarithmic strain of the matrix, and what 99 % of its volume stay below [1].
-    stress_max, stress_99 : float
-        Von Mises' stress, true, likewise [Pa]. The largest values, of the fibers, too, sit where hoses end at a plate,
-        and grow as meshes get finer; those of 99 % do not.
-    jacobian_min : float
-        Smallest ratio of volumes of the matrix [1].
-    fault : str
-        Why the state cannot be trusted; empty where it can.
-    """
-
-    angle: float
-    tip: tuple[float, float]
-    length: float
-    volume: tuple[float, float]
-    swelling: tuple[float, float]
-    axial_stretch: tuple[float, float]
-    hoop_stretch: tuple[float, float]
-    fiber_stretch: tuple[float, float]
-    fiber_99: float
-    strain_max: float
-    strain_99: float
+    angle: float  # of the tip plate, counter-clockwise [rad]
+    tip: tuple[float, float]  # x and y of the far face's center [m]
+    length: float  # of the body's axis, y = z = 0 at rest, between connector and tip plate, along the bent line [m]
+    volume: tuple[float, float]  # of oil in the drive units of the left and of the right side [m^3]
+    swelling: tuple[float, float]  # volume inside the braids over that at rest, left and right [1]
+    axial_stretch: tuple[float, float]  # smallest and largest on the walls of the channels [1]
+    hoop_stretch: tuple[float, float]  # smallest and largest on the walls of the channels [1]
+    fiber_stretch: tuple[float, float]  # smallest and largest on the walls of the channels [1]
+    fiber_99: float  # what 99 % of the fibers are stretched by at most [1]
+    strain_max: float  # largest principal logarithmic strain of the matrix, and what 99 % of its volume stay below [1]
+    strain_99: float  # largest principal logarithmic strain of the matrix, and what 99 % of its volume stay below [1]
+    # von Mises' stress, true, likewise [Pa]. The largest values, of the fibers, too, sit where hoses end at a
+    # plate, and grow as meshes get finer; those of 99 % do not
     stress_max: float
+    # von Mises' stress, true, likewise [Pa]. The largest values, of the fibers, too, sit where hoses end at a
+    # plate, and grow as meshes get finer; those of 99 % do not
     stress_99: float
-    jacobian_min: float
-    fault: str
+    jacobian_min: float  # smallest ratio of volumes of the matrix [1]
+    fault: str  # why the state cannot be trusted; empty where it can
 
 
 def measure(model: FeModel) -> Measured:
-    """Measure a model, and check what a wrong solution would violate.
-
-    Parameters
-    ----------
-    model : FeModel
-        In equilibrium.
-
-    Returns
-    -------
-    Measured
-    """
+    """Measure a model, and check what a wrong solution would violate."""
     angle, tip = _tip(model)
     inside, rest = _inside(model), _inside(model, moved=False)
     share = 1 - (model.wall.inner / model.wall.outer) ** 2  # of what the braid holds at rest; hoses keep their volume
@@ -110,18 +77,7 @@ def measure(model: FeModel) -> Measured:
 
 
 def von_mises(stress: Array) -> Array:
-    """Von Mises' stress.
-
-    Parameters
-    ----------
-    stress : ndarray, shape (n, 3, 3)
-        True stress [Pa].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [Pa].
-    """
+    """Von Mises' stress. `stress` (n, 3, 3) [Pa]; returns [Pa]."""
     deviator = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
     return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))))
 

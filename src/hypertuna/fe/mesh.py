@@ -24,39 +24,16 @@ FINER = 0.9  # size of the next one's elements
 
 @dataclass(frozen=True)
 class MeshSize:
-    """How fine a mesh is.
+    """How fine a mesh is."""
 
-    Attributes
-    ----------
-    around : float
-        Size of the triangles on the channels' walls over their radius.
-    largest : float
-        Size of elements far from the channels, over the same.
-    grading : float
-        How fast the size may grow, of Netgen.
-    order : int
-        Polynomial order of the displacements and of curved elements.
-    pieces : float
-        Number of elements along the joint: hoses are slender, and change little along their axes.
-    """
-
-    around: float = 1.0
-    largest: float = 4.0
-    grading: float = 0.9
-    order: int = 3
-    pieces: float = 9.0
+    around: float = 1.0  # size of the triangles on the channels' walls over their radius
+    largest: float = 4.0  # size of elements far from the channels, over the same
+    grading: float = 0.9  # how fast the size may grow, of Netgen
+    order: int = 3  # polynomial order of the displacements and of curved elements
+    pieces: float = 9.0  # number of elements along the joint: hoses are slender, and change little along their axes
 
     def squeeze(self, body: JointBody) -> float:
-        """How many times longer elements are along a joint than across it.
-
-        Parameters
-        ----------
-        body : JointBody
-
-        Returns
-        -------
-        float
-        """
+        """How many times longer elements are along a joint than across it."""
         return max(1.0, body.length / (self.pieces * self.around * body.radius))
 
 
@@ -64,22 +41,7 @@ MESHES = {"coarse": MeshSize(pieces=6.0), "medium": MeshSize(), "fine": MeshSize
 
 
 def mesh_size(mesh: str | MeshSize) -> MeshSize:
-    """Look up the sizes of a mesh.
-
-    Parameters
-    ----------
-    mesh : str or MeshSize
-        One of `MESHES`, or sizes of one's own.
-
-    Returns
-    -------
-    MeshSize
-
-    Raises
-    ------
-    InputError
-        If there is no mesh of that name.
-    """
+    """Look up the sizes of a mesh."""
     if isinstance(mesh, MeshSize):
         return mesh
     if mesh not in MESHES:
@@ -88,26 +50,7 @@ def mesh_size(mesh: str | MeshSize) -> MeshSize:
 
 
 def joint_mesh(body: JointBody, size: MeshSize) -> tuple[Any, Any]:
-    """Mesh the upper half of a body.
-
-    Parameters
-    ----------
-    body : JointBody
-    size : MeshSize
-
-    Returns
-    -------
-    mesh : ngsolve.Mesh
-        Drawn in mm and squeezed along x.
-    deformation : ngsolve.GridFunction
-        Set in the mesh, and to be kept as long: with it the mesh has its true shape, and all that NGSolve integrates
-        and derives is in m.
-
-    Raises
-    ------
-    InputError
-        If the mesh is not what was drawn, or some element is turned inside out.
-    """
+    """Mesh the upper half of a body."""
     from netgen.meshing import NgException
 
     value = "none that the mesher makes"

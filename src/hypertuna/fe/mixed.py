@@ -24,23 +24,6 @@ def mixed_space(displacements: Any, region: Any) -> Any:
 
     An order more would follow every theta, as if there were no p; an order less leaves a beam too soft, at any
     Poisson's ratio (docs/fe.md).
-
-    Parameters
-    ----------
-    displacements : ngsolve.VectorH1
-        Of the third order or higher.
-    region : ngsolve.Region
-        Where the solid is.
-
-    Returns
-    -------
-    ngsolve.ProductSpace
-        To be used with ``BilinearForm(..., condense=True)``.
-
-    Raises
-    ------
-    InputError
-        If the displacements are of a lower order.
     """
     from ngsolve import COUPLING_TYPE, L2
 
@@ -57,15 +40,7 @@ def mixed_space(displacements: Any, region: Any) -> Any:
 def dilatation(solid: Solid, F: Any) -> Any:
     """Return theta, what the bulk modulus of a solid's law resists: J - 1, or the trace of Green's strain.
 
-    Parameters
-    ----------
-    solid : Solid
-    F : ngsolve.CoefficientFunction, shape (3, 3)
-
-    Returns
-    -------
-    ngsolve.CoefficientFunction
-        [1].
+    `F` (3, 3).
     """
     from ngsolve import Det, InnerProduct
 
@@ -75,37 +50,13 @@ def dilatation(solid: Solid, F: Any) -> Any:
 def mixed_energy(solid: Solid, F: Any, p: Any) -> Any:
     """Volumetric energy per volume at rest, p theta - p^2 / (2 kappa): what `solid_energy` then leaves out.
 
-    Parameters
-    ----------
-    solid : Solid
-    F : ngsolve.CoefficientFunction, shape (3, 3)
-    p : ngsolve.CoefficientFunction
-        [Pa], positive in tension.
-
-    Returns
-    -------
-    ngsolve.CoefficientFunction
-        [J/m^3].
+    `F` (3, 3), `p` [Pa]; returns [J/m^3].
     """
     return p * dilatation(solid, F) - p * p / (2 * solid.bulk)
 
 
 def settling(space: Any, solid: Solid, region: Any) -> Callable[[Any], None]:
-    """Return what sets the pressures of a state to those that its displacements call for.
-
-    Parameters
-    ----------
-    space : ngsolve.ProductSpace
-        Of `mixed_space`.
-    solid : Solid
-    region : ngsolve.Region
-        As for `mixed_space`.
-
-    Returns
-    -------
-    callable
-        Takes a vector of the space and changes its part of pressures [Pa].
-    """
+    """Return what sets the pressures of a state to those that its displacements call for. Returns [Pa]."""
     import ngsolve as ngs
 
     displacements, pressures = space.components

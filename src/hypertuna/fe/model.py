@@ -32,26 +32,13 @@ STRIP = 1e6  # N/m, of the strip: as good as inextensible
 
 @dataclass(frozen=True)
 class FeOptions:
-    """What a finite-element model takes beyond the description.
+    """What a finite-element model takes beyond the description."""
 
-    Attributes
-    ----------
-    material : str or None
-        Material set; None takes the robot's.
-    law : str
-        Of the matrix, one of `fe_solid.LAWS`.
-    poisson : float
-        Poisson's ratio of the matrix.
-    mesh : str or MeshSize
-        One of `fe_mesh.MESHES`, or sizes of one's own.
-    mixed : bool
-        Whether the matrix' pressure is an unknown of its own; without it the same mesh bends less (docs/fe.md).
-    """
-
-    material: str | None = None
-    law: str = "mooney_rivlin"
-    poisson: float = 0.475
-    mesh: str | MeshSize = "medium"
+    material: str | None = None  # material set; None takes the robot's
+    law: str = "mooney_rivlin"  # of the matrix, one of `fe_solid.LAWS`
+    poisson: float = 0.475  # poisson's ratio of the matrix
+    mesh: str | MeshSize = "medium"  # one of `fe_mesh.MESHES`, or sizes of one's own
+    # whether the matrix' pressure is an unknown of its own; without it the same mesh bends less (docs/fe.md)
     mixed: bool = True
 
     @property
@@ -71,22 +58,7 @@ class SurfaceStrain:
 
 @dataclass(frozen=True)
 class FeModel:
-    """A model with its present state, which `equilibrium` changes.
-
-    Attributes
-    ----------
-    robot : Robot
-    body : JointBody
-    options : FeOptions
-    matrix : Solid
-    wall : Wall
-    mesh : ngsolve.Mesh
-    deformation : ngsolve.GridFunction
-        See `joint_mesh`: with it the mesh is in m.
-    problem : Problem
-        Total energy of the upper half; its loads are the gauge pressures in the drive units of the left and of the
-        right side [Pa] and T [N m]: the couple on the tip plate is T cos(angle), counter-clockwise.
-    """
+    """A model with its present state, which `equilibrium` changes."""
 
     robot: Robot
     body: JointBody
@@ -94,7 +66,9 @@ class FeModel:
     matrix: Solid
     wall: Wall
     mesh: Any
-    deformation: Any
+    deformation: Any  # see `joint_mesh`: with it the mesh is in m
+    # total energy of the upper half; its loads are the gauge pressures in the drive units of the left and of the
+    # right side [Pa] and T [N m]: the couple on the tip plate is T cos(angle), counter-clockwise
     problem: Problem
 
     @property
@@ -109,25 +83,7 @@ class FeModel:
 
 
 def fe_model(robot: Robot, joint: str | int, options: FeOptions | None = None) -> FeModel:
-    """Make the model of a joint, at rest.
-
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index of the joint group.
-    options : FeOptions, optional
-
-    Returns
-    -------
-    FeModel
-
-    Raises
-    ------
-    InputError
-        If the joint does not exist, the robot lacks a table, an option is not known, the drive units do not fit, the
-        extra is not installed, or the mesh is not what was drawn.
-    """
+    """Make the model of a joint, at rest."""
     options = options or FeOptions()
     matrix, wall = soft_parts(robot, options)
     body, size = joint_body(robot, joint), options.size
@@ -147,25 +103,7 @@ def fe_model(robot: Robot, joint: str | int, options: FeOptions | None = None) -
 
 
 def soft_parts(robot: Robot, options: FeOptions) -> tuple[Solid, Wall]:
-    """Take the silicone of the matrix, and hose with braid, from a description.
-
-    Parameters
-    ----------
-    robot : Robot
-    options : FeOptions
-        Material set, law and Poisson's ratio.
-
-    Returns
-    -------
-    Solid
-    Wall
-        In m.
-
-    Raises
-    ------
-    InputError
-        If the robot lacks a table, or an option is not known.
-    """
+    """Take the silicone of the matrix, and hose with braid, from a description."""
     unit = drive_unit(robot)
     hose, silicone = (mooney(robot, name, options.material) for name in (unit.hose, unit.matrix))
     wall = Wall(unit.outer_diameter / 2, unit.inner_diameter / 2, hose, unit.braid_angle, unit.braid_stiffness)
@@ -173,36 +111,12 @@ def soft_parts(robot: Robot, options: FeOptions) -> tuple[Solid, Wall]:
 
 
 def equilibrium(model: FeModel, *, pressure: tuple[float, float], couple: float = 0.0) -> Equilibrium:
-    """Lead a model from its present loads and state to other loads.
-
-    Parameters
-    ----------
-    model : FeModel
-        Its state changes; after a failure it is that of the last loads that converged.
-    pressure : tuple of float
-        In the drive units of the left and of the right side [Pa].
-    couple : float
-        T [N m], see `FeModel`.
-
-    Returns
-    -------
-    Equilibrium
-    """
+    """Lead a model from its present loads and state to other loads. `pressure` [Pa], `couple` [N m]."""
     return lead(model.problem, (*pressure, couple))
 
 
 def surface_strain(gradient: Any) -> SurfaceStrain:
-    """Strain of a wall along x.
-
-    Parameters
-    ----------
-    gradient : ngsolve.CoefficientFunction, shape (3, 3)
-        Of the displacement, along the surface.
-
-    Returns
-    -------
-    SurfaceStrain
-    """
+    """Strain of a wall along x. `gradient` (3, 3)."""
     from ngsolve import CF, Cross, Id, InnerProduct, Norm, specialcf
 
     F, normal = Id(3) + gradient, specialcf.normal(3)

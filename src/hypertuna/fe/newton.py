@@ -20,25 +20,13 @@ HOLD = 0.1  # 1/m^2, the first of them over the shear modulus
 
 @dataclass(frozen=True)
 class Problem:
-    """An energy to minimize, under loads that can be led from one value to another.
+    """An energy to minimize, under loads that can be led from one value to another."""
 
-    Attributes
-    ----------
-    energy : ngsolve.BilinearForm
-        Made of `ngsolve.Variation` [J].
-    state : ngsolve.GridFunction
-        Changes as the loads do.
-    loads : tuple of ngsolve.Parameter
-    shear : float
-        Shear modulus of what is soft [Pa], for scale.
-    settle : callable, optional
-        Called with a vector of the state before its energy is asked for: sets the unknowns that were condensed.
-    """
-
-    energy: Any
-    state: Any
+    energy: Any  # made of `ngsolve.Variation` [J]
+    state: Any  # changes as the loads do
     loads: tuple[Any, ...]
-    shear: float
+    shear: float  # shear modulus of what is soft [Pa], for scale
+    # called with a vector of the state before its energy is asked for: sets the unknowns that were condensed
     settle: Callable[[Any], None] | None = None
 
     @property
@@ -49,37 +37,17 @@ class Problem:
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """How the search for an equilibrium ended.
-
-    Attributes
-    ----------
-    converged : bool
-    iterations : int
-        Newton steps, all load steps together.
-    text : str
-        A sentence without its period.
-    """
+    """How the search for an equilibrium ended."""
 
     converged: bool
-    iterations: int
-    text: str
+    iterations: int  # newton steps, all load steps together
+    text: str  # A sentence without its period
 
 
 def lead(problem: Problem, loads: Sequence[float]) -> Equilibrium:
     """Lead a problem from its present loads and state to other loads.
 
     The loads change together, in one step if Newton's method converges, else in smaller ones.
-
-    Parameters
-    ----------
-    problem : Problem
-        Its state and loads change; after a failure they are those of the last step that converged.
-    loads : sequence of float
-        Where its loads are to end.
-
-    Returns
-    -------
-    Equilibrium
     """
     start, end = [load.Get() for load in problem.loads], [float(load) for load in loads]
     kept = problem.state.vec.CreateVector()

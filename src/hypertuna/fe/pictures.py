@@ -68,21 +68,11 @@ MATT: dict[str, Any] = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.56,
 
 @dataclass(frozen=True)
 class Quantity:
-    """What the colors show.
+    """What the colors show."""
 
-    Attributes
-    ----------
-    field : str
-        Name in the files.
-    label : str
-        With the unit of the color bar.
-    unit : float
-        That unit, in SI.
-    """
-
-    field: str
-    label: str
-    unit: float
+    field: str  # name in the files
+    label: str  # with the unit of the color bar
+    unit: float  # that unit, in SI
 
 
 QUANTITIES = {
@@ -93,23 +83,13 @@ QUANTITIES = {
 
 @dataclass(frozen=True)
 class Film:
-    """A joint at several pressures, as read from the files of a finished run.
-
-    Attributes
-    ----------
-    title : str
-    side : str
-        That has the pressure.
-    pressure, angle : ndarray, shape (n,)
-        Gauge pressure [Pa] and bend toward its side [rad].
-    faces : tuple of dict
-        At each pressure, the faces of the upper half by kind, `pyvista.PolyData` with points at rest.
-    """
+    """A joint at several pressures, as read from the files of a finished run."""
 
     title: str
-    side: str
-    pressure: Array
-    angle: Array
+    side: str  # that has the pressure
+    pressure: Array  # (n,) Gauge pressure [Pa] and bend toward its side [rad]
+    angle: Array  # (n,) Gauge pressure [Pa] and bend toward its side [rad]
+    # at each pressure, the faces of the upper half by kind, `pyvista.PolyData` with points at rest
     faces: tuple[dict[str, Any], ...]
 
     def text(self, k: int) -> str:
@@ -124,25 +104,7 @@ class Film:
 
 
 def read_film(folder: str | Path, *, title: str = "", chosen: Sequence[int] | None = None) -> Film:
-    """Read a finished run, whose folder has `SUMMARY` and a file of fields for each pressure.
-
-    Parameters
-    ----------
-    folder : str or Path
-    title : str
-        Empty for robot, joint and side.
-    chosen : sequence of int, optional
-        The pressures to read, by their numbers; left out, all.
-
-    Returns
-    -------
-    Film
-
-    Raises
-    ------
-    InputError
-        If PyVista is not installed, or a file is not there.
-    """
+    """Read a finished run, whose folder has `SUMMARY` and a file of fields for each pressure."""
     need_pictures()
     summary = Path(folder) / SUMMARY
     try:
@@ -161,21 +123,7 @@ def read_film(folder: str | Path, *, title: str = "", chosen: Sequence[int] | No
 
 @styled
 def draw_step(film: Film, k: int, quantity: str) -> Figure:
-    """Draw a pressure in both views.
-
-    Parameters
-    ----------
-    film : Film
-        All pressures of the path fix camera and colors.
-    k : int
-        The one to draw.
-    quantity : str
-        One of `QUANTITIES`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw a pressure in both views."""
     figure = Figure(figsize=(WIDTH, 0.5 * WIDTH), layout="constrained")
     left, right = figure.subplots(1, 2)
     for axes, view, text in (
@@ -191,18 +139,7 @@ def draw_step(film: Film, k: int, quantity: str) -> Figure:
 
 @styled
 def draw_filmstrip(film: Film, *, width: float = WIDTH) -> Figure:
-    """Draw all pressures side by side, cut open: a row for each of `QUANTITIES`.
-
-    Parameters
-    ----------
-    film : Film
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw all pressures side by side, cut open: a row for each of `QUANTITIES`. `width` [inch]."""
     count, rows = len(film.faces), len(QUANTITIES)
     figure = Figure(figsize=(width, 0.4 + rows * (width / max(count, FEWEST) + 0.55)), layout="constrained")
     panels = figure.subplots(rows, count, squeeze=False)
@@ -217,24 +154,7 @@ def draw_filmstrip(film: Film, *, width: float = WIDTH) -> Figure:
 
 
 def write_filmstrip(folder: str | Path, path: str | Path, *, title: str = "", count: int = FRAMES) -> None:
-    """Write a filmstrip of a finished run, about 1000 pixels wide.
-
-    Parameters
-    ----------
-    folder : str or Path
-        Of `hypertuna fe bend -o`.
-    path : str or Path
-        A PNG file.
-    title : str
-        Empty for robot, joint and side.
-    count : int
-        Most pressures to show; the last is one of them, and no pressure is not.
-
-    Raises
-    ------
-    InputError
-        As `read_film`.
-    """
+    """Write a filmstrip of a finished run, about 1000 pixels wide."""
     film = read_film(folder, title=title)
     loaded = np.flatnonzero(film.pressure > 0)
     chosen = loaded[np.unique(np.linspace(0, len(loaded) - 1, min(count, len(loaded))).round().astype(int))]
@@ -242,15 +162,7 @@ def write_filmstrip(folder: str | Path, path: str | Path, *, title: str = "", co
 
 
 def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
-    """Write a figure as a PNG file of few colors, whole or not at all.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    path : str or Path
-    dpi : int
-        Pixels per inch.
-    """
+    """Write a figure as a PNG file of few colors, whole or not at all."""
     from PIL import Image
 
     figure.set_dpi(dpi)

@@ -29,23 +29,7 @@ def plot_fe_bend(
 ) -> Figure:
     """Plot bend over pressure, and pressure over the oil taken in.
 
-    Parameters
-    ----------
-    pressure, angle : array_like, shape (n,)
-        By finite elements: gauge pressure [Pa] and angle [rad].
-    oil : array_like, shape (n,), optional
-        Oil that the drive units of that side have taken in since rest [m^3]; without it there is one panel.
-    title : str
-    analytic : tuple of array_like, shape (m,), optional
-        The same three of the analytic model, with friction and on the way up.
-    published : tuple of float, optional
-        Pressure and angle of a published point [Pa, rad].
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `pressure`, `angle` (n,) [Pa], `oil` (n,) [m^3], `analytic` (m,), `published` [Pa, rad], `width` [inch].
     """
     figure = Figure(figsize=(width, 0.4 * width + 0.5), layout="constrained")
     panels = figure.subplots(1, 1 if oil is None else 2, squeeze=False)[0]

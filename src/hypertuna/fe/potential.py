@@ -31,23 +31,13 @@ SAME = 1e-9  # relative: sums of pressures that differ by less are the same
 
 @dataclass(frozen=True)
 class Samples:
-    """A joint in equilibrium under moments and pressures.
+    """A joint in equilibrium under moments and pressures."""
 
-    Attributes
-    ----------
-    group : ndarray of int, shape (n,)
-        What is left out together in cross-validation.
-    angle, moment : ndarray, shape (n,)
-        [rad], and from outside [N m].
-    pressure, volume : ndarray, shape (n, 2)
-        Of the left and the right side [Pa], [m^3].
-    """
-
-    group: NDArray[np.int64]
-    angle: Array
-    moment: Array
-    pressure: Array
-    volume: Array
+    group: NDArray[np.int64]  # (n,) What is left out together in cross-validation
+    angle: Array  # (n,) [rad], and from outside [N m]
+    moment: Array  # (n,) [rad], and from outside [N m]
+    pressure: Array  # (n, 2) Of the left and the right side [Pa], [m^3]
+    volume: Array  # (n, 2) Of the left and the right side [Pa], [m^3]
 
     def only(self, which: NDArray[np.bool_]) -> Samples:
         """Return some of the points."""
@@ -69,55 +59,22 @@ class Samples:
 
 @dataclass(frozen=True)
 class Potential:
-    """The twin's potential, a polynomial.
+    """The twin's potential, a polynomial."""
 
-    Attributes
-    ----------
-    reach : float
-        Largest angle [rad].
-    elastic_terms : ndarray, shape (k,)
-        Of U' in odd powers of angle / reach [N m].
-    volume_terms : ndarray, shape (l,)
-        Of V in powers of angle / reach [m^3].
-    compliance, cross : float
-        c and d [m^3/Pa].
-    """
-
-    reach: float
-    elastic_terms: Array
-    volume_terms: Array
-    compliance: float
-    cross: float
+    reach: float  # largest angle [rad]
+    elastic_terms: Array  # (k,) Of U' in odd powers of angle / reach [N m]
+    volume_terms: Array  # (l,) Of V in powers of angle / reach [m^3]
+    compliance: float  # c and d [m^3/Pa]
+    cross: float  # c and d [m^3/Pa]
 
     def elastic(self, angle: ArrayLike) -> Array:
-        """Moment that holds an angle without pressure.
-
-        Parameters
-        ----------
-        angle : array_like, shape (n,)
-            [rad].
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            U' [N m].
-        """
+        """Moment that holds an angle without pressure. `angle` (n,) [rad]; returns [N m]."""
         return np.asarray(_odd(np.asarray(angle) / self.reach, len(self.elastic_terms)) @ self.elastic_terms)
 
     def volume(self, angle: ArrayLike, *, slope: bool = False) -> Array:
         """Oil in the drive units of the left side; the right side has at -angle what the left has at angle.
 
-        Parameters
-        ----------
-        angle : array_like, shape (n,)
-            [rad].
-        slope : bool
-            Give the derivative instead.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            V [m^3], or V' [m^3/rad].
+        `angle` (n,) [rad]; returns [m^3].
         """
         s, count = np.asarray(angle) / self.reach, len(self.volume_terms)
         return np.asarray((_slopes(s, count) / self.reach if slope else _powers(s, count)) @ self.volume_terms)
@@ -143,18 +100,6 @@ def fit_potential(samples: Samples, elastic: int, volume: int) -> Potential:
 
     Volumes are weighed by their spread, moments by the work that the largest pressure does on it from end to end. Sides
     without pressure do not count: where they are shortened, their braids hang loose.
-
-    Parameters
-    ----------
-    samples : Samples
-    elastic : int
-        Number of terms of U'.
-    volume : int
-        Degree of V.
-
-    Returns
-    -------
-    Potential
     """
     reach = float(abs(samples.angle).max())
     rows, values = _equations(samples, reach, elastic, volume)
@@ -172,17 +117,7 @@ def fit_potential(samples: Samples, elastic: int, volume: int) -> Potential:
 
 
 def left(fit: Potential, samples: Samples) -> Left:
-    """Say what a potential leaves unexplained.
-
-    Parameters
-    ----------
-    fit : Potential
-    samples : Samples
-
-    Returns
-    -------
-    Left
-    """
+    """Say what a potential leaves unexplained."""
     rows, values = _equations(samples, fit.reach, len(fit.elastic_terms), len(fit.volume_terms) - 1)
     terms = np.concatenate([fit.elastic_terms, fit.volume_terms, [fit.compliance, fit.cross]])
     moment, volume = np.split(rows @ terms - values, [len(samples.angle)])
@@ -190,24 +125,7 @@ def left(fit: Potential, samples: Samples) -> Left:
 
 
 def best_potential(samples: Samples) -> tuple[Potential, Left]:
-    """Choose the numbers of terms by what each choice says of groups of points that it was not fitted to.
-
-    Parameters
-    ----------
-    samples : Samples
-
-    Returns
-    -------
-    Potential
-        Fitted to all points.
-    Left
-        Of the groups that were left out, each in turn.
-
-    Raises
-    ------
-    InputError
-        If there are too few points, or none of the fits is one of a joint that straightens itself.
-    """
+    """Choose the numbers of terms by what each choice says of groups of points that it was not fitted to."""
     groups = np.unique(samples.group)
     best: tuple[float, Potential, Left] | None = None
     for elastic, volume in itertools.product(ELASTIC, VOLUME):

@@ -25,14 +25,7 @@ def oil_taken(found: FeBend) -> NDArray[np.float64]:
     By how much the volume inside the braids has grown, over that of the same mesh at rest: a mesh' channels are round
     but for some 1e-4, which must not count as oil.
 
-    Parameters
-    ----------
-    found : FeBend
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [m^3].
+    Returns [m^3].
     """
     group, actuator = joint_group(found.robot, found.joint)
     inside = math.pi * (drive_unit(found.robot).outer_diameter / 2) ** 2 * sum(actuator.segment_length)
@@ -41,17 +34,7 @@ def oil_taken(found: FeBend) -> NDArray[np.float64]:
 
 
 def bend_record(found: FeBend) -> dict[str, Any]:
-    """Say a bend by finite elements, for programs.
-
-    Parameters
-    ----------
-    found : FeBend
-
-    Returns
-    -------
-    dict
-        What made it, what it took, and a record of each pressure that converged.
-    """
+    """Say a bend by finite elements, for programs."""
     options, straight = found.options, found.r_squared()
     facts = {
         "ngsolve_version": ngsolve_version(),
@@ -82,16 +65,7 @@ def bend_record(found: FeBend) -> dict[str, Any]:
 
 
 def measured_record(found: Measured) -> dict[str, float]:
-    """Say what was measured of one equilibrium.
-
-    Parameters
-    ----------
-    found : Measured
-
-    Returns
-    -------
-    dict of str to float
-    """
+    """Say what was measured of one equilibrium."""
     record = {f"tip_{axis}_mm": 1e3 * place for axis, place in zip("xy", found.tip, strict=True)}
     record |= {"length_mm": 1e3 * found.length}
     for side, volume, swelling in zip(("left", "right"), found.volume, found.swelling, strict=True):
@@ -105,17 +79,7 @@ def measured_record(found: Measured) -> dict[str, float]:
 
 
 def bend_csv(found: FeBend, command: str) -> str:
-    """Write a bend as comma-separated values, a row per pressure, below comments that say what made them.
-
-    Parameters
-    ----------
-    found : FeBend
-    command : str
-
-    Returns
-    -------
-    str
-    """
+    """Write a bend as comma-separated values, a row per pressure, below comments that say what made them."""
     record = bend_record(found)
     steps = record.pop("steps")
     facts = {key: value for key, value in (record | {"command": command}).items() if value is not None}

@@ -56,61 +56,28 @@ STRONGEST = 0.5  # largest couple without choice, in units of what the largest p
 
 @dataclass(frozen=True)
 class ReducedJoint:
-    """A joint by finite elements, and the table of the twin that is nearest to it.
-
-    Attributes
-    ----------
-    robot : Robot
-    joint : str
-    options : FeOptions
-    pressure : ndarray, shape (n, 2)
-        Of the left and the right side [Pa].
-    couple : ndarray, shape (m,)
-        On the tip plate; the moment is its part cos(angle) [N m].
-    angle, moment : ndarray, shape (m, n)
-        [rad], [N m]; not a number where it was not found.
-    volume : ndarray, shape (m, n, 2)
-        Oil in the drive units of either side [m^3].
-    potential : Potential
-        The table, as long as the largest angle that was found. Its compliance c is what a side takes for its own
-        pressure at an angle, its cross d what it takes for the other side's. Where the sum of both stays, c - d is what
-        the line's ``compliance_m3_pa`` stands for; for d there is nothing in the twin.
-    left, left_new : Left
-        What the table leaves unexplained of the points, and of couples that it was not fitted to.
-    status, status_text : str
-        "converged", or "partial" where points were not found, and a sentence.
-    seconds : float
-        Processor time of all points [s].
-    """
+    """A joint by finite elements, and the table of the twin that is nearest to it."""
 
     robot: Robot
     joint: str
     options: FeOptions
-    pressure: Array
-    couple: Array
-    angle: Array
-    moment: Array
-    volume: Array
+    pressure: Array  # (n, 2) Of the left and the right side [Pa]
+    couple: Array  # (m,) On the tip plate; the moment is its part cos(angle) [N m]
+    angle: Array  # (m, n) [rad], [N m]; not a number where it was not found
+    moment: Array  # (m, n) [rad], [N m]; not a number where it was not found
+    volume: Array  # (m, n, 2) Oil in the drive units of either side [m^3]
+    # the table, as long as the largest angle that was found. Its compliance c is what a side takes for its own
+    # pressure at an angle, its cross d what it takes for the other side's. Where the sum of both stays, c - d is
+    # what the line's ``compliance_m3_pa`` stands for; for d there is nothing in the twin
     potential: Potential
-    left: Left
-    left_new: Left
-    status: str
-    status_text: str
-    seconds: float
+    left: Left  # what the table leaves unexplained of the points, and of couples that it was not fitted to
+    left_new: Left  # what the table leaves unexplained of the points, and of couples that it was not fitted to
+    status: str  # "converged", or "partial" where points were not found, and a sentence
+    status_text: str  # "converged", or "partial" where points were not found, and a sentence
+    seconds: float  # processor time of all points [s]
 
     def table(self, angles: int = ANGLES) -> dict[str, list[float]]:
-        """Write the table ``[joints.reduced]`` of a description.
-
-        Parameters
-        ----------
-        angles : int
-            Number of its rows.
-
-        Returns
-        -------
-        dict
-            Keys as in the file, with units.
-        """
+        """Write the table ``[joints.reduced]`` of a description."""
         half = np.linspace(math.degrees(self.potential.reach), 0, angles // 2, endpoint=False)
         degrees = np.concatenate([-half, np.zeros(angles % 2), half[::-1]]).round(6)
         angle = np.radians(degrees)
@@ -121,17 +88,7 @@ class ReducedJoint:
     def over_angle(self, angle: ArrayLike) -> tuple[Array, Array]:
         """Tabulate moment and volumes over angle and pressure: of the points themselves, not of the twin's table.
 
-        Parameters
-        ----------
-        angle : array_like, shape (k,)
-            [rad].
-
-        Returns
-        -------
-        ndarray, shape (k, n)
-            Moment [N m], by monotone cubics between the couples of each pressure; not a number beyond them.
-        ndarray, shape (k, n, 2)
-            Volume of either side [m^3], likewise.
+        `angle` (k,) [rad]; returns [N m], [m^3].
         """
         from scipy.interpolate import PchipInterpolator  # here, because it takes longer to import than a table takes
 
@@ -146,14 +103,7 @@ class ReducedJoint:
         return found[..., 0], found[..., 1:]
 
     def dataset(self) -> xr.Dataset:
-        """Label the numbers.
-
-        Returns
-        -------
-        xarray.Dataset
-            Angle [rad], moment [N m] and volume [m3] over couple and pressure, and the latter two over table, which is
-            an angle [rad], and pressure; elastic [N m] and held [m3] of the twin's table over table.
-        """
+        """Label the numbers. Returns [rad]."""
         grid, table = ("couple", "pressure"), np.linspace(-self.potential.reach, self.potential.reach, ANGLES)
         moment, volume = self.over_angle(table)
         variables = {
@@ -206,36 +156,7 @@ def reduce_joint(
 ) -> ReducedJoint:
     """Solve a joint on a grid of pressures and couples, and fit the twin's table to it.
 
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index of the joint group.
-    pressure : array_like, shape (n,)
-        Of the left side, rising [Pa].
-    couple : array_like, shape (m,), optional
-        On the tip plate [N m]; None takes `couples`.
-    fill : float, optional
-        Fill pressure [Pa]: the right side has twice that, less the pressure of the left, or none. None takes that of
-        the robot's line; with 0 one side alone has pressure.
-    options : FeOptions, optional
-    checkpoint : str or Path, optional
-        File that keeps the points; called again with the same, the work goes on with the path of the couple that it was
-        at.
-    progress : callable, optional
-        Called with the number of points done and their total.
-    solve : callable, optional
-        What finds a point; None is finite elements, `joint_by_elements`.
-
-    Returns
-    -------
-    ReducedJoint
-
-    Raises
-    ------
-    InputError
-        If the joint does not exist, a value cannot be used, the robot lacks a table, the extra is not installed, or too
-        few points were found for a table.
+    `pressure` (n,) [Pa], `couple` (m,) [N m], `fill` [Pa].
     """
     group, _ = joint_group(robot, joint)
     options = options or FeOptions()
@@ -260,23 +181,7 @@ def reduce_joint(
 
 
 def couples(robot: Robot, joint: str | int, pairs: Sequence[Pair], count: int = 5) -> Array:
-    """Choose couples that bend a joint about as far as its pressures do.
-
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index of the joint group.
-    pairs : sequence of tuple of float
-        Pressures of both sides [Pa].
-    count : int
-
-    Returns
-    -------
-    ndarray, shape (count,)
-        From one side to the other, up to half of what the largest pressure does to the straight joint by the analytic
-        model [N m].
-    """
+    """Choose couples that bend a joint about as far as its pressures do. `pairs` [Pa]; returns [N m]."""
     name = joint_group(robot, joint)[0].name
     table = next(table for table in joint_tables(robot) if table.name == name)
     most = STRONGEST * max(map(max, pairs)) * table.at([0.0])["slope"][0, 0]
@@ -284,23 +189,7 @@ def couples(robot: Robot, joint: str | int, pairs: Sequence[Pair], count: int = 
 
 
 def with_reduced(robot: Robot, reduced: ReducedJoint) -> Robot:
-    """Return a robot whose twin has a reduced joint.
-
-    Parameters
-    ----------
-    robot : Robot
-    reduced : ReducedJoint
-
-    Returns
-    -------
-    Robot
-        With the table ``[joints.reduced]`` of that joint, and its source.
-
-    Raises
-    ------
-    InputError
-        If it has no such joint.
-    """
+    """Return a robot whose twin has a reduced joint. Returns [joints.reduced]."""
     joint_group(robot, reduced.joint)
     document = robot.document()
     next(group for group in document["joints"] if group["name"] == reduced.joint)["reduced"] = reduced.table()
@@ -312,25 +201,7 @@ def with_reduced(robot: Robot, reduced: ReducedJoint) -> Robot:
 
 
 def write_reduced(robot: str | Path, reduced: ReducedJoint, output: str | Path) -> Path:
-    """Write the file of a robot with a reduced joint in it, comments and layout kept.
-
-    Parameters
-    ----------
-    robot : str or Path
-        Name of a robot that comes with hypertuna, or path of its file.
-    reduced : ReducedJoint
-    output : str or Path
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the robot cannot be read, has no such joint, or the file cannot be written.
-    """
+    """Write the file of a robot with a reduced joint in it, comments and layout kept."""
     return write_robot(with_reduced(load(robot), reduced), output, note="reduced, see [sources]")
 
 
@@ -418,18 +289,7 @@ def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None 
 
     It goes on from where it is where a path only grows longer, and begins at rest where it does not.
 
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index of the joint group.
-    options : FeOptions, optional
-
-    Returns
-    -------
-    callable
-        Of a couple [N m] and pairs of pressures [Pa] that lead to a point; a mapping with angle [rad], volume [m^3] and
-        fault.
+    Returns [N m].
     """
     model: Any = None
     place: tuple[float, tuple[Pair, ...]] | None = None

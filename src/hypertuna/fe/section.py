@@ -36,19 +36,12 @@ FIRST = 5e3  # Pa, first step: slack braids
 
 @dataclass(frozen=True)
 class Section:
-    """What sections of a joint do at rising pressures.
+    """What sections of a joint do at rising pressures."""
 
-    Attributes
-    ----------
-    angle : ndarray, shape (n,)
-        Of the joint toward the side with the pressure, were it all as its sections are [rad]; NaN from where Newton's
-        method did not converge.
-    axis : ndarray, shape (n,)
-        Mean stretch of the line that is y = z = 0 at rest [1].
-    """
-
+    # (n,) Of the joint toward the side with the pressure, were it all as its sections are [rad]; NaN from where
+    # Newton's method did not converge
     angle: Array
-    axis: Array
+    axis: Array  # (n,) Mean stretch of the line that is y = z = 0 at rest [1]
 
 
 def section_bend(
@@ -60,31 +53,7 @@ def section_bend(
     options: FeOptions | None = None,
     segments: bool = True,
 ) -> Section:
-    """Bend the sections of a joint by the pressure of one side, without friction.
-
-    Parameters
-    ----------
-    robot : Robot
-    joint : str or int
-        Name or index of the joint group.
-    pressure : array_like, shape (n,)
-        Rising gauge pressures [Pa].
-    side : str
-        ``"left"`` or ``"right"``: which drive units have it.
-    options : FeOptions, optional
-        Material, law and Poisson's ratio; the mesh is its own.
-    segments : bool
-        Take every segment by itself; else one section, of mean half axes, for all: nearly the same in less time.
-
-    Returns
-    -------
-    Section
-
-    Raises
-    ------
-    InputError
-        As `joint_body`; if the side does not exist, or the extra is not installed.
-    """
+    """Bend the sections of a joint by the pressure of one side, without friction. `pressure` (n,) [Pa]."""
     check_side(side)
     need_fe()
     options = options or FeOptions()

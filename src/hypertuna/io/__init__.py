@@ -1,1 +1,5 @@
-"""Files whole or not at all, tables, checkpoints, MCAP, what ships with the package."""
+"""Files of all rooms.
+
+files (CSV, NetCDF, atomic writing, shipped files), tables (reading CSV), checkpoint (journal of long work),
+mcap (logs), quantity (a number of a result with unit and label).
+"""

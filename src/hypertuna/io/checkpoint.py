@@ -1,7 +1,7 @@
-"""Journal: an append-only record of what was asked and told, from which long work resumes after any end.
+"""Journal: an append-only record of questions and answers, from which long work resumes after any interruption.
 
-Work that resumes is deterministic: started again, it asks the same questions in the same order, and the journal answers
-those that it knows. So the result after a kill is the same by construction; no state but questions and answers is kept.
+Work that resumes is deterministic: it asks the same questions in the same order, and the journal answers those that it
+knows. So the result after a kill is the same by construction; no other state is kept.
 """
 
 from __future__ import annotations
@@ -23,22 +23,7 @@ ANOTHER = "give another file, or remove this one to start over"
 
 
 def read_header(path: str | Path) -> dict[str, Any]:
-    """Read what a journal is of.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    dict
-        As it was given when the journal was begun.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is not a journal.
-    """
+    """Return the header of a journal."""
     try:
         lines = Path(path).read_bytes().splitlines(keepends=True)
     except OSError as error:
@@ -49,20 +34,8 @@ def read_header(path: str | Path) -> dict[str, Any]:
 class Journal:
     """A file of JSON lines: the header, then one record per question with its answer.
 
-    Every record is on the disk before the work goes on. A last line that a kill left torn is dropped. One process at a
-    time may hold a journal.
-
-    Parameters
-    ----------
-    path : str, Path or None
-        The file, made if there is none; None keeps nothing, for work that is not to be resumed.
-    header : mapping
-        From `journal_header`.
-
-    Raises
-    ------
-    InputError
-        If the file is not a journal, is of other work (the sentence says which option differs), or is in use.
+    Each record is on the disk before work continues. A torn last line is dropped. One process at a time may hold a
+    journal. Without a path nothing is kept.
 
     Examples
     --------
@@ -73,13 +46,13 @@ class Journal:
 
     def __init__(self, path: str | Path | None, header: Mapping[str, Any]) -> None:
         self.records: list[dict[str, Any]] = []
-        self._next = 0  # the first record that has not been asked for in this run
+        self._next = 0  # first record whose question this run has not asked
         self._file: io.FileIO | None = None
         self._path = Path() if path is None else Path(path)
         if path is None:
             return
         try:
-            # Made by opening and begun under the lock: of two runs that start at once, one is refused.
+            # Created by opening and started under the lock: of two simultaneous runs one is refused.
             self._file = io.FileIO(self._path, "r+", opener=lambda file, how: os.open(file, how | os.O_CREAT, 0o666))
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -90,7 +63,7 @@ class Journal:
             value, fix = f"not ({error.strerror})", "choose a path that can be written"
             raise InputError("must be a writable file", file=str(path), value=value, fix=fix) from None
         try:
-            self.records = self._take_up(header)
+            self.records = self._resume(self._file, header)
         except BaseException:
             self.close()
             raise
@@ -103,35 +76,20 @@ class Journal:
 
     @property
     def known(self) -> int:
-        """Number of records that this run has not asked for yet."""
+        """Number of records whose questions this run has not asked yet."""
         return len(self.records) - self._next
 
     def answer(self, asked: Any, work: Callable[[], Any]) -> Any:
-        """Return the answer to the next question: from the journal if it knows it, else worked out and kept.
+        """Return the answer to the next question: from the journal, else computed by `work` and appended.
 
-        Parameters
-        ----------
-        asked : Any
-            The question: numbers, texts, arrays, lists and mappings of them.
-        work : callable
-            Works out the answer, which is of the same kinds.
-
-        Returns
-        -------
-        Any
-            The answer as the file holds it, arrays as lists: the same whether it was just worked out or read.
-
-        Raises
-        ------
-        InputError
-            If the journal's next record answers another question.
+        Both are numbers, texts, arrays, lists and mappings of them; arrays return as lists.
         """
         if self._file is None:
             return json.loads(_line({"told": work()}))["told"]
         if self._next < len(self.records):
             record = self.records[self._next]
             if "told" not in record or record.get("asked") != json.loads(_line({"asked": asked}))["asked"]:
-                rule = "answers another question than is asked now: the run that wrote it took another course"
+                rule = "answers another question: the run that wrote it took another course"
                 raise InputError(rule, file=self._place(self._next), fix=ANOTHER)
         else:
             record = self.append({"asked": asked, "told": work()})
@@ -139,18 +97,7 @@ class Journal:
         return record["told"]
 
     def append(self, record: Mapping[str, Any]) -> dict[str, Any]:
-        """Put a record at the end, on the disk before this returns.
-
-        Parameters
-        ----------
-        record : mapping
-            Of numbers, texts, arrays, lists and mappings of them.
-
-        Returns
-        -------
-        dict
-            The record as the file holds it, arrays as lists.
-        """
+        """Append a record to the file and return it, arrays as lists."""
         line = _line(record)
         if self._file is not None:
             _write(self._file, line)
@@ -158,47 +105,46 @@ class Journal:
         return self.records[-1]
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close and unlock the file."""
         if self._file is not None:
             self._file.close()
 
-    def _take_up(self, header: Mapping[str, Any]) -> list[dict[str, Any]]:
+    def _resume(self, file: io.FileIO, header: Mapping[str, Any]) -> list[dict[str, Any]]:
         """Check the header and read the records; drop the torn end of the file."""
-        assert self._file is not None
-        content, first = self._file.readall(), _line({"journal": MARK} | dict(header))
-        if content != first and first.startswith(content):  # empty, or a kill has torn the header
-            self._file.seek(0)
-            _write(self._file, first)
+        content, first = file.readall(), _line({"journal": MARK} | dict(header))
+        if content != first and first.startswith(content):  # empty, or a torn header
+            file.seek(0)
+            _write(file, first)
             content = first
         whole = content[: content.rfind(b"\n") + 1]
         lines = whole.splitlines(keepends=True)
         _check_same(self._path, _header(self._path, lines), json.loads(_line(header)))
         records = [_record(line, self._place(k)) for k, line in enumerate(lines[1:])]
         if len(whole) < len(content):
-            self._file.truncate(len(whole))
-        self._file.seek(0, os.SEEK_END)
+            file.truncate(len(whole))
+        file.seek(0, os.SEEK_END)
         return records
 
     def _place(self, record: int) -> str:
-        """File and line of a record, as editors count."""
+        """File and line, from 1, of a record."""
         return f"{self._path}:{record + 2}"
 
 
 def _line(value: Mapping[str, Any]) -> bytes:
-    """Write a record; NaN and Infinity stand for themselves, so that every number comes back as it was."""
+    """Return a record as a line of JSON; NaN and Infinity are kept, so that all numbers survive."""
     return json.dumps(value, default=lambda array: array.tolist(), ensure_ascii=False).encode() + b"\n"
 
 
 def _write(file: io.FileIO, line: bytes) -> None:
     """Write a whole line to the disk."""
-    left = memoryview(line)
-    while left:
-        left = left[file.write(left) :]
+    rest = memoryview(line)
+    while rest:
+        rest = rest[file.write(rest) :]
     os.fsync(file.fileno())
 
 
 def _record(line: bytes, place: str) -> dict[str, Any]:
-    """Read a whole line."""
+    """Parse a line."""
     try:
         record = json.loads(line)
     except ValueError:
@@ -209,7 +155,7 @@ def _record(line: bytes, place: str) -> dict[str, Any]:
 
 
 def _header(path: Path, lines: list[bytes]) -> dict[str, Any]:
-    """Read the first line."""
+    """Parse the first line."""
     try:
         header = json.loads(lines[0]) if lines else None
     except ValueError:
@@ -222,14 +168,14 @@ def _header(path: Path, lines: list[bytes]) -> dict[str, Any]:
 
 
 def _check_same(path: Path, there: Mapping[str, Any], here: Mapping[str, Any]) -> None:
-    """Compare headers, and name the first thing that differs."""
+    """Raise InputError with the first difference between two headers."""
     old, new = _flat(there), _flat(here)
     for key in {**old, **new}:
         if old.get(key) != new.get(key):
-            rule = f"was begun with {key} = {shown(old.get(key))}, but now it is {shown(new.get(key))}"
+            rule = f"was started with {key} = {shown(old.get(key))}, but now it is {shown(new.get(key))}"
             raise InputError(rule, file=str(path), fix=ANOTHER)
 
 
 def _flat(header: Mapping[str, Any]) -> dict[str, Any]:
-    """Header with its options beside the rest."""
+    """Return a header with its options at the top level."""
     return {**{key: value for key, value in header.items() if key != "options"}, **header.get("options", {})}

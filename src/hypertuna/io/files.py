@@ -1,4 +1,4 @@
-"""Results as labeled arrays: units on every quantity, and what made them."""
+"""Files: CSV and NetCDF with provenance, written whole or not at all; the files that ship with the package."""
 
 from __future__ import annotations
 
@@ -21,73 +21,34 @@ __all__ = ["columns_csv", "dataset", "rows_csv", "shipped", "version", "write_at
 
 @functools.cache
 def version() -> str:
-    """Return the version of hypertuna.
-
-    Returns
-    -------
-    str
-    """
+    """Return the version of hypertuna."""
     from importlib.metadata import version  # slow to import
 
     return version("hypertuna")
 
 
 def dataset(variables: Mapping[str, Any], coordinates: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:
-    """Make a labeled dataset; what labels it is imported only now, because that takes longer than a swim.
-
-    Parameters
-    ----------
-    variables, coordinates, attributes : mapping
-        As `xarray.Dataset` takes them.
-
-    Returns
-    -------
-    xarray.Dataset
-    """
-    import xarray as xr
+    """Return a labeled dataset."""
+    import xarray as xr  # slow to import
 
     return xr.Dataset(variables, coordinates, attributes)
 
 
 def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[float]], *, digits: int = 6) -> str:
-    """Write columns as comma-separated values, below comments that say what made them.
-
-    Parameters
-    ----------
-    facts : mapping of str
-    columns : mapping of str to iterable of float
-        By their heads, all of one length; a value that is not a number leaves its cell empty.
-    digits : int
-        Of every number.
-
-    Returns
-    -------
-    str
-    """
+    """Return columns as CSV below comments with their provenance; NaN leaves its cell empty."""
     cells = ([f"{value + 0.0:.{digits}g}" if value == value else "" for value in column] for column in columns.values())
     rows = zip(*cells, strict=True)
     return _csv(facts, [list(columns), *rows])
 
 
 def rows_csv(facts: Mapping[str, Any], rows: Iterable[Mapping[str, Any]]) -> str:
-    """Write rows as comma-separated values, numbers in full, below comments that say what made them.
-
-    Parameters
-    ----------
-    facts : mapping of str
-    rows : iterable of mapping of str
-        All of the same keys, which become the head.
-
-    Returns
-    -------
-    str
-    """
+    """Return rows as CSV, numbers in full, below comments with their provenance; the first row's keys are the head."""
     rows = list(rows)
     return _csv(facts, [list(row) for row in rows[:1]] + [list(row.values()) for row in rows])
 
 
 def _csv(facts: Mapping[str, Any], rows: Iterable[Iterable[Any]]) -> str:
-    """Write comments and rows; what holds a comma is quoted."""
+    """Return comments and rows as CSV."""
     text = io.StringIO()
     text.writelines("# " + f"{key}: {value}".replace("\n", " ") + "\n" for key, value in facts.items())
     csv.writer(text, lineterminator="\n").writerows(rows)
@@ -95,23 +56,7 @@ def _csv(facts: Mapping[str, Any], rows: Iterable[Iterable[Any]]) -> str:
 
 
 def write_atomically(path: str | Path, content: bytes) -> Path:
-    """Write a file whole or not at all: under a temporary name beside it, then renamed.
-
-    Parameters
-    ----------
-    path : str or Path
-    content : bytes
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write a file whole or not at all: under a temporary name beside the path, then renamed."""
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -135,28 +80,11 @@ def write_atomically(path: str | Path, content: bytes) -> Path:
 
 
 def write_netcdf(dataset: xr.Dataset | xr.DataTree, path: str | Path) -> Path:
-    """Write a dataset as NetCDF, whole or not at all.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset or xarray.DataTree
-        A tree becomes groups of one file.
-    path : str or Path
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write a dataset, or a tree as groups, as NetCDF, whole or not at all."""
     with tempfile.TemporaryDirectory() as folder:
-        whole = Path(folder) / "result.nc"
-        dataset.to_netcdf(whole, engine="h5netcdf")
-        return write_atomically(path, whole.read_bytes())
+        file = Path(folder) / "result.nc"
+        dataset.to_netcdf(file, engine="h5netcdf")
+        return write_atomically(path, file.read_bytes())
 
 
 def _unwritable(path: Path, error: OSError) -> InputError:

@@ -1,6 +1,6 @@
-"""MCAP files: what all logs share, and reading them chunk by chunk, each checked by its checksum.
+"""MCAP files of missions and radio: constants of their writers, and a reader of all whole chunks.
 
-Of a file that was cut short all whole chunks are read. Needs the extra `log`.
+Chunks are checked by their checksums, also those of a file that was cut short. Needs the extra `log`.
 """
 
 from __future__ import annotations
@@ -13,69 +13,47 @@ from typing import Any
 
 from hypertuna.errors import InputError
 
-__all__ = ["CHUNK", "ENDING", "HOW", "LINK", "METADATA", "NANO", "Pile", "need_log", "pile_of", "wire"]
+__all__ = [
+    "CHUNK",
+    "ENDING",
+    "INSTALL",
+    "LINK",
+    "METADATA",
+    "NANO",
+    "Messages",
+    "need_log",
+    "protobuf_fields",
+    "read_messages",
+]
 
-HOW = "pip install 'hypertuna[log]'"
+INSTALL = "pip install 'hypertuna[log]'"
 CHUNK = 64 * 1024  # bytes before compression: a few seconds of a mission
 NANO = 1_000_000_000
 METADATA, ENDING = "hypertuna", "hypertuna-end"
-LINK = "link"  # in the head of a log of the radio
+LINK = "link"  # metadata key of a radio log
 MAGIC = b"\x89MCAP0\r\n"
 
 
 def need_log() -> None:
-    """Check that the packages for logs are there.
-
-    Raises
-    ------
-    InputError
-        If one is not installed.
-    """
+    """Check that the packages of the extra `log` are installed."""
     for name in ("foxglove", "mcap"):
         if find_spec(name) is None:
-            raise InputError("is needed by logs and is not installed", key=name, fix=HOW)
+            raise InputError("is needed by logs and is not installed", key=name, fix=INSTALL)
 
 
 @dataclass
-class Pile:
-    """What is taken from a file until its end or its first fault.
+class Messages:
+    """Messages of a file until its end or its first fault."""
 
-    Attributes
-    ----------
-    times : dict of str to list of int
-        Of the messages of each topic, in ns.
-    contents : dict of str to list of bytes
-    metadata : dict of str to str or None
-        Of the file's head.
-    chunks : int
-        Whole ones.
-    fault : str
-        What is wrong with the file, empty if nothing is.
-    """
-
-    times: dict[str, list[int]]
-    contents: dict[str, list[bytes]]
-    metadata: dict[str, str] | None = None
-    chunks: int = 0
-    fault: str = ""
+    times: dict[str, list[int]]  # of the messages of each topic [ns]
+    contents: dict[str, list[bytes]]  # of the same messages
+    metadata: dict[str, str] | None = None  # of the file's header
+    chunks: int = 0  # number of whole chunks
+    fault: str = ""  # description, empty for a sound file
 
 
-def pile_of(path: str | Path) -> Pile:
-    """Take the messages of all whole chunks of a file.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Pile
-
-    Raises
-    ------
-    InputError
-        If the extra `log` is missing, or it is no MCAP file.
-    """
+def read_messages(path: str | Path) -> Messages:
+    """Read the messages of all whole chunks of a file."""
     need_log()
     file = str(path)
     try:
@@ -87,37 +65,30 @@ def pile_of(path: str | Path) -> Pile:
         raise InputError("must be a readable file", file=file, value=value, fix=fix) from None
     if start != MAGIC:
         raise InputError("must be an MCAP file", file=file, value="something else", fix="give a .mcap file")
-    return _pile(Path(path), size)
+    return _collect(Path(path), size)
 
 
-def _pile(path: Path, size: int) -> Pile:
-    """Take the messages of whole chunks, by topic."""
-    from mcap.records import Channel, Message, Schema
+def _collect(path: Path, size: int) -> Messages:
+    """Collect the messages of whole chunks by topic; those of "/tf" by child frame."""
+    from mcap.records import Channel, Message
 
-    pile = Pile({}, {})
+    messages = Messages({}, {})
     topics: dict[int, str] = {}
-    children: dict[int, bool] = {}  # channels of transforms
-    for part in _chunks(path, size, pile):
-        names: dict[int, str] = {}
-        for record in part:
-            if isinstance(record, Schema):
-                children[record.id] = record.name == "foxglove.FrameTransform"
-            elif isinstance(record, Channel):
-                names[record.id] = record.topic
-        topics |= names
+    for part in _chunks(path, size, messages):
+        topics |= {record.id: record.topic for record in part if isinstance(record, Channel)}
         for record in part:
             if isinstance(record, Message) and record.channel_id in topics:
                 topic = topics[record.channel_id]
                 if topic == "/tf":
                     topic = f"/tf {_child(record.data)}"
-                pile.times.setdefault(topic, []).append(record.log_time)
-                pile.contents.setdefault(topic, []).append(record.data)
-        pile.chunks += 1
-    return pile
+                messages.times.setdefault(topic, []).append(record.log_time)
+                messages.contents.setdefault(topic, []).append(record.data)
+        messages.chunks += 1
+    return messages
 
 
-def _chunks(path: Path, size: int, pile: Pile) -> Iterator[list[Any]]:
-    """Yield the records of every whole chunk; note metadata, and the first fault."""
+def _chunks(path: Path, size: int, messages: Messages) -> Iterator[list[Any]]:
+    """Yield the records of each whole chunk; store metadata and the first fault."""
     from mcap.records import Chunk, Footer, Metadata
     from mcap.stream_reader import StreamReader, breakup_chunk
 
@@ -126,41 +97,24 @@ def _chunks(path: Path, size: int, pile: Pile) -> Iterator[list[Any]]:
         try:
             for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size).records:
                 if isinstance(record, Metadata) and record.name == METADATA:
-                    pile.metadata = dict(record.metadata)
-                elif isinstance(record, Metadata) and record.name == ENDING and pile.metadata is not None:
-                    pile.metadata |= {key: value for key, value in record.metadata.items() if key != "record"}
+                    messages.metadata = dict(record.metadata)
+                elif isinstance(record, Metadata) and record.name == ENDING and messages.metadata is not None:
+                    messages.metadata |= {key: value for key, value in record.metadata.items() if key != "record"}
                 elif isinstance(record, Chunk):
                     yield breakup_chunk(record, validate_crc=True)
                 ended = ended or isinstance(record, Footer)
-        except Exception as error:  # a damaged file ends the reader in any way whatever
+        except Exception as error:  # a damaged file may raise anything in the reader
             short = stream.read(1) == b""
-            pile.fault = "cut short" if short else f"damaged ({type(error).__name__})"
+            messages.fault = "cut short" if short else f"damaged ({type(error).__name__})"
 
 
 def _child(content: bytes) -> str:
-    """Name of the child frame of a transform."""
-    return dict(wire(content)).get(3, b"").decode(errors="replace")
+    """Return the child frame of a transform."""
+    return dict(protobuf_fields(content)).get(3, b"").decode(errors="replace")
 
 
-def wire(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """Walk over the fields of a protobuf message (protobuf.dev/programming-guides/encoding).
-
-    Parameters
-    ----------
-    content : bytes
-
-    Yields
-    ------
-    int
-        Number of the field.
-    bytes
-        Its content.
-
-    Raises
-    ------
-    ValueError
-        If it is no such message.
-    """
+def protobuf_fields(content: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield number and content of the fields of a protobuf message (protobuf.dev/programming-guides/encoding)."""
     at = 0
     while at < len(content):
         tag, at = _varint(content, at)
@@ -183,7 +137,7 @@ def wire(content: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _varint(content: bytes, at: int) -> tuple[int, int]:
-    """Read a whole number of seven bits a byte: its value, and where it ends."""
+    """Return a number of seven bits a byte, and the index after it."""
     value = shift = 0
     while True:
         byte = content[at]

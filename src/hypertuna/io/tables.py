@@ -1,4 +1,4 @@
-"""Read tables of text files."""
+"""Text files and tables of comma-separated values."""
 
 from __future__ import annotations
 
@@ -13,24 +13,7 @@ __all__ = ["check_width", "read_rows", "read_text"]
 
 
 def read_text(path: str | Path, kind: str) -> str:
-    """Read a text file in UTF-8.
-
-    Parameters
-    ----------
-    path : str or Path
-    kind : str
-        What the file should be, for errors: "a CSV file".
-
-    Returns
-    -------
-    str
-        Without a byte-order mark, lines ended by newlines.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it cannot be read.
-    """
+    """Read a text file in UTF-8; `kind` names it in errors: "a CSV file"."""
     file = str(path)
     try:
         return Path(path).read_text(encoding="utf-8-sig")
@@ -44,22 +27,7 @@ def read_text(path: str | Path, kind: str) -> str:
 
 
 def read_rows(path: str | Path) -> list[tuple[int, list[str]]]:
-    """Read the rows of a CSV file. Empty lines and those that start with # are skipped.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    list of tuple of int and list of str
-        Line and cells of every row, the names of the columns first.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, has no row below the names, or is not separated by commas.
-    """
+    """Read line numbers and cells of a CSV file, column names first; empty lines and comments (#) are skipped."""
     file = str(path)
     lines = enumerate(read_text(path, "a CSV file").split("\n"), 1)
     content = [(n, line) for n, line in lines if line.strip() and line.lstrip()[0] != "#"]
@@ -68,13 +36,13 @@ def read_rows(path: str | Path) -> list[tuple[int, list[str]]]:
         raise InputError("must be a table", file=file, value="empty", fix=fix)
     for mark, name in {";": "semicolons", "\t": "tabs"}.items():
         if mark in content[0][1] and "," not in content[0][1]:
-            rule, fix = "must be separated by commas", "save it with commas, and with points in its numbers"
+            rule, fix = "must be separated by commas", "save it with commas, and decimal points in numbers"
             raise InputError(rule, file=file, value=f"separated by {name}", fix=fix)
     return [(n, _cells(line, file, n)) for n, line in content]
 
 
 def _cells(line: str, file: str, number: int) -> list[str]:
-    """Split a line of a CSV file; a quoted cell ends on its line."""
+    """Split a line of a CSV file."""
     try:
         return [cell.strip() for cell in next(csv.reader([line], strict=True))]
     except csv.Error as error:
@@ -83,21 +51,7 @@ def _cells(line: str, file: str, number: int) -> list[str]:
 
 
 def check_width(row: Sequence[str], head: Sequence[str], *, file: str, line: int) -> None:
-    """Check that a row of a CSV file has as many cells as there are columns.
-
-    Parameters
-    ----------
-    row, head : sequence of str
-        Cells of the row and of the line of names.
-    file : str
-    line : int
-        Of the row.
-
-    Raises
-    ------
-    InputError
-        If it does not.
-    """
+    """Check that a row of a CSV file has as many cells as the line of names."""
     if len(row) != len(head):
-        rule, value = f"must have {len(head)} cells, as the line of names has", f"{len(row)} long"
+        rule, value = f"must have {len(head)} cells, like the line of names", f"{len(row)} long"
         raise InputError(rule, file=file, key=f"line {line}", value=value, fix="complete the line or remove it")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
 from hypertuna.frames import attitude_from
-from hypertuna.io.mcap import LINK, NANO, Pile, pile_of, wire
+from hypertuna.io.mcap import LINK, NANO, Messages, protobuf_fields, read_messages
 from hypertuna.mission.log_fields import fields
 from hypertuna.mission.record import COLUMNS, MissionRecord, mission_from
 
@@ -67,7 +67,7 @@ def read_log(path: str | Path) -> Log:
         short before its first whole chunk.
     """
     file, size = str(path), Path(path).stat().st_size if Path(path).is_file() else 0
-    pile = pile_of(path)
+    pile = read_messages(path)
     if pile.metadata is not None and LINK in pile.metadata:
         fix = "open it in Foxglove, or give it to identify or actuator fit; the robot's card has a black box"
         raise InputError("must be a log of a mission or a black box", file=file, value="one of the radio", fix=fix)
@@ -85,7 +85,7 @@ def read_log(path: str | Path) -> Log:
     return Log(record, not pile.fault, sentence, counts, pile.chunks, size)
 
 
-def _record(pile: Pile) -> MissionRecord:
+def _record(pile: Messages) -> MissionRecord:
     """Make a record of the times that all topics have."""
     assert pile.metadata is not None
     try:
@@ -122,7 +122,7 @@ def _record(pile: Pile) -> MissionRecord:
     )
 
 
-def _data(pile: Pile, topics: dict[str, list[Any]], count: int) -> dict[str, Array]:
+def _data(pile: Messages, topics: dict[str, list[Any]], count: int) -> dict[str, Array]:
     """Read the numbers of all topics but the transforms."""
     data: dict[str, list[Array] | Array] = {}
     for topic, rows in topics.items():
@@ -144,9 +144,9 @@ def _poses(contents: list[bytes]) -> tuple[Array, Array]:
     """Read positions and attitudes of transforms, in our body axes."""
     place, turn = np.zeros((len(contents), 3)), np.zeros((len(contents), 4))
     for k, content in enumerate(contents):
-        parts = dict(wire(content))
-        for number, value in wire(parts[4]):
+        parts = dict(protobuf_fields(content))
+        for number, value in protobuf_fields(parts[4]):
             (place[k, number - 1],) = struct.unpack("<d", value)
-        for number, value in wire(parts[5]):  # x, y, z, w
+        for number, value in protobuf_fields(parts[5]):  # x, y, z, w
             (turn[k, number % 4],) = struct.unpack("<d", value)
     return place, attitude_from("enu", turn)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
 from hypertuna.io.files import version
-from hypertuna.io.mcap import CHUNK, LINK, METADATA, NANO, need_log, pile_of
+from hypertuna.io.mcap import CHUNK, LINK, METADATA, NANO, need_log, read_messages
 
 __all__ = ["LinkLog", "LinkLogWriter", "check_new", "read_link_log"]
 
@@ -170,7 +170,7 @@ def read_link_log(path: str | Path) -> LinkLog:
     InputError
         If the extra `log` is missing, or the file is none.
     """
-    pile = pile_of(path)
+    pile = read_messages(path)
     if pile.metadata is None or LINK not in pile.metadata:
         fix = "give one that `hypertuna link log` or `hypertuna drive` wrote"
         raise InputError("must be a log of the radio: it has no such head", file=str(path), fix=fix)

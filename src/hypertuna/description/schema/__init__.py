@@ -1,1 +1,6 @@
-"""The schema of a robot file, a module per group of tables."""
+"""The tables and keys of a robot file.
+
+base (ranges, units, checks), body (body, links, joints, model, water, gaits), actuator (muscles, soft joints,
+silicones), hydraulics (pump, oil, lines, servos, battery), spatial (links in space, fins), control (controller,
+sensors), guidance (pilot), firmware (pins, limits).
+"""
