@@ -1,22 +1,21 @@
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
+
+#include "hypertuna/swimming/parameters.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
 
-std::vector<ParameterColumn> parameter_columns(WaterLaw law) {
+std::vector<ParameterColumn> parameter_columns(const Model& model) {
     using enum ParameterColumn::Extent;
     std::vector<ParameterColumn> columns = {{"frequency", one}, {"amplitude", groups}, {"phase", groups},
                                             {"bias", groups},   {"bandwidth", groups}, {"phase_offset", groups},
                                             {"length", links},  {"com", links},        {"mass", links},
                                             {"inertia", links}, {"density", one}};
-    const std::vector<ParameterColumn> lumped = {
-        {"added_mass", links}, {"friction", links}, {"drag", links}, {"friction_area", links}, {"drag_area", links}};
-    const std::vector<ParameterColumn> strip = {{"lateral_area", links},      {"wetted_area", links},
-                                                {"added_mass_normal", links}, {"added_mass_tangential", links},
-                                                {"added_inertia", links},     {"drag_normal", links},
-                                                {"drag_tangential", links},   {"linear_normal", links},
-                                                {"linear_tangential", links}, {"tail_shedding", one}};
-    const auto& water = law == WaterLaw::lumped ? lumped : strip;
-    columns.insert(columns.end(), water.begin(), water.end());
+    with_law<double>(model.law, [&](auto law) {
+        for (const WaterColumn& column : decltype(law)::type::columns)
+            columns.push_back({column.name, column.per_link ? links : one});
+    });
     return columns;
 }
 
@@ -33,19 +32,39 @@ static int extent(const Model& model, const ParameterColumn& column) {
 
 int parameter_count(const Model& model) {
     int count = 0;
-    for (const ParameterColumn& column : parameter_columns(model.law)) count += extent(model, column);
+    for (const ParameterColumn& column : parameter_columns(model)) count += extent(model, column);
     return count;
 }
 
 /// Columns that belong to a gait, not to the robot, and stand first.
 static constexpr int gait_columns = 4;
 
-static Model make_model(const std::string& law, bool cross_flow, double length, std::vector<int> joint_group,
-                        std::vector<double> joint_share, const std::map<std::string, std::vector<double>>& columns) {
-    if (law != "lumped" && law != "strip") throw nb::value_error("law must be 'lumped' or 'strip'");
+/// Place of a law in WaterLaws, and the bits of its flags that are set.
+static std::pair<int, unsigned> find_law(const std::string& name, const std::map<std::string, bool>& flags) {
+    int place = -1, k = 0;
+    unsigned bits = 0;
+    std::string known;
+    WaterLaws::each<double>([&](auto law) {
+        using Law = typename decltype(law)::type;
+        known += std::string(k ? ", " : "") + Law::name;
+        if (name == Law::name) {
+            place = k;
+            for (int f = 0; Law::flags[f]; ++f)
+                if (const auto flag = flags.find(Law::flags[f]); flag != flags.end() && flag->second) bits |= 1u << f;
+        }
+        ++k;
+    });
+    if (place < 0) throw nb::value_error(("law must be one of " + known).c_str());
+    return {place, bits};
+}
+
+static Model make_model(const std::string& law, const std::map<std::string, bool>& flags, double length,
+                        std::vector<int> joint_group, std::vector<double> joint_share,
+                        const std::map<std::string, std::vector<double>>& columns) {
+    const auto [place, bits] = find_law(law, flags);
     const auto groups = columns.find("bandwidth");
-    Model model{law == "lumped" ? WaterLaw::lumped : WaterLaw::strip,
-                cross_flow,
+    Model model{place,
+                bits,
                 static_cast<int>(joint_group.size()),
                 groups == columns.end() ? 0 : static_cast<int>(groups->second.size()),
                 length,
@@ -58,7 +77,7 @@ static Model make_model(const std::string& law, bool cross_flow, double length, 
         throw nb::value_error("joint_group: link 0 has no front joint, its group must be -1");
     for (int group : model.joint_group)
         if (group < -1 || group >= model.groups) throw nb::value_error("joint_group: no such group");
-    const std::vector<ParameterColumn> all = parameter_columns(model.law);
+    const std::vector<ParameterColumn> all = parameter_columns(model);
     for (std::size_t i = gait_columns; i < all.size(); ++i) {
         const auto found = columns.find(all[i].name);
         if (found == columns.end()) throw nb::value_error((std::string("columns: lacks ") + all[i].name).c_str());
@@ -70,7 +89,7 @@ static Model make_model(const std::string& law, bool cross_flow, double length, 
 
 static std::vector<std::string> parameter_names(const Model& model) {
     std::vector<std::string> names;
-    for (const ParameterColumn& column : parameter_columns(model.law)) {
+    for (const ParameterColumn& column : parameter_columns(model)) {
         if (column.extent == ParameterColumn::Extent::one)
             names.push_back(column.name);
         else
@@ -80,19 +99,35 @@ static std::vector<std::string> parameter_names(const Model& model) {
     return names;
 }
 
+/// Columns of every water law, in the order of WaterLaws: name, unit, whether there is one value per link.
+static std::vector<std::pair<std::string, std::vector<std::tuple<std::string, std::string, bool>>>> water_laws() {
+    std::vector<std::pair<std::string, std::vector<std::tuple<std::string, std::string, bool>>>> laws;
+    WaterLaws::each<double>([&](auto law) {
+        using Law = typename decltype(law)::type;
+        auto& [name, columns] = laws.emplace_back(Law::name, 0);
+        for (const WaterColumn& column : Law::columns) columns.emplace_back(column.name, column.unit, column.per_link);
+    });
+    return laws;
+}
+
 void bind_model(nb::module_& m) {
+    nb::set_leak_warnings(false);  // a robot that is alive at exit keeps its model
+    m.def("water_laws", &water_laws,
+          "The water laws, each with the columns of its coefficients: name, unit, whether one value per link.");
     nb::class_<Model>(m, "Model", "A robot in its water, ready for the core. Immutable.")
         .def(
             "__init__",
-            [](Model* self, const std::string& law, bool cross_flow, double length, std::vector<int> joint_group,
-               std::vector<double> joint_share, const std::map<std::string, std::vector<double>>& columns) {
+            [](Model* self, const std::string& law, const std::map<std::string, bool>& flags, double length,
+               std::vector<int> joint_group, std::vector<double> joint_share,
+               const std::map<std::string, std::vector<double>>& columns) {
                 new (self)
-                    Model(make_model(law, cross_flow, length, std::move(joint_group), std::move(joint_share), columns));
+                    Model(make_model(law, flags, length, std::move(joint_group), std::move(joint_share), columns));
             },
-            nb::kw_only(), nb::arg("law"), nb::arg("cross_flow"), nb::arg("length"), nb::arg("joint_group"),
+            nb::kw_only(), nb::arg("law"), nb::arg("flags"), nb::arg("length"), nb::arg("joint_group"),
             nb::arg("joint_share"), nb::arg("columns"),
-            "Joint i sits at the front of link i; its group is -1 where it is rigid. `columns` holds the parameters "
-            "after the gait's, by the names of `parameter_names`; there are as many groups as bandwidths.")
+            "Joint i sits at the front of link i; its group is -1 where it is rigid. `law` and `flags` as named by "
+            "`water_laws`; `columns` holds the parameters after the gait's, by the names of `parameter_names`; there "
+            "are as many groups as bandwidths.")
         .def_ro("links", &Model::links, "Number of links.")
         .def_ro("groups", &Model::groups, "Number of joint groups.")
         .def("parameter_names", &parameter_names,

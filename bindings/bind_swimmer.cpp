@@ -6,13 +6,10 @@ namespace hypertuna {
 /// Call work with a tank of the model's water law.
 template <class Work>
 static void in_tank(const Model& model, int steps, const Work& work) {
-    if (model.law == WaterLaw::lumped) {
-        Tank<double, Lumped<double>> tank(model, steps);
+    with_law<double>(model.law, [&](auto law) {
+        Tank<double, typename decltype(law)::type> tank(model, steps);
         work(tank);
-    } else {
-        Tank<double, Strip<double>> tank(model, steps);
-        work(tank);
-    }
+    });
 }
 
 static const JointMotion<double>* joints_at(const Input<3>& joints, std::size_t instant) {

@@ -36,13 +36,11 @@ void with_free_body(const Model& model, const Input<2>& share, bool clamped, con
         throw nb::value_error("share: a tail has 1 to 5 coordinates");
     else if (share.shape(1) != D)
         with_free_body<D + 1>(model, share, clamped, work);
-    else if (model.law == WaterLaw::lumped) {
-        FreeBody<Lumped<double>, D> body(model, share.data(), clamped);
-        work(body);
-    } else {
-        FreeBody<Strip<double>, D> body(model, share.data(), clamped);
-        work(body);
-    }
+    else
+        with_law<double>(model.law, [&](auto law) {
+            FreeBody<typename decltype(law)::type, D> body(model, share.data(), clamped);
+            work(body);
+        });
 }
 
 }  // namespace hypertuna

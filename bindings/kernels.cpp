@@ -129,10 +129,9 @@ void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOption
 
 void settle_any(const Model& model, const GaitBatch& gaits, const SettleOptions& options, int begin, int end,
                 double* rows) {
-    if (model.law == WaterLaw::lumped)
-        settle_gaits<Lumped<Real>>(model, gaits, options, begin, end, rows);
-    else
-        settle_gaits<Strip<Real>>(model, gaits, options, begin, end, rows);
+    with_law<Real>(model.law, [&](auto law) {
+        settle_gaits<typename decltype(law)::type>(model, gaits, options, begin, end, rows);
+    });
 }
 
 /// Derivatives fill the lanes: every lane holds the same value and its derivative in a direction of its own.
@@ -217,10 +216,9 @@ void gradient_of(const Model& model, const GaitBatch& gaits, const Directions& d
 
 void gradient_any(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
                   const double* momentum, int steps, double* rows) {
-    if (model.law == WaterLaw::lumped)
-        gradient_of<Lumped<Slope>>(model, gaits, directions, begin, end, momentum, steps, rows);
-    else
-        gradient_of<Strip<Slope>>(model, gaits, directions, begin, end, momentum, steps, rows);
+    with_law<Slope>(model.law, [&](auto law) {
+        gradient_of<typename decltype(law)::type>(model, gaits, directions, begin, end, momentum, steps, rows);
+    });
 }
 
 template <class Law, class G>
@@ -267,10 +265,8 @@ void track_of(const Model& model, const JointSeries& series, const Directions& d
 }
 
 void track_any(const Model& model, const JointSeries& series, const Directions& directions, const Track& track) {
-    if (model.law == WaterLaw::lumped)
-        track_of<Lumped<Slope>>(model, series, directions, track);
-    else
-        track_of<Strip<Slope>>(model, series, directions, track);
+    with_law<Slope>(model.law,
+                    [&](auto law) { track_of<typename decltype(law)::type>(model, series, directions, track); });
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

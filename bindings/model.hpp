@@ -21,7 +21,7 @@ struct ParameterColumn {
 };
 
 /// The columns in the order of core parameters.hpp, gait first.
-std::vector<ParameterColumn> parameter_columns(WaterLaw law);
+std::vector<ParameterColumn> parameter_columns(const Model& model);
 
 void bind_model(nb::module_& m);
 void bind_settle(nb::module_& m);

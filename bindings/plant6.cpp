@@ -2,5 +2,5 @@
 #include "plant6.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
-HYPERTUNA_PLANT6()
+HYPERTUNA_WATER_LAWS(HYPERTUNA_PLANT6_HERE)
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -14,19 +14,14 @@
         const ServoTargets<double, D>&, PlantOutput<double, D, InSpace>*);                                           \
     keyword template void follow_targets(const Twin<Body6<double, Law<double>, D>>&, TwinState<double, D, InSpace>&, \
                                          Tick<double, D, InSpace>&);
-// clang-format off
-#define HYPERTUNA_PLANT6_IN(keyword, D)     \
-    HYPERTUNA_PLANT6_OF(keyword, Lumped, D) \
-    HYPERTUNA_PLANT6_OF(keyword, Strip, D)
-#define HYPERTUNA_PLANT6(keyword)   \
-    HYPERTUNA_PLANT6_IN(keyword, 1) \
-    HYPERTUNA_PLANT6_IN(keyword, 2) \
-    HYPERTUNA_PLANT6_IN(keyword, 3) \
-    HYPERTUNA_PLANT6_IN(keyword, 4) \
-    HYPERTUNA_PLANT6_IN(keyword, 5)
-// clang-format on
+#define HYPERTUNA_PLANT6_ALL(keyword, Law) \
+    HYPERTUNA_PLANT6_OF(keyword, Law, 1)   \
+    HYPERTUNA_PLANT6_OF(keyword, Law, 2)   \
+    HYPERTUNA_PLANT6_OF(keyword, Law, 3) HYPERTUNA_PLANT6_OF(keyword, Law, 4) HYPERTUNA_PLANT6_OF(keyword, Law, 5)
+#define HYPERTUNA_PLANT6_EXTERN(Law) HYPERTUNA_PLANT6_ALL(extern, Law)
+#define HYPERTUNA_PLANT6_HERE(Law) HYPERTUNA_PLANT6_ALL(, Law)
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 static_assert(most_coordinates == 5);
-HYPERTUNA_PLANT6(extern)
+HYPERTUNA_WATER_LAWS(HYPERTUNA_PLANT6_EXTERN)
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

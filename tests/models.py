@@ -49,7 +49,8 @@ def _models() -> dict[str, ht.Robot]:
         "lumped-ideal": tuna.using(joints="ideal"),
         "lumped-as-printed": tuna.using(areas="as-printed"),
     }
-    named = [(tuna, lumped), (tuna, _strip_variants(tuna)), (eel, _strip_variants(eel))]
+    slender = [(robot, {"elongated": robot.using(water="elongated")}) for robot in (tuna, eel)]
+    named = [(tuna, lumped), (tuna, _strip_variants(tuna)), (eel, _strip_variants(eel)), *slender]
     return {f"{robot.name}-{name}": variant for robot, variants in named for name, variant in variants.items()}
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import hypertuna as ht
 from hypertuna.description.robot import parse
+from hypertuna.description.schema.water import LAWS
 
 Array = NDArray[np.float64]
 
@@ -21,7 +22,7 @@ def _column(draw: st.DrawFn, count: int, low: float, high: float) -> list[float]
 
 @st.composite
 def robots(draw: st.DrawFn, water: str | None = None) -> ht.Robot:
-    """A robot of 2 to 12 links with the coefficients of both laws; which one it uses is drawn unless given.
+    """A robot of 2 to 12 links with the coefficients of every law; which one it uses is drawn unless given.
 
     Its tail behind link 1 or later is divided among one to three joint groups.
     """
@@ -51,7 +52,7 @@ def robots(draw: st.DrawFn, water: str | None = None) -> ht.Robot:
             for g, links in enumerate(groups)
         ],
         "model": {
-            "water": water or draw(st.sampled_from(["lumped", "strip"])),
+            "water": water or draw(st.sampled_from(sorted(LAWS))),
             "joints": draw(st.sampled_from(["ideal", "bandwidth"])),
             "areas": draw(st.sampled_from(["consistent", "as-printed"])),
         },
@@ -72,6 +73,12 @@ def robots(draw: st.DrawFn, water: str | None = None) -> ht.Robot:
                 "linear_tangential_pa_s": _column(draw, n, 0.0, 1.0),
                 "cross_flow": draw(st.booleans()),
                 "tail_shedding": draw(st.floats(0.0, 1.0)),
+            },
+            "elongated": {
+                "added_mass_normal": _column(draw, n, 0.2, 1.5),
+                "added_mass_edge": draw(st.floats(0.0, 2.0)),
+                "drag_normal": _column(draw, n, 0.0, 3.0),
+                "drag_tangential": _column(draw, n, 0.0, 0.1),
             },
         },
     }

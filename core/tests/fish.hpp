@@ -2,7 +2,10 @@
 /// lighter toward the tail, moved by two joint groups through a first-order lag.
 #pragma once
 
+#include <cstdlib>
 #include <random>
+#include <string_view>
+#include <utility>
 
 #include "hypertuna/swimming/parameters.hpp"
 #include "hypertuna/swimming/settle.hpp"
@@ -39,18 +42,15 @@ struct Fish {
     ShapeTable<S> table;
     BeatScratch<S> scratch;
 
-    Fish(const S& beat_frequency, const S& amplitude, bool cross_flow = false) {
+    Fish(const S& beat_frequency, const S& amplitude, unsigned flags = 0) {
         ParameterRow<S> row;
         write_gait(beat_frequency, amplitude, row);
         write_body(row);
-        if constexpr (Law::sheds)
-            write_strip(row);
-        else
-            write_lumped(row);
+        write_water(row);
         Columns<S> in{row.number};
         frequency = read_gait(groups, in, harmonics);
         const S rho = read_body(links, in, link);
-        swimmer = {links, link, read_water(links, in, link, rho, cross_flow, coefficients)};
+        swimmer = {links, link, Law::read(links, in, link, rho, flags, coefficients)};
         period = S(1) / frequency;
         length = S(0);
         for (const Link<S>& l : link) length += l.length;
@@ -97,19 +97,24 @@ struct Fish {
         row.add_each(links, [&](int i) { return mass(i) * lengths[i] * lengths[i] / 12; });
         row.add(S(base_t<S>(density)));
     }
-    static void write_lumped(ParameterRow<S>& row) {
-        row.add_each(links, [](int i) { return 0.1 + 0.1 * i; });    // added mass
-        row.add_each(links, [](int i) { return 0.02 + 0.01 * i; });  // friction
-        row.add_each(links, [](int i) { return 4.0 + i; });          // drag
-        row.add_each(links, [](int i) { return 2 * lengths[i] * heights[i]; });
-        row.add_each(links, [](int i) { return lengths[i] * heights[i]; });
+    /// A value for every column that a law can have.
+    static double water_value(std::string_view column, int i) {
+        const double area = lengths[i] * heights[i];
+        const std::pair<std::string_view, double> values[] = {
+            {"added_mass", 0.1 + 0.1 * i}, {"friction", 0.02 + 0.01 * i}, {"drag", 4.0 + i},
+            {"friction_area", 2 * area},   {"drag_area", area},           {"lateral_area", area},
+            {"wetted_area", 2 * area},     {"added_mass_normal", 1.0},    {"added_mass_tangential", 0.05},
+            {"added_inertia", 1.0},        {"drag_normal", 1.5},          {"drag_tangential", 0.01},
+            {"linear_normal", 0.5},        {"linear_tangential", 0.1},    {"tail_shedding", 0.5},
+            {"added_mass_edge", 0.8},
+        };
+        for (const auto& [name, value] : values)
+            if (name == column) return value;
+        std::abort();  // a new column needs a value here
     }
-    static void write_strip(ParameterRow<S>& row) {
-        row.add_each(links, [](int i) { return lengths[i] * heights[i]; });
-        row.add_each(links, [](int i) { return 2 * lengths[i] * heights[i]; });
-        for (double number : {1.0, 0.05, 1.0, 1.5, 0.01, 0.5, 0.1})  // added masses and inertia, drags, linear drags
-            row.add_each(links, [&](int) { return number; });
-        row.add(S(base_t<S>(0.5)));  // tail shedding
+    static void write_water(ParameterRow<S>& row) {
+        for (const WaterColumn& column : Law::columns)
+            row.add_each(column.per_link ? links : 1, [&](int i) { return water_value(column.name, i); });
     }
 
     JointMotion<S> motion_[links];

@@ -25,9 +25,8 @@ int main() {
     delete new Lanes<double, 4>(1.0);
     CHECK(allocations == 2);
 
-    settles_without_heap<double, Lumped<double>>();
-    settles_without_heap<double, Strip<double>>();
-    settles_without_heap<Lanes<double, 4>, Lumped<Lanes<double, 4>>>();
-    settles_without_heap<Lanes<double, 4>, Strip<Lanes<double, 4>>>();
+    WaterLaws::each<double>([](auto law) { settles_without_heap<double, typename decltype(law)::type>(); });
+    using Four = Lanes<double, 4>;
+    WaterLaws::each<Four>([](auto law) { settles_without_heap<Four, typename decltype(law)::type>(); });
     return failures();
 }

@@ -8,6 +8,11 @@ from typing import Annotated, Any
 import numpy
 from numpy.typing import NDArray
 
+def water_laws() -> list[tuple[str, list[tuple[str, str, bool]]]]:
+    """
+    The water laws, each with the columns of its coefficients: name, unit, whether one value per link.
+    """
+
 class Model:
     """A robot in its water, ready for the core. Immutable."""
 
@@ -15,14 +20,14 @@ class Model:
         self,
         *,
         law: str,
-        cross_flow: bool,
+        flags: Mapping[str, bool],
         length: float,
         joint_group: Sequence[int],
         joint_share: Sequence[float],
         columns: Mapping[str, Sequence[float]],
     ) -> None:
         """
-        Joint i sits at the front of link i; its group is -1 where it is rigid. `columns` holds the parameters after the gait's, by the names of `parameter_names`; there are as many groups as bandwidths.
+        Joint i sits at the front of link i; its group is -1 where it is rigid. `law` and `flags` as named by `water_laws`; `columns` holds the parameters after the gait's, by the names of `parameter_names`; there are as many groups as bandwidths.
         """
 
     @property

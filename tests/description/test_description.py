@@ -182,7 +182,7 @@ BAD = [
     (
         'water = "strip"',
         'water = "stripe"',
-        "model.water must be 'lumped' or 'strip', but is 'stripe': give the law of the water forces.",
+        "model.water must be 'lumped', 'strip' or 'elongated', but is 'stripe': give the law of the water forces.",
     ),
     (
         'water = "strip"',

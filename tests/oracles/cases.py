@@ -41,6 +41,20 @@ class Case:
     def strip_water(self) -> Strip:
         return strip_of(self.chain, self.density, self.lateral_area, self.wetted_area, **self.strip)
 
+    @property
+    def elongated(self) -> dict[str, Real | float]:
+        """Coefficients of elongated-body theory: those of the strips that it has, and an edge of a depth of its own."""
+        shared = {name: self.strip[name] for name in ("added_mass_normal", "drag_normal", "drag_tangential")}
+        return shared | {"added_mass_edge": 0.5 + self.strip["tail_shedding"]}
+
+    def elongated_water(self) -> Strip:
+        """The same as strips: nothing along the body, strip theory's moment of inertia, an edge that sheds at once."""
+        given = self.elongated
+        edge = given.pop("added_mass_edge") / given["added_mass_normal"][-1]
+        along = {"added_mass_tangential": 0.0 * self.lateral_area, "added_inertia": 1.0 + 0.0 * self.lateral_area}
+        water = strip_of(self.chain, self.density, self.lateral_area, self.wetted_area, **given, **along)
+        return replace(water, tail_shedding=edge, onset=0.05)
+
     def without_drag(self) -> Case:
         """Only the added mass of the strip law left."""
         drag = {name: value for name, value in self.strip.items() if not name.startswith("added")}

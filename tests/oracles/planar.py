@@ -57,7 +57,7 @@ class Strip:
 
     ``mu_normal``, ``mu_tangential`` [kg/m]: added mass per length. ``added_inertia`` [kg m^2]: of the whole link, about
     its middle. ``quadratic_*`` [kg/m^2]: ``f = -q v |v|`` per length. ``linear_*`` [N s/m^2]: ``f = -c v`` per length.
-    With ``cross_flow`` the normal drag is ``-q v_n |v|``. ``tail_shedding``: see `shed`.
+    With ``cross_flow`` the normal drag is ``-q v_n |v|``. ``tail_shedding`` and ``onset``: see `shed`.
     """
 
     mu_normal: Real
@@ -69,6 +69,7 @@ class Strip:
     linear_tangential: Real | float = 0.0
     cross_flow: bool = False
     tail_shedding: float = 0.0
+    onset: float = 1.0
 
 
 def strip_of(
@@ -264,10 +265,12 @@ def shed(chain: Chain, water: Strip, m: Motion) -> Wrench:
     1/2 mu (h_t^2 - U^2 h_x^2), the classic result.
 
     H is ours: Lighthill has 1 and assumes v_n << U, where H is 1 too; it fades to 0 as the edge stops moving forward.
+    With an ``onset`` e below 1, |v| in it is sqrt(v_t^2 + (e v_n)^2): it fades later.
     """
     place, v, _ = m.at(chain.length)
     v_t, v_n = dot(m.axis, v), dot(1j * m.axis, v)
-    speed = np.where(abs(v) > 0, abs(v), 1.0)
+    size = np.hypot(v_t, water.onset * v_n)
+    speed = np.where(size > 0, size, 1.0)
     last = np.arange(m.axis.shape[-1]) == m.axis.shape[-1] - 1
     strength = np.where(last, water.tail_shedding * water.mu_normal, 0.0) * np.maximum(0.0, -v_t) / speed
     force = strength * (-0.5 * v_n**2 + 1j * v_t * v_n) * m.axis

@@ -1,4 +1,4 @@
-"""The core against the oracles: random chains and states, both water laws; then whole beats.
+"""The core against the oracles: random chains and states, every water law; then whole beats.
 
 All access to the core is in the functions of the first part.
 """
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from hypertuna import _core
+from hypertuna.description.schema.water import LAWS
 from oracles import beats, lagrangian, mujoco_chain, planar
 from oracles.cases import Case, random_case
 from oracles.planar import Joints, Real, Water
@@ -27,19 +28,18 @@ PER_LENGTH = 91
 
 
 def core_model(case: Case, law: str, areas: str) -> _core.Model:
-    """The case as the core's model with the water ``law`` "lumped" (reading ``areas``) or "strip"."""
+    """The case as the core's model with a water law; the lumped one reads ``areas``."""
     chain, links = case.chain, len(case.chain.mass)
     columns = {"length": chain.length, "com": chain.com, "mass": chain.mass, "inertia": chain.inertia}
     columns |= {"density": np.array([case.density]), "bandwidth": np.array([np.inf]), "phase_offset": np.zeros(1)}
-    if law == "lumped":
-        water = case.lumped_water(areas)
-        columns |= case.lumped | {"friction_area": water.friction_area, "drag_area": water.drag_area}
-    else:
-        columns |= {"lateral_area": case.lateral_area, "wetted_area": case.wetted_area}
-        columns |= {name: np.atleast_1d(value) for name, value in case.strip.items() if name != "cross_flow"}
+    columns |= {"lateral_area": case.lateral_area, "wetted_area": case.wetted_area}
+    lumped = case.lumped_water(areas)
+    columns |= {"friction_area": lumped.friction_area, "drag_area": lumped.drag_area}
+    coefficients = getattr(case, law)
+    columns |= {name: np.atleast_1d(value) for name, value in coefficients.items() if not isinstance(value, bool)}
     return _core.Model(
         law=law,
-        cross_flow=law == "strip" and bool(case.strip["cross_flow"]),
+        flags={name: value for name, value in coefficients.items() if isinstance(value, bool)},
         length=chain.length.sum(),
         joint_group=[-1] + [0] * (links - 1),
         joint_share=[0.0] + [1.0] * (links - 1),
@@ -88,7 +88,8 @@ def in_head_axes(world: Real, twist: Real) -> Real:
 
 
 def water_of(case: Case, law: str) -> Water:
-    return case.lumped_water("consistent") if law == "lumped" else case.strip_water()
+    waters = {"lumped": case.lumped_water("consistent"), "strip": case.strip_water()}
+    return (waters | {"elongated": case.elongated_water()})[law]
 
 
 @pytest.mark.parametrize("links", LENGTHS)
@@ -111,9 +112,9 @@ def test_anisotropic_added_mass_against_the_lagrangian(links: int) -> None:
         assert difference(torques[1:], expected) < CANCELLED
 
 
-@pytest.mark.parametrize("law", ["lumped", "strip"])
+@pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("links", LENGTHS)
-def test_both_laws_against_newton_and_euler(links: int, law: str) -> None:
+def test_every_law_against_newton_and_euler(links: int, law: str) -> None:
     for case in cases(links, count=20):
         water = water_of(case, law)
         acceleration, torques = core_dynamics(case, law)
@@ -131,7 +132,7 @@ def random_gait(rng: np.random.Generator, links: int) -> beats.Gait:
     )
 
 
-@pytest.mark.parametrize("law", ["lumped", "strip"])
+@pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("links", [2, 5, 8])
 def test_a_beat_against_newton_and_euler(links: int, law: str) -> None:
     """Momentum in body axes and world velocities (oracle) differ by RK4's error, which half the steps show."""

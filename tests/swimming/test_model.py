@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import get_args, get_origin
 
 import numpy as np
 import pytest
@@ -11,6 +12,9 @@ import pytest
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.description.robot import parse
+from hypertuna.description.schema.body import Links
+from hypertuna.description.schema.water import LAWS, Water, WaterLaw
+from hypertuna.description.validation import nested_model, unit_of
 from hypertuna.swimming.beat import settle
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.swimming.sweep import Gaits
@@ -87,3 +91,20 @@ def test_a_phase_offset_swims_like_a_later_phase(every_model: ht.Robot) -> None:
     later = ht.swim(every_model, replace(gait, phase=tuple(lag + LAG * g for g, lag in enumerate(gait.phase))))
     assert offset.speed == pytest.approx(later.speed, rel=1e-9)
     assert offset.power == pytest.approx(later.power, rel=1e-9)
+
+
+def test_the_laws_of_core_and_description_are_the_same() -> None:
+    """Names, and every column a coefficient of the law's table or an area of the links, per link or single alike."""
+    assert {name for name, _ in _core.water_laws()} == set(LAWS) == set(get_args(WaterLaw))
+    for law, columns in _core.water_laws():
+        table = nested_model(Water.model_fields[law].annotation)
+        assert table is not None
+        own = {name: get_origin(field.annotation) is tuple for name, field in table.model_fields.items()}
+        flags = {name for name, field in table.model_fields.items() if field.annotation is bool}
+        assert {name for name, _, _ in columns if name in own} | flags == set(own)
+        areas = list(LAWS[law].areas.values()) or [{}]
+        for name, unit, per_link in columns:
+            assert per_link is own.get(name, True), (law, name)
+            assert all(name in own or names.get(name, name) in Links.model_fields for names in areas)
+            if name in own:
+                assert unit == (unit_of(table.model_fields[name]) or "1")

@@ -208,7 +208,7 @@ static void energy_balance() {
         if (k < 2) {
             for (auto& c : fish.fish.coefficients) {
                 c.friction = c.drag = 0;
-                if constexpr (Law::sheds) c.linear_friction = c.linear_drag = 0;
+                if constexpr (requires { c.linear_drag; }) c.linear_friction = c.linear_drag = 0;
             }
             if constexpr (Law::sheds) fish.body.tail.fish.water.shedding = 0;
             for (LinkSpace<double>& s : fish.space) s.drag = s.drag_roll = 0;
@@ -331,8 +331,7 @@ int main() {
     surface_by_hand();
     bottom_by_hand();
     balance_by_hand();
-    each_law<Lumped<double>>();
-    each_law<Strip<double>>();
+    WaterLaws::each<double>([](auto law) { each_law<typename decltype(law)::type>(); });
     bobbing_keeps_its_energy();
     imu_reads_the_path();
     return failures();

@@ -273,10 +273,8 @@ static void each_law() {
 
 int main() {
     moment_by_hand();
-    each_law<Lumped<double>>();
-    each_law<Strip<double>>();
-    imu_reads_the_path<Lumped<double>>();
-    imu_reads_the_path<Strip<double>>();
+    WaterLaws::each<double>([](auto law) { each_law<typename decltype(law)::type>(); });
+    WaterLaws::each<double>([](auto law) { imu_reads_the_path<typename decltype(law)::type>(); });
     battery_pays_for_the_run();
     repeats();
     tells_divergence();

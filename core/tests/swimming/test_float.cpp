@@ -54,9 +54,7 @@ static void lanes_equal_scalar() {
 }
 
 int main() {
-    against_double<Lumped>();
-    against_double<Strip>();
-    lanes_equal_scalar<Lumped>();
-    lanes_equal_scalar<Strip>();
+#define CHECK_LAW(Law) against_double<Law>(), lanes_equal_scalar<Law>();
+    HYPERTUNA_WATER_LAWS(CHECK_LAW)
     return failures();
 }

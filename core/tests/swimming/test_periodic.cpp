@@ -131,12 +131,12 @@ static void not_a_number() {
 
 int main() {
     cramer();
-    newton_equals_waiting<Lumped<double>>();
-    newton_equals_waiting<Strip<double>>();
-    quadratic_convergence<Lumped<double>>();
-    quadratic_convergence<Strip<double>>();
-    monodromy<Lumped<double>>();
-    monodromy<Strip<double>>();
+    WaterLaws::each<double>([](auto law) {
+        using Law = typename decltype(law)::type;
+        newton_equals_waiting<Law>();
+        quadratic_convergence<Law>();
+        monodromy<Law>();
+    });
     runge_kutta_order();
     conservation();
     not_a_number();

@@ -79,8 +79,8 @@ static Sample sample(Fish<double, Law>& fish, double phase, const Twist<double>&
 /// Along a moving shape d/dt (M xi + b) is momentum_rate, with xi advancing at acceleration(); and the joints' power is
 /// what the energy gains and the water takes.
 template <class Law>
-static void moving_shape(bool cross_flow) {
-    Fish<double, Law> fish(2.0, 0.2, cross_flow);
+static void moving_shape(unsigned flags) {
+    Fish<double, Law> fish(2.0, 0.2, flags);
     const double h = 1e-5, omega = 2 * pi * fish.frequency;
     Random random;
     for (int k = 0; k < 50; ++k) {
@@ -152,8 +152,7 @@ int main() {
     kirchhoff();
     parallel_axes();
     tail();
-    moving_shape<Lumped<double>>(false);
-    moving_shape<Strip<double>>(false);
-    moving_shape<Strip<double>>(true);
+    WaterLaws::each<double>([](auto law) { moving_shape<typename decltype(law)::type>(0); });
+    moving_shape<Strip<double>>(1);
     return failures();
 }

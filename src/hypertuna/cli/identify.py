@@ -25,6 +25,7 @@ from hypertuna.cli.old_console import (
 )
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
+from hypertuna.description.schema.water import LAWS
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.identification.identify import Fit, compare, identify
@@ -35,7 +36,6 @@ from hypertuna.trials.trials import Trials, read_trials
 
 __all__ = ["identify_command"]
 
-LAWS = ("lumped", "strip")
 BORDER = {"rad": ("deg", 180 / math.pi)}  # units that people read and write in another
 
 
@@ -50,7 +50,7 @@ def identify_command(
         str, typer.Option("--free", help="Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth.")
     ],
     water: Annotated[
-        str | None, typer.Option("--water", help="lumped, strip, or both with a comma to compare them.")
+        str | None, typer.Option("--water", help=f"{', '.join(LAWS)}, or several with commas to compare them.")
     ] = None,
     joints: Annotated[str | None, typer.Option("--joints", help="ideal or bandwidth (default: the robot's)")] = None,
     areas: Annotated[

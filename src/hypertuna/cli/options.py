@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from hypertuna import _core
 from hypertuna.cli import parsing
 from hypertuna.cli.parsing import Bound
 from hypertuna.errors import InputError
@@ -188,7 +189,8 @@ Biases = Annotated[
 ]
 JointLaw = Annotated[str | None, text("--joints", f"ideal or bandwidth. {ROBOTS}")]
 Areas = Annotated[str | None, text("--areas", f"consistent or as-printed. {ROBOTS}")]
-WaterLaw = Annotated[str | None, text("--water", f"Water law: lumped or strip. {ROBOTS}")]
+LAWS = ", ".join(law for law, _ in _core.water_laws())
+WaterLaw = Annotated[str | None, text("--water", f"Water law: {LAWS}. {ROBOTS}")]
 Joint = Annotated[str, text("--joint", "Name of the joint group, or its number from the head.")]
 Side = Annotated[str, text("--side", "Side under pressure, left or right; a bend toward it is positive.")]
 

@@ -16,6 +16,7 @@ from rich.table import Table
 from hypertuna.cli.old_console import check_suffix, command_line, number, number_list, print_json, tell_written
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
+from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_netcdf
 from hypertuna.trials.comparison import compare_recording, replay_recording, with_fitted_clock
@@ -75,7 +76,9 @@ def replay_command(
     time_offset: Annotated[
         str, typer.Option("--time-offset", help="Seconds to add to the angles' clock to make it that of the poses.")
     ] = "0",
-    water: Annotated[str | None, typer.Option("--water", help="lumped or strip (default: the robot's choice)")] = None,
+    water: Annotated[
+        str | None, typer.Option("--water", help=f"{' | '.join(LAWS)} (default: the robot's choice)")
+    ] = None,
     poses: Annotated[
         list[str] | None,
         typer.Option("--poses", help="CSV file of tracked poses of the head link's center; again for more files."),

@@ -26,6 +26,7 @@ from hypertuna.cli.options import (
     numbers,
 )
 from hypertuna.description.robot import load
+from hypertuna.description.schema.water import LAWS
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.swim import Swim, swim
 
@@ -103,7 +104,7 @@ def _dataset(result: Swim) -> Any:
 def _lines(result: Swim) -> Iterator[Any]:
     """Lay out a swim: a small table and a sentence."""
     model = result.robot.model
-    areas = f", {model.areas} areas" if model.water == "lumped" else ""
+    areas = f", {model.areas} areas" if LAWS[model.water].areas else ""
     yield f"{result.robot.name}, {gait_text(result.gait)}", "bold"
     yield f"{model.water} water, {model.joints} joints{areas}", "dim"
     if any(result.current):

@@ -19,13 +19,11 @@ from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
 from hypertuna.description.schema.base import Part, Text, entry, same_length, unique
 from hypertuna.description.schema.body import (
     Body,
-    Choice,
     Fitted,
     GaitBounds,
     JointGroup,
     Links,
     NamedGait,
-    Water,
     check_sizes,
 )
 from hypertuna.description.schema.control import Controller, Sensor
@@ -33,6 +31,7 @@ from hypertuna.description.schema.firmware import Firmware, check_firmware
 from hypertuna.description.schema.guidance import Guidance, check_guidance
 from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.description.schema.spatial import Fins, Spatial
+from hypertuna.description.schema.water import LAWS, Choice, Water
 from hypertuna.description.validation import Place, field_at, fix_for, translate, unit_of, written
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
@@ -202,7 +201,7 @@ class Robot(Part):
         _check_body(self)
         _check_joints(self)
         _check_model(self)
-        for law in ("lumped", "strip"):
+        for law in LAWS:
             if (part := getattr(self.water, law)) is not None:
                 same_length(part, f"water.{law}", len(self.links.name), "link")
         if self.spatial is not None:

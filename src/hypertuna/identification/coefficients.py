@@ -6,13 +6,13 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Literal, cast
+from typing import Any, Literal, cast, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot, parse
-from hypertuna.description.validation import nested_model, unit_of
+from hypertuna.description.validation import Place, field_at, nested_model, unit_of
 from hypertuna.errors import InputError
 from hypertuna.identification.names import (
     NUISANCES,
@@ -289,8 +289,13 @@ def _write(document: dict[str, Any], column: str, numbers: Sequence[float]) -> N
     table = document
     for key in keys[:-1]:
         table = table[key]
-    single = column in ("water.density", "water.strip.tail_shedding")
-    table[keys[-1]] = in_unit[0] if single else cast(Any, in_unit)
+    table[keys[-1]] = cast(Any, in_unit) if _is_list(keys) else in_unit[0]
+
+
+def _is_list(keys: Place) -> bool:
+    """Return whether a key of a robot's file has one value per link."""
+    field = field_at(Robot, keys)[1]
+    return field is not None and get_origin(field.annotation) is tuple
 
 
 def _rods(robot: Robot, changed: Collection[str]) -> bool:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, parse
+from hypertuna.description.schema.water import LAWS
 from hypertuna.description.validation import written
 from hypertuna.errors import InputError, shown
 from hypertuna.identification.coefficients import Free, column_key, column_of, free, from_scale, with_values
@@ -183,7 +184,7 @@ def compare(
         own = robot.using(water=law)
         names = free_of(own, [str(name) for name in _names(free)])
         if not names:
-            fix = f"name some, such as water.{law}.{'drag' if law == 'lumped' else 'drag_normal'}"
+            fix = f"name some, such as water.{law}.{LAWS[law].example}"
             raise InputError(f"must name a coefficient of the {law} law", key="free", fix=fix)
         checkpoint = options.get("checkpoint")
         file = Path(checkpoint).with_stem(f"{Path(checkpoint).stem}-{law}") if checkpoint else None

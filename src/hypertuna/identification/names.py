@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any
 
 from hypertuna.description.robot import Robot
+from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
 from hypertuna.swimming.model import parameter_names
@@ -40,7 +41,7 @@ def split_names(text: str) -> list[str]:
 
 def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
     """Return the names that the robot's water law has, of a list that serves several laws."""
-    other = {"lumped", "strip"} - {robot.model.water}
+    other = LAWS.keys() - {robot.model.water}
     known = known_columns(robot)
 
     def mine(name: str) -> bool:
@@ -111,7 +112,7 @@ def _unknown(robot: Robot, known: Mapping[str, int], name: str, key: str) -> Inp
     """Return the error for a name that cannot be free."""
     column = name.partition("[")[0]
     law = column.removeprefix("water.").partition(".")[0]
-    if column.startswith("water.") and law in {"lumped", "strip"} - {robot.model.water}:
+    if column.startswith("water.") and law in LAWS.keys() - {robot.model.water}:
         fix = f"choose --water {law}"
         return InputError(f"is not used by model.water = {robot.model.water!r}", key=f"{key} {name}", fix=fix)
     if column.startswith("gait."):

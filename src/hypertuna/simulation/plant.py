@@ -19,6 +19,7 @@ from hypertuna.control.controller import controller_columns
 from hypertuna.control.sensors import Fault, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.robot import Robot
+from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE, WHOLE
 from hypertuna.swimming.gait import Gait
@@ -151,10 +152,8 @@ def _fastest(
 def _without_water(robot: Robot) -> dict[str, list[float]]:
     """Columns of the model in air: no density, no added mass, no drag that needs no density."""
     none = [0.0] * len(robot.links.name)
-    if robot.model.water == "lumped":
-        return {"water.density": [0.0], "water.lumped.added_mass": none}
-    linear = ("linear_normal", "linear_tangential")
-    return {"water.density": [0.0], **{f"water.strip.{name}": none for name in linear}}
+    law = robot.model.water
+    return {"water.density": [0.0], **{f"water.{law}.{name}": none for name in LAWS[law].dry}}
 
 
 def _idle(robot: Robot) -> float:

@@ -1,66 +1,34 @@
-"""From a robot's description to the core's model of it."""
+"""Core model of a robot: the columns of its parameters, and the name of each in the robot's description."""
 
 from __future__ import annotations
 
 import math
-import weakref
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, cached
+from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError, did_you_mean, shown
 
 __all__ = ["core_model", "parameter_names", "twist_from_rest"]
 
-_models: dict[int, _core.Model] = {}
-
 
 def core_model(robot: Robot, columns: Mapping[str, Sequence[float]] | None = None) -> _core.Model:
-    """Return the core's model of a robot with its choice of water law, areas and joints.
+    """Return the core's model of a robot, with other values for some `columns` if given.
 
-    Parameters
-    ----------
-    robot : Robot
-    columns : mapping, optional
-        Values to take in place of the robot's, one per link or joint group, by the names of `parameter_names` without
-        index: ``water.lumped.drag``, ``links.mass`` [kg], ``joints.phase_offset`` [rad]. What follows from them in a
-        description (a slender rod's inertia, the mass of the whole robot) stays as it is.
-
-    Returns
-    -------
-    _core.Model
-        Without `columns` made once for each robot object and kept as long as that lives.
-
-    Raises
-    ------
-    InputError
-        If the model has no such column.
+    Columns are named as by `parameter_names`, without index: ``water.lumped.drag``, ``links.mass`` [kg]. Dependent
+    values of the description (a slender rod's inertia, the robot's mass) stay as they are.
     """
     if columns is not None:
         return _make(robot, columns)
-    model = _models.get(id(robot))
-    if model is None:
-        model = _models[id(robot)] = _make(robot, {})
-        weakref.finalize(robot, _models.pop, id(robot), None)
-    return model
+    return cached(robot, "core_model", lambda: _make(robot, {}))
 
 
 def parameter_names(robot: Robot) -> tuple[str, ...]:
-    """Name every parameter that results have derivatives by.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    tuple of str
-        As attributes of gait and robot, e.g. ``gait.amplitude[0]`` [rad], ``links.mass[3]`` [kg],
-        ``water.lumped.drag[7]``.
-    """
+    """Name every parameter that results have derivatives by: ``gait.amplitude[0]``, ``links.mass[3]``, ..."""
     places = _places(robot)
 
     def full(name: str) -> str:
@@ -71,50 +39,52 @@ def parameter_names(robot: Robot) -> tuple[str, ...]:
 
 
 def twist_from_rest(robot: Robot, joints: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the motion of a robot at rest whose joints set in: its momentum P = M xi + b is still zero.
+    """Return the twist (3,) [m/s, m/s, rad/s] of a robot at rest whose joints set in: M xi + b is still zero.
 
-    Parameters
-    ----------
-    robot : Robot
-    joints : ndarray, shape (links, 3)
-        Angle [rad], rate [rad/s] and acceleration [rad/s^2] of the joint at the front of every link.
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        Twist xi = -M^-1 b of the head in its own axes [m/s, m/s, rad/s].
+    Joints (links, 3): angle [rad], rate [rad/s], acceleration [rad/s^2] of the front joint of every link.
     """
     still = _core.dynamics(core_model(robot), np.ascontiguousarray(joints[np.newaxis]), np.zeros((1, 3)))
     return -np.linalg.solve(still["inertia"][0], still["momentum"][0])
 
 
-def _areas(robot: Robot) -> tuple[str, str]:
-    """Tell which column of areas friction and drag of the lumped law go with."""
-    return ("wetted_area", "lateral_area") if robot.model.areas == "consistent" else ("lateral_area", "wetted_area")
+def _water_columns(robot: Robot) -> dict[str, tuple[str, str]]:
+    """Table and attribute of the robot that hold each column of its water law."""
+    law = robot.model.water
+    areas = LAWS[law].areas.get(robot.model.areas, {})
+    own = type(getattr(robot.water, law)).model_fields
+    return {
+        name: (f"water.{law}", name) if name in own else ("links", areas.get(name, name))
+        for name, _, _ in dict(_core.water_laws())[law]
+    }
 
 
 def _places(robot: Robot) -> dict[str, str]:
-    """Name the place of each of the core's columns: an attribute of gait or robot."""
-    friction_area, drag_area = _areas(robot)
+    """Name the place of each column of the core: an attribute of gait or robot."""
     tables = dict.fromkeys(("frequency", "amplitude", "phase", "bias"), "gait")
-    tables |= dict.fromkeys(_columns(robot), f"water.{robot.model.water}")
-    tables |= dict.fromkeys(("length", "com", "mass", "inertia", "lateral_area", "wetted_area"), "links")
+    tables |= dict.fromkeys(("length", "com", "mass", "inertia"), "links")
     tables |= {"bandwidth": "joints", "phase_offset": "joints", "density": "water"}
     places = {column: f"{table}.{column}" for column, table in tables.items()}
-    return places | {"friction_area": f"links.{friction_area}", "drag_area": f"links.{drag_area}"}
+    return places | {column: f"{table}.{name}" for column, (table, name) in _water_columns(robot).items()}
 
 
 def _columns(robot: Robot) -> dict[str, Sequence[float]]:
-    """Values of the core's columns."""
+    """Values of the columns of the core, without those of the gait."""
     ideal = robot.model.joints == "ideal"
-    bandwidth = [math.inf if ideal or joints.bandwidth is None else joints.bandwidth for joints in robot.joints]
-    links = {name: getattr(robot.links, name) for name in ("length", "com", "mass", "inertia")}
-    phase_offset = [joints.phase_offset for joints in robot.joints]
-    joints = {"bandwidth": bandwidth, "phase_offset": phase_offset}
-    return {**joints, **links, "density": [robot.water.density], **_water(robot)}
+    columns: dict[str, Sequence[float]] = {
+        "bandwidth": [math.inf if ideal or joints.bandwidth is None else joints.bandwidth for joints in robot.joints],
+        "phase_offset": [joints.phase_offset for joints in robot.joints],
+        "density": [robot.water.density],
+    }
+    columns |= {name: getattr(robot.links, name) for name in ("length", "com", "mass", "inertia")}
+    coefficients = getattr(robot.water, robot.model.water)
+    for column, (table, name) in _water_columns(robot).items():
+        value = getattr(robot.links if table == "links" else coefficients, name)
+        columns[column] = value if isinstance(value, tuple) else [value]
+    return columns
 
 
 def _make(robot: Robot, changes: Mapping[str, Sequence[float]]) -> _core.Model:
+    """Make the model of a robot with other values for some columns."""
     group = [-1] * len(robot.links.name)
     share = [0.0] * len(robot.links.name)
     for g, joint_group in enumerate(robot.joints):
@@ -129,39 +99,12 @@ def _make(robot: Robot, changes: Mapping[str, Sequence[float]]) -> _core.Model:
                 fix = did_you_mean(name, known)
                 raise InputError("must be a column of the robot's model", key="columns", value=shown(name), fix=fix)
             columns[known[name]] = values
+    coefficients = dict(getattr(robot.water, robot.model.water))
     return _core.Model(
         law=robot.model.water,
-        cross_flow=robot.water.strip is not None and robot.water.strip.cross_flow,
+        flags={name: value for name, value in coefficients.items() if isinstance(value, bool)},
         length=robot.body.length,
         joint_group=group,
         joint_share=share,
         columns=columns,
     )
-
-
-def _water(robot: Robot) -> dict[str, Sequence[float]]:
-    """Coefficients of the chosen water law, by the core's names."""
-    links, water = robot.links, robot.water
-    if robot.model.water == "lumped":
-        assert water.lumped is not None  # the description has checked it
-        friction_area, drag_area = _areas(robot)
-        return {
-            "added_mass": water.lumped.added_mass,
-            "friction": water.lumped.friction,
-            "drag": water.lumped.drag,
-            "friction_area": getattr(links, friction_area),
-            "drag_area": getattr(links, drag_area),
-        }
-    assert water.strip is not None
-    return {
-        "lateral_area": links.lateral_area,
-        "wetted_area": links.wetted_area,
-        "added_mass_normal": water.strip.added_mass_normal,
-        "added_mass_tangential": water.strip.added_mass_tangential,
-        "added_inertia": water.strip.added_inertia,
-        "drag_normal": water.strip.drag_normal,
-        "drag_tangential": water.strip.drag_tangential,
-        "linear_normal": water.strip.linear_normal,
-        "linear_tangential": water.strip.linear_tangential,
-        "tail_shedding": [water.strip.tail_shedding],
-    }

@@ -5,12 +5,10 @@
 
 namespace hypertuna {
 
-enum class WaterLaw { lumped, strip };
-
 /// A robot in its water, as the core wants it: see core parameters.hpp for the order of the parameters.
 struct Model {
-    WaterLaw law;
-    bool cross_flow;
+    int law;         // place in WaterLaws, laws.hpp
+    unsigned flags;  // of the law, a bit each
     int links, groups;
     double length;                    // m, of the whole body
     std::vector<int> joint_group;     // links: group that bends the link's front joint, or -1

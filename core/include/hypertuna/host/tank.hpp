@@ -46,7 +46,7 @@ struct Tank {
           link(model.links),
           geometry(model.links),
           coefficients(model.links),
-          cross_flow_(model.cross_flow),
+          flags_(model.flags),
           motion_(model.links),
           torque_(model.links),
           group_power_(model.links),
@@ -78,7 +78,7 @@ struct Tank {
         }
         const int links = static_cast<int>(link.size());
         const S density = read_body(links, in, link.data());
-        const Law water = read_water(links, in, link.data(), density, cross_flow_, coefficients.data());
+        const Law water = Law::read(links, in, link.data(), density, flags_, coefficients.data());
         for (int i = 0; i < links; ++i)
             geometry[i] = {narrow<G>(link[i].length), narrow<G>(link[i].com), narrow<G>(link[i].mass),
                            narrow<G>(link[i].inertia)};
@@ -96,7 +96,7 @@ struct Tank {
     }
 
   private:
-    bool cross_flow_;
+    unsigned flags_;
     std::vector<JointMotion<G>> motion_;
     std::vector<S> torque_, group_power_, load_;
     std::vector<LinkShape<G>> shape_;

@@ -82,8 +82,7 @@ HYPERTUNA_INLINE LinkPair<S> link_drag(const Body6<S, Law, D>& body, int i, cons
     f.across.n += k.drag * (front * rise.force + (rear - front) * rise.moment);
     if (i == body.tail.fish.links - 1) {
         // Lighthill's reactive force as in water.hpp, up and down instead of sideways.
-        const Strip<S> wake{nullptr, body.wake, false};
-        const Along<S> end = wake.shed(Along<S>{v.in.t, v.across.z - rear * v.across.n, S(0)});
+        const Along<S> end = faded_wake_force(body.wake, Along<S>{v.in.t, v.across.z - rear * v.across.n, S(0)});
         f.in.t += end.t;
         f.across.z += end.n;
         f.across.n -= rear * end.n;

@@ -4,8 +4,8 @@
 /// counter-clockwise. Link i hangs at joint i, at its front end; psi_i is its angle from link 0.
 #pragma once
 
-#include "hypertuna/swimming/gait.hpp"
 #include "hypertuna/math/planar.hpp"
+#include "hypertuna/swimming/gait.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 

@@ -1,8 +1,8 @@
 """The tables of body, model, water and gaits in a robot description."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, Literal, Self
+from collections.abc import Sequence
+from typing import Literal, Self
 
 from pydantic import model_validator
 
@@ -11,8 +11,6 @@ from hypertuna.description.schema.base import (
     Amplitude,
     Count,
     Degrees,
-    Flag,
-    Fraction,
     Index,
     NotNegative,
     Part,
@@ -100,71 +98,6 @@ class JointGroup(Part):
         "reduced", "table of moment and volume over the angle, instead of the actuator's", default=None
     )
     line: Line | None = entry("line", "table of the oil line of each of its two circuits", default=None)
-
-
-class Choice(Part):
-    """Model to use unless the caller chooses another."""
-
-    water: Literal["lumped", "strip"] = entry("water", "law of the water forces")
-    joints: Literal["ideal", "bandwidth"] = entry(
-        "joints", "model of the joints, without or with the lag of their bandwidth", default="ideal"
-    )
-    areas: Literal["consistent", "as-printed"] = entry(
-        "areas",
-        "areas of the lumped law: friction on the wetted and drag on the lateral area, or the reverse as printed",
-        default="consistent",
-    )
-
-
-class Lumped(Part):
-    """Lumped law: force at each center of mass, one value per link."""
-
-    added_mass: tuple[NotNegative, ...] = entry("added_mass", "added mass c_m, as a fraction of the link's mass")
-    friction: tuple[NotNegative, ...] = entry("friction", "friction coefficient c_f along the link")
-    drag: tuple[NotNegative, ...] = entry("drag", "drag coefficient c_d across the link")
-
-
-def _zeros(strip: Mapping[str, Any]) -> tuple[float, ...]:
-    """Return one zero per link."""
-    return (0.0,) * len(strip["drag_normal"])
-
-
-class Strip(Part):
-    """Strip law: force per length, integrated along each link, one value per link; h = lateral area / length."""
-
-    added_mass_normal: tuple[NotNegative, ...] = entry(
-        "added_mass_normal", "added mass per length across the link, in units of rho pi/4 h^2"
-    )
-    added_mass_tangential: tuple[NotNegative, ...] = entry(
-        "added_mass_tangential", "added mass per length along the link, in units of rho pi/4 h^2"
-    )
-    added_inertia: tuple[NotNegative, ...] = entry(
-        "added_inertia", "added moment of inertia, in units of strip theory's mu l^3/12, mu the normal added mass"
-    )
-    drag_normal: tuple[NotNegative, ...] = entry("drag_normal", "drag coefficient C_n across the link, on h")
-    drag_tangential: tuple[NotNegative, ...] = entry(
-        "drag_tangential", "friction coefficient C_t along the link, on wetted area / length"
-    )
-    linear_normal: tuple[NotNegative, ...] = entry(
-        "linear_normal_pa_s", "linear drag per length across the link (default: 0)", "Pa s", default_factory=_zeros
-    )
-    linear_tangential: tuple[NotNegative, ...] = entry(
-        "linear_tangential_pa_s", "linear drag per length along the link (default: 0)", "Pa s", default_factory=_zeros
-    )
-    cross_flow: Flag = entry(
-        "cross_flow", "form of the normal drag: v_n |v| if true, v_n |v_n| if false", default=False
-    )
-    tail_shedding: Fraction = entry(
-        "tail_shedding", "fraction of Lighthill's reactive force that acts at the trailing edge", default=0.0
-    )
-
-
-class Water(Part):
-    """The water and the coefficients of its laws."""
-
-    density: Positive = entry("density_kg_m3", "density of the water", "kg/m^3")
-    lumped: Lumped | None = entry("lumped", "coefficients of the lumped law", default=None)
-    strip: Strip | None = entry("strip", "coefficients of the strip law", default=None)
 
 
 class NamedGait(Part):

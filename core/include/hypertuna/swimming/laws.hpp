@@ -1,0 +1,47 @@
+/// The water laws: the one list that kernels, bindings, Python and tests go through.
+#pragma once
+
+#include <type_traits>
+
+#include "hypertuna/swimming/elongated.hpp"
+#include "hypertuna/swimming/lumped.hpp"
+#include "hypertuna/swimming/strip.hpp"
+
+/// A law is added here, and its header above.
+#define HYPERTUNA_WATER_LAWS(use) use(Lumped) use(Strip) use(Elongated)
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+template <class, template <class> class... Law>
+struct LawList {
+    static constexpr int count = sizeof...(Law);
+
+    /// Call work(std::type_identity<Law<S>>) for every law in turn.
+    template <class S, class Work>
+    static void each(const Work& work) {
+        (work(std::type_identity<Law<S>>{}), ...);
+    }
+};
+
+#define HYPERTUNA_NEXT_LAW(Law) , Law
+using WaterLaws = LawList<void HYPERTUNA_WATER_LAWS(HYPERTUNA_NEXT_LAW)>;
+#undef HYPERTUNA_NEXT_LAW
+
+/// Call work(std::type_identity<Law<S>>) for the law at this place of the list.
+template <class S, class Work>
+void with_law(int index, const Work& work) {
+    int k = 0;
+    WaterLaws::each<S>([&](auto law) {
+        if (k++ == index) work(law);
+    });
+}
+
+/// Number of coefficients of a law in a row of parameters.
+template <class Law>
+constexpr int water_parameters(int links) {
+    int count = 0;
+    for (const WaterColumn& column : Law::columns) count += column.per_link ? links : 1;
+    return count;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH
