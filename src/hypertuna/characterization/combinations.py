@@ -16,12 +16,13 @@ __all__ = ["DETERMINED", "Combination", "combinations"]
 
 Array = NDArray[np.float64]
 
-DETERMINED = 3.0  # a combination that the bench narrows so many times counts as determined
-SHARPNESS = (10.0, DETERMINED)  # the same, by which combinations are told apart: sharp ones first
-LOOSER, ROUNDED, SLIGHT = 1.15, 1.1, 0.01  # how much less sharp a combination may be with fewer factors, and rounded
-FEWEST = 8  # draws that an interval can be told from
-GRIDS = (1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01)
-# Which unknown a combination is solved for, first to last: those that no caliper reaches come first.
+DETERMINED = 3.0  # narrowing of an interval by the bench, above which a combination counts as determined
+SHARPNESS = (10.0, DETERMINED)  # narrowing of sharp combinations, which come first, and of the others
+WIDER, ROUNDED = 1.15, 1.1  # factors on the interval of a combination with fewer unknowns, and with rounded exponents
+SLIGHT = 0.01  # standard deviation of a logarithm that is always allowed
+MIN_SAMPLES = 8  # for an interval
+GRIDS = (1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01)  # of rounded exponents, the coarsest first
+# Unknowns that a combination is solved for, the preferred first: those that are hard to measure.
 PREFERRED = (
     *("stiffness_factor", "friction", "asymmetry", "lever", "hose_modulus", "braid_angle", "diameter_ratio"),
     *("outer_diameter", "sleeve", "segment_length", "matrix_modulus"),
@@ -30,78 +31,47 @@ PREFERRED = (
 
 @dataclass(frozen=True)
 class Combination:
-    """A product of powers of the unknowns that the bench determines.
+    """A product of powers of the unknowns that the bench determines."""
 
-    Attributes
-    ----------
-    exponents : dict of float
-        As written: rounded; by `Unknown.factor`.
-    unknown : str
-        The one with exponent 1, which is known as well as the combination if the others are known.
-    narrowing : float
-        How many times shorter its interval is than without the bench.
-    value, low, high : float
-        The product as written, each unknown counted from its described value; 95 % interval.
-    text : str
-    """
-
-    exponents: dict[str, float]
-    unknown: str
-    narrowing: float
-    value: float
+    exponents: dict[str, float]  # rounded, by `Unknown.factor`
+    unknown: str  # with exponent 1: determined as well as the combination if the others are known
+    narrowing: float  # length of its interval without the bench over that with it
+    value: float  # each unknown relative to its described value; low, high: 95 % interval
     low: float
     high: float
     text: str
 
 
 def combinations(
-    free: Sequence[Unknown], z: Array, directions: Sequence[Direction], cov: Array, drawn: Array, quantile: float
+    free: Sequence[Unknown], z: Array, directions: Sequence[Direction], cov: Array, samples: Array, quantile: float
 ) -> tuple[Combination, ...]:
-    """Write what is determined as products of powers, each solved for one unknown.
+    """Return as many products of powers as directions are determined, each solved for one unknown, the sharpest first.
 
-    Parameters
-    ----------
-    free : sequence of Unknown
-    z : ndarray, shape (n,)
-        The fit: logarithms from what is described, in units of `Unknown.prior_sd` [1].
-    directions : sequence of Direction
-    cov : ndarray, shape (n, n)
-        Covariance in these units [1].
-    drawn : ndarray, shape (draws, n)
-        Other points that fit [1].
-    quantile : float
-        Of the 95 % interval, in standard deviations [1].
+    z: the fit (n,), logarithms from the described values in prior standard deviations; cov: their covariance (n, n);
+    samples: other points (samples, n) that fit; quantile: of the 95 % interval, in standard deviations.
 
-    Returns
-    -------
-    tuple of Combination
-        As many as directions are determined, the sharpest first.
-
-    Notes
-    -----
     With the precision L, the inverse of the covariance, unknowns A given all others B have the covariance 1 / L_AA and
-    follow them with the exponents -L_AB / L_AA. Sharp combinations come first; L of the others without A is then
-    L_BB - L_BA L_AB / L_AA, and tells the next ones.
+    the exponents -L_AB / L_AA. Sharp combinations come first; L_BB - L_BA L_AB / L_AA is the precision of the others.
     """
     vectors = np.array([one.vector for one in directions])
     known = np.hypot(1, [one.singular_value for one in directions])
     precision, left = np.asarray(vectors.T * known**2 @ vectors), list(range(len(free)))
-    found: list[Combination] = []
+    products: list[Combination] = []
     for narrowing in SHARPNESS:
-        most = int(np.sum(known >= narrowing)) - len(found)  # no more than there are directions
-        chosen = _solvable(free, precision, left, narrowing)[:most]
+        count = int(np.sum(known >= narrowing)) - len(products)
+        chosen = _solvable(free, precision, left, narrowing)[:count]
         others = [k for k in range(len(left)) if k not in chosen]
         own = np.linalg.inv(precision[np.ix_(chosen, chosen)])
         known_by = [left[i] for i in others]
-        found += [_combination(free, left[k], known_by, z, cov, drawn, quantile) for k in chosen]
+        products += [_combination(free, left[k], known_by, z, cov, samples, quantile) for k in chosen]
         follow = own @ precision[np.ix_(chosen, others)]
         precision = np.asarray(precision[np.ix_(others, others)] - precision[np.ix_(others, chosen)] @ follow)
         left = known_by
-    return tuple(sorted(found, key=lambda one: one.high / one.low))
+    return tuple(sorted(products, key=lambda one: one.high / one.low))
 
 
 def _solvable(free: Sequence[Unknown], precision: Array, left: Sequence[int], narrowing: float) -> list[int]:
-    """Choose unknowns that would all be known so much better than before if the rest of those left were known."""
+    """Choose unknowns that would all be narrowed by this factor if the rest of those left were known."""
     chosen: list[int] = []
     for k in sorted(range(len(left)), key=lambda i: PREFERRED.index(free[left[i]].kind)):
         block = precision[np.ix_([*chosen, k], [*chosen, k])]
@@ -111,9 +81,9 @@ def _solvable(free: Sequence[Unknown], precision: Array, left: Sequence[int], na
 
 
 def _combination(
-    free: Sequence[Unknown], k: int, others: Sequence[int], z: Array, cov: Array, drawn: Array, quantile: float
+    free: Sequence[Unknown], k: int, others: Sequence[int], z: Array, cov: Array, samples: Array, quantile: float
 ) -> Combination:
-    """Write what an unknown follows: with few others, exponents rounded, and the interval of what is written."""
+    """Return the product of unknown k and few others, with rounded exponents and the interval of that product."""
     prior_sd, n = np.array([one.prior_sd for one in free]), len(free)
 
     def sd_of(exponents: Array) -> float:
@@ -127,10 +97,9 @@ def _combination(
         return np.asarray(vector * prior_sd[k] / prior_sd)
 
     kept = list(others)
-    enough = max(LOOSER * sd_of(solved(kept)), SLIGHT)
+    enough = max(WIDER * sd_of(solved(kept)), SLIGHT)
     while kept:
-        least = min(kept, key=lambda i: sd_of(solved([j for j in kept if j != i])))
-        fewer = [j for j in kept if j != least]
+        fewer = min(([j for j in kept if j != i] for i in kept), key=lambda by: sd_of(solved(by)))
         if sd_of(solved(fewer)) > enough:
             break
         kept = fewer
@@ -140,7 +109,7 @@ def _combination(
         if sd_of(exponents) <= max(ROUNDED * sd_of(exact), SLIGHT):
             break
     along = exponents * prior_sd
-    middle, low, high = _interval(along, z, sd_of(exponents), drawn, quantile)
+    middle, low, high = _interval(along, z, sd_of(exponents), samples, quantile)
     names = {one.factor: round(float(e), 2) for one, e in zip(free, exponents, strict=True) if e}
     return Combination(
         exponents=names,
@@ -153,22 +122,22 @@ def _combination(
     )
 
 
-def _interval(along: Array, z: Array, sd: float, drawn: Array, quantile: float) -> tuple[float, float, float]:
-    """Return a combination's value and 95 % interval: that about the fit, widened to that of the draws.
+def _interval(along: Array, z: Array, sd: float, samples: Array, quantile: float) -> tuple[float, float, float]:
+    """Return the logarithm of a product and its 95 % interval about the fit, widened to that of the samples.
 
-    A product of powers holds near the fit; draws further off, but as good, tell how far it really does.
+    A product of powers holds near the fit; samples farther away that fit as well show its error.
     """
     middle = float(along @ z)
     low, high = middle - quantile * sd, middle + quantile * sd
-    if len(drawn) >= FEWEST:
-        values = drawn @ along
+    if len(samples) >= MIN_SAMPLES:
+        values = samples @ along
         about, reach = float(values.mean()), quantile * float(values.std(ddof=1)) * math.sqrt(1 + 1 / len(values))
         low, high = min(low, about - reach), max(high, about + reach)
     return middle, low, high
 
 
 def _product(exponents: Mapping[str, float]) -> str:
-    """Write a product of powers as a fraction."""
+    """Format a product of powers as a fraction."""
     parts: tuple[list[str], list[str]] = ([], [])
     for name, e in sorted(exponents.items(), key=lambda one: -abs(one[1])):
         power = "" if abs(abs(e) - 1) < 1e-9 else f"^{abs(e):.3g}"

@@ -11,7 +11,7 @@ import typer
 
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS
 from hypertuna.actuation.sizing import with_bore
-from hypertuna.characterization.data import HIGHEST_PRESSURE
+from hypertuna.characterization.data import MAX_PRESSURE
 from hypertuna.cli.old_console import number, number_list, ranges
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError, did_you_mean
@@ -159,8 +159,8 @@ def pressures(text: str, most: int = MOST_PRESSURES) -> list[float]:
     for k, part in enumerate(parts):
         key = f"--pressure[{k}]" if len(parts) > 1 else "--pressure"
         values = [value for (value,) in ranges(part, key, "kPa")]
-        if (largest := max(values)) > HIGHEST_PRESSURE / 1e3:
-            rule = f"must be at most {HIGHEST_PRESSURE / 1e3:g}"
+        if (largest := max(values)) > MAX_PRESSURE / 1e3:
+            rule = f"must be at most {MAX_PRESSURE / 1e3:g}"
             raise InputError(rule, key=key, value=f"{largest:g}", fix="give it in kPa")
         found += values
         if len(found) > most:

@@ -29,37 +29,14 @@ TRACKED = {"x_m": ("x", 100.0, "cm"), "y_m": ("y", 100.0, "cm"), "yaw_deg": ("ya
 
 
 def short_names(frees: Sequence[Free]) -> list[str]:
-    """Return names of coefficients without what they share.
-
-    Parameters
-    ----------
-    frees : sequence of Free
-
-    Returns
-    -------
-    list of str
-        ``drag[1-6]`` for ``water.lumped.drag[1-6]``, unless two would be called the same.
-    """
+    """Return names of coefficients without what they share."""
     short = [f"{f.column.rpartition('.')[2]}{f.name.removeprefix(f.column)}" for f in frees]
     return short if len(set(short)) == len(short) else [f.name for f in frees]
 
 
 @styled
 def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float = WIDTH) -> Figure:
-    """Draw every coefficient with its 95 % interval within its bounds.
-
-    Parameters
-    ----------
-    fit : Fit
-    sampled : Posterior, optional
-        Its intervals stand below those of the fit.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw every coefficient with its 95 % interval within its bounds: `width` [inch]."""
     frees, sure = fit.free, fit.uncertainty
     lower, upper = (to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
 
@@ -92,18 +69,7 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
 
 @styled
 def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
-    """Draw the correlation of the coefficients' errors.
-
-    Parameters
-    ----------
-    fit : Fit
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw the correlation of the coefficients' errors: `width` [inch]."""
     matrix, names = fit.uncertainty.correlation, short_names(fit.free)
     n = len(names)
     figure = Figure(figsize=(width, 0.85 * width), layout="constrained")
@@ -130,19 +96,7 @@ def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
 
 @styled
 def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
-    """Draw computed against measured speed and cost of transport, of training and of validation.
-
-    Parameters
-    ----------
-    fit : Fit
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure or None
-        None without steady runs.
-    """
+    """Draw computed against measured speed and cost of transport, of training and of validation: `width` [inch]."""
     kinds = [
         kind for kind in AXES if any(f"{kind}_measured" in run for part in _parts(fit).values() for run in part.runs)
     ]
@@ -170,15 +124,7 @@ def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
 def plot_errors(fit: Fit, *, width: float = WIDTH) -> Figure:
     """Draw the error of every run: relative for steady ones, the rms over all frames along each axis for tracked ones.
 
-    Parameters
-    ----------
-    fit : Fit
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `width` [inch].
     """
     parts = _parts(fit)
     relative = {key: text for key, text in RELATIVE.items() if any(key in part.rms for part in parts.values())}

@@ -141,21 +141,7 @@ def replay(
 def joint_grid(robot: Robot, curve: SmoothSeries, *, step: float | None = None) -> tuple[Array, float]:
     """Lay out a joint series for a replay.
 
-    Parameters
-    ----------
-    robot : Robot
-    curve : SmoothSeries
-        One angle per joint group of the robot.
-    step : float, optional
-        Longest Runge-Kutta step [s]; left out, half the median interval of the series.
-
-    Returns
-    -------
-    joints : ndarray, shape (2 steps + 1, links, 3)
-        Angle [rad], rate [rad/s] and acceleration [rad/s^2] of the joint at the front of every link, at the start, the
-        middle and the end of every step.
-    step : float
-        The step that fits the series [s].
+    `step` [s]; returns `joints` (2 steps + 1, links, 3) [rad], [rad/s], [rad/s^2], `step` [s].
     """
     time = curve.series.time
     longest = float(np.median(np.diff(time))) / STEPS_PER_SAMPLE if step is None else step
@@ -172,27 +158,8 @@ def replay_jacobian(
     Robot and water start without momentum, whatever the joints do at the first instant, and the nose starts at the
     origin with heading 0: neither depends on a parameter.
 
-    Parameters
-    ----------
-    robot : Robot
-    joints : ndarray, shape (2 steps + 1, links, 3)
-        As `joint_grid` returns it [rad, rad/s, rad/s^2].
-    step : float
-        Runge-Kutta step [s].
-    directions : ndarray, shape (parameters, directions)
-        Changes of all parameters in the order and the units of `parameter_names` [1]; those of a gait and of its
-        joints' lags have no effect here.
-    model : _core.Model, optional
-        To swim in place of the robot's own, as `core_model` makes it with changed columns.
-
-    Returns
-    -------
-    pose : ndarray, shape (steps + 1, 3)
-        Position of the nose [m] and heading [rad] at every step.
-    rate : ndarray, shape (steps + 1, 3)
-        Derivative of the pose by time [m/s, rad/s].
-    slope : ndarray, shape (steps + 1, 3, directions)
-        Derivatives of the pose along the directions [m, rad].
+    `joints` (2 steps + 1, links, 3) [rad, rad/s, rad/s^2], `step` [s], `directions` (parameters, directions); returns
+    `pose` (steps + 1, 3) [m], [rad], `rate` (steps + 1, 3) [m/s, rad/s], `slope` (steps + 1, 3, directions) [m, rad].
     """
     joints, along = np.ascontiguousarray(joints), np.ascontiguousarray(directions)
     track = _core.track(model or core_model(robot), joints, along, step=step)
@@ -202,16 +169,7 @@ def replay_jacobian(
 def head_center(robot: Robot, result: xr.Dataset) -> Array:
     """Return the track of the head link's center: the inverse of `Pose.from_head_center`.
 
-    Parameters
-    ----------
-    robot : Robot
-    result : xarray.Dataset
-        As `replay` and `Swim.trajectory` return it.
-
-    Returns
-    -------
-    ndarray, shape (times, 3)
-        x, y [m] and the direction that the head faces [rad], counter-clockwise from x.
+    Returns (times, 3) [m], [rad].
     """
     half, heading = robot.links.length[0] / 2, result["heading"].to_numpy()
     x, y = result["x"].to_numpy() + half * np.cos(heading), result["y"].to_numpy() + half * np.sin(heading)
@@ -221,17 +179,7 @@ def head_center(robot: Robot, result: xr.Dataset) -> Array:
 def seen_from_start(pose: Array, direction: float) -> Array:
     """Move a track so that it starts at the origin and faces a direction there.
 
-    Parameters
-    ----------
-    pose : ndarray, shape (frames, 3)
-        x, y [m] and the direction faced [rad], counter-clockwise from x.
-    direction : float
-        To face at the start [rad].
-
-    Returns
-    -------
-    ndarray, shape (frames, 3)
-        x, y [m], turned to that direction, and what was turned since the start [rad].
+    `pose` (frames, 3) [m], [rad], `direction` [rad]; returns (frames, 3) [m], [rad].
     """
     turn = direction - pose[0, 2]
     x, y = (pose[:, :2] - pose[0, :2]).T
