@@ -70,7 +70,7 @@ def record(folder: Path) -> dict[str, Any]:
 
 
 def test_help_is_in_the_order_of_the_work_and_tells_what_is_taken(run: Run) -> None:
-    commands = ["geometry", "bend", "compare", "reduce", "validate"]
+    commands = ["geometry", "bend", "compare", "reduce"]
     assert re.findall(rf"^\W*({'|'.join(commands)}) ", run("fe", "--help")[1], flags=re.MULTILINE) == commands
     for command, mesh in (("bend", "medium"), ("compare", "medium"), ("reduce", "coarse")):
         text = " ".join(run("fe", command, "--help")[1].split())

@@ -27,14 +27,14 @@ def emit(
     plot: str | None = None,
     figure: str = "",
     drawn: Sequence[Any] | None = None,
-    written: str | None = None,
+    written: Sequence[str | None] = (),
     failed: bool = False,
 ) -> None:
     """Write the files that are asked for, and print a result as one JSON object or as tables and sentences.
 
     `record` makes the JSON object, `lines` the tables and sentences, `csv` and `dataset` (default: the result's own)
     the content of `output`. `figure` names the function, as "package.module:function", that draws the arguments `drawn`
-    (default: the result). `written` names a file that is written already. A result that `failed` is printed first,
+    (default: the result). `written` names files that are written already. A result that `failed` is printed first,
     since it may have nothing to draw, and ends with exit code 1.
     """
 
@@ -50,7 +50,7 @@ def emit(
     if not failed:
         show()
     if not as_json:
-        print_written(plot, output, written)
+        print_written(plot, output, *written)
     if failed:
         raise typer.Exit(1)
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from hypertuna import _core
-from hypertuna.cli.old_console import check_suffix, command_line, print_json, tell_written
-from hypertuna.cli.old_options import AsJson, Name
-from hypertuna.description.provenance import provenance
+from hypertuna.cli.console import print_json, print_lines, print_written, table
+from hypertuna.cli.emit import made_by
+from hypertuna.cli.options import AsJson, RobotName, file, text
 from hypertuna.description.robot import load
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table, header
 from hypertuna.io.files import write_atomically
@@ -21,89 +19,80 @@ from hypertuna.io.files import write_atomically
 __all__ = ["firmware_app"]
 
 firmware_app = typer.Typer(
-    no_args_is_help=True, help="Firmware: its parameters from a robot's description, its faults."
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    help="Firmware: its parameters from a robot's description, its faults.",
 )
 
 
 @firmware_app.command()
 def params(
-    robot: Name,
+    robot: RobotName,
     output: Annotated[
         str | None,
-        typer.Option("-o", "--output", help="Write the C++ header for the firmware to this .hpp file."),
+        file("-o", "--output", help="Write the C++ header of the firmware to this .hpp file.", suffixes=(".hpp",)),
     ] = None,
     check: Annotated[
-        str | None, typer.Option("--check", help="Compare this .hpp file with what would be written; 1 if it differs.")
+        str | None, text("--check", "Compare this .hpp file with the description; exit code 1 if it differs.", "FILE")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List what the radio may set on a robot, and write all that its firmware is made with.
+    """List the parameters that the radio may set on a robot, and write all that its firmware is built with.
 
-    firmware/robots/NAME.hpp is the place that `make firmware ROBOT=NAME` looks in.
+    firmware/robots/NAME.hpp is where `make firmware ROBOT=NAME` looks for them.
     """
-    check_suffix(output, (".hpp",), "--output")
-    table = firmware_table(load(robot))
+    parameters = firmware_table(load(robot))
     if output is not None:
-        write_atomically(output, header(table).encode())
+        write_atomically(output, header(parameters).encode())
     if as_json:
-        print_json(_record(table))
+        print_json(_record(parameters))
     elif output is None and check is None:
-        _print(table)
+        print_lines(_lines(parameters))
     else:
-        tell_written(output)
+        print_written(output)
     if check is None:
         return
-    if Path(check).read_text() != header(table):
-        typer.echo(
-            f"{check} differs: write it anew with hypertuna firmware params --robot {robot} -o {check}", err=True
-        )
+    if Path(check).read_text() != header(parameters):
+        fix = f"write it anew with hypertuna firmware params --robot {robot} -o {check}"
+        typer.echo(f"{check} differs: {fix}", err=True)
         raise typer.Exit(1)
     if not as_json:
-        print(f"{check} is what the description makes")
+        print(f"{check} matches the description")
 
 
 @firmware_app.command()
 def faults(as_json: AsJson = False) -> None:
-    """List the faults that the supervisor on board knows, and how the robot answers to each."""
+    """List the faults that the supervisor on board detects, and how the robot answers to each."""
     keys = ("name", "sentence", "answer", "latched", "forbids_arming")
     rows: list[dict[str, Any]] = [dict(zip(keys, row, strict=True)) for row in _core.fault_table()]
     if as_json:
         print_json({"faults": rows})
         return
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for head in ("fault", "what it means", "answer", "remembered", "forbids arming"):
-        table.add_column(head)
-    for row in rows:
-        yes = ["yes" if row[key] else "" for key in ("latched", "forbids_arming")]
-        table.add_row(row["name"], row["sentence"], row["answer"], *yes)
-    Console().print(table)
+    heads = ["fault", "meaning", "answer", "latched", "forbids arming"]
+    cells = ([*map(row.get, keys[:3]), *("yes" if row[key] else "" for key in keys[3:])] for row in rows)
+    print_lines([table(heads, cells, left=range(5))])
 
 
-def _record(table: FirmwareTable) -> dict[str, Any]:
-    """Tell a robot's table, for programs."""
+def _record(parameters: FirmwareTable) -> dict[str, Any]:
+    """Return the JSON record."""
     return {
-        "numbers": len(table.values),
-        "layout": f"{table.layout:08x}",
+        "numbers": len(parameters.values),
+        "layout": f"{parameters.layout:08x}",
         "parameters": [
             {"name": p.name, "low": p.low, "high": p.high, "value": p.standard, "whole": p.whole}
-            | dict(zip(("part", "column", "index"), table.fields[p.field], strict=True))
-            for p in table.parameters
+            | dict(zip(("part", "column", "index"), parameters.fields[p.field], strict=True))
+            for p in parameters.parameters
         ],
-        "command": command_line(),
-    } | provenance(table.robot)
+    } | made_by(parameters.robot)
 
 
-def _print(table: FirmwareTable) -> None:
-    """Print the parameters as a table."""
-    rows = Table(box=None, pad_edge=False, header_style="bold")
-    rows.add_column("parameter")
-    for head in ("value", "low", "high"):
-        rows.add_column(head, justify="right")
-    rows.add_column("of")
-    for p in table.parameters:
-        part, column, index = table.fields[p.field]
-        rows.add_row(p.name, f"{p.standard:.6g}", f"{p.low:.6g}", f"{p.high:.6g}", f"{part} {column}[{index}]")
-    console = Console()
-    told = f"{table.robot.name}: {len(table.values)} numbers on board, {len(table.parameters)} of them parameters (SI)"
-    console.print(Text(told, style="bold"))
-    console.print(rows)
+def _lines(parameters: FirmwareTable) -> Iterator[Any]:
+    """Lay out the parameters."""
+    rows = []
+    for p in parameters.parameters:
+        part, column, index = parameters.fields[p.field]
+        rows.append((p.name, f"{p.standard:.6g}", f"{p.low:.6g}", f"{p.high:.6g}", f"{part} {column}[{index}]"))
+    total, settable = len(parameters.values), len(parameters.parameters)
+    yield f"{parameters.robot.name}: {total} numbers on board, {settable} of them parameters (SI)", "bold"
+    yield table(["parameter", "value", "low", "high", "of"], rows, left=(0, 4))

@@ -1,21 +1,21 @@
-"""The commands `hypertuna log ...`: logs of missions and black boxes told, drawn and turned into tables and tracks."""
+"""The commands `hypertuna log ...`: logs of missions and black boxes: summary, plot, table, track."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from hypertuna.cli.old_console import check_suffix, command_line, print_json, progress_bar, tell_written, whole_number
-from hypertuna.cli.old_options import Name
+from hypertuna.cli.console import command_line, print_json, print_lines, print_written, progress_bar, summary_table
+from hypertuna.cli.emit import draw, emit
+from hypertuna.cli.options import FIGURES, AsJson, RobotName, file, text, whole_number
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.firmware.black_box import boxes_of, record_of
 from hypertuna.io.files import columns_csv, write_atomically
 from hypertuna.io.mcap import need_log
+from hypertuna.io.quantity import Quantity
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.gpx import write_gpx
 from hypertuna.mission.log import write_log
@@ -26,155 +26,144 @@ from hypertuna.mission.record import MissionRecord, record_facts
 __all__ = ["log_app"]
 
 log_app = typer.Typer(
-    no_args_is_help=True, help="Logs of missions and black boxes: tell, draw, tables, tracks; needs the extra log."
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    help="Logs of missions and black boxes: summary, plot, table, track; needs the extra log.",
 )
 
-File = Annotated[str, typer.Argument(metavar="FILE.mcap", help="A log that hypertuna wrote.")]
-Output = Annotated[str, typer.Option("-o", "--output", help="File to write.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+LogFile = Annotated[str, typer.Argument(metavar="FILE.mcap", help="A log that hypertuna wrote.")]
+
+
+def _output(*suffixes: str) -> Any:
+    """Declare the option --output."""
+    return file("-o", "--output", help=f"Write this {' or '.join(suffixes)} file.", suffixes=suffixes)
 
 
 @log_app.command("info")
-def info_command(file: File, as_json: AsJson = False) -> None:
-    """Tell what a log has: mission, times, topics, way, energy, and whether it is whole.
+def info_command(log: LogFile, as_json: AsJson = False) -> None:
+    """Summarize a log: mission, times, topics, distance, energy, and whether it is complete.
 
-    The exit code is 0 for a whole log, 1 for one that is cut short or damaged (what it has is still told), 2 for bad
-    input.
+    The exit code is 0 for a complete log, 1 for one that is cut short or damaged (the rest is still summarized), 2 for
+    bad input.
     """
-    log = read_log(file)
-    print_json(_record(log)) if as_json else _print(log)
-    if not log.complete:
-        raise typer.Exit(1)
+    content = read_log(log)
+    emit(content, record=_record, lines=_lines, as_json=as_json, failed=not content.complete)
 
 
 @log_app.command("plot")
-def plot_command(file: File, output: Output, as_json: AsJson = False) -> None:
-    """Draw the track on a plan, depth and energy to a .svg, .png or .pdf file."""
-    check_suffix(output, (".svg", ".png", ".pdf"), "--output")
-    log = read_log(file)
-    from hypertuna.figures import save
-    from hypertuna.mission.plots import plot_mission
-
-    save(plot_mission(log.record), output)
-    _finish(log, output, as_json)
+def plot_command(log: LogFile, output: Annotated[str, _output(*FIGURES)], as_json: AsJson = False) -> None:
+    """Plot the track on a plan, depth and energy."""
+    content = read_log(log)
+    draw("hypertuna.mission.plots:plot_mission", output, content.record)
+    _finish(content, output, as_json)
 
 
 @log_app.command("to-csv")
-def csv_command(file: File, output: Output, as_json: AsJson = False) -> None:
-    """Write every number of a log to a .csv file, one row per time."""
-    check_suffix(output, (".csv",), "--output")
-    log = read_log(file)
-    write_atomically(output, _csv(log.record, complete=log.complete).encode())
-    _finish(log, output, as_json)
+def csv_command(log: LogFile, output: Annotated[str, _output(".csv")], as_json: AsJson = False) -> None:
+    """Write every number of a log to a table, one row per time."""
+    content = read_log(log)
+    write_atomically(output, _csv(content.record, complete=content.complete).encode())
+    _finish(content, output, as_json)
 
 
 @log_app.command("to-gpx")
-def gpx_command(file: File, output: Output, as_json: AsJson = False) -> None:
-    """Write the track of a log to a .gpx file, for maps."""
-    check_suffix(output, (".gpx",), "--output")
-    log = read_log(file)
+def gpx_command(log: LogFile, output: Annotated[str, _output(".gpx")], as_json: AsJson = False) -> None:
+    """Write the track of a log for maps."""
+    content = read_log(log)
     try:
-        write_gpx(log.record, output)
+        write_gpx(content.record, output)
     except InputError as error:
         if error.key != "origin":
             raise
-        raise InputError(error.rule, file=file, key=error.key, fix=error.fix) from None
-    _finish(log, output, as_json)
+        raise InputError(error.rule, file=log, key=error.key, fix=error.fix) from None
+    _finish(content, output, as_json)
 
 
 @log_app.command("black-box")
 def black_box_command(
-    file: Annotated[str, typer.Argument(metavar="FILE.bin", help="Black box, from the robot's card.")],
-    output: Output,
-    robot: Name = "hypertuna",
+    box: Annotated[str, typer.Argument(metavar="FILE.bin", help="Black box, from the robot's card.")],
+    output: Annotated[str, _output(".mcap")],
+    robot: RobotName = "hypertuna",
     mission: Annotated[
-        str | None, typer.Option("--mission", help="Mission that it swam, or its file: its way and origin.")
+        str | None, text("--mission", "Mission that it swam, or its file: its waypoints and origin.")
     ] = None,
     boot: Annotated[
-        str | None, typer.Option("--boot", help="Which boot of several, from 1. (default: the last)")
+        int | None, whole_number("--boot", "Number of the boot, counted from 1. (default: the last)")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write what the firmware took down of every tick to a .mcap log, for the other commands and Foxglove.
+    """Convert what the firmware recorded in every tick to a .mcap log, for the other commands and Foxglove.
 
-    What is damaged is skipped and counted; a file that was cut short is read up to its last whole record. A box tells
-    what the robot read, believed and did, not where it was.
+    Damaged records are skipped and counted; a file that was cut short is read up to its last whole record. A black box
+    holds what the robot read, estimated and did, not where it was.
     """
     need_log()
-    check_suffix(output, (".mcap",), "--output")
     fish = load(robot)
-    way = None if mission is None else read_mission(mission)
+    route = None if mission is None else read_mission(mission)
     with progress_bar("bytes") as progress:
-        boots = boxes_of(file, progress)
-    which = len(boots) if boot is None else whole_number(boot, "--boot")
-    if not 1 <= which <= len(boots):
-        raise InputError(f"must be from 1 to {len(boots)}", key="--boot", value=str(which), fix="leave it out")
-    box = boots[which - 1]
-    facts = {"black_box": file, "boot": f"{which} of {len(boots)}", "command": command_line()}
-    record = record_of(box, fish, way, facts)
+        boots = boxes_of(box, progress)
+    number = len(boots) if boot is None else boot
+    if not 1 <= number <= len(boots):
+        raise InputError(f"must be from 1 to {len(boots)}", key="--boot", value=str(number), fix="leave it out")
+    content = boots[number - 1]
+    facts = {"black_box": box, "boot": f"{number} of {len(boots)}", "command": command_line()}
+    record = record_of(content, fish, route, facts)
     with progress_bar("ticks") as progress:
         write_log(record, output, progress)
-    told = {"ticks": len(box.ticks), "missing": box.missing, "damaged": box.damaged, "skipped_bytes": box.skipped}
-    told |= {"cut_bytes": box.cut, "boots": len(boots)}
     if as_json:
-        print_json({"written": output, **told, **record.facts})
+        counts = {"ticks": len(content.ticks), "missing": content.missing, "damaged": content.damaged}
+        counts |= {"skipped_bytes": content.skipped, "cut_bytes": content.cut, "boots": len(boots)}
+        print_json({"written": output, **counts, **record.facts})
         return
-    console = Console()
-    console.print(Text(box.sentence, style="yellow" if box.gaps else "green"))
-    console.print(Text(f"parameters: {record.facts['parameters']}", style="dim"))
-    if len(boots) > 1:
-        console.print(Text(f"boot: {facts['boot']}", style="dim"))
-    tell_written(output)
+    lines = [(content.sentence, "yellow" if content.gaps else "green")]
+    lines += [(f"parameters: {record.facts['parameters']}", "dim")]
+    lines += [(f"boot: {facts['boot']}", "dim")] if len(boots) > 1 else []
+    print_lines(lines)
+    print_written(output)
 
 
 def _record(log: Log) -> dict[str, Any]:
-    """Tell a log, for programs."""
-    whole = {"complete": log.complete, "status_text": log.sentence}
-    file = {"chunks": log.chunks, "size_bytes": log.size, "messages": log.messages}
-    return record_facts(log.record) | whole | file
+    """Return the JSON record."""
+    state = {"complete": log.complete, "status_text": log.sentence}
+    return record_facts(log.record) | state | {"chunks": log.chunks, "size_bytes": log.size, "messages": log.messages}
 
 
-def _print(log: Log) -> None:
-    """Print a log as a small table."""
-    told, console = record_facts(log.record), Console()
-    table = Table(box=None, pad_edge=False, show_header=False)
-    table.add_column(style="dim")
-    table.add_column(justify="right", style="bold")
-    table.add_column()
-    table.add_row("time", f"{told['end_s'] - told['begin_s']:.4g}", "s")
-    table.add_row("times", f"{told['times']}", "")
-    table.add_row("way over ground", f"{told['distance_m']:.4g}", "m")
-    table.add_row("mean speed over ground", f"{told['mean_speed_m_s']:.3g}", "m/s")
-    table.add_row("greatest depth", f"{told['depth_max_m']:.3g}", "m")
-    if "energy_wh" in told:
-        table.add_row("energy", f"{told['energy_wh']:.3g}", "Wh")
-    if "charge_left" in told:
-        table.add_row("charge left", f"{100 * told['charge_left']:.0f}", "%")
-    if "position_off_max_m" in told:
-        table.add_row("farthest from where it believed to be", f"{told['position_off_max_m']:.3g}", "m")
-    if "mode_at_end" in told:
-        table.add_row("at the end", f"{told['mode_at_end']}", "")
-    console.print(Text(f"{log.record.name}, {log.record.robot}", style="bold"))
-    console.print(table)
-    topics = ", ".join(f"{topic} {count}" for topic, count in log.messages.items())
-    console.print(Text(f"messages: {topics}", style="dim"))
+def _lines(log: Log) -> Iterator[Any]:
+    """Lay out a log as a small table."""
+    facts = record_facts(log.record)
+    shown = {
+        "distance_m": ("m", "distance over ground"),
+        "mean_speed_m_s": ("m/s", "mean speed over ground"),
+        "depth_max_m": ("m", "max depth"),
+        "energy_wh": ("Wh", "energy"),
+        "charge_left": ("", "part of the charge left"),
+        "position_off_max_m": ("m", "max error of the estimated position"),
+        "mode_at_end": ("", "mode at the end"),
+    }
+    summary = {"time": Quantity(facts["end_s"] - facts["begin_s"], "s", "time")}
+    summary |= {"times": Quantity(f"{facts['times']}", "", "times")}
+    summary |= {key: Quantity(facts[key], *rest) for key, rest in shown.items() if key in facts}
+    yield f"{log.record.name}, {log.record.robot}", "bold"
+    yield summary_table(summary)
+    yield f"messages: {', '.join(f'{topic} {count}' for topic, count in log.messages.items())}", "dim"
     for key, value in log.record.facts.items():
-        console.print(Text(f"{key}: {value}", style="dim"))
-    console.print(Text(log.sentence, style="green" if log.complete else "yellow"))
+        yield f"{key}: {value}", "dim"
+    yield log.sentence, "green" if log.complete else "yellow"
 
 
 def _finish(log: Log, output: str, as_json: bool) -> None:
-    """Name the file that was written; say what was missing of the log."""
+    """Name the file that was written; say what is missing of the log."""
     if as_json:
         print_json({"written": output, "complete": log.complete, "status_text": log.sentence})
         return
     if not log.complete:
-        Console(stderr=True).print(Text(log.sentence))
-    tell_written(output)
+        typer.echo(log.sentence, err=True)
+    print_written(output)
 
 
 def _csv(record: MissionRecord, *, complete: bool) -> str:
-    """Write a record as comma-separated values, below comments that say what made it."""
+    """Write a record as comma-separated values."""
     columns = {"time_s": record.time}
     columns |= {f"{axis}_m": record.position[:, k] for k, axis in enumerate(("x", "y", "z"))}
     columns["depth_m"] = record.depth

@@ -113,7 +113,7 @@ def optimize_command(
         plot=plot,
         figure="hypertuna.optimization.plots:plot_convergence",
         drawn=([result],),
-        written=output,
+        written=(output,),
         as_json=as_json,
         failed=result.gait is None,
     )

@@ -230,7 +230,7 @@ def _pressures(text: str, key: str) -> list[float]:
             raise InputError(f"must be at most {MAX_PRESSURE:g}", key=place, value=f"{largest:g}", fix="give it in kPa")
         found += part_values
     if len(found) > MAX_PRESSURES:
-        rule, fix = f"must be at most {MAX_PRESSURES} pressures", "give fewer; 100 make a smooth curve"
+        rule, fix = f"must be at most {MAX_PRESSURES} pressures", "ask for fewer; 100 make a smooth curve"
         raise InputError(rule, key=key, value=f"{len(found)}", fix=fix)
     return found
 

@@ -90,7 +90,7 @@ def pump_command(
             frequency=frequencies,
             amplitude=amplitudes,
             bore=bores,
-            temperature=[kelvin(value) for value in temperature or [None]],
+            temperature=[None] if temperature is None else [kelvin(value) for value in temperature],
             progress=progress,
         )
     emit(

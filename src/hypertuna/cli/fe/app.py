@@ -2,42 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from hypertuna.actuation.bending import Bend, bend
+from hypertuna.actuation.bending import bend
 from hypertuna.characterization.data import joint_index
+from hypertuna.cli.console import command_line, counted, json_text, progress_bar, run_folder, table
+from hypertuna.cli.emit import draw, emit
 from hypertuna.cli.fe.compare import compare_command
-from hypertuna.cli.fe.options import (
-    LAW,
-    MESH,
-    MIXED,
-    POISSON,
-    Law,
-    Material,
-    Mesh,
-    Mixed,
-    Poisson,
-    elements,
-    rising_pressures,
-)
+from hypertuna.cli.fe.options import Law, Material, Mesh, Mixed, Poisson, rising
 from hypertuna.cli.fe.reduce import reduce_command
-from hypertuna.cli.old_console import (
-    check_suffix,
-    command_line,
-    plain,
-    print_json,
-    progress_bar,
-    run_folder,
-    tell_written,
-)
-from hypertuna.cli.old_options import AsJson, Joint, Name, Pressure, Side
+from hypertuna.cli.options import AsJson, Joint, Plot, Pressures, RobotName, Side, file
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.fe.bend import JOURNAL, FeBend, fe_bend
@@ -45,14 +24,20 @@ from hypertuna.fe.extra import need_fe, need_screenless
 from hypertuna.fe.fields import write_vtu
 from hypertuna.fe.geometry import JointBody, joint_body, write_geometry
 from hypertuna.fe.measure import Measured
-from hypertuna.fe.model import FeModel
+from hypertuna.fe.model import FeModel, FeOptions
 from hypertuna.fe.record import SUMMARY, bend_csv, bend_record, oil_taken
 from hypertuna.io.files import write_atomically, write_netcdf
 
 __all__ = ["fe_app"]
 
-fe_app = typer.Typer(no_args_is_help=True, help="The soft joints by finite elements; needs the extra fe.")
+fe_app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    help="The soft joints by finite elements; needs the extra fe.",
+)
 
+PRESSURES: Any = "0:250:6"  # kPa, as typed
 MM = 1e3  # per m
 SMOOTH = 50  # pressures of the analytic curve
 COLUMNS = {  # of the table: head and format
@@ -61,55 +46,52 @@ COLUMNS = {  # of the table: head and format
     "tip_x_mm": ("tip x\n[mm]", "z.2f"),
     "tip_y_mm": ("tip y\n[mm]", "z.2f"),
     "oil_taken_ml": ("oil\n[ml]", "z.3f"),
-    "axial_stretch_min": ("axial\nleast", ".3f"),
-    "hoop_stretch_max": ("hoop\nmost", ".3f"),
-    "fiber_stretch_max": ("fiber\nmost", ".3f"),
+    "axial_stretch_min": ("axial\nmin", ".3f"),
+    "hoop_stretch_max": ("hoop\nmax", ".3f"),
+    "fiber_stretch_max": ("fiber\nmax", ".3f"),
     "strain_99": ("strain\n99 %", "z.3f"),
-    "strain_max": ("\nmost", "z.3f"),
+    "strain_max": ("\nmax", "z.3f"),
     "stress_99_kpa": ("stress\n[kPa]", "z.1f"),
-    "stress_max_kpa": ("\nmost", "z.1f"),
+    "stress_max_kpa": ("\nmax", "z.1f"),
 }
 LEGEND = (
-    "Bend, and oil since rest, of the side with the pressure; stretches of the channels' walls and of the braids; "
-    "logarithmic strain and von Mises stress of the matrix: what 99 % of it stay below, and the most, which sits where "
+    "Bend, and oil since rest, of the side under pressure; stretches of the channels' walls and of the braids; "
+    "logarithmic strain and von Mises stress of the matrix: the 99th percentile, and the maximum, which sits where "
     "hoses end and grows as meshes get finer."
 )
 
 
 @fe_app.command("geometry")
 def geometry_command(
-    robot: Name,
+    robot: RobotName,
     joint: Joint,
     output: Annotated[
-        str | None, typer.Option("-o", "--output", help="Write the body to this .step, .stp or .stl file, in mm.")
+        str | None,
+        file(
+            "-o",
+            "--output",
+            help="Write the body to this .step, .stp or .stl file, in mm.",
+            suffixes=(".step", ".stp", ".stl"),
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Draw the soft body of a joint from its description: sections, channels, plates."""
-    check_suffix(output, (".step", ".stp", ".stl"), "--output")
+    """Build the soft body of a joint from its description: sections, channels, plates."""
     fish = load(robot)
     body = joint_body(fish, joint_index(joint, fish))
     if output is not None:
         write_geometry(body, output)
-    if as_json:
-        print_json(_geometry_record(fish, body) | {"file": output})
-        return
-    console = Console()
-    console.print(Text(f"{fish.name}: soft body of joint {body.name}", style="bold"))
-    console.print(_geometry_table(body))
-    pairs = len(body.channels) // 2
-    what = f"{pairs} pair{'s' * (pairs > 1)} of channels"
-    lines = [
-        f"{what} of {2 * MM * body.radius:.4g} mm, {MM * abs(body.channels[0].y):.4g} mm from the neutral layer",
-        f"matrix {MM**2 * body.volume * MM:.4g} mm^3, plates {MM * body.plate:.3g} mm thick",
-        *([f"strip {MM * body.strip:.3g} mm wide in the neutral layer"] if body.strip else []),
-    ]
-    console.print(Text("\n".join(lines)))
-    tell_written(output)
+    emit(
+        body,
+        record=lambda body: _geometry_record(fish, body) | {"file": output},
+        lines=lambda body: _geometry_lines(fish, body),
+        written=(output,),
+        as_json=as_json,
+    )
 
 
 def _geometry_record(robot: Robot, body: JointBody) -> dict[str, Any]:
-    """Tell a body, for programs."""
+    """Return the JSON record of a body."""
     return provenance(robot, water=False) | {
         "command": command_line(),
         "joint": body.name,
@@ -124,143 +106,131 @@ def _geometry_record(robot: Robot, body: JointBody) -> dict[str, Any]:
     }
 
 
-def _geometry_table(body: JointBody) -> Table:
-    """Tabulate the sections."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for head in ("x\n[mm]", "half height\n[mm]", "half width\n[mm]"):
-        table.add_column(Text(head, justify="right"), justify="right")
-    for row in zip(body.stations, body.semi_major, body.semi_minor, strict=True):
-        table.add_row(*(f"{MM * value:.2f}" for value in row))
-    return table
+def _geometry_lines(robot: Robot, body: JointBody) -> Iterator[Any]:
+    """Lay out the sections of a body."""
+    sections = zip(body.stations, body.semi_major, body.semi_minor, strict=True)
+    rows = ([f"{MM * value:.2f}" for value in section] for section in sections)
+    channels = f"{counted(len(body.channels) // 2, 'pair')} of channels of {2 * MM * body.radius:.4g} mm"
+    yield f"{robot.name}: soft body of joint {body.name}", "bold"
+    yield table(["x\n[mm]", "half height\n[mm]", "half width\n[mm]"], rows, left=())
+    yield f"{channels}, {MM * abs(body.channels[0].y):.4g} mm from the neutral layer"
+    yield f"matrix {MM**2 * body.volume * MM:.4g} mm^3, plates {MM * body.plate:.3g} mm thick"
+    if body.strip:
+        yield f"strip {MM * body.strip:.3g} mm wide in the neutral layer"
 
 
 @fe_app.command("bend")
 def bend_command(
-    robot: Name,
+    robot: RobotName,
     joint: Joint,
-    pressure: Pressure = "0:250:6",
+    pressure: Pressures = PRESSURES,
     side: Side = "left",
     material: Material = None,
-    law: Law = LAW,
-    poisson: Poisson = POISSON,
-    mixed: Mixed = MIXED,
-    mesh: Mesh = MESH,
-    plot: Annotated[
-        str | None, typer.Option("--plot", help="Draw bend and oil over pressure to this .svg, .png or .pdf file.")
-    ] = None,
+    law: Law = FeOptions.law,
+    poisson: Poisson = FeOptions.poisson,
+    mixed: Mixed = FeOptions.mixed,
+    mesh: Mesh = FeOptions.mesh,
+    plot: Plot = None,
     output: Annotated[
         str | None,
         typer.Option(
             "-o",
             "--output",
             help="Folder of the run: journal, fields (VTU) and pictures (PNG) of every pressure, bend.json, .csv and "
-            ".nc. The same command goes on after the last pressure that is there.",
+            ".nc. The same command resumes after the last pressure that is there.",
         ),
     ] = None,
-    no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Draw no PNG into the folder.")] = False,
+    no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Write no PNG pictures.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Bend a soft joint by finite elements: bend, oil, stretches, strain and stress at every pressure.
 
-    The exit code is 0 if all pressures were reached, 1 if one was not (those before it are told and kept), 2 for bad
-    input.
+    The exit code is 0 if all pressures were reached, 1 if one was not (those before it are printed and kept), 2 for
+    bad input.
     """
-    check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     fish = load(robot)
-    index, rising = joint_index(joint, fish), rising_pressures(pressure)
-    options = elements(material, law, poisson, mesh, mixed=mixed)
-    joint_body(fish, index)  # what the description lacks is told before what the machine lacks
+    index, path = joint_index(joint, fish), rising(pressure)
+    joint_body(fish, index)  # checks the description before the machine
     need_fe()
     if output is not None and not no_pictures:
         need_screenless()
+    options = FeOptions(material, law, poisson, mesh, mixed)
     with run_folder(output, JOURNAL) as folder, progress_bar("pressures", patience=0, lines=True) as report:
-        report(0, len(rising))
+        report(0, len(path))
 
         def keep(model: FeModel, k: int, _: Measured) -> None:
             if folder is not None:
                 write_vtu(model, folder, k)
 
-        found = fe_bend(fish, index, rising, side=side, options=options, folder=folder, progress=report, each=keep)
-    record = bend_record(found) | {"command": command_line()}
-    if output is not None:
-        _write(found, record, Path(output), pictures=not no_pictures)
-    drawn = plot if len(found.pressure) else None
-    if drawn is not None:
-        _plot(found, drawn)
-    if as_json:
-        print_json(record)
-    else:
-        _print(found, record)
-        tell_written(drawn, output)
-    if found.status != "converged":
-        raise typer.Exit(1)
+        bent = fe_bend(fish, index, path, side=side, options=options, folder=folder, progress=report, each=keep)
+    if folder is not None:
+        _write(bent, folder, pictures=not no_pictures)
+    if plot is not None and len(bent.pressure):
+        _plot(bent, plot)
+    emit(
+        bent,
+        record=_record,
+        lines=_lines,
+        written=(plot if len(bent.pressure) else None, output),
+        as_json=as_json,
+        failed=bent.status != "converged",
+    )
 
 
-def _write(found: FeBend, record: dict[str, Any], folder: Path, *, pictures: bool) -> None:
+def _record(bent: FeBend) -> dict[str, Any]:
+    """Return the JSON record."""
+    return bend_record(bent) | {"command": command_line()}
+
+
+def _write(bent: FeBend, folder: Path, *, pictures: bool) -> None:
     """Write the numbers of a run into its folder, and its pictures."""
-    import json
-
-    text = json.dumps(plain(record), indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(folder / SUMMARY, f"{text}\n".encode())
-    write_atomically(folder / "bend.csv", bend_csv(found, record["command"]).encode())
-    write_netcdf(found.dataset().assign_attrs(command=record["command"]), folder / "bend.nc")
-    if not pictures or not len(found.pressure):
+    write_atomically(folder / SUMMARY, f"{json_text(_record(bent))}\n".encode())
+    write_atomically(folder / "bend.csv", bend_csv(bent, command_line()).encode())
+    write_netcdf(bent.dataset().assign_attrs(command=command_line()), folder / "bend.nc")
+    if not pictures or not len(bent.pressure):
         return
     from hypertuna.fe.pictures import QUANTITIES, draw_step, read_film, write_filmstrip, write_png
 
-    film = read_film(folder)
-    total = len(found.pressure) * len(QUANTITIES)
+    film, steps = read_film(folder), range(len(bent.pressure))
     with progress_bar("pictures") as report:
-        for done, (k, quantity) in enumerate((k, q) for k in range(len(found.pressure)) for q in QUANTITIES):
+        for count, (k, quantity) in enumerate((k, quantity) for k in steps for quantity in QUANTITIES):
             write_png(draw_step(film, k, quantity), folder / f"{quantity}-{k:03d}.png")
-            report(done + 1, total)
-        if found.pressure[-1] > 0:
+            report(count + 1, len(steps) * len(QUANTITIES))
+        if bent.pressure[-1] > 0:
             write_filmstrip(folder, folder / "filmstrip.png")
 
 
-def _analytic(found: FeBend) -> Bend:
-    """Bend the same joint by the analytic model as described: with friction, on the way up, as `fe compare` does."""
-    path = np.linspace(0, max(float(found.pressure[-1]), 1.0), SMOOTH)
-    return bend(found.robot, found.joint, path, side=found.side, material=found.material)
-
-
-def _plot(found: FeBend, plot: str) -> None:
-    """Draw a bend beside the analytic model's; what draws is imported only now, because that takes long."""
-    from hypertuna.fe.plots import plot_fe_bend
-    from hypertuna.figures import save
-
-    other = _analytic(found)
-    group = next(group for group in found.robot.joints if group.name == found.joint)
-    most, farthest = group.pressure_max, group.bend_max
-    figure = plot_fe_bend(
-        found.pressure,
-        found.angle,
-        oil_taken(found),
-        title=f"{found.robot.name}, joint {found.joint}, {found.side} side, material set {found.material}",
+def _plot(bent: FeBend, plot: str) -> None:
+    """Plot a bend beside that of the analytic model as described: with friction, loading."""
+    path = np.linspace(0, max(float(bent.pressure[-1]), 1.0), SMOOTH)
+    other = bend(bent.robot, bent.joint, path, side=bent.side, material=bent.material)
+    group = next(group for group in bent.robot.joints if group.name == bent.joint)
+    known = group.pressure_max is not None and group.bend_max is not None
+    draw(
+        "hypertuna.fe.plots:plot_fe_bend",
+        plot,
+        bent.pressure,
+        bent.angle,
+        oil_taken(bent),
+        title=f"{bent.robot.name}, joint {bent.joint}, {bent.side} side, material set {bent.material}",
         analytic=(other.pressure, other.angle, other.volume),
-        published=None if most is None or farthest is None else (most, farthest),
+        published=(group.pressure_max, group.bend_max) if known else None,
     )
-    save(figure, plot)
 
 
-def _print(found: FeBend, record: dict[str, Any]) -> None:
-    """Print a bend as a table, a row for each pressure."""
-    console, options = Console(), found.options
-    head = f"{found.robot.name}: joint {found.joint}, {found.side} side, material set {found.material}, {options.law}"
-    console.print(Text(head, style="bold"))
-    size = f"{record['mesh']} mesh, {found.elements} elements, {found.unknowns} unknowns, {record['seconds']:.0f} s"
-    console.print(Text(f"{size}, Poisson's ratio {options.poisson:g}{', mixed' if options.mixed else ''}", style="dim"))
-    table = Table(box=None, pad_edge=False, collapse_padding=True, header_style="bold")
-    for title, _ in COLUMNS.values():
-        table.add_column(Text(title, justify="right"), justify="right")
-    for step in record["steps"]:
-        table.add_row(*(f"{step[key]:{form}}" for key, (_, form) in COLUMNS.items()))
-    console.print(table)
-    console.print(Text(LEGEND, style="dim"))
-    squared = found.r_squared()
-    if np.isfinite(squared):
-        console.print(Text(f"line over 100 to 250 kPa: R^2 = {squared:.4f}"))
-    console.print(Text(found.status_text, style="green" if found.status == "converged" else "bold red"))
+def _lines(bent: FeBend) -> Iterator[Any]:
+    """Lay out a bend, a row for each pressure."""
+    options, record = bent.options, _record(bent)
+    joint = f"{bent.robot.name}: joint {bent.joint}, {bent.side} side"
+    size = f"{record['mesh']} mesh, {bent.elements} elements, {bent.unknowns} unknowns, {record['seconds']:.0f} s"
+    rows = ([f"{step[key]:{form}}" for key, (_, form) in COLUMNS.items()] for step in record["steps"])
+    yield f"{joint}, material set {bent.material}, {options.law}", "bold"
+    yield f"{size}, Poisson's ratio {options.poisson:g}{', mixed' if options.mixed else ''}", "dim"
+    yield table([head for head, _ in COLUMNS.values()], rows, left=(), collapse_padding=True)
+    yield LEGEND, "dim"
+    if np.isfinite(squared := bent.r_squared()):
+        yield f"line over 100 to 250 kPa: R^2 = {squared:.4f}"
+    yield bent.status_text, "green" if bent.status == "converged" else "bold red"
 
 
 fe_app.command("compare")(compare_command)
