@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import pkgutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 import typer
 
 from hypertuna.cli.console import command_line, print_json, print_lines, print_written
+from hypertuna.errors import InputError
 
-__all__ = ["draw", "emit", "made_by"]
+__all__ = ["draw", "emit", "made_by", "refused"]
 
 R = TypeVar("R")
 
@@ -64,6 +66,18 @@ def draw(figure: str, path: str, *arguments: Any, **options: Any) -> None:
     from hypertuna.figures import save
 
     save(function(*arguments, **options), path)
+
+
+@contextlib.contextmanager
+def refused(as_json: bool) -> Iterator[None]:
+    """Print bad input as a JSON object too, with the parts of its sentence."""
+    try:
+        yield
+    except InputError as error:
+        if as_json:
+            parts = {key: getattr(error, key) for key in ("file", "key", "rule", "value", "fix")}
+            print_json({"valid": False, "error": str(error)} | parts)
+        raise
 
 
 def made_by(robot: Any, **facts: Any) -> dict[str, Any]:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from hypertuna.cli.old_console import print_json, progress_bar
+from hypertuna.cli.console import progress_bar, table
+from hypertuna.cli.emit import emit
+from hypertuna.cli.options import AsJson
 from hypertuna.paper.ledger import MARKS, Entry
 from hypertuna.paper.reproduce import Ledger, ledger_record, reproduce
+
+if TYPE_CHECKING:
+    from rich.text import Text
 
 __all__ = ["reproduce_command"]
 
@@ -29,70 +31,58 @@ def reproduce_command(
         bool,
         typer.Option(
             "--full",
-            help="Also under the areas as Table II prints them, fits from more starts, the twin with other oil lines, "
-            "finite elements anew.",
+            help="Add the areas as Table II prints them, fits from more starts, the twin with other oil lines, and "
+            "recompute the finite elements.",
         ),
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compute the paper's numbers beside the published ones."""
     with progress_bar("computing") as progress:
         ledger = reproduce(full=full, progress=progress)
-    page = None if output is None else _write(ledger, output)
-    if as_json:
-        print_json(ledger_record(ledger))
-        return
-    _print(ledger)
-    if page is not None:
-        Console().print(Text(f"The page: {page}", style="bold"))
+    page = None
+    if output is not None:
+        from hypertuna.paper.page import write_ledger
+
+        page = write_ledger(ledger, output)
+    emit(
+        ledger,
+        record=ledger_record,
+        lines=lambda ledger: [*_lines(ledger), *([(f"The page: {page}", "bold")] if page else [])],
+        as_json=as_json,
+    )
 
 
-def _write(ledger: Ledger, output: str) -> Path:
-    """Write the page; what draws it is imported only now."""
-    from hypertuna.paper.page import write_ledger
+def _lines(ledger: Ledger) -> Iterator[Any]:
+    """Lay out a row for each number and a column for each model; then what no model computes, and the sums."""
+    from rich.text import Text
 
-    return write_ledger(ledger, output)
-
-
-def _print(ledger: Ledger) -> None:
-    """Print the ledger: a row for each number, a column for each model; then what no model computes, and the sums."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("number", no_wrap=True)
-    table.add_column("published", justify="right", no_wrap=True)
     models = list(ledger.summary["speeds"])
-    for model in models:
-        table.add_column(model, no_wrap=len(models) < 4)
-    rows: dict[str, dict[str, Entry]] = {}
+    by_id: dict[str, dict[str, Entry]] = {}
     for entry in ledger.entries:
-        rows.setdefault(entry.id, {})[entry.model] = entry
-    for key, row in rows.items():
-        any_entry = next(iter(row.values()))
+        by_id.setdefault(entry.id, {})[entry.model] = entry
+    rows = []
+    for key, row in by_id.items():
         cells = [_answer(row[model]) if model in row else Text() for model in models]
         if any(cells):
-            table.add_row(key, any_entry.told, *cells)
-    console = Console()
-    console.print(table)
-    console.print()
+            rows.append((key, next(iter(row.values())).told, *cells))
+    yield table(["number", "published", *models], rows, left=(0, *range(2, 2 + len(models))))
+    yield ""
     for entry in ledger.entries:
         if entry.model not in models:
-            told = f" {entry.id}, {entry.told}; {entry.model}: "
-            console.print(Text.assemble(_answer(entry), told, (f"{entry.note}.", "dim")))
-    console.print()
+            text = f" {entry.id}, {entry.told}; {entry.model}: "
+            yield Text.assemble(_answer(entry), text, (f"{entry.note}.", "dim"))
+    yield ""
     for model, errors in ledger.summary["speeds"].items():
-        console.print(
-            f"Eight speeds, {model}: rms error {100 * errors['rms_relative_error']:.1f} %, "
-            f"largest {100 * errors['largest_relative_error']:.1f} %.",
-            highlight=False,
-        )
-    console.print(
-        Text(", ").join(
-            Text(f"{MARKS[verdict]} {count} {verdict}", style=STYLES[verdict])
-            for verdict, count in ledger.summary["verdicts"].items()
-        )
-    )
+        rms, largest = (100 * errors[f"{key}_relative_error"] for key in ("rms", "largest"))
+        yield f"Eight speeds, {model}: rms error {rms:.1f} %, largest {largest:.1f} %."
+    verdicts = ledger.summary["verdicts"].items()
+    yield Text(", ").join(Text(f"{MARKS[verdict]} {count} {verdict}", STYLES[verdict]) for verdict, count in verdicts)
 
 
 def _answer(entry: Entry) -> Text:
     """Write what was computed, with its error and the mark of its verdict."""
+    from rich.text import Text
+
     error = f" ({entry.error})" if entry.error else ""
     return Text(f"{MARKS[entry.verdict]} {entry.answer}{error}".rstrip(), style=STYLES[entry.verdict])

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
 
-from hypertuna.cli.old_console import check_suffix, print_json, tell_written
+from hypertuna.cli.console import counted, print_written
+from hypertuna.cli.emit import emit, refused
+from hypertuna.cli.options import AsJson, RobotName, file, text
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
-from hypertuna.errors import InputError
 from hypertuna.io.files import version, write_atomically
 from hypertuna.trials.comparison import repeatability
 from hypertuna.trials.importers import import_folder, manifest_text
@@ -23,7 +23,12 @@ from hypertuna.trials.trials import Trials, read_trials
 
 __all__ = ["trials_app"]
 
-trials_app = typer.Typer(no_args_is_help=True, help="What a tank measured: check trials, import published ones.")
+trials_app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    help="Tank trials: check them, import published ones.",
+)
 
 AXES = {"x_cm": 100.0, "y_cm": 100.0, "yaw_deg": 180 / np.pi}  # of repeatability, per SI unit
 
@@ -34,41 +39,33 @@ def check(
         list[str],
         typer.Argument(help="CSV files of steady runs, TOML manifests of tracked runs, folders of published ones."),
     ],
-    robot: Annotated[
-        str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
-    ],
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    robot: RobotName,
+    as_json: AsJson = False,
 ) -> None:
-    """Read trials, and tell what is in them: runs, spans, how well tracked runs repeat."""
-    try:
+    """Read trials, and summarize them: runs, ranges, repeatability of tracked runs."""
+    with refused(as_json):
         fish = load(robot)
         trials = read_trials(files, fish)
-    except InputError as error:
-        if as_json:
-            told = {key: getattr(error, key) for key in ("file", "key", "rule", "value", "fix")}
-            print_json({"valid": False, "error": str(error)} | told)
-        raise
-    if as_json:
-        print_json({"valid": True} | provenance(fish) | _summary(trials, fish))
-    else:
-        _print(_summary(trials, fish))
+    summary = _summary(trials, fish)
+    emit(summary, record=lambda facts: {"valid": True} | provenance(fish) | facts, lines=_lines, as_json=as_json)
 
 
 @trials_app.command("import")
 def import_command(
     folder: Annotated[str, typer.Argument(help="Folder of published files; they stay where they are.")],
-    output: Annotated[str, typer.Option("-o", "--output", help="Write the manifest to this .toml file.")],
-    format: Annotated[str, typer.Option("--format", help="What the folder holds: rexeel.")] = "rexeel",
+    output: Annotated[
+        str, file("-o", "--output", help="Write the manifest to this .toml file.", suffixes=(".toml",))
+    ],
+    format: Annotated[str, text("--format", "Format of the folder: rexeel.")] = "rexeel",
 ) -> None:
     """Write a manifest for published files as they stand: columns, units, axes."""
-    check_suffix(output, (".toml",), "--output")
     document = import_folder(folder, format, relative_to=Path(output).parent)
     write_atomically(output, manifest_text(document, f"Made by `hypertuna trials import` {version()}").encode())
-    tell_written(output)
+    print_written(output)
 
 
 def _summary(trials: Trials, robot: Robot) -> dict[str, Any]:
-    """Say what trials hold, with units in the names."""
+    """Return the content of trials, names with units."""
     files = dict.fromkeys(run.file for run in trials.steady)
     return {
         "runs": len(trials.runs),
@@ -78,7 +75,7 @@ def _summary(trials: Trials, robot: Robot) -> dict[str, Any]:
 
 
 def _steady(file: str, runs: Sequence[SteadyRun], robot: Robot) -> dict[str, Any]:
-    """Say what a file of steady runs holds: the least and the largest value of each column."""
+    """Return the content of a file of steady runs: minimum and maximum of each column."""
     columns: dict[str, list[float | None]] = {"frequency_hz": [run.gait.frequency for run in runs]}
     for g, group in enumerate(robot.joints):
         for kind in ("amplitude", "phase", "bias"):
@@ -91,7 +88,7 @@ def _steady(file: str, runs: Sequence[SteadyRun], robot: Robot) -> dict[str, Any
 
 
 def _recording(recording: Recording) -> dict[str, Any]:
-    """Say what a recording holds."""
+    """Return the content of a recording."""
     time, offset, tracks = recording.joints.time, recording.time_offset, recording.tracks
     own = repeatability(tracks)
     return {
@@ -108,29 +105,22 @@ def _recording(recording: Recording) -> dict[str, Any]:
     }
 
 
-def _print(summary: dict[str, Any]) -> None:
-    """Say it on the terminal."""
-    console = Console(highlight=False, markup=False)
+def _lines(summary: dict[str, Any]) -> Iterator[str]:
+    """Lay out the content of trials."""
     for steady in summary["steady"]:
-        console.print(f"{steady['file']}: {_count(steady['runs'], 'steady run')} of {_count(steady['swims'], 'swim')}")
+        yield f"{steady['file']}: {counted(steady['runs'], 'steady run')} of {counted(steady['swims'], 'swim')}"
         for name, span in steady.items():
             if isinstance(span, list):
                 low, high = (f"{round(value, 12):.4g}" for value in span)
-                console.print(f"  {name}: {low}" + f" to {high}" * (high != low))
+                yield f"  {name}: {low}" + f" to {high}" * (high != low)
             elif span is None:
-                console.print(f"  {name}: not given")
+                yield f"  {name}: not given"
     for recording in summary["recordings"]:
-        runs, frames = recording["runs"], recording["frames"]
-        console.print(f"{recording['name']}: recording of {_count(len(runs), 'run')}, {_count(sum(frames), 'frame')}")
+        runs, frames, spread = len(recording["runs"]), sum(recording["frames"]), recording["repeatability"]
+        yield f"{recording['name']}: recording of {counted(runs, 'run')}, {counted(frames, 'frame')}"
         for what, count in (("joints", f"{recording['joint_samples']} samples"), ("poses", "tracked")):
             begin, end = recording[f"{what}_s"]
-            console.print(f"  {what}: {count} from {begin:.4g} to {end:.4g} s")
-        own = recording["repeatability"]
-        told = ", ".join(f"{axis.split('_')[0]} {own[axis]:.2f} {axis.split('_')[1]}" for axis in own)
-        console.print(f"  repeatability: {told if len(runs) > 1 else 'not known, one run'}")
-    console.print(f"{_count(summary['runs'], 'run')} in all")
-
-
-def _count(number: int, noun: str) -> str:
-    """Count things in words."""
-    return f"{number} {noun}{'s' * (number != 1)}"
+            yield f"  {what}: {count} from {begin:.4g} to {end:.4g} s"
+        axes = ", ".join(f"{axis.split('_')[0]} {spread[axis]:.2f} {axis.split('_')[1]}" for axis in spread)
+        yield f"  repeatability: {axes if runs > 1 else 'not known, one run'}"
+    yield f"{counted(summary['runs'], 'run')} in all"

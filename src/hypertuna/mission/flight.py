@@ -21,6 +21,7 @@ from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
+from hypertuna.io.quantity import Quantity
 from hypertuna.mission.file import MissionFile, drawn
 from hypertuna.mission.log import LogWriter
 from hypertuna.mission.record import COLUMNS, MissionRecord, joined
@@ -94,6 +95,20 @@ class Outcome:
     off_max: float
     home_distance: float
     reasons: dict[str, float]
+
+    def summary(self) -> dict[str, Quantity]:
+        """Return the numbers of a flight, by the names of the JSON record."""
+        return {
+            "waypoints_reached": Quantity(self.reached, "", "waypoints reached"),
+            "duration_s": Quantity(self.duration, "s", "time"),
+            "distance_m": Quantity(self.distance, "m", "distance over ground"),
+            "energy_wh": Quantity(self.energy / 3600, "Wh", "energy from the battery"),
+            "charge_left": Quantity(self.charge_left, "", "part of the charge left"),
+            "depth_max_m": Quantity(self.depth_max, "m", "max depth"),
+            "fence_margin_min_m": Quantity(self.margin_min, "m", "min distance to the fence"),
+            "position_off_max_m": Quantity(self.off_max, "m", "max error of the estimated position"),
+            "goal_distance_m": Quantity(self.home_distance, "m", "from home at the end"),
+        }
 
 
 def fly(
