@@ -73,9 +73,7 @@ def mission_command(
     ] = None,
     checkpoint: Checkpoint = None,
     plot: Plot = None,
-    gpx: Annotated[
-        str | None, file("--gpx", help="Write the track to this .gpx file.", suffixes=(".gpx",))
-    ] = None,
+    gpx: Annotated[str | None, file("--gpx", help="Write the track to this .gpx file.", suffixes=(".gpx",))] = None,
     output: Annotated[
         str | None,
         file(

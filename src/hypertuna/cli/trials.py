@@ -53,9 +53,7 @@ def check(
 @trials_app.command("import")
 def import_command(
     folder: Annotated[str, typer.Argument(help="Folder of published files; they stay where they are.")],
-    output: Annotated[
-        str, file("-o", "--output", help="Write the manifest to this .toml file.", suffixes=(".toml",))
-    ],
+    output: Annotated[str, file("-o", "--output", help="Write the manifest to this .toml file.", suffixes=(".toml",))],
     format: Annotated[str, text("--format", "Format of the folder: rexeel.")] = "rexeel",
 ) -> None:
     """Write a manifest for published files as they stand: columns, units, axes."""
