@@ -1,4 +1,4 @@
-/// Bindings of the firmware's tables: what it says of refusals and faults, in the words that it sends.
+/// Bindings of the firmware's tables: refusals, faults, sources of the command, records of the black box.
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
@@ -25,11 +25,12 @@ void bind_firmware(nb::module_& m) {
             std::vector<std::tuple<std::string, std::string, std::string, bool, bool>> rows;
             for (const firmware::FaultText& text : firmware::fault_texts)
                 rows.emplace_back(text.name, text.sentence, firmware::answer_names[int(text.answer)], text.latched,
-                                  text.forbids);
+                                  text.forbids_arming);
             return rows;
         },
-        "Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is remembered "
-        "until it is armed anew, and whether it forbids arming.");
+        "Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is "
+        "origin_restored "
+        "until it is armed anew, and whether it forbids_arming arming.");
     m.def(
         "record_fields",
         [](int joints) {
@@ -41,16 +42,21 @@ void bind_firmware(nb::module_& m) {
             return rows;
         },
         nb::arg("joints"),
-        "Words of the black box's record of a tick in their order: name, whether they are numbers in single precision, "
-        "and how many. Four names in one share its bytes.");
+        "Fields of a black box record of a tick, in order: name, whether it is a float, and count. A field with four "
+        "names has a byte for each.");
     m.attr("RECORD_MARK") = firmware::record_mark;
     m.attr("RECORD_ROBOT") = int(firmware::Kind::robot);
     m.attr("RECORD_TICK") = int(firmware::Kind::tick);
     m.attr("RECORD_LAYOUT") = firmware::record_layout;
     m.def(
-        "control_names",
-        [] { return std::vector<std::string>(std::begin(firmware::control_names), std::end(firmware::control_names)); },
-        "Who makes the command, in the order of their numbers.");
+        "control_table",
+        [] {
+            std::vector<std::pair<std::string, std::string>> rows;
+            for (const firmware::ControlText& text : firmware::control_texts)
+                rows.emplace_back(text.name, text.sentence);
+            return rows;
+        },
+        "Sources of the controller's command in the order of their numbers: name and sentence.");
 }
 
 }  // namespace hypertuna

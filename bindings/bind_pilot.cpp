@@ -39,7 +39,7 @@ static Row pilot_row(const PilotStep<double>& step, int joints) {
     row["facing"] = list(&at.facing.x, 3);
     row["depth"] = at.depth, row["sink"] = at.sink, row["x"] = at.x, row["y"] = at.y;
     row["speed"] = at.speed, row["current"] = list(at.current, 2), row["position_error"] = at.position_error;
-    row["mode"] = mode_names[int(step.mode)];
+    row["mode"] = mode_texts[int(step.mode)].name;
     std::vector<std::string> why;
     for (int r = 0; r < reasons; ++r)
         if (step.reasons.has(Reason(r))) why.push_back(reason_texts[r].name);
@@ -51,8 +51,21 @@ static Row pilot_row(const PilotStep<double>& step, int joints) {
 void bind_pilot(nb::module_& m) {
     m.attr("MOST_GAITS") = most_gaits;
     m.def(
-        "mode_names", [] { return std::vector<std::string>(mode_names, mode_names + modes); },
-        "Modes of the pilot in the order of their numbers.");
+        "mode_table",
+        [] {
+            std::vector<std::pair<std::string, std::string>> rows;
+            for (const ModeText& text : mode_texts) rows.emplace_back(text.name, text.sentence);
+            return rows;
+        },
+        "Modes of the pilot in the order of their numbers: name and sentence.");
+    m.def(
+        "mode_names",
+        [] {
+            std::vector<std::string> names;
+            for (const ModeText& text : mode_texts) names.emplace_back(text.name);
+            return names;
+        },
+        "Names of the pilot's modes in the order of their numbers.");
     m.def(
         "reason_table",
         [] {

@@ -45,14 +45,14 @@ struct FromBoard {
     std::uint8_t mode, control, armed, answer, refusal, leg, spare[2];
     std::uint32_t digest;
     // From here on boards may differ.
-    std::uint32_t controller, pilot, whole, link, stack;  // counts of the clock; bytes of stack used so far
+    std::uint32_t controller, pilot, whole, radio, stack;  // counts of the clock; bytes of stack used so far
 };
 static_assert(sizeof(FromBoard) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 5));
 
 /// A mission that arrives in parts.
 struct Plan {
-    Waypoint<float> waypoint[most_waypoints];
-    Corner<float> corner[most_corners];
+    Waypoint<float> waypoint[max_waypoints];
+    Corner<float> corner[max_corners];
     Mission<float> mission;
 };
 
@@ -77,11 +77,11 @@ inline Refusal add(Plan& plan, OrderKind kind, const float* number) {
         return Refusal::none;
     }
     if (kind == OrderKind::waypoint) {
-        if (m.waypoints == most_waypoints) return Refusal::too_many;
+        if (m.waypoints == max_waypoints) return Refusal::too_many;
         plan.waypoint[m.waypoints++] = {number[0], number[1], number[2], number[3], number[4]};
         return Refusal::none;
     }
-    if (m.corners == most_corners) return Refusal::too_many;
+    if (m.corners == max_corners) return Refusal::too_many;
     plan.corner[m.corners++] = {number[0], number[1]};
     return Refusal::none;
 }
@@ -98,7 +98,7 @@ inline Command<float> command_of(int joints, const float* number) {
 }
 
 /// Do what an order says.
-[[gnu::cold]] inline Refusal carry_out(Vehicle& vehicle, Plan& plan, const ToBoard& request) {
+[[gnu::cold]] inline Refusal execute(Vehicle& vehicle, Plan& plan, const ToBoard& request) {
     const float* number = request.number;
     const int joints = vehicle.model.pilot.controller.joints;
     switch (const OrderKind kind = OrderKind(request.order)) {
@@ -107,11 +107,11 @@ inline Command<float> command_of(int joints, const float* number) {
         case OrderKind::arm:
             return arm(vehicle, number[0] != 0.0f);
         case OrderKind::gait:
-            return ask_gait(vehicle, command_of(joints, number));
+            return set_gait(vehicle, command_of(joints, number));
         case OrderKind::manual:
-            return ask_manual(vehicle, command_of(joints, number));
+            return set_manual(vehicle, command_of(joints, number));
         case OrderKind::control:
-            return ask_control(vehicle, Control(request.which));
+            return set_control(vehicle, Control(request.which));
         case OrderKind::origin:
             return set_origin(vehicle, request.fix[0], request.fix[1], number[0], number[1]);
         case OrderKind::end:
@@ -160,7 +160,7 @@ struct Lockstep {
     Wire& wire;
     ToBoard request;
     float pulse[most_servos];
-    std::uint8_t kept[memory_size];
+    std::uint8_t memory[memory_size];
 
     bool wait() { return wire.read(&request, sizeof(request)); }
     void read(Raw& raw) {
@@ -179,9 +179,9 @@ struct Lockstep {
     void feed() {}
     std::uint32_t clock() { return wire.clock(); }
     std::uint32_t per_tick() { return wire.per_tick(); }
-    bool woken() { return false; }
-    std::uint8_t load(int at) { return kept[at]; }
-    void save(int at, std::uint8_t byte) { kept[at] = byte; }
+    bool watchdog_reset() { return false; }
+    std::uint8_t load(int at) { return memory[at]; }
+    void save(int at, std::uint8_t byte) { memory[at] = byte; }
     int log(const std::uint8_t* from, int count) { return wire.log(from, count); }
     int receive(std::uint8_t* to, int count) { return wire.receive(to, count); }
     int send(const std::uint8_t* from, int count) { return wire.send(from, count); }
@@ -192,14 +192,14 @@ struct Lockstep {
         FromBoard out{};
         out.tick = now.tick;
         for (int k = 0; k < most_servos; ++k) out.pulse[k] = pulse[k];
-        const float told[9] = {at.q.w, at.q.x, at.q.y, at.q.z, at.x, at.y, at.depth, at.speed, at.position_error};
-        for (int k = 0; k < 9; ++k) out.at[k] = told[k];
+        const float values[9] = {at.q.w, at.q.x, at.q.y, at.q.z, at.x, at.y, at.depth, at.speed, at.position_error};
+        for (int k = 0; k < 9; ++k) out.at[k] = values[k];
         out.status = now.output.status.flags, out.reasons = now.reasons.flags, out.faults = now.faults.flags;
         out.mode = std::uint8_t(now.mode), out.control = std::uint8_t(now.control), out.armed = now.armed;
         out.answer = std::uint8_t(now.answer), out.refusal = std::uint8_t(refusal), out.leg = std::uint8_t(now.leg);
         out.digest = digest(now);
         out.controller = vehicle.profile.controller, out.pilot = vehicle.profile.pilot;
-        out.whole = vehicle.profile.whole, out.link = vehicle.profile.link;
+        out.whole = vehicle.profile.whole, out.radio = vehicle.profile.radio;
         if (request.flags & ToBoard::stack) out.stack = wire.stack();
         wire.write(&out, sizeof(out));
     }
@@ -210,9 +210,9 @@ template <class Wire>
 void run(App& app, Plan& plan, Lockstep<Wire>& board, const Description& robot) {
     boot(app, robot, board);
     while (board.wait()) {
-        listen(app, board);
-        if (board.request.flags & ToBoard::ground) heard(app.vehicle);
-        const Refusal refusal = carry_out(app.vehicle, plan, board.request);
+        communicate(app, board);
+        if (board.request.flags & ToBoard::ground) on_ground_contact(app.vehicle);
+        const Refusal refusal = execute(app.vehicle, plan, board.request);
         tick(app.vehicle, board);
         board.reply(app.vehicle, refusal);
         if (board.request.flags & ToBoard::last) break;

@@ -29,7 +29,7 @@ def test_the_channel_carries_one_at_a_time_and_takes_turns() -> None:
             air.write(side, bytes(20), time)
     each = end / (2 * (model.airtime(58) + model.turn)) * 58
     assert got == pytest.approx([each, each], rel=0.02)
-    assert air.told(ROBOT)["most_waiting"] == 512
+    assert air.told(ROBOT)["max_waiting"] == 512
     assert air.told(ROBOT)["dropped"] > 0
 
 

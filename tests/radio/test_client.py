@@ -15,7 +15,7 @@ from hypertuna.errors import InputError
 from hypertuna.radio.client import Client, connect
 from hypertuna.radio.dialect import dialect
 from hypertuna.radio.parameters import read_parameter, set_parameter
-from link_bench import free_port
+from radio_bench import free_port
 
 ROBOT, CAMERA, OTHER = 7, 200, 9
 VEHICLE, STATION = (12, 0), (6, 8)  # type and autopilot: submarine, generic; ground station, none

@@ -26,7 +26,7 @@ from hypertuna.radio.client import connect
 from hypertuna.radio.dialect import mavutil
 from hypertuna.radio.parameters import read_parameters, set_parameter
 from hypertuna.swimming.gait import named_gait
-from link_bench import free_port, running
+from radio_bench import free_port, running
 
 WIRE = 115200  # bit/s: as a cable, so that a test takes seconds
 

@@ -26,7 +26,7 @@ from hypertuna.radio.calibration import calibrate, read_pairs
 from hypertuna.radio.client import address
 from hypertuna.radio.dialect import dialect
 from hypertuna.radio.drive import Stick, gamepad, keys, moved, pressed, view
-from link_bench import free_port, running
+from radio_bench import free_port, running
 from program import Run
 
 PROGRAM = [sys.executable, "-m", "hypertuna"]

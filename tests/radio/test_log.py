@@ -1,6 +1,7 @@
 """From the radio to coefficients: what a log of a tank run and of a bench test tells."""
 
 import math
+import runpy
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ pytest.importorskip("foxglove", reason="logs need the extra log")
 import hypertuna as ht
 from hypertuna.characterization.data import read_bench
 from hypertuna.errors import InputError
-from hypertuna.radio.dialect import dialect
+from hypertuna.radio.dialect import dialect, dialect_file
 from hypertuna.radio.log import LinkLogWriter, read_link_log
 from models import changed
 
@@ -112,16 +113,20 @@ def test_what_lacks_is_told(tmp_path: Path) -> None:
         ht.read_trials(tmp_path / "other.mcap", fish)
 
 
-def test_the_dialect_names_what_the_core_has() -> None:
-    """Bits and numbers of the enumerations are those of the tables on board, in their order."""
+def test_the_dialect_has_the_tables_on_board() -> None:
+    """Names and sentences of the enumerations are those of core and firmware, in their order: generate.py wrote them."""
     from hypertuna import _core
 
+    source = dialect_file()
+    generator = runpy.run_path(str(source.with_name("generate.py")))
+    assert generator["enums"]() in source.read_text(), "run `python firmware/mavlink/generate.py firmware/mavlink/hypertuna.xml enums`"
     module = dialect()
 
     def names(prefix: str) -> list[str]:
         entries = sorted(module.enums[prefix].items())
         return [entry.name.removeprefix(f"{prefix}_").lower() for _, entry in entries if "ENUM_END" not in entry.name]
 
+    assert names("HYPERTUNA_CONTROL") == [row[0] for row in _core.control_table()]
     assert names("HYPERTUNA_MODE") == _core.mode_names()
     assert names("HYPERTUNA_REASON") == [row[0] for row in _core.reason_table()]
     assert names("HYPERTUNA_CONDITION") == [row[0] for row in _core.condition_table()]

@@ -1,7 +1,8 @@
-/// Frames of MAVLink 2: found in a stream of bytes, and written. mavlink.io/en/guide/serialization.html
+/// Parse and write frames of MAVLink 2. mavlink.io/en/guide/serialization.html
 ///
-/// A frame that fails its checksum loses its first byte alone: a good one that begins inside of it is found. What the
-/// robot does not listen to is no frame at all, so that no noise can make it wait for more than its own messages have.
+/// Of a frame that fails its checksum only the first byte is dropped: a valid frame that begins inside it is found. A
+/// message that the robot does not accept is no frame, so noise never makes the parser wait for more bytes than the
+/// longest accepted message has.
 #pragma once
 
 #include <cstring>
@@ -11,38 +12,38 @@
 namespace hypertuna::firmware {
 
 inline constexpr int head_length = 10, crc_length = 2, signature_length = 13;
-inline constexpr int longest_payload = 255;
-inline constexpr int longest_frame = head_length + longest_payload + crc_length + signature_length;
+inline constexpr int max_payload = 255;
+inline constexpr int max_frame = head_length + max_payload + crc_length + signature_length;
 inline constexpr std::uint8_t frame_mark = 0xFD, signed_flag = 1;
 
-/// A whole frame, where it lies among the parser's bytes: good until the next is taken.
+/// A complete frame in the parser's buffer: valid until the next call of next().
 struct Frame {
     std::uint32_t id;
     std::uint8_t system, component, sequence;  // of the sender
     bool is_signed;
     const std::uint8_t* bytes;
-    int length, payload;  // of all bytes, and of the message among them
+    int length, payload;  // bytes of the frame, and of the message in it
 };
 
-/// CRC-16/MCRF4XX, polynomial 0x1021 reflected, begun with all ones.
+/// CRC-16/MCRF4XX: polynomial 0x1021 reflected, initial value 0xFFFF.
 inline std::uint16_t crc_step(std::uint16_t crc, std::uint8_t byte) {
     std::uint8_t x = std::uint8_t(byte ^ (crc & 0xFF));
     x = std::uint8_t(x ^ (x << 4));
     return std::uint16_t((crc >> 8) ^ (x << 8) ^ (x << 3) ^ (x >> 4));
 }
 
-/// Checksum of a frame: all but its mark, then what stands for the message's definition.
+/// Checksum of a frame: all bytes but the mark, then the CRC_EXTRA of the message's definition.
 inline std::uint16_t frame_crc(const std::uint8_t* bytes, int length, std::uint8_t crc_extra) {
     std::uint16_t crc = 0xFFFF;
     for (int k = 1; k < length; ++k) crc = crc_step(crc, bytes[k]);
     return crc_step(crc, crc_extra);
 }
 
-/// Bytes that wait for the rest of their frame, and what became of those before.
+/// Buffer for one frame, and counters.
 struct Parser {
-    std::uint8_t bytes[longest_frame];
-    int fill, taken;                     // taken: of the frame that was found last
-    std::uint32_t frames, bad, skipped;  // good ones; checksums that failed; bytes of no frame
+    std::uint8_t bytes[max_frame];
+    int fill, used;                      // bytes in the buffer; of them, those of the last frame returned
+    std::uint32_t frames, bad, skipped;  // valid frames; failed checksums; bytes of no frame
 };
 
 inline void drop(Parser& parser, int count) {
@@ -50,55 +51,59 @@ inline void drop(Parser& parser, int count) {
     std::memmove(parser.bytes, parser.bytes + count, std::size_t(parser.fill));
 }
 
-/// Take as many bytes as there is room for, and say how many.
+/// Append bytes as far as there is room; return their number.
 inline int feed(Parser& parser, const std::uint8_t* bytes, int count) {
-    const int room = longest_frame - parser.fill, taken = count < room ? count : room;
-    std::memcpy(parser.bytes + parser.fill, bytes, std::size_t(taken));
-    parser.fill += taken;
-    return taken;
+    const int room = max_frame - parser.fill, accepted = count < room ? count : room;
+    std::memcpy(parser.bytes + parser.fill, bytes, std::size_t(accepted));
+    parser.fill += accepted;
+    return accepted;
 }
 
 inline std::uint32_t id_of(const std::uint8_t* frame) {
     return frame[7] | std::uint32_t(frame[8]) << 8 | std::uint32_t(frame[9]) << 16;
 }
 
-enum class Look : std::uint8_t { none, more, good };
+/// Kind of message that the robot accepts under an id; nullptr for all others (radio.cpp).
+const MessageKind* accepted_kind(std::uint32_t id);
 
-/// What the first bytes are: no frame, one that lacks bytes, or a good one.
-inline Look look(const std::uint8_t* bytes, int fill, int& length, std::uint32_t& failed) {
-    if (bytes[0] != frame_mark) return Look::none;
-    if (fill < head_length) return Look::more;
-    const MessageKind* kind = heard_kind(id_of(bytes));
-    if (kind == nullptr || bytes[1] > kind->most || bytes[1] < 1 || (bytes[2] & ~signed_flag) != 0) return Look::none;
+enum class Check : std::uint8_t { no_frame, incomplete, valid };
+
+/// Check whether the first bytes are a frame, and compute its length.
+inline Check check_frame(const std::uint8_t* bytes, int fill, int& length, std::uint32_t& failed) {
+    if (bytes[0] != frame_mark) return Check::no_frame;
+    if (fill < head_length) return Check::incomplete;
+    const MessageKind* kind = accepted_kind(id_of(bytes));
+    if (kind == nullptr || bytes[1] > kind->max_length || bytes[1] < 1 || (bytes[2] & ~signed_flag) != 0)
+        return Check::no_frame;
     const int crc_at = head_length + bytes[1];
     length = crc_at + crc_length + (bytes[2] & signed_flag ? signature_length : 0);
-    if (fill < length) return Look::more;
+    if (fill < length) return Check::incomplete;
     const std::uint16_t crc = frame_crc(bytes, crc_at, kind->crc_extra);
-    if (bytes[crc_at] == (crc & 0xFF) && bytes[crc_at + 1] == crc >> 8) return Look::good;
+    if (bytes[crc_at] == (crc & 0xFF) && bytes[crc_at + 1] == crc >> 8) return Check::valid;
     ++failed;
-    return Look::none;
+    return Check::no_frame;
 }
 
-/// Find the next frame among the bytes, if there is a whole one. Bytes that begin none are dropped.
+/// Find the next complete frame in the buffer. Bytes that begin no frame are dropped.
 inline bool next(Parser& parser, Frame& frame) {
-    drop(parser, parser.taken);
+    drop(parser, parser.used);
     int at = 0, length = 0;
-    Look found = Look::none;
+    Check check = Check::no_frame;
     while (at < parser.fill) {
-        found = look(parser.bytes + at, parser.fill - at, length, parser.bad);
-        if (found != Look::none) break;
+        check = check_frame(parser.bytes + at, parser.fill - at, length, parser.bad);
+        if (check != Check::no_frame) break;
         ++at, ++parser.skipped;
     }
     drop(parser, at);
-    parser.taken = found == Look::good ? length : 0;
-    if (found != Look::good) return false;
+    parser.used = check == Check::valid ? length : 0;
+    if (check != Check::valid) return false;
     ++parser.frames;
     const std::uint8_t* b = parser.bytes;
     frame = {id_of(b), b[5], b[6], b[4], (b[2] & signed_flag) != 0, b, length, b[1]};
     return true;
 }
 
-/// The message that a frame of its kind has; what was left out of it is zero.
+/// Message of a frame; omitted trailing bytes are zero.
 template <class Message>
 Message message_of(const Frame& frame) {
     Message message{};
@@ -106,16 +111,16 @@ Message message_of(const Frame& frame) {
     return message;
 }
 
-/// Who speaks, and how many frames it has sent.
+/// Identity of a sender, and the sequence number of its next frame.
 struct Sender {
     std::uint8_t system, component, sequence;
 };
 
-/// Write a frame of a payload, trailing zeros left out, and return its length. With room for a signature it says so in
-/// its head; `sign` adds it.
+/// Write a frame without the payload's trailing zeros; return its length. With `to_sign`, the header announces the
+/// signature that sign() appends.
 inline int write_frame(std::uint8_t* out, const MessageKind& kind, const std::uint8_t* payload, Sender& sender,
                        bool to_sign) {
-    int length = kind.most;
+    int length = kind.max_length;
     while (length > 1 && payload[length - 1] == 0) --length;
     const std::uint8_t head[head_length] = {frame_mark,
                                             std::uint8_t(length),

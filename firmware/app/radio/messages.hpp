@@ -1,28 +1,28 @@
-/// Messages: what the robot tells of itself, made of the vehicle's snapshot at the moment of sending.
+/// Makers of the telemetry messages, from the vehicle's snapshot at the moment of sending.
 #pragma once
 
 #include <limits>
 
+#include "app/radio/frames.hpp"
 #include "app/vehicle/vehicle.hpp"
-#include "app/radio/wire.hpp"
 
 namespace hypertuna::firmware {
 
 inline constexpr float centidegree = 18000.0f / float(pi);  // of a radian
 inline constexpr float ticks_per_second = 100.0f;
 
-/// A number in steps of 1/factor, rounded and within its type; the largest of the type for what is no number.
+/// A number in steps of 1/factor, rounded and clamped to its type; the largest of the type for NaN and infinity.
 template <class Whole>
 Whole whole(float value, float factor) {
-    constexpr float most = float(std::numeric_limits<Whole>::max()), low = float(std::numeric_limits<Whole>::min());
+    constexpr float high = float(std::numeric_limits<Whole>::max()), low = float(std::numeric_limits<Whole>::min());
     const float scaled = value * factor;
     if (!is_finite(scaled)) return std::numeric_limits<Whole>::max();
-    if (scaled >= most) return std::numeric_limits<Whole>::max();
+    if (scaled >= high) return std::numeric_limits<Whole>::max();
     if (scaled <= low) return std::numeric_limits<Whole>::min();
     return Whole(scaled < 0.0f ? scaled - 0.5f : scaled + 0.5f);
 }
 
-/// Angle of a direction from x to y, within 2e-5 rad: a minimax polynomial for slopes up to 1.
+/// atan2(y, x) within 2e-5 rad: a minimax polynomial for ratios up to 1.
 inline float angle_of(float y, float x) {
     const float up = abs(y), along = abs(x), big = max(up, along);
     if (!(0.0f < big)) return 0.0f;
@@ -131,7 +131,8 @@ inline mavlink_heartbeat_t heartbeat(const Snapshot& now) {
 
 inline int percent(float part) { return is_finite(part) ? int(clamp(part, 0.0f, 1.0f) * 100.0f + 0.5f) : -1; }
 
-inline mavlink_sys_status_t sys_status(const Snapshot& now, std::uint32_t frames, std::uint32_t bad) {
+inline mavlink_sys_status_t sys_status(const Snapshot& now, const Parser& parser) {
+    const float bad = float(parser.bad);
     const Status& status = now.output.status;
     const std::uint32_t imu = MAV_SYS_STATUS_SENSOR_3D_GYRO | MAV_SYS_STATUS_SENSOR_3D_ACCEL;
     const std::uint32_t others = MAV_SYS_STATUS_SENSOR_3D_MAG | MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE;
@@ -147,22 +148,22 @@ inline mavlink_sys_status_t sys_status(const Snapshot& now, std::uint32_t frames
     m.load = whole<std::uint16_t>(now.load, 1000.0f);
     m.voltage_battery = whole<std::uint16_t>(now.readings.robot.voltage, 1000.0f);
     m.current_battery = -1, m.battery_remaining = std::int8_t(percent(now.battery_left));
-    m.drop_rate_comm = whole<std::uint16_t>(float(bad) / max(1.0f, float(frames + bad)), 10000.0f);
-    m.errors_comm = whole<std::uint16_t>(float(bad), 1.0f);
+    m.drop_rate_comm = whole<std::uint16_t>(bad / max(1.0f, float(parser.frames + parser.bad)), 10000.0f);
+    m.errors_comm = whole<std::uint16_t>(bad, 1.0f);
     return m;
 }
 
 inline mavlink_battery_status_t battery_status(const Snapshot& now) {
     mavlink_battery_status_t m{};
     m.current_consumed = m.energy_consumed = -1, m.temperature = std::numeric_limits<std::int16_t>::max();
-    for (int k = 1; k < 10; ++k) m.voltages[k] = 0xFFFF;  // not the cells', but the battery's
+    for (int k = 1; k < 10; ++k) m.voltages[k] = 0xFFFF;  // the battery's voltage, not the cells'
     m.voltages[0] = whole<std::uint16_t>(now.readings.robot.voltage, 1000.0f);
     m.current_battery = -1, m.type = MAV_BATTERY_TYPE_LION, m.battery_function = MAV_BATTERY_FUNCTION_ALL;
     m.battery_remaining = std::int8_t(percent(now.battery_left));
     return m;
 }
 
-/// Where local coordinates count from; all zeros before the first fix.
+/// Origin of local coordinates; zeros before the first fix.
 inline mavlink_gps_global_origin_t global_origin(const Vehicle& vehicle) {
     const Origin& at = origin(vehicle);
     mavlink_gps_global_origin_t m{};
@@ -170,7 +171,7 @@ inline mavlink_gps_global_origin_t global_origin(const Vehicle& vehicle) {
     return m;
 }
 
-inline mavlink_autopilot_version_t autopilot_version() {
+inline mavlink_autopilot_version_t autopilot_version(const Snapshot&) {
     mavlink_autopilot_version_t m{};
     m.capabilities = MAV_PROTOCOL_CAPABILITY_MISSION_INT | MAV_PROTOCOL_CAPABILITY_COMMAND_INT |
                      MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST | MAV_PROTOCOL_CAPABILITY_MAVLINK2;

@@ -1,21 +1,22 @@
-/// Outbox: what the board is to send next, within what the radio carries.
+/// Outbox: bytes for the board to send, within the radio's data rate.
 ///
-/// Telemetry is made when there is room for it, so it never waits; answers wait in a few places of fixed size, and an
-/// order that finds none is not carried out but asked for again by its sender.
+/// Telemetry is made when there is room for it and never waits. Answers wait in a short queue; a command that finds it
+/// full is not executed, and its sender repeats it.
 #pragma once
 
 #include "app/radio/signing.hpp"
 
 namespace hypertuna::firmware {
 
-/// Bytes that a frame costs beside its own: the radio sends it as a packet, with preamble and header and a pause behind
-/// it. These are 12 bytes and 10 ms of a LoRa module at 4.8 kbit/s.
+/// Overhead of a frame [bytes]: the radio sends it as a packet with preamble, header and a pause after it. A LoRa
+/// module at 4.8 kbit/s: 12 bytes and 10 ms.
 inline constexpr int packet_cost = 18;
-inline constexpr int most_answers = 8, longest_answer = 80, outbox_size = 2 * longest_frame;
+inline constexpr int max_answers_per_command = 3;
+inline constexpr int max_answers = 8, max_answer = 80, outbox_size = 2 * max_frame;
 
 struct Reply {
     const MessageKind* kind;
-    std::uint8_t payload[longest_answer];
+    std::uint8_t payload[max_answer];
 };
 
 struct Outbox {
@@ -24,20 +25,20 @@ struct Outbox {
     Sender sender;
     float allowance;  // bytes that may be sent now
     float rate;       // bytes a tick
-    Reply reply[most_answers];
+    Reply reply[max_answers];
     int first, answers;
-    int most_waiting;            // answers that ever waited at once
-    std::uint32_t frames, sent;  // so far; bytes
+    int max_waiting;             // largest number of answers that waited at once
+    std::uint32_t frames, sent;  // since boot: frames, bytes
 };
 
-/// A tick's share of the radio. What is not used is kept for one frame of the longest kind.
+/// Add a tick's share of the data rate. The allowance is limited to the longest frame.
 inline void allow(Outbox& out) {
-    const float most = out.rate > float(longest_frame) ? out.rate : float(longest_frame);
-    out.allowance = out.allowance + out.rate < most ? out.allowance + out.rate : most;
+    const float limit = out.rate > float(max_frame) ? out.rate : float(max_frame);
+    out.allowance = out.allowance + out.rate < limit ? out.allowance + out.rate : limit;
 }
 
-/// Whether one more frame may be made now: the radio has paid for those before, and the board took them.
-inline bool may_send(const Outbox& out) { return 0.0f < out.allowance && out.fill + longest_frame <= outbox_size; }
+/// Whether one more frame may be made: the allowance is positive, and the buffer has room.
+inline bool may_send(const Outbox& out) { return 0.0f < out.allowance && out.fill + max_frame <= outbox_size; }
 
 inline void send_payload(Outbox& out, Signing& signing, const MessageKind& kind, const std::uint8_t* payload) {
     int length = write_frame(out.bytes + out.fill, kind, payload, out.sender, signing.on);
@@ -51,30 +52,30 @@ void send(Outbox& out, Signing& signing, const Message& message) {
     send_payload(out, signing, kind_of<Message>, reinterpret_cast<const std::uint8_t*>(&message));
 }
 
-inline bool has_room(const Outbox& out, int places = 1) { return out.answers + places <= most_answers; }
+inline bool has_room(const Outbox& out, int places = 1) { return out.answers + places <= max_answers; }
 
-/// Put an answer behind those that wait. Whoever calls has asked for a place.
+/// Queue an answer; the caller has checked has_room().
 template <class Message>
 void reply(Outbox& out, const Message& message) {
-    static_assert(kind_of<Message>.most <= longest_answer);
+    static_assert(kind_of<Message>.max_length <= max_answer);
     if (!has_room(out)) return;
-    Reply& place = out.reply[(out.first + out.answers++) % most_answers];
+    Reply& place = out.reply[(out.first + out.answers++) % max_answers];
     place.kind = &kind_of<Message>;
-    std::memcpy(place.payload, &message, kind_of<Message>.most);
-    if (out.most_waiting < out.answers) out.most_waiting = out.answers;
+    std::memcpy(place.payload, &message, kind_of<Message>.max_length);
+    if (out.max_waiting < out.answers) out.max_waiting = out.answers;
 }
 
-/// Send the answer that has waited longest.
+/// Send the oldest answer.
 inline bool send_answer(Outbox& out, Signing& signing) {
     if (out.answers == 0) return false;
     const Reply& place = out.reply[out.first];
     send_payload(out, signing, *place.kind, place.payload);
-    out.first = (out.first + 1) % most_answers, --out.answers;
+    out.first = (out.first + 1) % max_answers, --out.answers;
     return true;
 }
 
-/// The board has taken so many bytes.
-inline void taken(Outbox& out, int count) {
+/// Drop the bytes that the board has sent.
+inline void drop_sent(Outbox& out, int count) {
     out.fill -= count;
     std::memmove(out.bytes, out.bytes + count, std::size_t(out.fill));
 }

@@ -1,13 +1,80 @@
 #include "app/radio/radio.hpp"
 
-#include "app/radio/link.hpp"
+#include "app/radio/dispatch.hpp"
 
 namespace hypertuna::firmware {
 
-void begin_radio(Link& link, const Vehicle& vehicle) { boot(link, vehicle); }
+static constexpr int max_bytes = 512;  // read per tick: 50 kB/s
+static constexpr int max_frames = 8;   // made per tick
 
-void work_radio(Link& link, Vehicle& vehicle, const std::uint8_t* bytes, int count) {
-    tick(link, vehicle, bytes, count);
+const MessageKind* accepted_kind(std::uint32_t id) {
+    for (const MessageKind& kind : accepted.kind)
+        if (kind.id == id) return &kind;
+    return nullptr;
+}
+
+void boot(Radio& radio, const Vehicle& vehicle) {
+    std::memset(static_cast<void*>(&radio), 0, sizeof radio);  // a temporary would not fit onto the stack
+    begin(radio.telemetry);
+    radio.fault_reported_at = radio.refusal_reported_at = 0u - 1000u;  // long ago
+    radio.out.sender = {std::uint8_t(limits(vehicle).system_id), own_component, 0};
+    radio.signing.stamp = radio.signing.floor = vehicle.stamp;
+    adopt_key(radio.signing, vehicle);
+}
+
+/// The stored timestamp is up to a minute ahead of all so far: one write a minute, and recordings are rejected after a
+/// restart.
+static void store_stamp(const Signing& signing, Vehicle& vehicle) {
+    if (!signing.on || signing.stamp < vehicle.stamp) return;
+    vehicle.stamp = signing.stamp + stamp_minute;
+    begin_write(vehicle.stamps);
+}
+
+/// Report new faults, one a second.
+static void report_faults(Radio& radio, const Snapshot& now) {
+    radio.reported_faults.flags &= now.faults.flags;
+    const std::uint32_t fresh = now.faults.flags & ~radio.reported_faults.flags;
+    if (fresh == 0 || now.tick - radio.fault_reported_at < 100 || !has_room(radio.out, max_answers_per_command)) return;
+    for (int f = 0; f < faults; ++f)
+        if (fresh >> f & 1) {
+            radio.reported_faults.set(Fault(f), true), radio.fault_reported_at = now.tick;
+            const bool warn = fault_texts[f].answer == Answer::warn;
+            return send_text(radio, std::uint8_t(warn ? MAV_SEVERITY_WARNING : MAV_SEVERITY_CRITICAL),
+                             fault_texts[f].sentence);
+        }
+}
+
+/// Fill the outbox: answers first, then parameters and telemetry in turn.
+static void fill_outbox(Radio& radio, const Vehicle& vehicle) {
+    Outbox& out = radio.out;
+    const Limits& limit = limits(vehicle);
+    Telemetry& telemetry = radio.telemetry;
+    if (radio_status_lasts < snapshot(vehicle).tick - telemetry.radio_status_at) telemetry.throttle = 100;
+    out.rate = limit.link_rate / 8.0f / ticks_per_second * limit.link_share * float(telemetry.throttle) / 100.0f;
+    out.sender.system = std::uint8_t(limit.system_id);
+    allow(out);
+    for (int k = 0; k < max_frames && may_send(out); ++k) {
+        if (send_answer(out, radio.signing)) continue;
+        const bool listed = (out.frames & 1) != 0 && send_next_parameter(radio, vehicle);
+        if (listed || send_telemetry(telemetry, out, radio.signing, vehicle, radio.parser)) continue;
+        if (!send_next_parameter(radio, vehicle)) break;
+    }
+}
+
+void tick(Radio& radio, Vehicle& vehicle, const std::uint8_t* bytes, int count) {
+    const std::uint32_t now = snapshot(vehicle).tick;
+    adopt_key(radio.signing, vehicle);
+    radio.signing.stamp += std::uint64_t(1e5f / ticks_per_second);
+    const int end = count < max_bytes ? count : max_bytes;
+    Frame frame;
+    for (int at = 0; at < end;) {
+        at += feed(radio.parser, bytes + at, end - at);
+        while (next(radio.parser, frame)) on_frame(radio, vehicle, frame);
+    }
+    store_stamp(radio.signing, vehicle);
+    await_item(radio, now);
+    report_faults(radio, snapshot(vehicle));
+    fill_outbox(radio, vehicle);
 }
 
 }  // namespace hypertuna::firmware

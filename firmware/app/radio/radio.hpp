@@ -1,11 +1,14 @@
-/// Radio: the link as the app calls it. Its code is compiled apart, for size; the controller's is for speed.
+/// Radio: the robot's side of MAVLink, compiled apart for size; the controller is compiled for speed.
 #pragma once
 
-#include "app/radio/link_state.hpp"
+#include "app/radio/radio_state.hpp"
 
 namespace hypertuna::firmware {
 
-void begin_radio(Link& link, const Vehicle& vehicle);
-void work_radio(Link& link, Vehicle& vehicle, const std::uint8_t* bytes, int count);
+void boot(Radio& radio, const Vehicle& vehicle);
+
+/// One tick: take the bytes received since the last, act on their frames, and fill radio.out with answers and
+/// telemetry.
+void tick(Radio& radio, Vehicle& vehicle, const std::uint8_t* bytes, int count);
 
 }  // namespace hypertuna::firmware

@@ -1,7 +1,7 @@
-/// Signing: frames that prove who wrote them, and when. mavlink.io/en/guide/message_signing.html
+/// Message signing. mavlink.io/en/guide/message_signing.html
 ///
-/// A signature is the first six bytes of SHA-256 over key, frame, channel and stamp. Stamps of a sender only rise: what
-/// was recorded once is not believed again.
+/// A signature is the first six bytes of SHA-256 over key, frame, channel and timestamp. A sender's timestamps
+/// increase: a recorded frame is rejected.
 #pragma once
 
 #include "app/radio/frames.hpp"
@@ -9,11 +9,11 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int key_length = 32, most_streams = 8, digest_length = 6;
+inline constexpr int key_length = 32, max_streams = 8, digest_length = 6;
 inline constexpr int stamp_bits = 48;
 inline constexpr std::uint64_t stamp_minute = 6'000'000;  // of 10 us
 
-/// A sender on one channel, and its last stamp.
+/// A sender on one channel, and its last timestamp [10 us].
 struct Stream {
     std::uint8_t system, component, channel;
     bool used;
@@ -23,13 +23,13 @@ struct Stream {
 struct Signing {
     bool on;
     std::uint8_t key[key_length];
-    std::uint64_t stamp;  // 10 us since 2015: own clock, never behind what was heard
-    std::uint64_t floor;  // of all that was heard before the last boot: nobody older is believed
-    Stream stream[most_streams];
+    std::uint64_t stamp;  // own clock [10 us since 2015], never behind a verified timestamp
+    std::uint64_t floor;  // timestamp stored before boot: older frames are rejected
+    Stream stream[max_streams];
     std::uint32_t refused;
 };
 
-/// From now on every frame is signed, and none without a signature is believed.
+/// Sign every frame from now on, and reject unsigned ones.
 inline void begin_signing(Signing& signing, const std::uint8_t* key, std::uint64_t stamp) {
     signing = {};
     signing.on = true, signing.stamp = stamp;
@@ -43,7 +43,7 @@ inline void digest_of(const Signing& signing, const std::uint8_t* frame, int len
     finish(hash, digest, digest_length);
 }
 
-/// Write channel, stamp and signature behind a frame, and return its length with them.
+/// Append channel, timestamp and signature to a frame; return its new length.
 inline int sign(Signing& signing, std::uint8_t* frame, int length) {
     frame[length] = 0;  // the robot has one channel
     ++signing.stamp;
@@ -52,8 +52,8 @@ inline int sign(Signing& signing, std::uint8_t* frame, int length) {
     return length + signature_length;
 }
 
-/// The stream of a sender. A new one takes a free place, and must not be older than a minute; without a place it is
-/// not believed.
+/// Stream of a sender if its timestamp is acceptable, else nullptr. A new stream needs a free slot and a timestamp at
+/// most a minute old.
 inline Stream* stream_of(Signing& signing, const Frame& frame, std::uint8_t channel, std::uint64_t stamp) {
     for (Stream& stream : signing.stream)
         if (stream.used && stream.system == frame.system && stream.component == frame.component &&
@@ -65,8 +65,8 @@ inline Stream* stream_of(Signing& signing, const Frame& frame, std::uint8_t chan
     return nullptr;
 }
 
-/// Whether a frame may be believed: right key, and newer than its sender's last.
-inline bool believe(Signing& signing, const Frame& frame) {
+/// Verify a frame: right key, and a timestamp later than its sender's last.
+inline bool verify(Signing& signing, const Frame& frame) {
     if (!signing.on) return true;
     bool good = false;
     if (frame.is_signed) {

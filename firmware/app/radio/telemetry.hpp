@@ -1,136 +1,131 @@
-/// Telemetry: which message is sent next. Each has an interval; where the radio cannot carry all of them, every
-/// interval grows by the same factor, since whatever is late by the largest part of its own goes first.
+/// Telemetry: the messages that the robot sends by itself, and which of them is next.
+///
+/// Each message has an interval. Where the radio cannot carry all of them, every interval grows by the same factor: the
+/// message that is late by the largest fraction of its interval goes first.
 #pragma once
 
-#include "app/radio/mission_list.hpp"
+#include <concepts>
+
+#include "app/radio/mission_download.hpp"
 #include "app/radio/outbox.hpp"
 
 namespace hypertuna::firmware {
 
-/// A message that is sent again and again.
-struct Schedule {
+/// A telemetry message: its id, its interval at boot, and how it is made and sent.
+struct TelemetryMessage {
     std::uint32_t id;
-    std::uint32_t interval;  // ticks as the robot boots
+    std::uint32_t interval;  // ticks of 10 ms; 0 for on request only
+    void (*send)(Outbox&, Signing&, const Vehicle&, const Parser&);
 };
 
-/// Ticks of 10 ms. The heartbeat is first: it is never late for another message.
-inline constexpr Schedule schedules[] = {
-    {MAVLINK_MSG_ID_HEARTBEAT, 100},
-    {MAVLINK_MSG_ID_HYDRAULICS, 20},
-    {MAVLINK_MSG_ID_ATTITUDE, 25},
-    {MAVLINK_MSG_ID_LOCAL_POSITION_NED, 100},
-    {MAVLINK_MSG_ID_GAIT, 200},
-    {MAVLINK_MSG_ID_PILOT, 200},
-    {MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, 200},
-    {MAVLINK_MSG_ID_SYS_STATUS, 500},
-    {MAVLINK_MSG_ID_BATTERY_STATUS, 1000},
-    {MAVLINK_MSG_ID_MISSION_CURRENT, 1000},
-    {MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0},
-    {MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, 0},
+/// Make a message of the vehicle, of its snapshot, or of the snapshot and the parser's counters.
+template <auto make>
+auto made(const Vehicle& vehicle, const Parser& parser) {
+    using Maker = decltype(make);
+    if constexpr (std::invocable<Maker, const Vehicle&>)
+        return make(vehicle);
+    else if constexpr (std::invocable<Maker, const Snapshot&>)
+        return make(snapshot(vehicle));
+    else
+        return make(snapshot(vehicle), parser);
+}
+
+template <auto make>
+void send_made(Outbox& out, Signing& signing, const Vehicle& vehicle, const Parser& parser) {
+    send(out, signing, made<make>(vehicle, parser));
+}
+
+/// Row of the table: the message that `make` returns, every `interval` ticks.
+template <auto make>
+constexpr TelemetryMessage every(std::uint32_t interval) {
+    using Message = decltype(made<make>(std::declval<const Vehicle&>(), std::declval<const Parser&>()));
+    return {kind_of<Message>.id, interval, send_made<make>};
+}
+
+/// All telemetry. The heartbeat is first: it is never late for another message.
+inline constexpr TelemetryMessage telemetry_messages[] = {
+    every<heartbeat>(100),
+    every<hydraulics>(20),
+    every<attitude>(25),
+    every<local_position>(100),
+    every<gait>(200),
+    every<pilot_state>(200),
+    every<servo_output>(200),
+    every<sys_status>(500),
+    every<battery_status>(1000),
+    every<mission_current>(1000),
+    every<autopilot_version>(0),
+    every<global_origin>(0),
 };
-inline constexpr int streams = int(sizeof(schedules) / sizeof(schedules[0]));
+inline constexpr int streams = int(sizeof(telemetry_messages) / sizeof(telemetry_messages[0]));
 
 struct TelemetryStream {
     std::uint32_t interval;     // ticks; 0 for never
-    std::uint32_t last;         // tick of the last one
-    bool wanted;                // once, by MAV_CMD_REQUEST_MESSAGE
-    std::uint32_t sent, bytes;  // so far
+    std::uint32_t last;         // tick of the last message
+    bool requested;             // once, by MAV_CMD_REQUEST_MESSAGE
+    std::uint32_t sent, bytes;  // since boot
 };
 
 struct Telemetry {
     TelemetryStream stream[streams];
-    int slow;                // part of the rate that a radio with a full buffer leaves, in percent
-    std::uint32_t reported;  // tick of its last report
+    int throttle;                   // share of the data rate left by a radio with a full buffer [percent]
+    std::uint32_t radio_status_at;  // tick of the last RADIO_STATUS
 };
 
 inline void begin(Telemetry& telemetry) {
-    for (int k = 0; k < streams; ++k) telemetry.stream[k].interval = schedules[k].interval;
-    telemetry.slow = 100;
+    for (int k = 0; k < streams; ++k) telemetry.stream[k].interval = telemetry_messages[k].interval;
+    telemetry.throttle = 100;
 }
 
-/// Place of a message among the streams; -1 for none.
+/// Index of a message among the streams; -1 for none.
 inline int stream_index(std::uint32_t id) {
     for (int k = 0; k < streams; ++k)
-        if (schedules[k].id == id) return k;
+        if (telemetry_messages[k].id == id) return k;
     return -1;
 }
 
-/// Stream that is to be sent now; -1 for none.
+/// Stream to be sent now; -1 for none.
 inline int most_urgent(const Telemetry& telemetry, std::uint32_t tick) {
-    int found = -1;
+    int urgent = -1;
     float latest = 1.0f;
     for (int k = 0; k < streams; ++k) {
         const TelemetryStream& stream = telemetry.stream[k];
-        if (stream.wanted) return k;
+        if (stream.requested) return k;
         if (stream.interval == 0) continue;
         const float late = float(tick - stream.last) / float(stream.interval);
         if (late < latest) continue;
         if (k == 0) return k;
-        found = k, latest = late;
+        urgent = k, latest = late;
     }
-    return found;
+    return urgent;
 }
 
-/// Make and send the message of a stream.
-inline void send_stream(Outbox& out, Signing& signing, const Vehicle& vehicle, const Parser& parser, std::uint32_t id) {
-    const Snapshot& now = snapshot(vehicle);
-    switch (id) {
-        case MAVLINK_MSG_ID_HEARTBEAT:
-            return send(out, signing, heartbeat(now));
-        case MAVLINK_MSG_ID_HYDRAULICS:
-            return send(out, signing, hydraulics(now));
-        case MAVLINK_MSG_ID_ATTITUDE:
-            return send(out, signing, attitude(now));
-        case MAVLINK_MSG_ID_LOCAL_POSITION_NED:
-            return send(out, signing, local_position(now));
-        case MAVLINK_MSG_ID_GAIT:
-            return send(out, signing, gait(now));
-        case MAVLINK_MSG_ID_PILOT:
-            return send(out, signing, pilot_state(now));
-        case MAVLINK_MSG_ID_SERVO_OUTPUT_RAW:
-            return send(out, signing, servo_output(now));
-        case MAVLINK_MSG_ID_SYS_STATUS:
-            return send(out, signing, sys_status(now, parser.frames, parser.bad));
-        case MAVLINK_MSG_ID_BATTERY_STATUS:
-            return send(out, signing, battery_status(now));
-        case MAVLINK_MSG_ID_MISSION_CURRENT:
-            return send(out, signing, mission_current(vehicle));
-        case MAVLINK_MSG_ID_AUTOPILOT_VERSION:
-            return send(out, signing, autopilot_version());
-        case MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
-            return send(out, signing, global_origin(vehicle));
-        default:
-            return;
-    }
-}
-
-/// Send the most urgent message, if one is due.
-inline bool telemeter(Telemetry& telemetry, Outbox& out, Signing& signing, const Vehicle& vehicle,
-                      const Parser& parser) {
+/// Send the most urgent message; false if none is due.
+inline bool send_telemetry(Telemetry& telemetry, Outbox& out, Signing& signing, const Vehicle& vehicle,
+                           const Parser& parser) {
     const std::uint32_t tick = snapshot(vehicle).tick;
     const int k = most_urgent(telemetry, tick);
     if (k < 0) return false;
     TelemetryStream& stream = telemetry.stream[k];
     const std::uint32_t before = out.sent;
-    send_stream(out, signing, vehicle, parser, schedules[k].id);
-    // One that is late is not made up for: the next comes an interval after it was sent.
+    telemetry_messages[k].send(out, signing, vehicle, parser);
+    // A late message is not made up for: the next is due an interval after it was sent.
     const std::uint32_t due = stream.last + stream.interval;
-    stream.last = stream.wanted || tick - due >= stream.interval ? tick : due;
-    stream.wanted = false;
+    stream.last = stream.requested || tick - due >= stream.interval ? tick : due;
+    stream.requested = false;
     ++stream.sent, stream.bytes += out.sent - before;
     return true;
 }
 
-inline constexpr std::uint32_t report_lasts = 1000;  // ticks
+inline constexpr std::uint32_t radio_status_lasts = 1000;  // ticks
 
-/// A radio that reports a buffer that fills up gets less, one whose buffer is empty more. RADIO_STATUS.txbuf in
-/// percent.
+/// Lower the data rate while the radio's buffer fills up, and raise it again. room: RADIO_STATUS.txbuf [percent].
 inline void adapt(Telemetry& telemetry, int room, std::uint32_t tick) {
     if (room > 100) return;
-    telemetry.reported = tick;
+    telemetry.radio_status_at = tick;
     const int change = room < 20 ? -20 : room < 50 ? -5 : room > 90 ? 5 : 0;
-    const int slow = telemetry.slow + change;
-    telemetry.slow = slow < 10 ? 10 : slow > 100 ? 100 : slow;
+    const int throttle = telemetry.throttle + change;
+    telemetry.throttle = throttle < 10 ? 10 : throttle > 100 ? 100 : throttle;
 }
 
 }  // namespace hypertuna::firmware

@@ -1,7 +1,7 @@
-/// Black box: one record per tick, first into a ring in memory, from there to the board's card as fast as it takes it.
+/// Black box: one record per tick, written to a ring in memory and from there to the board's card.
 ///
-/// A record is a row of little-endian words: mark with kind and number of words, the words, and the sum of all their
-/// partial sums as a checksum. A reader finds the next record after a gap by its mark.
+/// A record is a row of little-endian words: a mark with kind and number of words, the words, and the sum of their
+/// partial sums as a checksum. After a gap a reader finds the next record by its mark.
 #pragma once
 
 #include <bit>
@@ -13,17 +13,17 @@ namespace hypertuna::firmware {
 inline constexpr std::uint32_t record_mark = 0xb10c0000;  // | kind << 8 | words
 inline constexpr std::uint32_t ring_words = 1 << 11;      // a third of a second of a robot with two joints
 
-/// What a record tells.
+/// Kind of a record.
 enum class Kind : std::uint8_t { robot = 1, tick = 2 };
 
 struct BlackBox {
     std::uint32_t ring[ring_words];
-    std::uint32_t in, out;  // words so far
-    std::uint32_t lost;     // records that there was no room for
-    bool full;              // the record that is being written did not fit
+    std::uint32_t in, out;  // words written, words passed on
+    std::uint32_t lost;     // records dropped because the ring was full
+    bool full;              // the record being written does not fit
 };
 
-/// A record while it is being written: straight into the ring.
+/// A record being written into the ring.
 class Record {
   public:
     Record(BlackBox& box, Kind kind) : box_(box), begin_(box.in), kind_(kind) {
@@ -41,7 +41,7 @@ class Record {
     void put(const float* numbers, int count) {
         for (int k = 0; k < count; ++k) put(numbers[k]);
     }
-    /// Close it, or take it back where it did not fit.
+    /// Complete the record, or drop it if it does not fit.
     void end() {
         if (!box_.full) {
             const std::uint32_t words = box_.in - begin_ - 1;
@@ -61,7 +61,7 @@ class Record {
     Kind kind_;
 };
 
-/// Pass on what the board takes, in one piece per tick and in whole words.
+/// Pass on what the board accepts, in one piece per tick and in whole words.
 template <Board B>
 void flush(BlackBox& box, B& board) {
     const std::uint32_t at = box.out % ring_words, waiting = box.in - box.out;

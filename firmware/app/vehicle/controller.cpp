@@ -4,8 +4,8 @@
 
 namespace hypertuna::firmware {
 
-void follow(const Pilot<float>& pilot, PilotState<float>& state, const Estimate<float>& at,
-            const Readings<float>& readings, ControllerOutput<float>& output) {
+void run_controller(const Pilot<float>& pilot, PilotState<float>& state, const Estimate<float>& at,
+                    const Readings<float>& readings, ControllerOutput<float>& output) {
     new (&output) ControllerOutput<float>(act(pilot, state, at, readings));  // in place
 }
 

@@ -1,11 +1,11 @@
-/// Controller of the core as the app calls it. Its code is compiled apart, for speed; the rest is for size.
+/// Controller of the core, compiled apart for speed; the rest is compiled for size.
 #pragma once
 
 #include "hypertuna/pilot/pilot.hpp"
 
 namespace hypertuna::firmware {
 
-void follow(const Pilot<float>& pilot, PilotState<float>& state, const Estimate<float>& at,
-            const Readings<float>& readings, ControllerOutput<float>& output);
+void run_controller(const Pilot<float>& pilot, PilotState<float>& state, const Estimate<float>& at,
+                    const Readings<float>& readings, ControllerOutput<float>& output);
 
 }  // namespace hypertuna::firmware

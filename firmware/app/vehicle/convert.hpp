@@ -41,11 +41,11 @@ inline Corner<float> local(const Origin& origin, std::int32_t latitude, std::int
     return {origin.east * float(std::int32_t(east)), origin.north * float(north)};
 }
 
-/// Mean of the samples, without the least and the most where there are three or more; NaN where there are none.
+/// Mean of the samples, without the smallest and the largest where there are three or more; NaN where there are none.
 inline float mean(const Samples& samples) {
     if (samples.count == 0) return std::bit_cast<float>(0x7fc00000u);
     if (samples.count < 3) return float(samples.sum) / float(samples.count);
-    return float(samples.sum - samples.least - samples.most) / float(samples.count - 2);
+    return float(samples.sum - samples.min - samples.max) / float(samples.count - 2);
 }
 
 inline PilotReadings<float> convert(const Calibration& calibration, int joints, const Raw& raw, const Origin& origin) {

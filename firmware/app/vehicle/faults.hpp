@@ -1,4 +1,4 @@
-/// Faults that the supervisor knows, and how the robot answers to each.
+/// Faults that the supervisor detects, and the robot's response to each.
 #pragma once
 
 #include <cstdint>
@@ -27,37 +27,37 @@ enum class Fault : std::uint8_t {
 };
 inline constexpr int faults = int(Fault::count);
 
-/// Answers by rising strength: the strongest of all faults that hold is the robot's.
+/// Responses in rising severity: the most severe of all present faults applies.
 ///
-/// warn tells; home follows the mission's way home, and rests where there is no mission; rest lets the tail come to
-/// rest and levels the fins; disarm does that for good.
+/// warn: report only. home: follow the mission's way home, or rest without a mission. rest: bring the tail to rest and
+/// level the fins. disarm: rest for good.
 enum class Answer : std::uint8_t { warn, home, rest, disarm, count };
 inline constexpr const char* answer_names[int(Answer::count)] = {"warn", "home", "rest", "disarm"};
 
 struct FaultText {
     const char* name;
-    const char* sentence;  // fits into one STATUSTEXT, 50 characters
+    const char* sentence;  // at most the 50 characters of a STATUSTEXT
     Answer answer;
-    bool latched;  // until it is armed anew
-    bool forbids;  // arming, while its cause lasts
+    bool latched;         // until the robot is armed again
+    bool forbids_arming;  // while the cause lasts
 };
 inline constexpr FaultText fault_texts[faults] = {
-    {"over_pressure", "a joint was released: pressure over its limit", Answer::warn, true, false},
-    {"bend_sensor", "a bend sensor fails: that joint goes uncorrected", Answer::warn, false, true},
-    {"pressure_sensor", "a pressure sensor fails: that joint beats less", Answer::warn, false, true},
-    {"current_sensor", "a current sensor fails", Answer::warn, false, false},
-    {"imu", "the IMU fails", Answer::warn, false, true},
+    {"over_pressure", "a joint was released: pressure above its limit", Answer::warn, true, false},
+    {"bend_sensor", "a bend sensor failed: that joint is uncorrected", Answer::warn, false, true},
+    {"pressure_sensor", "a pressure sensor failed: that joint beats less", Answer::warn, false, true},
+    {"current_sensor", "a current sensor failed", Answer::warn, false, false},
+    {"imu", "the IMU failed", Answer::warn, false, true},
     {"battery_sensor", "the battery voltage cannot be read", Answer::warn, false, true},
     {"low_battery", "the battery is low", Answer::home, true, true},
     {"empty_battery", "the battery is empty", Answer::disarm, true, true},
-    {"link_lost", "the ground is not heard", Answer::warn, false, false},
-    {"link_gone", "the ground was not heard for long", Answer::home, true, false},
-    {"tilt", "the robot lies on its side or stands on end", Answer::rest, false, true},
-    {"leak", "water in the hull", Answer::home, true, true},
+    {"link_lost", "no contact with the ground station", Answer::warn, false, false},
+    {"link_gone", "no contact with the ground station for long", Answer::home, true, false},
+    {"tilt", "roll or pitch is above its limit", Answer::rest, false, true},
+    {"leak", "there is water in the hull", Answer::home, true, true},
     {"watchdog", "the watchdog restarted the firmware", Answer::warn, true, false},
-    {"overrun", "a tick took longer than there is time", Answer::warn, false, false},
-    {"defaults", "no stored parameters: the description's are used", Answer::warn, false, false},
-    {"memory", "what should last could not be stored", Answer::warn, false, false},
+    {"overrun", "a control tick overran its time", Answer::warn, false, false},
+    {"defaults", "no stored parameters: the defaults are used", Answer::warn, false, false},
+    {"memory", "the non-volatile memory could not be written", Answer::warn, false, false},
     {"black_box", "the black box lost records", Answer::warn, true, false},
 };
 
@@ -73,7 +73,7 @@ struct Faults {
     bool operator==(const Faults&) const = default;
 };
 
-/// Strongest answer to the faults of a set.
+/// Most severe response to the faults of a set.
 inline Answer answer_to(const Faults& set) {
     Answer strongest = Answer::warn;
     for (int f = 0; f < faults; ++f)
@@ -82,9 +82,9 @@ inline Answer answer_to(const Faults& set) {
 }
 
 /// Whether a fault of a set forbids arming.
-inline bool forbid(const Faults& set) {
+inline bool forbids_arming(const Faults& set) {
     for (int f = 0; f < faults; ++f)
-        if (set.has(Fault(f)) && fault_texts[f].forbids) return true;
+        if (set.has(Fault(f)) && fault_texts[f].forbids_arming) return true;
     return false;
 }
 

@@ -1,8 +1,8 @@
-/// Parameters: what makes this program the firmware of one robot, and which of it may be set over the radio.
+/// Parameters: the numbers of one robot, and those that may be set over the radio.
 ///
-/// `hypertuna firmware params` writes a Description from robots/NAME.toml. It has every number of pilot, controller,
-/// calibration and limits in one row, in the order of visit_fields. A parameter is a number of that row that may be
-/// set, within a range.
+/// `hypertuna firmware params` writes a Description from robots/NAME.toml: every number of pilot, controller,
+/// calibration and limits in one row, in the order of visit_fields. A parameter is a number of that row that may be set
+/// within a range.
 #pragma once
 
 #include "app/vehicle/convert.hpp"
@@ -10,21 +10,22 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int most_parameters = 96;
+inline constexpr int max_parameters = 96;
 
-/// What the supervisor and the link go by.
+/// Limits of supervisor and radio.
 struct Limits {
-    float manual_timeout, link_timeout, home_timeout;  // s without joystick; without the ground; until the way home
-    float voltage_empty, voltage_after;                // V; s that a low voltage must last
-    float tilt_most, tilt_after;                       // sine of roll or pitch; s
-    float leak_after;                                  // s
-    float rise_depth;                                  // m: from deeper it comes up when it has no way home
-    float link_rate, link_share;                       // bit/s of the radio; part of it that telemetry may take
-    float system_id;                                   // of MAVLink
-    float sign;                                        // 1: orders must be signed
+    float manual_timeout, link_timeout,
+        home_timeout;                    // s without joystick; without the ground; until it is called home
+    float voltage_empty, voltage_after;  // V; s for which the voltage must be low
+    float tilt_max, tilt_after;          // sine of roll or pitch; s
+    float leak_after;                    // s
+    float rise_depth;                    // m: from deeper it ascends if it has no way home
+    float link_rate, link_share;         // bit/s of the radio; fraction for telemetry
+    float system_id;                     // in MAVLink
+    float sign;                          // 1: commands must be signed
 };
 
-/// Everything that the firmware computes with but its state.
+/// All constants of the firmware.
 struct Model {
     Pilot<float> pilot;
     Calibration calibration;
@@ -35,7 +36,7 @@ template <class Visit>
 void visit_fields(Limits& m, const Visit& visit) {
     visit("manual_timeout", 0, m.manual_timeout), visit("link_timeout", 0, m.link_timeout);
     visit("home_timeout", 0, m.home_timeout), visit("voltage_empty", 0, m.voltage_empty);
-    visit("voltage_after", 0, m.voltage_after), visit("tilt_most", 0, m.tilt_most);
+    visit("voltage_after", 0, m.voltage_after), visit("tilt_max", 0, m.tilt_max);
     visit("tilt_after", 0, m.tilt_after), visit("leak_after", 0, m.leak_after);
     visit("rise_depth", 0, m.rise_depth);
     visit("link_rate", 0, m.link_rate), visit("link_share", 0, m.link_share);
@@ -51,26 +52,26 @@ void visit_fields(Model& m, const Visit& visit) {
     visit_fields(m.limits, visit);
 }
 
-/// A number that the radio may read and set. Names have 16 characters at most.
+/// A number that the radio may read and set. Names have at most 16 characters.
 struct ParameterInfo {
     const char* name;
-    float low, high, standard;  // range, and the value of the robot's description
+    float low, high, standard;  // range, and the description's value
     bool whole;                 // a whole number
-    std::int16_t field;         // its place in the row of all numbers
+    std::int16_t field;         // index in the row of all numbers
 };
 
-/// A robot as its description was when this program was made.
+/// A robot's description at build time.
 struct Description {
     const char* name;
     int joints, gaits;
-    const float* value;  // of all numbers
+    const float* value;  // all numbers
     int values;
     const ParameterInfo* parameter;
     int parameters;
-    std::uint32_t layout;  // of names and number of the parameters: a stored set of another layout is not taken
+    std::uint32_t layout;  // checksum of the parameters' names and indices: a stored set of another layout is ignored
 };
 
-/// One number of the row, or the parameter that takes its place.
+/// A number of the row, or the parameter that replaces it.
 inline float number_at(const Description& robot, const float* parameter, int field) {
     for (int k = 0; k < robot.parameters; ++k)
         if (robot.parameter[k].field == field) return parameter[k];
@@ -79,8 +80,8 @@ inline float number_at(const Description& robot, const float* parameter, int fie
 
 inline constexpr int all_fields = -1;
 
-/// Fills one field after another, or a single one of them. Not inlined into each of them: that would take a quarter of
-/// the program.
+/// Fill one field after another, or a single field. Not inlined into every visit: that would be a quarter of the
+/// program.
 struct Filler {
     const Description& robot;
     const float* parameter;
@@ -94,7 +95,7 @@ struct Filler {
     }
 };
 
-/// Fill a model from the row of all numbers, and the parameters among them; or only one field of it.
+/// Fill a model, or one field of it, from the row of all numbers and the parameters.
 [[gnu::cold]] inline void configure(Model& model, const Description& robot, const float* parameter,
                                     int only = all_fields) {
     model.pilot.controller.joints = model.pilot.guidance.steering.joints = robot.joints;
@@ -103,12 +104,12 @@ struct Filler {
     visit_fields(model, Filler{robot, parameter, only, at});
 }
 
-/// Whether a parameter may have a value.
+/// Whether a value is within a parameter's range.
 inline bool in_range(const ParameterInfo& info, float value) {
     return info.low <= value && value <= info.high && (!info.whole || value == float(int(value)));
 }
 
-/// Whether limits that belong together keep their order.
+/// Whether limits that belong together are in order.
 inline bool consistent(const Model& model) {
     const Controller<float>& c = model.pilot.controller;
     return c.pressure_soft < c.pressure_hard && c.pulse_least < c.pulse_center && c.pulse_center < c.pulse_most &&

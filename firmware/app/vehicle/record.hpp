@@ -1,12 +1,12 @@
-/// Record of a tick: what the black box takes down of it, in this order. Whoever reads a box goes by the same list.
+/// Record of a tick in the black box: writer and reader iterate over the same list of fields.
 #pragma once
 
 #include "app/vehicle/vehicle.hpp"
 
 namespace hypertuna::firmware {
 
-/// Call visit(name, word), visit(name, number) or visit(name, numbers, count) for all that a record has, by the names
-/// that a log has for them (mission_record.py). The last word has four names, and a byte for each.
+/// Call visit(name, word), visit(name, number) or visit(name, numbers, count) for every field of a record, by its name
+/// in a log (src/hypertuna/mission/record.py). The last word has four names, one for each byte.
 template <class Visit>
 constexpr void visit_record(const Snapshot& now, int joints, const Visit& visit) {
     const Command<float>& command = now.command;
@@ -27,7 +27,7 @@ constexpr void visit_record(const Snapshot& now, int joints, const Visit& visit)
                                            std::uint32_t(now.armed) << 16 | std::uint32_t(now.answer) << 24);
 }
 
-/// Digest of the names above (FNV-1a), by which a reader tells whether it knows a box's records.
+/// Digest of the names (FNV-1a), by which a reader recognizes the records.
 inline constexpr std::uint32_t record_layout = [] {
     const Snapshot none{};
     std::uint32_t sum = 2166136261u;

@@ -1,4 +1,4 @@
-/// Refusals: why an order is not followed. Each has a sentence that the link passes on.
+/// Refusals: why a command is not executed. The radio sends the sentence to the ground.
 #pragma once
 
 #include <cstdint>
@@ -26,23 +26,23 @@ inline constexpr int refusals = int(Refusal::count);
 
 struct RefusalText {
     const char* name;
-    const char* sentence;  // fits into one STATUSTEXT, 50 characters
+    const char* sentence;  // at most the 50 characters of a STATUSTEXT
 };
 inline constexpr RefusalText refusal_texts[refusals] = {
-    {"none", "done"},
+    {"none", "accepted"},
     {"armed", "not while armed: disarm first"},
     {"disarmed", "not while disarmed: arm first"},
     {"out_of_range", "a value is out of range"},
-    {"inconsistent", "the value does not fit to another parameter"},
+    {"inconsistent", "the value conflicts with another parameter"},
     {"unknown", "no such parameter, command or mode"},
-    {"not_ready", "this robot has no pilot on board"},
-    {"faulty", "a fault forbids it: see the status"},
-    {"busy", "the last order is still being carried out"},
-    {"no_mission", "there is no mission to follow"},
-    {"too_many", "more waypoints or corners than there is room"},
-    {"replayed", "the order is older than the last one"},
-    {"not_signed", "orders must be signed"},
-    {"elsewhere", "the mission on board counts from another origin"},
+    {"not_ready", "the attitude is not known yet"},
+    {"faulty", "a fault forbids it: see the faults"},
+    {"busy", "the memory is being written: try again"},
+    {"no_mission", "there is no mission on board"},
+    {"too_many", "too many waypoints or fence corners"},
+    {"replayed", "the command is older than the last one"},
+    {"not_signed", "commands must be signed"},
+    {"elsewhere", "the mission on board has another origin"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }

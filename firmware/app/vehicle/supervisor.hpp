@@ -1,5 +1,4 @@
-/// Supervisor: watches what the controller and the pilot cannot know of, and turns everything that fails into one
-/// answer.
+/// Supervisor: detects the faults that controller and pilot cannot know of.
 #pragma once
 
 #include "app/vehicle/faults.hpp"
@@ -7,68 +6,68 @@
 
 namespace hypertuna::firmware {
 
-struct SupervisorMemory {
+struct SupervisorState {
     Faults present, latched;
-    int low, empty, tilted, leaking;  // ticks that it lasted
+    int low, empty, tilted, leaking;  // ticks that the condition has lasted
 };
 
-/// What it hears of in a tick.
-struct Heard {
+/// Input of a tick.
+struct SupervisorInput {
     const ControllerState<float>& controller;
     const Status& status;
     const Estimate<float>& at;
     bool leak, overrun, lost_records;
     bool armed;
-    float silence;  // s since the ground was heard
+    float silence;  // s since the last frame of the ground station
 };
 
-/// Count the ticks that something lasts, and say whether that is long.
+/// Count the ticks that a condition lasts; whether it has lasted for `seconds`.
 inline bool lasting(int& ticks, bool holds, float seconds, float tick) {
     ticks = !holds ? 0 : float(ticks) * tick < seconds ? ticks + 1 : ticks;
     return holds && seconds <= float(ticks) * tick;
 }
 
-/// One tick: the faults that hold now, and those that did since it was armed.
-inline void watch(const Model& model, SupervisorMemory& memory, const Heard& heard) {
+/// One tick: update the present faults, and those latched since arming.
+inline void detect_faults(const Model& model, SupervisorState& memory, const SupervisorInput& input) {
     const Controller<float>& controller = model.pilot.controller;
     const Limits& limits = model.limits;
     const float tick = controller.tick;
     Faults& now = memory.present;
-    const auto says = [&](Condition c) { return heard.status.has(c); };
+    const auto says = [&](Condition c) { return input.status.has(c); };
     bool bend = false, pressure = false, current = false;
-    for (int j = 0; j < controller.joints; ++j) bend = bend || heard.controller.bend[j].faulty;
+    for (int j = 0; j < controller.joints; ++j) bend = bend || input.controller.bend[j].faulty;
     for (int c = 0; c < 2 * controller.joints; ++c) {
-        pressure = pressure || heard.controller.pressure[c].faulty;
-        current = current || heard.controller.current[c].faulty;
+        pressure = pressure || input.controller.pressure[c].faulty;
+        current = current || input.controller.current[c].faulty;
     }
-    const Health<float>& battery = heard.controller.voltage;
+    const Health<float>& battery = input.controller.voltage;
     const bool known = battery.seen && !battery.faulty;
-    const float supply = heard.controller.supply;
+    const float supply = input.controller.supply;
     now.set(Fault::over_pressure, says(Condition::hard_stop));
     now.set(Fault::bend_sensor, bend);
     now.set(Fault::pressure_sensor, pressure);
     now.set(Fault::current_sensor, current);
-    now.set(Fault::imu, !imu_stands(heard.controller));
+    now.set(Fault::imu, !imu_stands(input.controller));
     now.set(Fault::battery_sensor, battery.faulty);
     now.set(Fault::low_battery,
             lasting(memory.low, known && supply < controller.voltage_low, limits.voltage_after, tick));
     now.set(Fault::empty_battery,
             lasting(memory.empty, known && supply < limits.voltage_empty, limits.voltage_after, tick));
-    now.set(Fault::link_lost, limits.link_timeout < heard.silence);
-    now.set(Fault::link_gone, heard.armed && limits.home_timeout < heard.silence);
-    const float pitch = heard.at.facing.z, roll = heard.at.tilt, most = limits.tilt_most;
-    const Quaternion<float>& q = heard.at.q;
+    now.set(Fault::link_lost, limits.link_timeout < input.silence);
+    now.set(Fault::link_gone, input.armed && limits.home_timeout < input.silence);
+    const float pitch = input.at.facing.z, roll = input.at.tilt, limit = limits.tilt_max;
+    const Quaternion<float>& q = input.at.q;
     const bool over = 0.5f < q.x * q.x + q.y * q.y;  // on its back, where both sines are small again
-    const bool tilted = heard.at.attitude && (over || !(abs(pitch) <= most && abs(roll) <= most));
+    const bool tilted = input.at.attitude && (over || !(abs(pitch) <= limit && abs(roll) <= limit));
     now.set(Fault::tilt, lasting(memory.tilted, tilted, limits.tilt_after, tick));
-    now.set(Fault::leak, lasting(memory.leaking, heard.leak, limits.leak_after, tick));
-    now.set(Fault::overrun, heard.overrun);
-    now.set(Fault::black_box, heard.lost_records);
+    now.set(Fault::leak, lasting(memory.leaking, input.leak, limits.leak_after, tick));
+    now.set(Fault::overrun, input.overrun);
+    now.set(Fault::black_box, input.lost_records);
     for (int f = 0; f < faults; ++f)
         if (fault_texts[f].latched && now.has(Fault(f))) memory.latched.set(Fault(f), true);
 }
 
-/// All that holds, or did and is remembered.
-inline Faults all(const SupervisorMemory& memory) { return {memory.present.flags | memory.latched.flags}; }
+/// All present and latched faults.
+inline Faults all_faults(const SupervisorState& memory) { return {memory.present.flags | memory.latched.flags}; }
 
 }  // namespace hypertuna::firmware

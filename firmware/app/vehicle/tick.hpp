@@ -1,7 +1,7 @@
-/// Tick: what the vehicle does a hundred times a second.
+/// Tick: the vehicle's loop at 100 Hz.
 ///
-/// counts -> readings -> estimate -> command of mission, gait or joystick -> controller -> pulses; then the supervisor
-/// looks at what came of it, and decides what the next tick may do.
+/// counts -> readings -> estimate -> command of mission, gait or joystick -> controller -> pulses; then the
+/// supervisor detects faults, and selects the response of the next tick.
 #pragma once
 
 #include <new>
@@ -11,139 +11,142 @@
 
 namespace hypertuna::firmware {
 
-/// Take over the stored parameters; false where one is out of its range, or does not fit to another.
+/// Restore the stored parameters; false if one is out of range or conflicts with another.
 [[gnu::cold]] inline bool restore(Vehicle& vehicle) {
     const Description& robot = *vehicle.robot;
-    std::memcpy(vehicle.value, vehicle.kept, std::size_t(4 * robot.parameters));
+    std::memcpy(vehicle.value, vehicle.stored, std::size_t(4 * robot.parameters));
     for (int k = 0; k < robot.parameters; ++k)
         if (!in_range(robot.parameter[k], vehicle.value[k])) return false;
     configure(vehicle.model, robot, vehicle.value);
     return consistent(vehicle.model);
 }
 
-/// Take over the kept mission and its origin, if it can still be followed.
+/// Restore the stored mission and its origin, if it is valid.
 [[gnu::cold]] inline void restore_mission(Vehicle& vehicle) {
-    const KeptMission& plan = vehicle.plan;
+    const StoredMission& plan = vehicle.plan;
     if (plan.waypoints < 1 || !fits(plan.waypoints, plan.corners)) return;
     const Mission<float> mission = mission_of(plan);
-    if (!sound(mission) || !is_place(plan.latitude, plan.longitude)) return;
+    if (!is_valid(mission) || !is_place(plan.latitude, plan.longitude)) return;
     vehicle.mission = mission;
     vehicle.has_mission = true;
-    if (plan.placed == 0) return;
+    if (plan.has_origin == 0) return;
     vehicle.origin = origin_at(plan.latitude, plan.longitude);
-    vehicle.remembered = true;
+    vehicle.origin_restored = true;
 }
 
-/// As it boots: disarmed, everything at rest, parameters from the store or else from the description.
+/// Boot: disarmed, at rest, with the parameters of the store or else of the description.
 template <Board B>
 [[gnu::cold]] void boot(Vehicle& vehicle, const Description& robot, B& board) {
     static_assert(std::is_trivially_copyable_v<Vehicle> && std::is_trivially_default_constructible_v<Vehicle>);
-    std::memset(&vehicle, 0, sizeof(vehicle));  // a temporary one would not fit onto the stack
+    std::memset(&vehicle, 0, sizeof(vehicle));  // a temporary would not fit onto the stack
     vehicle.robot = &robot;
-    vehicle.store = {0, kept_size(robot), robot.layout, 0, -1, false, false, {}};
-    vehicle.missions = {missions_at, int(sizeof(KeptMission)), mission_layout, 0, -1, false, false, {}};
+    vehicle.store = {0, stored_size(robot), robot.layout, 0, -1, false, false, {}};
+    vehicle.missions = {missions_at, int(sizeof(StoredMission)), mission_layout, 0, -1, false, false, {}};
     vehicle.stamps = {stamps_at, 8, stamp_layout, 0, -1, false, false, {}};
-    vehicle.defaults = !open(vehicle.store, vehicle.kept, board) || !restore(vehicle);
-    if (vehicle.defaults) {  // nothing of a set that cannot be used
-        std::memset(vehicle.kept, 0, sizeof(vehicle.kept));
+    vehicle.defaults = !open(vehicle.store, vehicle.stored, board) || !restore(vehicle);
+    if (vehicle.defaults) {  // an invalid set is ignored as a whole
+        std::memset(vehicle.stored, 0, sizeof(vehicle.stored));
         for (int k = 0; k < robot.parameters; ++k) vehicle.value[k] = robot.parameter[k].standard;
-        std::memcpy(vehicle.kept, vehicle.value, std::size_t(4 * robot.parameters));
+        std::memcpy(vehicle.stored, vehicle.value, std::size_t(4 * robot.parameters));
         configure(vehicle.model, robot, vehicle.value);
     }
-    vehicle.key = vehicle.kept[4 * robot.parameters] == 1;
+    vehicle.key = vehicle.stored[4 * robot.parameters] == 1;
     open(vehicle.stamps, reinterpret_cast<std::uint8_t*>(&vehicle.stamp), board);
     vehicle.mission.home_radius = vehicle.mission.home_speed = 1;
     if (open(vehicle.missions, reinterpret_cast<std::uint8_t*>(&vehicle.plan), board)) restore_mission(vehicle);
     new (&vehicle.state) PilotState<float>(init(vehicle.model.pilot, vehicle.mission));  // in place, as above
     vehicle.now.control = Control::gait;
-    vehicle.woken = board.woken();
+    vehicle.watchdog_reset = board.watchdog_reset();
     Record record(vehicle.box, Kind::robot);
     record.put(record_layout), record.put(robot.layout), record.put(std::uint32_t(robot.joints));
     record.end();
 }
 
-/// Whether a robot without a way home must come up: it is deeper than a tank, and not up yet. The depth is the last
-/// that was believed.
-inline bool ascends(Vehicle& vehicle) {
+/// Whether a robot without a way home must ascend: it is deeper than a tank, and not at the surface yet. The depth is
+/// the last plausible one.
+inline bool ascending(Vehicle& vehicle) {
     const Estimate<float>& at = vehicle.now.estimate;
     const Guidance<float>& guidance = vehicle.model.pilot.guidance;
     if (vehicle.ascent == Ascent::none && vehicle.model.limits.rise_depth < at.depth) {
-        vehicle.ascent = Ascent::on;
+        vehicle.ascent = Ascent::active;
         begin_ascent(vehicle);
-    } else if (vehicle.ascent == Ascent::on) {
+    } else if (vehicle.ascent == Ascent::active) {
         const bool up = at.depth < guidance.surface_depth,
-                   late = 0 <= std::int32_t(vehicle.now.tick - vehicle.ascent_ends);
-        if (up || late || vehicle.state.guidance.mode == Mode::hold) vehicle.ascent = up ? Ascent::none : Ascent::vain;
+                   late = 0 <= std::int32_t(vehicle.now.tick - vehicle.ascent_deadline);
+        if (up || late || vehicle.state.guidance.mode == Mode::hold)
+            vehicle.ascent = up ? Ascent::none : Ascent::failed;
     }
-    return vehicle.ascent == Ascent::on;
+    return vehicle.ascent == Ascent::active;
 }
 
-/// The command that the answer to all faults leaves: null where guidance makes it.
-inline const Command<float>* chosen(Vehicle& vehicle, Command<float>& made) {
+/// Command allowed by the response to all faults; nullptr if guidance makes it.
+inline const Command<float>* choose_command(Vehicle& vehicle, Command<float>& made) {
     Snapshot& now = vehicle.now;
     const Answer answer = now.answer;
     if (answer == Answer::disarm) arm(vehicle, false);
     made = rest();
     made.armed = now.armed;
     if (!now.armed || answer >= Answer::rest) return &made;
-    if (answer == Answer::home && !(vehicle.has_mission && vehicle.way_home)) return ascends(vehicle) ? nullptr : &made;
-    if (answer == Answer::home && now.control != Control::mission) ask_control(vehicle, Control::mission);
+    if (answer == Answer::home && !(vehicle.has_mission && vehicle.way_home))
+        return ascending(vehicle) ? nullptr : &made;
+    if (answer == Answer::home && now.control != Control::mission) set_control(vehicle, Control::mission);
     if (now.control == Control::mission) {
         if (answer == Answer::home) vehicle.state.guidance.reasons.tell(Reason::recalled);
         return nullptr;
     }
-    // A joystick is asked for often, a gait goes on while the ground is heard.
+    // A joystick must repeat its command; a gait goes on while the ground is in contact.
     const Limits& limits = vehicle.model.limits;
-    const std::uint32_t since = now.tick - (now.control == Control::manual ? vehicle.asked_at : vehicle.heard);
+    const std::uint32_t since =
+        now.tick - (now.control == Control::manual ? vehicle.requested_at : vehicle.ground_contact);
     const float patience = now.control == Control::manual ? limits.manual_timeout : limits.link_timeout;
-    if (float(since) * vehicle.model.pilot.controller.tick <= patience) made = vehicle.asked;
+    if (float(since) * vehicle.model.pilot.controller.tick <= patience) made = vehicle.requested;
     made.fresh = true;
     return &made;
 }
 
-/// Take down what happened in a tick.
-inline void note(Vehicle& vehicle) {
+/// Write the tick's record into the black box.
+inline void record_tick(Vehicle& vehicle) {
     Record record(vehicle.box, Kind::tick);
     visit_record(vehicle.now, vehicle.model.pilot.controller.joints,
-                 [&](const char*, auto... told) { record.put(told...); });
+                 [&](const char*, auto... values) { record.put(values...); });
     record.end();
 }
 
-/// What the supervisor makes of the tick.
+/// Detect faults, evaluate the response, estimate the charge.
 inline void supervise(Vehicle& vehicle) {
     Snapshot& now = vehicle.now;
     const float tick = vehicle.model.pilot.controller.tick;
-    const float silence = float(now.tick - vehicle.heard) * tick;
-    const Heard heard{
+    const float silence = float(now.tick - vehicle.ground_contact) * tick;
+    const SupervisorInput input{
         vehicle.state.controller,         now.output.status, now.estimate, vehicle.raw.leak, now.load > 1.0f,
         vehicle.box.lost != vehicle.lost, now.armed,         silence};
     vehicle.lost = vehicle.box.lost;
-    watch(vehicle.model, vehicle.memory, heard);
-    weigh_faults(vehicle);
+    detect_faults(vehicle.model, vehicle.memory, input);
+    evaluate_faults(vehicle);
     const Guidance<float>& guidance = vehicle.model.pilot.guidance;
     const float above = vehicle.state.controller.supply + guidance.battery_drop - guidance.battery_empty;
     now.battery_left = clamp(above / guidance.battery_span, 0.0f, 1.0f);
 }
 
-/// From counts to pulses.
+/// From samples to servo pulses.
 template <Board B>
 void control(Vehicle& vehicle, B& board) {
     Snapshot& now = vehicle.now;
     PilotState<float>& state = vehicle.state;
     const Pilot<float>& pilot = vehicle.model.pilot;
     vehicle.raw.fixed = vehicle.raw.fixed && is_place(vehicle.raw.fix[0], vehicle.raw.fix[1]);
-    if (vehicle.raw.fixed && (vehicle.remembered || !vehicle.origin.known)) meet_fix(vehicle, vehicle.raw.fix);
+    if (vehicle.raw.fixed && (vehicle.origin_restored || !vehicle.origin.known)) on_first_fix(vehicle, vehicle.raw.fix);
     now.readings = convert(vehicle.model.calibration, pilot.controller.joints, vehicle.raw, vehicle.origin);
     const std::uint32_t start = board.clock();
     now.estimate = perceive(pilot, state, now.readings);
     Command<float> made;
-    const Command<float>* command = chosen(vehicle, made);
+    const Command<float>* command = choose_command(vehicle, made);
     const bool decision = due(pilot, state);
     if (command == nullptr && decision)
         decide(pilot, state, now.estimate, now.control == Control::mission ? vehicle.mission : vehicle.up);
     if (command != nullptr) state.command = *command;
     const std::uint32_t middle = board.clock();
-    follow(pilot, state, now.estimate, now.readings.robot, now.output);
+    run_controller(pilot, state, now.estimate, now.readings.robot, now.output);
     vehicle.profile.controller = board.clock() - middle;
     vehicle.profile.pilot = middle - start;
     now.command = state.command;
@@ -153,7 +156,7 @@ void control(Vehicle& vehicle, B& board) {
     now.leg = state.guidance.leg;
 }
 
-/// Servo pulses: the controller's with each servo's trim, within the clamp; none once a disarmed tail has come to rest.
+/// Send the controller's pulses with each servo's trim, clamped; none once a disarmed tail is at rest.
 template <Board B>
 void send_pulses(const Vehicle& vehicle, B& board) {
     const Controller<float>& controller = vehicle.model.pilot.controller;
@@ -167,15 +170,16 @@ void send_pulses(const Vehicle& vehicle, B& board) {
     board.drive(pulse, servos);
 }
 
-/// Parameters change while disarmed alone; a mission that came while armed waits until then. The stamp does not wait.
+/// Parameters change only while disarmed; a mission uploaded while armed waits to be written. The timestamp does not
+/// wait.
 template <Board B>
 void write_stores(Vehicle& vehicle, B& board) {
-    write_some(vehicle.store, vehicle.kept, board);
+    write_some(vehicle.store, vehicle.stored, board);
     if (!vehicle.now.armed) write_some(vehicle.missions, reinterpret_cast<std::uint8_t*>(&vehicle.plan), board);
     write_some(vehicle.stamps, reinterpret_cast<std::uint8_t*>(&vehicle.stamp), board);
 }
 
-/// One tick, after the link took in what it was told.
+/// One tick, after the radio's part.
 template <Board B>
 void tick(Vehicle& vehicle, B& board) {
     const std::uint32_t start = board.clock();
@@ -184,13 +188,13 @@ void tick(Vehicle& vehicle, B& board) {
     control(vehicle, board);
     send_pulses(vehicle, board);
     supervise(vehicle);
-    note(vehicle);
+    record_tick(vehicle);
     flush(vehicle.box, board);
     write_stores(vehicle, board);
     ++vehicle.now.tick;
     vehicle.now.time = float(vehicle.now.tick) * vehicle.model.pilot.controller.tick;
     vehicle.profile.whole = board.clock() - start;
-    vehicle.now.load = float(vehicle.profile.whole + vehicle.profile.link) / float(board.per_tick());
+    vehicle.now.load = float(vehicle.profile.whole + vehicle.profile.radio) / float(board.per_tick());
     board.feed();
 }
 

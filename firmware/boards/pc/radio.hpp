@@ -19,16 +19,16 @@ struct UdpRadio {
         return line >= 0 && ::inet_pton(AF_INET, "127.0.0.1", &peer.sin_addr) == 1;
     }
     /// Whole datagrams: what does not fit is left for the next call.
-    int receive(std::uint8_t* to, int most) {
+    int receive(std::uint8_t* to, int limit) {
         int count = 0;
-        while (line >= 0 && count < most) {
+        while (line >= 0 && count < limit) {
             sockaddr_in from{};
             socklen_t length = sizeof from;
             auto* at = reinterpret_cast<sockaddr*>(&from);
             const ssize_t waiting = ::recvfrom(line, to, 0, MSG_DONTWAIT | MSG_PEEK | MSG_TRUNC, at, &length);
-            if (waiting < 0 || (count > 0 && most - count < waiting)) break;
+            if (waiting < 0 || (count > 0 && limit - count < waiting)) break;
             length = sizeof from;
-            const ssize_t got = ::recvfrom(line, to + count, std::size_t(most - count), MSG_DONTWAIT, at, &length);
+            const ssize_t got = ::recvfrom(line, to + count, std::size_t(limit - count), MSG_DONTWAIT, at, &length);
             if (got < 0) break;
             count += int(got), peer = from;
         }

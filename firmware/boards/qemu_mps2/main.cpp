@@ -21,9 +21,9 @@ struct Uart {
         at(base + 16) = 16;
         at(base + 8) = 3;
     }
-    int receive(std::uint8_t* to, int most) {
+    int receive(std::uint8_t* to, int limit) {
         int count = 0;
-        while (count < most && (at(base + 4) & 2) != 0) to[count++] = std::uint8_t(at(base));
+        while (count < limit && (at(base + 4) & 2) != 0) to[count++] = std::uint8_t(at(base));
         return count;
     }
     int send(const std::uint8_t* from, int count) {

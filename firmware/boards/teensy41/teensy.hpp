@@ -84,9 +84,9 @@ struct Teensy {
         if (unflushed >= flush_bytes) box.flush(), unflushed = 0;
         return taken;
     }
-    int receive(std::uint8_t* to, int most) {
+    int receive(std::uint8_t* to, int limit) {
         int count = 0;
-        while (count < most && radio->available() > 0) to[count++] = std::uint8_t(radio->read());
+        while (count < limit && radio->available() > 0) to[count++] = std::uint8_t(radio->read());
         return count;
     }
     int send(const std::uint8_t* from, int count) {
@@ -101,11 +101,11 @@ struct Teensy {
         WDOG1_WCR = std::uint16_t((halves > 1 ? halves - 1 : 0) << 8 | 0x37);  // on, but not while asleep or debugged
     }
     void feed() { WDOG1_WSR = 0x5555, WDOG1_WSR = 0xaaaa; }
-    bool woken() { return (WDOG1_WRSR & 2) != 0; }
+    bool watchdog_reset() { return (WDOG1_WRSR & 2) != 0; }
 #else
     void begin_watchdog() {}
     void feed() {}
-    bool woken() { return false; }
+    bool watchdog_reset() { return false; }
 #endif
 
   private:

@@ -274,7 +274,7 @@ def record_of(
         reasons=tuple(name for name, _ in _core.reason_table()),
         origin=None if file is None else file.origin,
         facts={key: str(value) for key, value in (provenance(robot, water=False) | made | dict(facts or {})).items()},
-        controls=tuple(_core.control_names()),
+        controls=tuple(name for name, _ in _core.control_table()),
         faults=tuple(row[0] for row in _core.fault_table()),
     )
 

@@ -105,7 +105,7 @@ class _Module:
     lost: int = 0
     damaged: int = 0
     dropped: int = 0  # bytes
-    most_waiting: int = 0
+    max_waiting: int = 0
 
 
 class Air:
@@ -146,7 +146,7 @@ class Air:
         module.dropped += max(0, len(content) - room)
         module.waiting += content[:room]
         module.written = time
-        module.most_waiting = max(module.most_waiting, len(module.waiting))
+        module.max_waiting = max(module.max_waiting, len(module.waiting))
 
     def read(self, side: int, time: float) -> bytes:
         """Take the bytes that have come to a module.
@@ -179,7 +179,7 @@ class Air:
             Packets sent, lost and damaged, bytes dropped, and the most bytes that ever waited.
         """
         module = self._modules[side]
-        names = ("sent", "lost", "damaged", "dropped", "most_waiting")
+        names = ("sent", "lost", "damaged", "dropped", "max_waiting")
         return {name: getattr(module, name) for name in names}
 
     def _ready(self, side: int) -> float:

@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 Messages = NDArray[Any]
 
 PART = 3000  # ticks that the twin makes at a time
-PARTS = ("controller", "pilot", "link", "whole")  # of a tick, that instructions are counted of
+PARTS = ("controller", "pilot", "radio", "whole")  # of a tick, that instructions are counted of
 TICK = 0.01  # s
 USUAL = 6000  # ticks of what does not end by itself
 MOST_TICKS = 100_000_000  # eleven days
@@ -109,7 +109,7 @@ class FirmwareRun:
 
         Parameters
         ----------
-        part : {"controller", "pilot", "link", "whole"}
+        part : {"controller", "pilot", "radio", "whole"}
 
         Returns
         -------

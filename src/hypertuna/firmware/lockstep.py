@@ -57,7 +57,7 @@ SAME: list[Any] = [
     ("digest", "<u4"),
 ]
 # These may differ from board to board.
-OWN: list[Any] = [(name, "<u4") for name in ("controller", "pilot", "whole", "link", "stack")]
+OWN: list[Any] = [(name, "<u4") for name in ("controller", "pilot", "whole", "radio", "stack")]
 FROM_BOARD = np.dtype(SAME + OWN)
 COMPARED = np.dtype(SAME).itemsize  # bytes that boards must agree on
 

@@ -263,7 +263,7 @@ def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
             f"must make at most {MOST_PARAMETERS} parameters",
             key="joints",
             value=f"{len(parameters)}",
-            fix="raise most_parameters of firmware/app/vehicle/parameters.hpp and MOST_PARAMETERS",
+            fix="raise max_parameters of firmware/app/vehicle/parameters.hpp and MOST_PARAMETERS",
         )
     return tuple(parameters)
 

@@ -350,7 +350,7 @@ class Client:
         InputError
             As for `command`.
         """
-        self.command(176, 1, _core.control_names().index(name), name=f"mode {name}")
+        self.command(176, 1, [control for control, _ in _core.control_table()].index(name), name=f"mode {name}")
 
     def gait(self, gait: Gait, *, fins: tuple[float, float] = (0.0, 0.0)) -> None:
         """Swim a steady gait.

@@ -9,7 +9,15 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 
 enum class Mode : std::uint8_t { idle, transit, hold, surface, home, done, count };
 inline constexpr int modes = int(Mode::count);
-inline constexpr const char* mode_names[modes] = {"idle", "transit", "hold", "surface", "home", "done"};
+struct ModeText {
+    const char* name;
+    const char* sentence;
+};
+inline constexpr ModeText mode_texts[modes] = {
+    {"idle", "no mission to fly"},   {"transit", "on a leg to a waypoint"},
+    {"hold", "the beat is stopped"}, {"surface", "ascending for a fix, or waiting for it at the surface"},
+    {"home", "on the way home"},     {"done", "the mission has ended"},
+};
 
 /// Why the robot does what it does. The first ones end the mission and are latched.
 enum class Reason : std::uint8_t {

@@ -45,12 +45,12 @@ struct BenchBoard {
     void feed() {}
     std::uint32_t clock() { return 0; }
     std::uint32_t per_tick() { return 1; }
-    bool woken() { return false; }
+    bool watchdog_reset() { return false; }
     std::uint8_t load(int at) { return memory[at]; }
     void save(int at, std::uint8_t byte) { memory[at] = byte; }
     int log(const std::uint8_t*, int count) { return count; }
-    int receive(std::uint8_t* to, int most) {
-        const int count = std::min(most, int(heard.size()));
+    int receive(std::uint8_t* to, int limit) {
+        const int count = std::min(limit, int(heard.size()));
         std::copy_n(heard.begin(), count, to);
         heard.erase(heard.begin(), heard.begin() + count);
         return count;
@@ -63,7 +63,7 @@ struct BenchBoard {
     /// The description's parameters: the sensors are those that it tells of, whatever the radio sets.
     static const Model& sound() {
         static const Model model = [] {
-            float value[most_parameters];
+            float value[max_parameters];
             for (int k = 0; k < robot::description.parameters; ++k) value[k] = robot::description.parameter[k].standard;
             Model made;
             configure(made, robot::description, value);

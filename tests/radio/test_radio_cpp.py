@@ -9,7 +9,7 @@ pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
 from hypertuna.firmware.channel import Air, RadioModel
 from hypertuna.radio.dialect import dialect
-from link_bench import TICK, LinkBench, Told
+from radio_bench import TICK, RadioBench, Told
 from radio.test_channel import GROUND, ROBOT
 
 BAD = RadioModel(loss=0.3, burst=4.0, damage=0.1, late=0.1)
@@ -17,8 +17,8 @@ MANUAL, GAIT, MISSION = 0, 1, 2
 
 
 @pytest.fixture
-def bench() -> Iterator[LinkBench]:
-    bench = LinkBench()
+def bench() -> Iterator[RadioBench]:
+    bench = RadioBench()
     yield bench
     bench.close()
 
@@ -51,7 +51,7 @@ class Ground:
         return [m.get_type() for m in self.reader.parse_buffer(content) or []]
 
 
-def armed(bench: LinkBench, ground: Ground) -> Told:
+def armed(bench: RadioBench, ground: Ground) -> Told:
     for _ in range(60):
         bench.tick()
     _, told = bench.tick(ground.command(400, 1))
@@ -59,7 +59,7 @@ def armed(bench: LinkBench, ground: Ground) -> Told:
     return told
 
 
-def test_ten_minutes_of_a_bad_channel(bench: LinkBench) -> None:
+def test_ten_minutes_of_a_bad_channel(bench: RadioBench) -> None:
     """A third of the packets is lost in bursts, a tenth is damaged and a tenth comes late.
 
     The ground asks for a gait of its own every second, always faster than before, and sets a parameter to a value of
@@ -104,12 +104,12 @@ def test_ten_minutes_of_a_bad_channel(bench: LinkBench) -> None:
     assert told.bad > 0
     assert told.replayed > 0
     assert frequency > 1.9
-    assert told.most_waiting <= 8
+    assert told.max_waiting <= 8
     assert air.told(ROBOT)["dropped"] == air.told(GROUND)["dropped"] == 0
     assert heard.count("HEARTBEAT") > 200
 
 
-def test_the_robot_rests_when_the_ground_falls_silent(bench: LinkBench) -> None:
+def test_the_robot_rests_when_the_ground_falls_silent(bench: RadioBench) -> None:
     """A gait goes on while heartbeats come, ends link_timeout after the last, and begins again with the next."""
     ground = Ground()
     armed(bench, ground)
@@ -130,7 +130,7 @@ def test_the_robot_rests_when_the_ground_falls_silent(bench: LinkBench) -> None:
     assert told.frequency == 2
 
 
-def test_a_joystick_that_stops_stops_the_tail(bench: LinkBench) -> None:
+def test_a_joystick_that_stops_stops_the_tail(bench: RadioBench) -> None:
     """MANUAL_CONTROL holds for manual_timeout, whatever else is heard."""
     ground = Ground()
     armed(bench, ground)
@@ -153,7 +153,7 @@ def test_a_joystick_that_stops_stops_the_tail(bench: LinkBench) -> None:
 
 def test_telemetry_fits_the_radio() -> None:
     """Two minutes at 4.8 kbit/s: the module's buffer never fills, and every message comes at about its rate."""
-    bench, ground, air = LinkBench(), Ground(), Air(RadioModel(), seed=1)
+    bench, ground, air = RadioBench(), Ground(), Air(RadioModel(), seed=1)
     counts: dict[str, int] = {}
     seconds = 120
     for k in range(int(seconds / TICK)):
@@ -166,7 +166,7 @@ def test_telemetry_fits_the_radio() -> None:
             counts[kind] = counts.get(kind, 0) + 1
     bench.close()
     assert air.told(ROBOT)["dropped"] == 0
-    assert air.told(ROBOT)["most_waiting"] < 300
+    assert air.told(ROBOT)["max_waiting"] < 300
     assert told.frames > 0.95 * seconds
     rates = {kind: count / seconds for kind, count in counts.items()}
     assert rates["HEARTBEAT"] == pytest.approx(1, rel=0.05)

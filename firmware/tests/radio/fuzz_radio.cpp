@@ -1,10 +1,11 @@
-/// Fuzzing of the link: any bytes, in any portions, to a robot that is armed, with and without signing.
+/// Fuzzing of the radio: any bytes, in any portions, to a robot that is armed, with and without signing.
 ///
 /// The first byte chooses; then portions: a length, and as many bytes for one tick. With the right checksum put into
 /// every second portion that looks like a frame, the handlers behind the parser are reached, too. What must hold after
 /// every tick is checked, beside what the sanitizers see.
 #include <cstdlib>
 
+#include "app/radio/dispatch.hpp"
 #include "bench_board.hpp"
 
 using namespace hypertuna;
@@ -17,8 +18,8 @@ static void must(bool holds) {
 /// Give a portion mark, flags and checksum, so that it is a frame of the kind that its id picks.
 static int make_frame(std::uint8_t* bytes, int count) {
     if (count < head_length + 1 + crc_length) return count;
-    const MessageKind& kind = heard_kinds[bytes[7] % (sizeof heard_kinds / sizeof heard_kinds[0])];
-    const int room = count - head_length - crc_length, payload = room < kind.most ? room : kind.most;
+    const MessageKind& kind = accepted.kind[bytes[7] % (sizeof accepted.kind / sizeof accepted.kind[0])];
+    const int room = count - head_length - crc_length, payload = room < kind.max_length ? room : kind.max_length;
     bytes[0] = frame_mark, bytes[1] = std::uint8_t(payload), bytes[2] = 0;
     for (int k = 0; k < 3; ++k) bytes[7 + k] = std::uint8_t(kind.id >> 8 * k);
     const std::uint16_t crc = frame_crc(bytes, head_length + payload, kind.crc_extra);
@@ -28,12 +29,12 @@ static int make_frame(std::uint8_t* bytes, int count) {
 
 static void check(const App& app) {
     const Snapshot& now = snapshot(app.vehicle);
-    const Outbox& out = app.link.out;
-    must(0 <= out.fill && out.fill <= outbox_size && 0 <= out.answers && out.answers <= most_answers);
-    must(out.allowance <= float(longest_frame) + out.rate && -float(longest_frame + packet_cost) <= out.allowance);
+    const Outbox& out = app.radio.out;
+    must(0 <= out.fill && out.fill <= outbox_size && 0 <= out.answers && out.answers <= max_answers);
+    must(out.allowance <= float(max_frame) + out.rate && -float(max_frame + packet_cost) <= out.allowance);
     must(is_finite(now.command.frequency) && 0 <= now.command.frequency && now.command.frequency <= 8);
     const Mission<float>& m = mission(app.vehicle);
-    must(0 <= m.waypoints && m.waypoints <= most_waypoints && 0 <= m.corners && m.corners <= most_corners);
+    must(0 <= m.waypoints && m.waypoints <= max_waypoints && 0 <= m.corners && m.corners <= max_corners);
     for (int k = 0; k < m.waypoints; ++k) must(is_finite(m.waypoint[k].x) && 0 < m.waypoint[k].speed);
     for (int k = 0; k < parameter_count(app.vehicle); ++k) {
         const ParameterInfo& info = parameter(app.vehicle, k);
@@ -62,13 +63,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::uint8_t choice = data[0];
     if (choice & 1) arm(app.vehicle, false);
     if ((choice & 2) && size > key_length) {
-        std::memcpy(app.vehicle.kept + kept_size(robot::description) - key_size, data, key_size);
+        std::memcpy(app.vehicle.stored + stored_size(robot::description) - key_size, data, key_size);
         app.vehicle.key = true, app.vehicle.model.limits.sign = 1.0f;
     }
     std::size_t at = 1;
     for (int portion = 0; at < size && portion < 64; ++portion) {
-        const std::size_t wished = 1 + std::size_t(data[at++] % 96);
-        const std::size_t count = wished < size - at ? wished : size - at;
+        const std::size_t portion_size = 1 + std::size_t(data[at++] % 96);
+        const std::size_t count = portion_size < size - at ? portion_size : size - at;
         std::uint8_t bytes[96];
         std::memcpy(bytes, data + at, count);
         at += count;

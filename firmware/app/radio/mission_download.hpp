@@ -5,9 +5,9 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int most_items = 2 * most_waypoints + most_corners + 2;
+inline constexpr int max_items = 2 * max_waypoints + max_corners + 2;
 
-/// Call visit(item) for every item, and return their number. Places are in MAV_FRAME_LOCAL_NED.
+/// Call visit(item) for every item, and return their number. Positions are in MAV_FRAME_LOCAL_NED.
 template <class Visit>
 int visit_items(const Mission<float>& mission, const Visit& visit) {
     if (mission.waypoints == 0) return 0;
@@ -21,7 +21,7 @@ int visit_items(const Mission<float>& mission, const Visit& visit) {
     };
     item.param3 = mission.duration, item.param4 = mission.surface_every;
     const Corner<float> rest{0.01f * mission.home_radius,
-                             mission.stay ? 1e-4f : 0.0f};  // 100 cm, 1: as places are told
+                             mission.stay ? 1e-4f : 0.0f};  // 100 cm, 1: scaled like positions
     add(HYPERTUNA_CMD_BOUNDS, rest, mission.home_speed, mission.depth_most, mission.reserve);
     item.param3 = item.param4 = 0.0f;
     add(MAV_CMD_DO_SET_HOME, mission.home, 0.0f, 0.0f, 0.0f);
@@ -39,7 +39,7 @@ int visit_items(const Mission<float>& mission, const Visit& visit) {
     return item.seq;
 }
 
-/// Where the robot is in the list: the item of the waypoint that it swims to.
+/// Current item: the waypoint that the robot swims to.
 inline mavlink_mission_current_t mission_current(const Vehicle& vehicle) {
     const Snapshot& now = snapshot(vehicle);
     mavlink_mission_current_t m{};

@@ -4,13 +4,13 @@
 /// m.
 #pragma once
 
-#include "app/radio/link_state.hpp"
+#include "app/radio/radio_state.hpp"
 
 namespace hypertuna::firmware {
 
 inline constexpr float local_step = 1e-4f;  // m of an item's x and y
 
-/// What a mission has that says nothing of it: as in a mission file.
+/// Defaults, as in a mission file [m/s, m, m, 1].
 inline constexpr float standard_speed = 0.3f, standard_radius = 3.0f, standard_depth = 5.0f, standard_reserve = 0.1f;
 
 inline void begin_mission(Upload& upload, const Snapshot& now) {
@@ -22,7 +22,7 @@ inline void begin_mission(Upload& upload, const Snapshot& now) {
     upload.speed = standard_speed;
 }
 
-/// Place of an item [m east and north]; false for a frame that cannot be used.
+/// Position of an item [m east and north]; false for a frame that is not supported.
 inline bool place_of(const Vehicle& vehicle, const mavlink_mission_item_int_t& m, Corner<float>& place) {
     if (m.frame == MAV_FRAME_LOCAL_NED) {
         place = {float(m.y) * local_step, float(m.x) * local_step};
@@ -45,19 +45,19 @@ inline bool has_place(std::uint16_t command) {
 
 inline std::uint8_t add_waypoint(Upload& upload, const mavlink_mission_item_int_t& m, const Corner<float>& place) {
     Mission<float>& mission = upload.mission;
-    if (mission.waypoints == most_waypoints) return MAV_MISSION_NO_SPACE;
+    if (mission.waypoints == max_waypoints) return MAV_MISSION_NO_SPACE;
     const float radius = 0.0f < m.param2 ? m.param2 : standard_radius;
     upload.waypoint[mission.waypoints++] = {place.x, place.y, depth_of(m), upload.speed, radius};
     return MAV_MISSION_ACCEPTED;
 }
 
 inline std::uint8_t add_corner(Upload& upload, const Corner<float>& place) {
-    if (upload.mission.corners == most_corners) return MAV_MISSION_NO_SPACE;
+    if (upload.mission.corners == max_corners) return MAV_MISSION_NO_SPACE;
     upload.corner[upload.mission.corners++] = place;
     return MAV_MISSION_ACCEPTED;
 }
 
-inline std::uint8_t take_bounds(Mission<float>& mission, const mavlink_mission_item_int_t& m) {
+inline std::uint8_t set_bounds(Mission<float>& mission, const mavlink_mission_item_int_t& m) {
     if (0.0f < m.param1) mission.depth_most = m.param1;
     if (0.0f < m.param2) mission.reserve = m.param2;
     mission.duration = m.param3, mission.surface_every = m.param4, mission.stay = m.x != 0;
@@ -66,11 +66,11 @@ inline std::uint8_t take_bounds(Mission<float>& mission, const mavlink_mission_i
     return MAV_MISSION_ACCEPTED;
 }
 
-/// Add an item to the mission that comes in.
-inline std::uint8_t take_item(Upload& upload, const Vehicle& vehicle, const mavlink_mission_item_int_t& m) {
+/// Add an item to the mission being uploaded; return a MAV_MISSION_RESULT.
+inline std::uint8_t add_item(Upload& upload, const Vehicle& vehicle, const mavlink_mission_item_int_t& m) {
     Corner<float> place{};
     if (!is_finite(m.param1) || !is_finite(m.param2) || !is_finite(m.param3) || !is_finite(m.z))
-        return MAV_MISSION_INVALID;  // param4 may be NaN: no heading is asked for
+        return MAV_MISSION_INVALID;  // param4 may be NaN: no heading
     if (has_place(m.command) && m.frame != MAV_FRAME_LOCAL_NED && !is_place(m.x, m.y))
         return MAV_MISSION_INVALID_PARAM5_X;
     if (has_place(m.command) && !place_of(vehicle, m, place)) return MAV_MISSION_UNSUPPORTED_FRAME;
@@ -92,7 +92,7 @@ inline std::uint8_t take_item(Upload& upload, const Vehicle& vehicle, const mavl
             upload.speed = m.param2;
             return MAV_MISSION_ACCEPTED;
         case HYPERTUNA_CMD_BOUNDS:
-            return is_finite(m.param4) ? take_bounds(mission, m) : std::uint8_t(MAV_MISSION_INVALID_PARAM4);
+            return is_finite(m.param4) ? set_bounds(mission, m) : std::uint8_t(MAV_MISSION_INVALID_PARAM4);
         default:
             return MAV_MISSION_UNSUPPORTED;
     }

@@ -1,11 +1,11 @@
-/// Parameters over the radio: read, set, told one after another. mavlink.io/en/services/parameter.html
+/// Parameter protocol: read, set, list. mavlink.io/en/services/parameter.html
 #pragma once
 
-#include "app/radio/link_state.hpp"
+#include "app/radio/radio_state.hpp"
 
 namespace hypertuna::firmware {
 
-/// On the air names are in upper case, which clients expect; those that come may be in either.
+/// Names are sent in upper case, as clients expect, and accepted in either case.
 inline char upper(char c) { return 'a' <= c && c <= 'z' ? char(c - 'a' + 'A') : c; }
 
 inline bool same_name(const char* name, const char (&field)[16]) {
@@ -44,40 +44,39 @@ inline std::uint8_t error_of(Refusal refusal) {
     return std::uint8_t(range ? MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE : MAV_PARAM_ERROR_PERMISSION_DENIED);
 }
 
-inline void refuse_parameter(Link& link, Peer to, const char (&id)[16], int index, Refusal refusal) {
-    tell_refusal(link, refusal);
+inline void refuse_parameter(Radio& radio, Peer to, const char (&id)[16], int index, Refusal refusal) {
+    report_refusal(radio, refusal);
     mavlink_param_error_t m{};
     m.param_index = std::int16_t(index), m.error = error_of(refusal);
     m.target_system = to.system, m.target_component = to.component;
     std::memcpy(m.param_id, id, sizeof m.param_id);
-    if (has_room(link.out)) reply(link.out, m);
+    if (has_room(radio.out)) reply(radio.out, m);
 }
 
-inline void on_param_request_read(Link& link, const Vehicle& vehicle, Peer from,
-                                  const mavlink_param_request_read_t& m) {
+inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlink_param_request_read_t& m) {
     const int k = m.param_index >= 0 ? m.param_index : parameter_index(vehicle, m.param_id);
     if (k < 0 || parameter_count(vehicle) <= k)
-        return refuse_parameter(link, from, m.param_id, m.param_index, Refusal::unknown);
-    reply(link.out, parameter_value(vehicle, k));
+        return refuse_parameter(radio, from, m.param_id, m.param_index, Refusal::unknown);
+    reply(radio.out, parameter_value(vehicle, k));
 }
 
-/// The value that holds then is the answer, whether it was taken or not; a refusal says why beside it.
-inline void on_param_set(Link& link, Vehicle& vehicle, Peer from, const mavlink_param_set_t& m) {
+/// Answer with the value on board, accepted or not; a refusal adds PARAM_ERROR.
+inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_param_set_t& m) {
     const int k = parameter_index(vehicle, m.param_id);
-    if (k < 0) return refuse_parameter(link, from, m.param_id, -1, Refusal::unknown);
+    if (k < 0) return refuse_parameter(radio, from, m.param_id, -1, Refusal::unknown);
     const Refusal refusal = is_finite(m.param_value) ? set_parameter(vehicle, k, m.param_value) : Refusal::out_of_range;
-    reply(link.out, parameter_value(vehicle, k));
-    if (refusal != Refusal::none) refuse_parameter(link, from, m.param_id, -1, refusal);
+    reply(radio.out, parameter_value(vehicle, k));
+    if (refusal != Refusal::none) refuse_parameter(radio, from, m.param_id, -1, refusal);
 }
 
-inline void on_param_request_list(Link& link, const Vehicle& vehicle) {
-    link.list_next = 0, link.list_end = parameter_count(vehicle);
+inline void handle(Radio& radio, const Vehicle& vehicle, Peer, const mavlink_param_request_list_t&) {
+    radio.list_next = 0, radio.list_end = parameter_count(vehicle);
 }
 
-/// Tell the next parameter of a list.
-inline bool send_listed(Link& link, const Vehicle& vehicle) {
-    if (link.list_end <= link.list_next) return false;
-    send(link.out, link.signing, parameter_value(vehicle, link.list_next++));
+/// Send the next parameter of a list; false if there is none.
+inline bool send_next_parameter(Radio& radio, const Vehicle& vehicle) {
+    if (radio.list_end <= radio.list_next) return false;
+    send(radio.out, radio.signing, parameter_value(vehicle, radio.list_next++));
     return true;
 }
 

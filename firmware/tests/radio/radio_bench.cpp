@@ -1,14 +1,14 @@
 /// The app on the bench board, for tests of its radio.
 ///
-/// `link_bench` goes in lock-step over standard input and output: each tick takes the length (two bytes) and the bytes
+/// `radio_bench` goes in lock-step over standard input and output: each tick takes the length (two bytes) and the bytes
 /// that the radio brought, and gives the length and the bytes that it sends, then what the vehicle is doing.
-/// `link_bench PORT` runs by the clock and speaks UDP to 127.0.0.1:PORT, and to whoever answered last.
+/// `radio_bench PORT` runs by the clock and speaks UDP to 127.0.0.1:PORT, and to whoever answered last.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <thread>
 
-#include "../boards/pc/radio.hpp"
+#include "../../boards/pc/radio.hpp"
 #include "bench_board.hpp"
 
 using namespace hypertuna::firmware;
@@ -20,7 +20,7 @@ static BenchBoard board;
 struct Told {
     std::uint32_t tick, faults, orders, refused, replayed, frames, bad, skipped, frames_sent, bytes_sent;
     float frequency, amplitude, first;  // of the command; value of the first parameter
-    std::uint8_t armed, control, most_waiting, waypoints;
+    std::uint8_t armed, control, max_waiting, waypoints;
 };
 static_assert(sizeof(Told) == 56);
 
@@ -28,10 +28,10 @@ static bool read_all(void* to, std::size_t count) { return std::fread(to, 1, cou
 
 static Told told() {
     const Snapshot& now = snapshot(app.vehicle);
-    const Link& l = app.link;
+    const Radio& l = app.radio;
     return {now.tick,
             now.faults.flags,
-            l.orders,
+            l.commands,
             l.refused,
             l.replayed,
             l.parser.frames,
@@ -44,7 +44,7 @@ static Told told() {
             value(app.vehicle, 0),
             now.armed,
             std::uint8_t(now.control),
-            std::uint8_t(l.out.most_waiting),
+            std::uint8_t(l.out.max_waiting),
             std::uint8_t(mission(app.vehicle).waypoints)};
 }
 

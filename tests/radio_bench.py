@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-BUILD = ROOT / "build" / "firmware" / "link"
+BUILD = ROOT / "build" / "firmware" / "bench"
 TICK = 0.01
 
 
@@ -27,7 +27,7 @@ def built(target: str) -> Path:
     for command in (["cmake", "-S", ROOT, "-B", BUILD, *options], ["cmake", "--build", BUILD, "--target", target]):
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
-    return BUILD / "firmware" / target
+    return BUILD / "firmware" / "tests" / target
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Told:
 
     tick: int
     faults: int
-    orders: int
+    commands: int
     refused: int
     replayed: int
     frames: int
@@ -49,18 +49,18 @@ class Told:
     first: float
     armed: int
     control: int
-    most_waiting: int
+    max_waiting: int
     waypoints: int
 
 
 LAYOUT = struct.Struct("<10I3f4B")
 
 
-class LinkBench:
+class RadioBench:
     """The robot in simulated time: bytes in and out, tick by tick."""
 
     def __init__(self) -> None:
-        self._process = subprocess.Popen([built("link_bench")], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self._process = subprocess.Popen([built("radio_bench")], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._to, self._from = self._process.stdin, self._process.stdout
@@ -88,7 +88,7 @@ def free_port() -> int:
 @contextmanager
 def running(port: int) -> Iterator[None]:
     """The robot by the clock, on UDP."""
-    process = subprocess.Popen([built("link_bench"), str(port)])
+    process = subprocess.Popen([built("radio_bench"), str(port)])
     try:
         yield
     finally:

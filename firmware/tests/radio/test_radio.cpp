@@ -1,7 +1,7 @@
-/// The link: frames found in any stream of bytes, orders followed or refused with a reason, missions that are whole or
+/// The radio: frames found in any stream of bytes, orders followed or refused with a reason, missions that are whole or
 /// not at all, signatures, and a radio that is never asked for more than it carries.
-#include "../../core/tests/check.hpp"
-#include "app/radio/link.hpp"
+#include "../../../core/tests/check.hpp"
+#include "app/radio/dispatch.hpp"
 #include "bench_board.hpp"
 
 using namespace hypertuna;
@@ -22,7 +22,7 @@ struct Bench {
     }
     template <class Message>
     Bytes frame(const Message& m) {
-        Bytes bytes(longest_frame);
+        Bytes bytes(max_frame);
         int length =
             write_frame(bytes.data(), kind_of<Message>, reinterpret_cast<const std::uint8_t*>(&m), ground, key.on);
         if (key.on) length = sign(key, bytes.data(), length);
@@ -164,7 +164,7 @@ static void test_replay_is_refused() {
     bench.hear(arm), bench.run(40);
     CHECK(!snapshot(bench.vehicle()).armed);
     bench.hear(disarm), bench.run(40);
-    CHECK(bench.app.link.replayed == 2);
+    CHECK(bench.app.radio.replayed == 2);
     CHECK(told(bench, Refusal::replayed) == 1);
     bench.run(int(silence) + 1);
     bench.hear(arm), bench.run(40);
@@ -260,10 +260,10 @@ static void test_missions() {
     CHECK(mission(bench.vehicle()).waypoints == 3 && mission(bench.vehicle()).depth_most == 4.0f);
 
     CHECK(upload(bench, {items.begin(), items.end()}, items.size()) == 255);  // no item comes at all
-    bench.run(int(ask_again) * (most_tries + 1));
+    bench.run(int(request_timeout) * (max_tries + 1));
     const auto acks = said<mavlink_mission_ack_t>(bench.board.said);
     CHECK(!acks.empty() && acks.back().type == MAV_MISSION_OPERATION_CANCELLED);
-    CHECK(said<mavlink_mission_request_int_t>(bench.board.said).size() == most_tries);
+    CHECK(said<mavlink_mission_request_int_t>(bench.board.said).size() == max_tries);
     CHECK(mission(bench.vehicle()).waypoints == 3);
 }
 
@@ -305,7 +305,7 @@ static void test_command_int() {
     CHECK(last_answer(bench) == Refusal::none);
     CHECK_NEAR(snapshot(bench.vehicle()).command.amplitude[1], 15 * pi / 180, 1e-6);
     m.command = MAV_CMD_COMPONENT_ARM_DISARM, m.param1 = 0;
-    while (has_room(bench.app.link.out)) reply(bench.app.link.out, mavlink_command_ack_t{});
+    while (has_room(bench.app.radio.out)) reply(bench.app.radio.out, mavlink_command_ack_t{});
     bench.say(m, 1);  // disarming waits for no place
     CHECK(!snapshot(bench.vehicle()).armed);
     m.target_system = 2, m.param1 = 1;
@@ -323,9 +323,9 @@ static void test_unused_axes() {
     bench.say(stick, 2);
     CHECK(snapshot(bench.vehicle()).command.frequency > 0.5f && snapshot(bench.vehicle()).command.fin[0] == 0);
     stick.r = INT16_MIN;
-    const std::uint32_t before = bench.app.link.refused;
+    const std::uint32_t before = bench.app.radio.refused;
     bench.say(stick, 2);
-    CHECK(bench.app.link.refused == before + 1);
+    CHECK(bench.app.radio.refused == before + 1);
 }
 
 /// What is said to another robot is no sign of life of this one's ground; what is said to all is.
@@ -336,9 +336,9 @@ static void test_who_is_heard() {
         mavlink_manual_control_t stick{};
         mavlink_set_gps_global_origin_t place{};
         order.target_system = stick.target = place.target_system = std::uint8_t(target);
-        const std::uint32_t before = bench.vehicle().heard;
+        const std::uint32_t before = bench.vehicle().ground_contact;
         bench.say(order, 1), bench.say(stick, 1), bench.say(place, 1);
-        CHECK((bench.vehicle().heard == before) == (target == 2));
+        CHECK((bench.vehicle().ground_contact == before) == (target == 2));
     }
 }
 
@@ -368,10 +368,10 @@ static void test_signing() {
     setup.target_system = 1, setup.initial_timestamp = 1'000'000'000;
     std::memcpy(setup.secret_key, key, key_length);
     bench.say(setup);
-    CHECK(bench.app.link.signing.on);
+    CHECK(bench.app.radio.signing.on);
 
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));  // without a signature
-    CHECK(!snapshot(bench.vehicle()).armed && bench.app.link.not_signed == 1);
+    CHECK(!snapshot(bench.vehicle()).armed && bench.app.radio.not_signed == 1);
     begin_signing(bench.key, key, 2'000'000'000);
     bench.key.key[5] ^= 1;  // a key that is not the robot's
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
@@ -390,7 +390,7 @@ static void test_signing() {
     boot(bench.app, robot::description, bench.board);
     bench.board.said.clear();
     bench.run(200);
-    CHECK(bench.app.link.signing.on && bench.board.said[2] == signed_flag);
+    CHECK(bench.app.radio.signing.on && bench.board.said[2] == signed_flag);
     bench.key.on = false;
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
     CHECK(!snapshot(bench.vehicle()).armed);
@@ -422,8 +422,8 @@ static void test_a_recording_after_a_restart() {
         boot(bench.app, robot::description, bench.board);
         bench.run(60);
         bench.hear(recorded), bench.run(40);
-        CHECK(!snapshot(bench.vehicle()).armed && bench.app.link.not_signed == 1);
-        bench.key.stamp = bench.app.link.signing.stamp;  // as the robot's own frames say
+        CHECK(!snapshot(bench.vehicle()).armed && bench.app.radio.not_signed == 1);
+        bench.key.stamp = bench.app.radio.signing.stamp;  // as the robot's own frames say
         bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
         CHECK(snapshot(bench.vehicle()).armed);
     }
@@ -440,40 +440,40 @@ static void test_signing_by_parameter() {
     sign.target_system = 1, sign.param_type = MAV_PARAM_TYPE_REAL32, sign.param_value = 1;
     put_text(sign.param_id, "SIGN");
     bench.say(sign);
-    CHECK(!bench.app.link.signing.on && told(bench, Refusal::inconsistent) == 1);
+    CHECK(!bench.app.radio.signing.on && told(bench, Refusal::inconsistent) == 1);
     mavlink_setup_signing_t setup{};
     setup.target_system = 1, setup.secret_key[3] = 5, setup.initial_timestamp = std::uint64_t(1) << 48;
     bench.say(setup);
-    CHECK(!bench.app.link.signing.on && told(bench, Refusal::out_of_range) == 1);  // a stamp has 48 bits
+    CHECK(!bench.app.radio.signing.on && told(bench, Refusal::out_of_range) == 1);  // a stamp has 48 bits
     setup.initial_timestamp = 1000;
     bench.say(setup);
-    CHECK(bench.app.link.signing.on);
+    CHECK(bench.app.radio.signing.on);
     begin_signing(bench.key, setup.secret_key, 2000);
     sign.param_value = 0;
     bench.say(sign);
-    CHECK(!bench.app.link.signing.on);
+    CHECK(!bench.app.radio.signing.on);
     bench.key.on = false, sign.param_value = 1;
     bench.run(100), bench.say(sign);
-    CHECK(bench.app.link.signing.on);
+    CHECK(bench.app.radio.signing.on);
     bench.key.on = true;
     setup.secret_key[3] = 0;  // a key of zeros ends it, and is none
     bench.say(setup), bench.run(100);
-    CHECK(!bench.app.link.signing.on && key(bench.vehicle()) == nullptr);
+    CHECK(!bench.app.radio.signing.on && key(bench.vehicle()) == nullptr);
     bench.key.on = false;
     bench.say(sign);
-    CHECK(!bench.app.link.signing.on);
+    CHECK(!bench.app.radio.signing.on);
 }
 
 /// At 4.8 kbit/s: no more than its share, whatever is asked for, no answer waits behind telemetry, and no queue grows.
 static void test_radio_budget() {
     Bench bench;
     bench.board.said.clear();
-    for (const Schedule& schedule : schedules)
-        if (schedule.id != MAVLINK_MSG_ID_HEARTBEAT)
-            bench.say(command(MAV_CMD_SET_MESSAGE_INTERVAL, float(schedule.id), 1e4f));  // 100 Hz each
+    for (const TelemetryMessage& message : telemetry_messages)
+        if (message.id != MAVLINK_MSG_ID_HEARTBEAT)
+            bench.say(command(MAV_CMD_SET_MESSAGE_INTERVAL, float(message.id), 1e4f));  // 100 Hz each
     mavlink_param_request_list_t list{};
     list.target_system = 1;
-    const Outbox& out = bench.app.link.out;
+    const Outbox& out = bench.app.radio.out;
     const auto cost = [&] { return double(out.sent) + packet_cost * double(out.frames); };
     const double before = cost();
     const int seconds = 60;
@@ -485,11 +485,11 @@ static void test_radio_budget() {
     const double rate = 8.0 * (cost() - before) / seconds;
     CHECK(rate <= 4800 * 0.75 * 1.01);
     CHECK(rate >= 4800 * 0.75 * 0.95);
-    CHECK(bench.app.link.out.most_waiting <= most_answers);
-    CHECK(bench.app.link.out.fill == 0);
+    CHECK(bench.app.radio.out.max_waiting <= max_answers);
+    CHECK(bench.app.radio.out.fill == 0);
     const auto hearts = said<mavlink_heartbeat_t>(bench.board.said);
     CHECK(int(hearts.size()) >= seconds - 2);
-    for (int k = 1; k < streams; ++k) CHECK(bench.app.link.telemetry.stream[k].sent > 0);
+    for (int k = 1; k < streams; ++k) CHECK(bench.app.radio.telemetry.stream[k].sent > 0);
 }
 
 /// A radio whose buffer fills up gets less, and more again when it is empty.
@@ -498,19 +498,19 @@ static void test_radio_status() {
     mavlink_radio_status_t status{};
     status.txbuf = 10;
     for (int k = 0; k < 10; ++k) bench.say(status, 100);
-    const std::uint32_t before = bench.app.link.out.sent;
+    const std::uint32_t before = bench.app.radio.out.sent;
     bench.run(1000);
-    CHECK(bench.app.link.out.sent - before < 600);
-    CHECK(bench.app.link.out.sent - before > 200);
+    CHECK(bench.app.radio.out.sent - before < 600);
+    CHECK(bench.app.radio.out.sent - before > 200);
     status.txbuf = 100;
     for (int k = 0; k < 20; ++k) bench.say(status, 10);
-    CHECK(bench.app.link.telemetry.slow == 100);
+    CHECK(bench.app.radio.telemetry.throttle == 100);
     // A radio that does not report any more may be another one.
     status.txbuf = 0;
     for (int k = 0; k < 10; ++k) bench.say(status, 10);
-    CHECK(bench.app.link.telemetry.slow == 10);
+    CHECK(bench.app.radio.telemetry.throttle == 10);
     bench.run(1100);
-    CHECK(bench.app.link.telemetry.slow == 100);
+    CHECK(bench.app.radio.telemetry.throttle == 100);
 }
 
 /// Angles for the compass rose, against the C library.

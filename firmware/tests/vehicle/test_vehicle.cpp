@@ -1,6 +1,6 @@
 /// The vehicle: who may ask for what, what each failure leads to, and that it adds nothing to the pilot of the core.
-#include "../../core/tests/allocations.hpp"
-#include "../../core/tests/check.hpp"
+#include "../../../core/tests/allocations.hpp"
+#include "../../../core/tests/check.hpp"
 #include "memory_board.hpp"
 
 using namespace hypertuna::firmware;
@@ -53,14 +53,14 @@ static void arming() {
     CHECK(arm(v, true) == Refusal::not_ready);  // no attitude yet
     float_on(v, board, 100);
     for (int k = 0; k < 6; ++k) CHECK(board.pulse[k] == 0);  // nothing moves, nothing hums
-    CHECK(ask_gait(v, beat()) == Refusal::disarmed);
-    CHECK(ask_control(v, Control::gait) == Refusal::disarmed);
+    CHECK(set_gait(v, beat()) == Refusal::disarmed);
+    CHECK(set_control(v, Control::gait) == Refusal::disarmed);
     CHECK(arm(v, true) == Refusal::none && snapshot(v).armed);
     float_on(v, board, 1);
     for (int k = 0; k < 6; ++k) CHECK_NEAR(board.pulse[k], 1500e-6, 1e-5);
-    CHECK(ask_control(v, Control::mission) == Refusal::no_mission);
-    CHECK(ask_control(v, Control(9)) == Refusal::unknown);
-    CHECK(ask_gait(v, beat()) == Refusal::none);
+    CHECK(set_control(v, Control::mission) == Refusal::no_mission);
+    CHECK(set_control(v, Control(9)) == Refusal::unknown);
+    CHECK(set_gait(v, beat()) == Refusal::none);
     float_on(v, board, 100);
     CHECK(beats());
     CHECK(arm(v, false) == Refusal::none);  // never refused
@@ -72,45 +72,45 @@ static void arming() {
 static void commands_out_of_range() {
     begin_armed();
     const float nan = std::bit_cast<float>(0x7fc00000u);
-    for (float wrong : {-0.1f, 8.1f, 1e30f, nan}) CHECK(ask_gait(v, beat(wrong)) == Refusal::out_of_range);
+    for (float wrong : {-0.1f, 8.1f, 1e30f, nan}) CHECK(set_gait(v, beat(wrong)) == Refusal::out_of_range);
     Command<float> c = beat();
     c.fin[1] = 2;
-    CHECK(ask_gait(v, c) == Refusal::out_of_range);
+    CHECK(set_gait(v, c) == Refusal::out_of_range);
     c = beat(), c.bias[0] = nan;
-    CHECK(ask_manual(v, c) == Refusal::out_of_range);
-    CHECK(ask_manual(v, 1.1f, 0, 0) == Refusal::out_of_range && ask_manual(v, 0.5f, nan, 0) == Refusal::out_of_range);
+    CHECK(set_manual(v, c) == Refusal::out_of_range);
+    CHECK(set_manual(v, 1.1f, 0, 0) == Refusal::out_of_range && set_manual(v, 0.5f, nan, 0) == Refusal::out_of_range);
     CHECK(!beats());
-    CHECK(ask_manual(v, 1, -1, 0.5f) == Refusal::none);
+    CHECK(set_manual(v, 1, -1, 0.5f) == Refusal::none);
     Mission<float> m = plan();
     way[1].speed = nan;
     CHECK(set_mission(v, m) == Refusal::out_of_range);
     way[1].speed = 0.3f;
-    m.waypoints = most_waypoints + 1;
+    m.waypoints = max_waypoints + 1;
     CHECK(set_mission(v, m) == Refusal::too_many);
-    CHECK(ask_control(v, Control::mission) == Refusal::no_mission);
+    CHECK(set_control(v, Control::mission) == Refusal::no_mission);
 }
 
 /// The joystick is asked for often; a gait goes on while the ground is heard; then the tail rests, and it stays armed.
 static void a_silent_ground() {
     begin_armed();
-    CHECK(ask_manual(v, 1, 0, 0) == Refusal::none);
-    for (int k = 0; k < 90; ++k) heard(v), float_on(v, board, 1);
+    CHECK(set_manual(v, 1, 0, 0) == Refusal::none);
+    for (int k = 0; k < 90; ++k) on_ground_contact(v), float_on(v, board, 1);
     CHECK(beats());
-    for (int k = 0; k < 30; ++k) heard(v), float_on(v, board, 1);
+    for (int k = 0; k < 30; ++k) on_ground_contact(v), float_on(v, board, 1);
     CHECK(!beats());
-    CHECK(ask_gait(v, beat()) == Refusal::none);
-    for (int k = 0; k < 2000; ++k) heard(v), float_on(v, board, 1);
+    CHECK(set_gait(v, beat()) == Refusal::none);
+    for (int k = 0; k < 2000; ++k) on_ground_contact(v), float_on(v, board, 1);
     CHECK(beats());
     float_on(v, board, 499);
     CHECK(beats() && !snapshot(v).faults.has(Fault::link_lost));
     float_on(v, board, 5);
     CHECK(!beats() && snapshot(v).faults.has(Fault::link_lost) && snapshot(v).armed);
-    heard(v), float_on(v, board, 2);
+    on_ground_contact(v), float_on(v, board, 2);
     CHECK(beats() && !snapshot(v).faults.has(Fault::link_lost));
-    // Long silence without a mission: rest, and that is remembered until it is armed anew.
+    // Long silence without a mission: rest, and that is origin_restored until it is armed anew.
     float_on(v, board, 6100);
     CHECK(snapshot(v).faults.has(Fault::link_gone) && snapshot(v).answer == Answer::home);
-    heard(v), float_on(v, board, 2);
+    on_ground_contact(v), float_on(v, board, 2);
     CHECK(!beats() && snapshot(v).armed);
     arm(v, false), float_on(v, board, 2);
     CHECK(arm(v, true) == Refusal::none);
@@ -122,7 +122,7 @@ static void a_silent_ground() {
 static void silence_on_a_mission() {
     begin_armed();
     CHECK(set_mission(v, plan()) == Refusal::none);
-    CHECK(ask_control(v, Control::mission) == Refusal::none);
+    CHECK(set_control(v, Control::mission) == Refusal::none);
     CHECK(set_mission(v, plan()) == Refusal::busy && clear_mission(v) == Refusal::busy);
     float_on(v, board, 1000);
     CHECK(snapshot(v).faults.has(Fault::link_lost) && snapshot(v).control == Control::mission);
@@ -131,14 +131,14 @@ static void silence_on_a_mission() {
     CHECK(snapshot(v).reasons.has(Reason::recalled) && snapshot(v).reasons.end());
     // It was a gait when the ground went: the mission on board takes it home.
     begin_armed();
-    CHECK(set_mission(v, plan()) == Refusal::none && ask_gait(v, beat()) == Refusal::none);
+    CHECK(set_mission(v, plan()) == Refusal::none && set_gait(v, beat()) == Refusal::none);
     float_on(v, board, 6100);
     CHECK(snapshot(v).control == Control::mission && snapshot(v).reasons.has(Reason::recalled));
 }
 
 static void faults_and_answers() {
     begin_armed();
-    CHECK(set_mission(v, plan()) == Refusal::none && ask_control(v, Control::mission) == Refusal::none);
+    CHECK(set_mission(v, plan()) == Refusal::none && set_control(v, Control::mission) == Refusal::none);
     board.raw.leak = true;
     float_on(v, board, 90);
     CHECK(!snapshot(v).faults.has(Fault::leak));
@@ -151,10 +151,10 @@ static void faults_and_answers() {
 
     // On its side: the tail rests while it lies, and goes on when it stands again.
     begin_armed();
-    CHECK(ask_gait(v, beat()) == Refusal::none);
+    CHECK(set_gait(v, beat()) == Refusal::none);
     v.memory.tilted = 0;
     for (int k = 0; k < 2000; ++k) {
-        heard(v);
+        on_ground_contact(v);
         float_upright(board, v, int(snapshot(v).tick));
         std::swap(board.raw.channel[hypertuna::first_channel("acceleration") + 1],
                   board.raw.channel[hypertuna::first_channel("acceleration") + 2]);
@@ -164,10 +164,10 @@ static void faults_and_answers() {
 
     // An empty battery ends it.
     begin_armed();
-    CHECK(ask_gait(v, beat()) == Refusal::none);
+    CHECK(set_gait(v, beat()) == Refusal::none);
     const hypertuna::firmware::Calibration& c = v.model.calibration;
     for (int k = 0; k < 1500; ++k) {
-        heard(v);
+        on_ground_contact(v);
         float_upright(board, v, int(snapshot(v).tick));
         board.raw.channel[hypertuna::first_channel("voltage")] = {};
         board.raw.channel[hypertuna::first_channel("voltage")].add(
@@ -217,7 +217,7 @@ static void sensors_fail() {
     for (const auto& kind : kinds) {
         fail(kind.channel, 30);
         CHECK(snapshot(v).faults.has(kind.fault));
-        CHECK((arm(v, true) == Refusal::faulty) == fault_texts[int(kind.fault)].forbids);
+        CHECK((arm(v, true) == Refusal::faulty) == fault_texts[int(kind.fault)].forbids_arming);
         arm(v, false);
         float_on(v, board, 400);
         CHECK(!snapshot(v).faults.has(kind.fault));
@@ -259,11 +259,11 @@ static void arming_anew_after_a_call_home() {
         float_on(v, board, 6100);
         CHECK(snapshot(v).faults.has(Fault::link_gone) && snapshot(v).control == Control::mission);
         arm(v, false), float_on(v, board, between);
-        heard(v);
+        on_ground_contact(v);
         CHECK(arm(v, true) == Refusal::none);
-        heard(v), float_on(v, board, 3);
+        on_ground_contact(v), float_on(v, board, 3);
         CHECK(snapshot(v).armed && snapshot(v).control == Control::gait && snapshot(v).answer == Answer::warn);
-        CHECK(ask_gait(v, beat()) == Refusal::none);
+        CHECK(set_gait(v, beat()) == Refusal::none);
     }
     // A battery that was empty, and is not any more: the first order to arm counts.
     begin_armed();
@@ -277,14 +277,14 @@ static void arming_anew_after_a_call_home() {
 /// What is called home follows nobody else: an order is refused, and does not begin the way home anew.
 static void orders_on_the_way_home() {
     begin_armed();
-    CHECK(set_mission(v, plan()) == Refusal::none && ask_gait(v, beat()) == Refusal::none);
+    CHECK(set_mission(v, plan()) == Refusal::none && set_gait(v, beat()) == Refusal::none);
     float_on(v, board, 6200);
     const int ticks = v.state.guidance.ticks;
     for (int k = 0; k < 100; ++k) {
-        heard(v);
-        CHECK(ask_manual(v, 0.5f, 0, 0) == Refusal::faulty && ask_gait(v, beat()) == Refusal::faulty);
-        CHECK(ask_control(v, Control::gait) == Refusal::faulty);
-        CHECK(ask_control(v, Control::mission) == Refusal::none);
+        on_ground_contact(v);
+        CHECK(set_manual(v, 0.5f, 0, 0) == Refusal::faulty && set_gait(v, beat()) == Refusal::faulty);
+        CHECK(set_control(v, Control::gait) == Refusal::faulty);
+        CHECK(set_control(v, Control::mission) == Refusal::none);
         float_on(v, board, 1);
     }
     CHECK(v.state.guidance.ticks >= ticks + 9 && snapshot(v).control == Control::mission);
@@ -293,8 +293,8 @@ static void orders_on_the_way_home() {
 
 /// A mission with its fence, every number of it another one than those of the other.
 static Mission<float> numbered(int which) {
-    static Waypoint<float> to[most_waypoints];
-    static hypertuna::Corner<float> corner[most_corners];
+    static Waypoint<float> to[max_waypoints];
+    static hypertuna::Corner<float> corner[max_corners];
     Mission<float> m = plan();
     m.waypoint = to, m.corner = corner;
     m.waypoints = 3 + 40 * which, m.corners = 4 + which, m.stay = which == 1;
@@ -325,7 +325,7 @@ static void up_without_a_mission() {
         CHECK(snapshot(v).mode == (deep > 1.5f ? Mode::home : Mode::idle));
     }
     CHECK_NEAR(snapshot(v).command.frequency, 2 * 0.25 / 0.3, 0.6);  // a slow one
-    CHECK(ask_gait(v, beat()) == Refusal::faulty && mission(v).waypoints == 0);
+    CHECK(set_gait(v, beat()) == Refusal::faulty && mission(v).waypoints == 0);
     board.depth = 0.5f, float_on(v, board, 200);
     CHECK(beats());  // once on its way it comes up
     board.depth = 0.05f, float_on(v, board, 300);
@@ -334,7 +334,7 @@ static void up_without_a_mission() {
     CHECK(!beats());
     board.depth = 2.0f, float_on(v, board, 300);
     CHECK(beats());  // it sank
-    heard(v);
+    on_ground_contact(v);
     CHECK(set_mission(v, plan()) == Refusal::none);  // then that is the way home
     float_on(v, board, 20);
     CHECK(snapshot(v).control == Control::mission && v.ascent == Ascent::none);
@@ -345,17 +345,17 @@ static void up_without_a_mission() {
     board.raw.leak = true;
     const auto blind = [](int ticks) {
         for (int k = 0; k < ticks; ++k) {
-            heard(v), float_upright(board, v, int(snapshot(v).tick));
+            on_ground_contact(v), float_upright(board, v, int(snapshot(v).tick));
             board.raw.leak = true, board.raw.channel[hypertuna::first_channel("depth")] = {};
             tick(v, board);
         }
     };
     blind(300);
     CHECK(snapshot(v).faults.has(Fault::leak) && beats() && snapshot(v).command.fin[0] > 0.1f);
-    blind(int(v.ascent_ends - snapshot(v).tick) - 10);
+    blind(int(v.ascent_deadline - snapshot(v).tick) - 10);
     CHECK(beats() && 10'000 < snapshot(v).tick && snapshot(v).tick < 60'000);
     blind(100);
-    CHECK(!beats() && v.ascent == Ascent::vain && snapshot(v).armed);
+    CHECK(!beats() && v.ascent == Ascent::failed && snapshot(v).armed);
     blind(1000);
     CHECK(!beats());
 }
@@ -369,7 +369,7 @@ static void a_kept_mission_is_no_way_home() {
         boot(v, robot::description, board);
         float_on(v, board, 100);
         CHECK(arm(v, true) == Refusal::none);
-        if (begun) CHECK(ask_control(v, Control::mission) == Refusal::none && ask_gait(v, beat()) == Refusal::none);
+        if (begun) CHECK(set_control(v, Control::mission) == Refusal::none && set_gait(v, beat()) == Refusal::none);
         float_on(v, board, 6200);
         CHECK(snapshot(v).answer == Answer::home && beats() == begun);
         CHECK((snapshot(v).control == Control::mission) == begun);
@@ -396,13 +396,13 @@ static void one_field_is_filled() {
 static void upside_down() {
     begin_armed();
     for (int k = 0; k < 4000; ++k) {
-        heard(v);
+        on_ground_contact(v);
         float_upright(board, v, int(snapshot(v).tick));
         for (int axis : {1, 2}) {
             auto& raw = board.raw.channel[hypertuna::first_channel("acceleration") + axis];
-            raw.sum = -raw.sum, raw.least = raw.most = raw.sum;
+            raw.sum = -raw.sum, raw.min = raw.max = raw.sum;
             auto& field = board.raw.channel[hypertuna::first_channel("field") + axis];
-            field.sum = -field.sum, field.least = field.most = field.sum;
+            field.sum = -field.sum, field.min = field.max = field.sum;
         }
         tick(v, board);
     }
@@ -417,10 +417,11 @@ static void joystick_within_tighter_limits() {
         CHECK(set_parameter(v, index_of(name), 0.5f * value(v, index_of(name))) == Refusal::none);
     float_on(v, board, 300);
     CHECK(arm(v, true) == Refusal::none);
-    CHECK(ask_manual(v, 1, 1, 1) == Refusal::none);
-    CHECK(within(v.model.pilot.controller, v.asked) && v.asked.amplitude[0] > 0.05f && v.asked.fin[0] > 0.5f);
-    CHECK(ask_manual(v, 0, 0, 0) == Refusal::none && v.asked.amplitude[0] == 0 && v.asked.amplitude[1] == 0);
-    CHECK(ask_manual(v, 0, 1, 0) == Refusal::none && v.asked.amplitude[0] == 0 && abs(v.asked.bias[0]) > 0.05f);
+    CHECK(set_manual(v, 1, 1, 1) == Refusal::none);
+    CHECK(within(v.model.pilot.controller, v.requested) && v.requested.amplitude[0] > 0.05f &&
+          v.requested.fin[0] > 0.5f);
+    CHECK(set_manual(v, 0, 0, 0) == Refusal::none && v.requested.amplitude[0] == 0 && v.requested.amplitude[1] == 0);
+    CHECK(set_manual(v, 0, 1, 0) == Refusal::none && v.requested.amplitude[0] == 0 && abs(v.requested.bias[0]) > 0.05f);
 }
 
 /// What is stored counts only if every value is within its range now: a description may have become stricter.
@@ -429,8 +430,8 @@ static void stored_parameters_out_of_range() {
     for (float stored : {nan, 1e9f, 249e3f}) {
         begin();
         const int soft = index_of("pressure_soft");
-        std::memcpy(v.kept + 4 * soft, &stored, 4);
-        keep(v.store), float_on(v, board, 200);
+        std::memcpy(v.stored + 4 * soft, &stored, 4);
+        begin_write(v.store), float_on(v, board, 200);
         boot(v, robot::description, board);
         const bool good = stored == 249e3f;
         CHECK(value(v, soft) == (good ? stored : 250e3f) && v.defaults != good);
@@ -438,9 +439,9 @@ static void stored_parameters_out_of_range() {
     }
     begin();  // each in its range, but not together
     const float soft = 250e3f, hard = 200e3f;
-    std::memcpy(v.kept + 4 * index_of("pressure_soft"), &soft, 4);
-    std::memcpy(v.kept + 4 * index_of("pressure_hard"), &hard, 4);
-    keep(v.store), float_on(v, board, 200);
+    std::memcpy(v.stored + 4 * index_of("pressure_soft"), &soft, 4);
+    std::memcpy(v.stored + 4 * index_of("pressure_hard"), &hard, 4);
+    begin_write(v.store), float_on(v, board, 200);
     boot(v, robot::description, board);
     CHECK(v.defaults && v.model.pilot.controller.pressure_hard == 300e3f);
 }
@@ -471,12 +472,12 @@ static void missions_are_kept() {
     boot(v, robot::description, board);
     CHECK(v.has_mission && same(mission(v), numbered(1)));
     float_on(v, board, 100);
-    CHECK(arm(v, true) == Refusal::none && ask_control(v, Control::mission) == Refusal::none);
-    CHECK(ask_control(v, Control::gait) == Refusal::none && set_mission(v, numbered(0)) == Refusal::none);
+    CHECK(arm(v, true) == Refusal::none && set_control(v, Control::mission) == Refusal::none);
+    CHECK(set_control(v, Control::gait) == Refusal::none && set_mission(v, numbered(0)) == Refusal::none);
     static MemoryBoard before;
     before = board;
     float_on(v, board, 300);  // not written while armed
-    CHECK(std::memcmp(before.kept, board.kept, sizeof(board.kept)) == 0 && !settled(v.missions));
+    CHECK(std::memcmp(before.memory, board.memory, sizeof(board.memory)) == 0 && !settled(v.missions));
     arm(v, false), float_on(v, board, 300);
     boot(v, robot::description, board);
     CHECK(same(mission(v), numbered(0)));
@@ -495,11 +496,11 @@ static void stored_missions_out_of_range() {
         boot(v, robot::description, board);
         return v.has_mission;
     };
-    CHECK(stored([](KeptMission&) {}));
-    CHECK(!stored([](KeptMission& m) { m.waypoint[2].speed = std::bit_cast<float>(0x7fc00000u); }));
-    CHECK(!stored([](KeptMission& m) { m.waypoints = most_waypoints + 1; }));
-    CHECK(!stored([](KeptMission& m) { m.corners = -1; }));
-    CHECK(!stored([](KeptMission& m) { m.placed = 1, m.latitude = INT32_MIN; }));
+    CHECK(stored([](StoredMission&) {}));
+    CHECK(!stored([](StoredMission& m) { m.waypoint[2].speed = std::bit_cast<float>(0x7fc00000u); }));
+    CHECK(!stored([](StoredMission& m) { m.waypoints = max_waypoints + 1; }));
+    CHECK(!stored([](StoredMission& m) { m.corners = -1; }));
+    CHECK(!stored([](StoredMission& m) { m.has_origin = 1, m.latitude = INT32_MIN; }));
 }
 
 /// Cut the power at every byte of a mission's write: it boots with the old one or the new one.
@@ -509,7 +510,7 @@ static void power_cuts_of_a_mission() {
     static MemoryBoard first;
     first = board;
     int old_ones = 0, new_ones = 0;
-    for (int cut = 0; cut <= 4 + slot_head + int(sizeof(KeptMission)); ++cut) {
+    for (int cut = 0; cut <= 4 + slot_head + int(sizeof(StoredMission)); ++cut) {
         board = first;
         boot(v, robot::description, board);
         CHECK(set_mission(v, numbered(1)) == Refusal::none);
@@ -552,13 +553,13 @@ static void a_kept_mission_has_its_place() {
 
     boot(v, robot::description, board);  // a hundred kilometers away: another lake
     float_on(v, board, 100);
-    CHECK(arm(v, true) == Refusal::none && ask_control(v, Control::mission) == Refusal::none);
+    CHECK(arm(v, true) == Refusal::none && set_control(v, Control::mission) == Refusal::none);
     float_on(v, board, 100);
     fix(510000000, 80000000);
     CHECK(!v.has_mission && origin(v).latitude == 510000000 && snapshot(v).control == Control::gait);
     float_on(v, board, 100);
     CHECK(!beats() && snapshot(v).armed);
-    CHECK(ask_control(v, Control::mission) != Refusal::none);
+    CHECK(set_control(v, Control::mission) != Refusal::none);
     boot(v, robot::description, board);  // and back again
     CHECK(v.has_mission);
 }
@@ -626,7 +627,7 @@ static void the_black_box() {
 /// Under a mission the vehicle is the pilot of the core, bit for bit.
 static void it_is_the_pilot_of_the_core() {
     begin_armed();
-    CHECK(set_mission(v, plan()) == Refusal::none && ask_control(v, Control::mission) == Refusal::none);
+    CHECK(set_mission(v, plan()) == Refusal::none && set_control(v, Control::mission) == Refusal::none);
     static hypertuna::PilotStep<float> core;
     core.state = v.state;
     for (int k = 0; k < 3000; ++k) {

@@ -1,6 +1,6 @@
 /// Board teensy41 against a stand-in for the Arduino API: sensors in, servos out, parsers that survive noise.
-#include "../../core/tests/check.hpp"
-#include "../boards/teensy41/main.cpp"
+#include "../../../core/tests/check.hpp"
+#include "../../boards/teensy41/main.cpp"
 
 using namespace hypertuna;
 
@@ -69,10 +69,10 @@ static void it_drives_servos() {
     CHECK(arm(app.vehicle, true) == Refusal::none);
     Command<float> beat = rest();
     beat.frequency = 2, beat.amplitude[0] = beat.amplitude[1] = 0.25f;
-    CHECK(ask_gait(app.vehicle, beat) == Refusal::none);
+    CHECK(set_gait(app.vehicle, beat) == Refusal::none);
     int least = 9999, most = 0;
     for (int k = 0; k < 300; ++k) {
-        heard(app.vehicle), float_on(1);
+        on_ground_contact(app.vehicle), float_on(1);
         CHECK(board.servo[0].pin == robot::wiring.servo[0]);
         least = std::min(least, board.servo[0].pulse), most = std::max(most, board.servo[0].pulse);
     }

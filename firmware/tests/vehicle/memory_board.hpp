@@ -1,7 +1,7 @@
 /// A board made of memory, for the tests: its sensors show what they are told, and its power can go at any byte.
 #pragma once
 
-#include "../boards/lockstep.hpp"
+#include "../../boards/lockstep.hpp"
 #include "app/vehicle/tick.hpp"
 #include HYPERTUNA_ROBOT
 
@@ -10,7 +10,7 @@ namespace hypertuna::firmware {
 struct MemoryBoard {
     Raw raw;
     float pulse[most_servos];
-    std::uint8_t kept[memory_size];
+    std::uint8_t memory[memory_size];
     int power;  // bytes that can still be written; negative for ever
     int torn;   // what the byte shows that the power went at: -1 for its old value
     int card;   // bytes that the black box takes per tick
@@ -27,16 +27,16 @@ struct MemoryBoard {
     void feed() { ++fed; }
     std::uint32_t clock() { return took += ticking; }
     std::uint32_t per_tick() { return 1000; }
-    bool woken() { return reset; }
-    std::uint8_t load(int at) { return kept[at]; }
+    bool watchdog_reset() { return reset; }
+    std::uint8_t load(int at) { return memory[at]; }
     void save(int at, std::uint8_t byte) {
         if (power == 0) {
-            if (torn >= 0) kept[at] = std::uint8_t(torn);
+            if (torn >= 0) memory[at] = std::uint8_t(torn);
             torn = -1;
             return;
         }
         --power;
-        if (at != worn) kept[at] = byte;
+        if (at != worn) memory[at] = byte;
     }
     int log(const std::uint8_t* from, int count) {
         const int take = count < card ? count : card;

@@ -1,0 +1,145 @@
+/// State of the radio, and how it answers.
+#pragma once
+
+#include "app/radio/telemetry.hpp"
+
+namespace hypertuna::firmware {
+
+inline constexpr std::uint8_t own_component = 1;  // MAV_COMP_ID_AUTOPILOT1
+inline constexpr int max_sources = 4;
+inline constexpr std::uint32_t silence = 200;  // ticks after which a source's sequence may restart
+inline constexpr int window = 64;              // frames up to this many behind a source's last are old
+
+/// A sender of commands, and its last frame.
+struct Source {
+    std::uint8_t system, component, sequence;
+    bool used;
+    std::uint32_t tick;
+};
+
+/// A mission being uploaded item by item; the mission on board stays until the upload is complete.
+struct Upload {
+    bool on;
+    std::uint8_t system, component;  // of the sender
+    int count, next;                 // items
+    std::uint8_t result;             // of the last upload
+    std::uint32_t requested_at;      // tick of the last request
+    int tries;
+    float speed;  // of the next waypoints [m/s]
+    Waypoint<float> waypoint[max_waypoints];
+    Corner<float> corner[max_corners];
+    Mission<float> mission;
+};
+
+struct Radio {
+    Parser parser;
+    Outbox out;
+    Signing signing;
+    Telemetry telemetry;
+    Source source[max_sources];
+    Upload upload;
+    int list_next, list_end;  // parameters still to be listed
+    Faults reported_faults;
+    std::uint32_t fault_reported_at, refusal_reported_at;            // ticks of the last texts
+    std::uint32_t commands, refused, replayed, not_signed, no_room;  // since boot
+};
+
+/// Address of an answer.
+struct Peer {
+    std::uint8_t system, component;
+};
+
+/// Copy a text into a field that has no terminator if it is full.
+template <std::size_t N>
+void put_text(char (&field)[N], const char* text) {
+    std::size_t k = 0;
+    for (; k < N && text[k] != 0; ++k) field[k] = text[k];
+    for (; k < N; ++k) field[k] = 0;
+}
+
+inline void send_text(Radio& radio, std::uint8_t severity, const char* text) {
+    mavlink_statustext_t m{};
+    m.severity = severity;
+    put_text(m.text, text);
+    reply(radio.out, m);
+}
+
+/// Count a refusal without an answer of its own, and report the reason at most every two seconds.
+inline void report_rarely(Radio& radio, std::uint32_t tick, Refusal refusal) {
+    ++radio.refused;
+    if (tick - radio.refusal_reported_at < 200 || !has_room(radio.out)) return;
+    radio.refusal_reported_at = tick;
+    send_text(radio, MAV_SEVERITY_WARNING, sentence(refusal));
+}
+
+/// Count a refusal and report the reason, unless the answer says it all: clients request much that a robot need not
+/// support. One slot stays free for the answer itself.
+inline void report_refusal(Radio& radio, Refusal refusal) {
+    if (refusal == Refusal::none) return;
+    ++radio.refused;
+    if (refusal != Refusal::unknown && has_room(radio.out, 2))
+        send_text(radio, MAV_SEVERITY_WARNING, sentence(refusal));
+}
+
+inline std::uint8_t result_of(Refusal refusal) {
+    switch (refusal) {
+        case Refusal::none:
+            return MAV_RESULT_ACCEPTED;
+        case Refusal::unknown:
+            return MAV_RESULT_UNSUPPORTED;
+        case Refusal::armed:
+        case Refusal::disarmed:
+        case Refusal::not_ready:
+        case Refusal::faulty:
+        case Refusal::busy:
+        case Refusal::no_mission:
+        case Refusal::elsewhere:
+            return MAV_RESULT_TEMPORARILY_REJECTED;
+        default:
+            return MAV_RESULT_DENIED;
+    }
+}
+
+/// Acknowledge a command; result_param2 is the number of the refusal.
+inline void acknowledge(Radio& radio, Peer to, std::uint16_t command, Refusal refusal) {
+    report_refusal(radio, refusal);
+    mavlink_command_ack_t m{};
+    m.command = command, m.result = result_of(refusal), m.result_param2 = int(refusal);
+    m.target_system = to.system, m.target_component = to.component;
+    reply(radio.out, m);
+}
+
+/// Whether a frame is newer than the last of its source. Radios repeat and reorder frames; an old command is refused.
+inline bool is_fresh(Radio& radio, const Frame& frame, std::uint32_t tick) {
+    Source* place = nullptr;
+    for (Source& source : radio.source) {
+        if (source.used && source.system == frame.system && source.component == frame.component) {
+            place = &source;
+            break;
+        }
+        // A new source takes a free slot, or that of the source silent for longest.
+        if (place == nullptr || !source.used || (place->used && tick - source.tick > tick - place->tick))
+            if (place == nullptr || place->used) place = &source;
+    }
+    const bool known = place->used && place->system == frame.system && place->component == frame.component;
+    const int behind = std::uint8_t(place->sequence - frame.sequence);
+    if (known && tick - place->tick <= silence && behind < window) return false;
+    *place = {frame.system, frame.component, frame.sequence, true, tick};
+    return true;
+}
+
+/// Whether a command is for this robot, or for every robot. MANUAL_CONTROL is always for one.
+template <class Message>
+bool is_for(const Radio& radio, const Message& m) {
+    const std::uint8_t own = radio.out.sender.system;
+    if constexpr (requires { m.target; }) {
+        return m.target == own;
+    } else {
+        bool addressed = m.target_system == own || m.target_system == 0;
+        if constexpr (requires { m.target_component; })
+            addressed = addressed && (m.target_component == own_component || m.target_component == 0);
+        return addressed;
+    }
+}
+
+}  // namespace hypertuna::firmware

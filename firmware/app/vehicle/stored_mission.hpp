@@ -1,0 +1,77 @@
+/// Missions in non-volatile memory: plain words without pointers, and the checks of a mission.
+#pragma once
+
+#include <cstring>
+
+#include "app/vehicle/convert.hpp"
+
+namespace hypertuna::firmware {
+
+inline constexpr int max_waypoints = 64, max_corners = 32;
+inline constexpr std::uint32_t mission_layout = 0x6d697301;  // of StoredMission: another layout is ignored
+
+/// A mission without pointers, and the origin of its coordinates.
+struct StoredMission {
+    std::int32_t waypoints, corners, stay;
+    std::int32_t latitude, longitude, has_origin;  // origin [1e-7 deg], if known
+    Corner<float> center, home;
+    float range, home_radius, home_speed, depth_most, reserve, duration, surface_every;
+    Waypoint<float> waypoint[max_waypoints];
+    Corner<float> corner[max_corners];
+};
+static_assert(sizeof(StoredMission) == 4 * (6 + 4 + 7 + 5 * max_waypoints + 2 * max_corners));
+
+/// View of a stored mission: waypoints and corners are not copied.
+inline Mission<float> mission_of(const StoredMission& stored) {
+    return {stored.waypoint,
+            stored.waypoints,
+            stored.corner,
+            stored.corners,
+            stored.center,
+            stored.range,
+            {},
+            stored.home,
+            stored.home_radius,
+            stored.home_speed,
+            stored.depth_most,
+            stored.reserve,
+            stored.duration,
+            stored.surface_every,
+            stored.stay != 0};
+}
+
+/// Copy a mission, without its origin.
+inline void pack_mission(StoredMission& stored, const Mission<float>& m) {
+    std::memset(static_cast<void*>(&stored), 0, sizeof(stored));
+    stored.waypoints = m.waypoints, stored.corners = m.corners, stored.stay = m.stay;
+    stored.center = m.center, stored.home = m.home, stored.range = m.range;
+    stored.home_radius = m.home_radius, stored.home_speed = m.home_speed, stored.depth_most = m.depth_most;
+    stored.reserve = m.reserve, stored.duration = m.duration, stored.surface_every = m.surface_every;
+    for (int k = 0; k < m.waypoints; ++k) stored.waypoint[k] = m.waypoint[k];
+    for (int k = 0; k < m.corners; ++k) stored.corner[k] = m.corner[k];
+}
+
+/// Whether a mission of this size fits.
+inline bool fits(int waypoints, int corners) {
+    return 0 <= waypoints && waypoints <= max_waypoints && 0 <= corners && corners <= max_corners;
+}
+
+/// Whether all numbers of a mission are within their ranges.
+inline bool is_valid(const Mission<float>& mission) {
+    const auto place = [](float x, float y) { return abs(x) < 1e5f && abs(y) < 1e5f; };
+    bool good = place(mission.home.x, mission.home.y) && place(mission.center.x, mission.center.y);
+    good = good && 0 < mission.home_radius && mission.home_radius < 1e5f && 0 < mission.home_speed;
+    good = good && mission.home_speed < 10 && 0 <= mission.depth_most && mission.depth_most < 1e4f;
+    good = good && 0 <= mission.reserve && mission.reserve <= 1 && 0 <= mission.duration && 0 <= mission.surface_every;
+    good = good && 0 <= mission.range && mission.range < 1e6f;
+    for (int k = 0; k < mission.waypoints; ++k) {
+        const Waypoint<float>& to = mission.waypoint[k];
+        good = good && place(to.x, to.y) && 0 <= to.depth && to.depth < 1e4f && 0 < to.speed && to.speed < 10 &&
+               0 < to.radius && to.radius < 1e5f;
+    }
+    for (int k = 0; k < mission.corners; ++k) good = good && place(mission.corner[k].x, mission.corner[k].y);
+    // A fence is a polygon or a circle, not both.
+    return good && (mission.corners == 0 || (mission.corners >= 3 && mission.range == 0.0f));
+}
+
+}  // namespace hypertuna::firmware
