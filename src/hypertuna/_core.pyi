@@ -377,8 +377,11 @@ def run_twin(
 
 MOST_GAITS: int = 12
 
+def mode_table() -> list[tuple[str, str]]:
+    """Modes of the pilot in the order of their numbers: name and sentence."""
+
 def mode_names() -> list[str]:
-    """Modes of the pilot in the order of their numbers."""
+    """Names of the pilot's modes in the order of their numbers."""
 
 def reason_table() -> list[tuple[str, str]]:
     """Reasons of the pilot in the order of their bits: name and sentence."""
@@ -515,12 +518,12 @@ def refusal_table() -> list[tuple[str, str]]:
 
 def fault_table() -> list[tuple[str, str, str, bool, bool]]:
     """
-    Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is remembered until it is armed anew, and whether it forbids arming.
+    Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is origin_restored until it is armed anew, and whether it forbids_arming arming.
     """
 
 def record_fields(joints: int) -> list[tuple[str, bool, int]]:
     """
-    Words of the black box's record of a tick in their order: name, whether they are numbers in single precision, and how many. Four names in one share its bytes.
+    Fields of a black box record of a tick, in order: name, whether it is a float, and count. A field with four names has a byte for each.
     """
 
 RECORD_MARK: int = 2970353664
@@ -531,5 +534,7 @@ RECORD_TICK: int = 2
 
 RECORD_LAYOUT: int = 971340793
 
-def control_names() -> list[str]:
-    """Who makes the command, in the order of their numbers."""
+def control_table() -> list[tuple[str, str]]:
+    """
+    Sources of the controller's command in the order of their numbers: name and sentence.
+    """
