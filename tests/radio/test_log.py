@@ -119,7 +119,9 @@ def test_the_dialect_has_the_tables_on_board() -> None:
 
     source = dialect_file()
     generator = runpy.run_path(str(source.with_name("generate.py")))
-    assert generator["enums"]() in source.read_text(), "run `python firmware/mavlink/generate.py firmware/mavlink/hypertuna.xml enums`"
+    assert generator["enums"]() in source.read_text(), (
+        "run `python firmware/mavlink/generate.py firmware/mavlink/hypertuna.xml enums`"
+    )
     module = dialect()
 
     def names(prefix: str) -> list[str]:
