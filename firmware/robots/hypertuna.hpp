@@ -233,7 +233,7 @@ inline constexpr float values[] = {
     60.0f,  // limits home_timeout[0]
     12.0f,  // limits voltage_empty[0]
     5.0f,  // limits voltage_after[0]
-    0.8660254f,  // limits tilt_most[0]
+    0.8660254f,  // limits tilt_max[0]
     3.0f,  // limits tilt_after[0]
     1.0f,  // limits leak_after[0]
     1.5f,  // limits rise_depth[0]
@@ -252,19 +252,19 @@ inline constexpr ParameterInfo parameters[] = {
     {"amplitude_1", 0.0f, 0.54454273f, 0.54454273f, false, 21},
     {"pressure_soft", 125000.0f, 250000.0f, 250000.0f, false, 67},
     {"pressure_hard", 150000.0f, 300000.0f, 300000.0f, false, 68},
-    {"frequency_most", 0.8f, 8.0f, 8.0f, false, 80},
-    {"fin_most", 0.0f, 1.0471976f, 1.0471976f, false, 81},
+    {"frequency_max", 0.8f, 8.0f, 8.0f, false, 80},
+    {"fin_max", 0.0f, 1.0471976f, 1.0471976f, false, 81},
     {"voltage_low", 12.8f, 15.360001f, 12.8f, false, 77},
     {"timeout_ticks", 10.0f, 50.0f, 50.0f, true, 82},
     {"pulse_center", 0.00135f, 0.00165f, 0.0015f, false, 83},
     {"pulse_per_rad", 0.00050960004f, 0.00079625f, 0.000637f, false, 84},
-    {"pulse_least", 0.0008f, 0.0011999999f, 0.0008f, false, 85},
-    {"pulse_most", 0.00165f, 0.0022f, 0.0022f, false, 86},
+    {"pulse_min", 0.0008f, 0.0011999999f, 0.0008f, false, 85},
+    {"pulse_max", 0.00165f, 0.0022f, 0.0022f, false, 86},
     {"slew", 0.015000001f, 0.15f, 0.15f, false, 87},
     {"heading_rate", 0.2f, 0.8f, 0.4f, false, 135},
     {"heading_integral", 0.05f, 0.2f, 0.1f, false, 138},
     {"rate_gain", 0.25f, 1.0f, 0.5f, false, 137},
-    {"turn_most", 0.14835298f, 0.5934119f, 0.29670596f, false, 136},
+    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 136},
     {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 134},
     {"lookahead", 2.0f, 8.0f, 4.0f, false, 140},
     {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 141},
@@ -272,10 +272,10 @@ inline constexpr ParameterInfo parameters[] = {
     {"climb_lead", 1.5f, 6.0f, 3.0f, false, 144},
     {"climb_gain", 0.5f, 2.0f, 1.0f, false, 145},
     {"pitch_damping", 0.35f, 1.4f, 0.7f, false, 148},
-    {"speed_least", 0.05f, 0.2f, 0.1f, false, 139},
+    {"speed_min", 0.05f, 0.2f, 0.1f, false, 139},
     {"surface_depth", 0.06f, 0.24f, 0.12f, false, 150},
     {"fence_margin", 1.5f, 6.0f, 3.0f, false, 151},
-    {"error_most", 6.0f, 24.0f, 12.0f, false, 152},
+    {"error_max", 6.0f, 24.0f, 12.0f, false, 152},
     {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 156},
     {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 173},
     {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 174},
@@ -316,7 +316,7 @@ inline constexpr ParameterInfo parameters[] = {
     {"link_timeout", 1.0f, 10.0f, 5.0f, false, 222},
     {"home_timeout", 12.0f, 600.0f, 60.0f, false, 223},
     {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 224},
-    {"tilt_most", 0.4330127f, 0.8660254f, 0.8660254f, false, 226},
+    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 226},
     {"rise_depth", 0.3f, 6.0f, 1.5f, false, 229},
     {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 230},
     {"link_share", 0.05f, 1.0f, 0.75f, false, 231},
@@ -325,7 +325,7 @@ inline constexpr ParameterInfo parameters[] = {
 };
 
 inline constexpr Description description = {
-    "hypertuna", 2, 3, values, 234, parameters, 78, 0x0c22a9bd};
+    "hypertuna", 2, 3, values, 234, parameters, 78, 0x532ca824};
 
 inline constexpr struct {
     int servo[6];

@@ -26,8 +26,8 @@ from hypertuna.radio.calibration import calibrate, read_pairs
 from hypertuna.radio.client import address
 from hypertuna.radio.dialect import dialect
 from hypertuna.radio.drive import Stick, gamepad, keys, moved, pressed, view
-from radio_bench import free_port, running
 from program import Run
+from radio_bench import free_port, running
 
 PROGRAM = [sys.executable, "-m", "hypertuna"]
 

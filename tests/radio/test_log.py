@@ -114,7 +114,7 @@ def test_what_lacks_is_told(tmp_path: Path) -> None:
 
 
 def test_the_dialect_has_the_tables_on_board() -> None:
-    """Names and sentences of the enumerations are those of core and firmware, in their order: generate.py wrote them."""
+    """Names and sentences of the enumerations are those of core and firmware, in order: generate.py wrote them."""
     from hypertuna import _core
 
     source = dialect_file()

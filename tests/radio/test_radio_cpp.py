@@ -9,8 +9,8 @@ pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
 from hypertuna.firmware.channel import Air, RadioModel
 from hypertuna.radio.dialect import dialect
-from radio_bench import TICK, RadioBench, Told
 from radio.test_channel import GROUND, ROBOT
+from radio_bench import TICK, RadioBench, Told
 
 BAD = RadioModel(loss=0.3, burst=4.0, damage=0.1, late=0.1)
 MANUAL, GAIT, MISSION = 0, 1, 2

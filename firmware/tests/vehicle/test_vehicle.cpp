@@ -413,7 +413,7 @@ static void upside_down() {
 /// straight.
 static void joystick_within_tighter_limits() {
     begin();
-    for (const char* name : {"amplitude_0", "amplitude_1", "fin_most", "frequency_most"})
+    for (const char* name : {"amplitude_0", "amplitude_1", "fin_max", "frequency_max"})
         CHECK(set_parameter(v, index_of(name), 0.5f * value(v, index_of(name))) == Refusal::none);
     float_on(v, board, 300);
     CHECK(arm(v, true) == Refusal::none);
