@@ -252,21 +252,23 @@ def objectives_table() -> str:
 
 
 @cache
-def optimum(model: str, method: str, **wish: Any) -> Optimum:
+def optimum(model: str, method: str, **objective: Any) -> Optimum:
     """Optimize HyperTuna under a reading of its joints."""
-    return optimize(FISH.using(joints="ideal" if model == "ideal joints" else "bandwidth"), **wish, method=method)
+    return optimize(FISH.using(joints="ideal" if model == "ideal joints" else "bandwidth"), **objective, method=method)
 
 
 def methods_table() -> str:
     """Tabulate what every method finds, and how many gaits it swims."""
     body = []
-    for wish in ({"maximize": "speed"}, {"speed": 0.4}):
+    for objective in ({"maximize": "speed"}, {"speed": 0.4}):
         for method in METHODS:
-            best = optimum("joint bandwidth", method, **wish)
+            best = optimum("joint bandwidth", method, **objective)
             assert best.gait is not None
             degrees = [f"{x:.2f}" for x in np.degrees([*best.gait.amplitude, best.gait.phase[1]])]
             cells = (f"{best.gait.frequency:.3f}", *degrees, f"{best.speed:.4f}", f"{best.cost_of_transport:.4f}")
-            body.append(["highest" if "maximize" in wish else "0.4 m/s", f"`{method}`", *cells, str(best.evaluations)])
+            body.append(
+                ["highest" if "maximize" in objective else "0.4 m/s", f"`{method}`", *cells, str(best.evaluations)]
+            )
     head = ["speed", "method", "f [Hz]", "A1 [deg]", "A2 [deg]", "phase [deg]", "U [m/s]", "COT [J/(kg m)]", "gaits"]
     return rows(head, body, left=2)
 
@@ -317,14 +319,14 @@ TABLES: dict[str, Callable[[], str]] = {
     "cost against phase": phase_cost_table,
     "turning": turning_table,
     "range": range_table,
-    "Table III": lambda: of_report(coefficient_table(ledger().fits, PAPER)),
-    "bandwidth": lambda: of_report(bandwidth_table(ledger().fits, PAPER)),
-    "Table IV": lambda: of_report(gait_table(ledger().optima, ledger().trials), 2),
-    "optimizers": lambda: of_report(method_table(ledger().optima), 2),
-    "twin speeds": lambda: of_report(speed_table(ledger().twins, PAPER), 1),
-    "twin amplitudes": lambda: of_report(tank_table(ledger().twins), 1),
-    "twin bores": lambda: of_report(bore_table(swim_bores(FISH), PAPER)),
-    "posture": lambda: of_report(posture_table(ledger().twins.posture), 2),
+    "Table III": lambda: of_report(coefficient_table(ledger().results["fits"])),
+    "bandwidth": lambda: of_report(bandwidth_table(ledger().results["fits"])),
+    "Table IV": lambda: of_report(gait_table(ledger().results["optima"]), 2),
+    "optimizers": lambda: of_report(method_table(ledger().results["optima"]), 2),
+    "twin speeds": lambda: of_report(speed_table(ledger().results["twins"]), 1),
+    "twin amplitudes": lambda: of_report(tank_table(ledger().results["twins"]), 1),
+    "twin bores": lambda: of_report(bore_table(swim_bores(FISH))),
+    "posture": lambda: of_report(posture_table(ledger().results["twins"].posture), 2),
     "Table V": lambda: of_report(robot_table(computed_among(ledger().trials)[0]), 2),
 }
 

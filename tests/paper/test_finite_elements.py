@@ -77,7 +77,7 @@ def told(elements: Elements) -> dict[tuple[str, str], Any]:
 def test_what_is_stored_belongs_to_the_shipped_robots() -> None:
     for joints in read_elements().solved.values():
         for one in joints.values():
-            assert one.record is not None, one.why
+            assert one.record is not None, one.reason
             assert one.record["robot"] == one.robot.name
             assert one.record["mesh"] == reproduce_fe.MESH
             for key in ("command", "hypertuna_version", "ngsolve_version", "robot_hash"):
@@ -130,7 +130,7 @@ def test_nothing_stored_or_not_converged_is_said(store: Path) -> None:
     changed(store / "hypertuna-II.json", status="failed", status_text="150 kPa was not reached (because).")
     elements = read_elements()
     entries = told(elements)
-    assert "none was stored" in entries["fe/bending-I", FE].note
+    assert "no result is stored" in entries["fe/bending-I", FE].note
     (other,) = [model for model in ROBOTS if model != FE]
     assert entries["fe/bending-II", other].note == "150 kPa was not reached (because)"
     (section,) = sections(elements)  # joint II of the first model is left
@@ -164,7 +164,7 @@ def test_without_the_extra_the_stored_results_stay_with_a_word(store: Path, monk
     entries = told(solve_elements(read_elements(), lambda: ticks.append(1)))
     assert len(ticks) == 4
     assert entries["fe/bending-I", FE].computed is not None
-    assert "not computed anew: ngsolve" in entries["fe/bending-I", FE].note
+    assert "not computed again: ngsolve" in entries["fe/bending-I", FE].note
 
 
 def test_the_section_shows_a_picture_from_a_file(store: Path) -> None:

@@ -52,11 +52,11 @@ def test_what_was_stored_of_another_robot_does_not_count(
 ) -> None:
     (tmp_path / "missions").mkdir()
     monkeypatch.setattr(reproduce_lake, "shipped", lambda _: tmp_path)
-    assert "no flight is stored" in read_lake().why
+    assert "no flight is stored" in read_lake().reason
     (tmp_path / STORED).write_text(json.dumps(record))
     assert read_lake().record is not None
     (tmp_path / STORED).write_text(json.dumps(record | {"robot_hash": "0"}))
     stale = read_lake()
-    assert "has changed since the stored flight; validation/missions/lake.py flies it anew" in stale.why
+    assert "has changed since the stored flight; validation/missions/lake.py flies it again" in stale.reason
     assert {judge(published(), found).verdict for found in findings(stale)} == {"not-computed"}
-    assert "Not told" in sections(stale)[0].parts[0]
+    assert "Not available" in sections(stale)[0].parts[0]

@@ -11,8 +11,8 @@ import hypertuna as ht
 from hypertuna.paper import computed as published_twins
 from hypertuna.paper.chapters.actuator import ACTUATOR, PRINTED, Bends, bend_published, step_table
 from hypertuna.paper.chapters.actuator import findings as bend_findings
-from hypertuna.paper.chapters.twin import TWIN, bore_table, findings, sections, speed_table, tank_table
-from hypertuna.paper.computed import SPEEDS, Twins, run_published
+from hypertuna.paper.chapters.twin import bore_table, findings, sections, speed_table, tank_table
+from hypertuna.paper.computed import SPEEDS, TWIN, Twins, run_published
 from hypertuna.paper.ledger import Entry, judge, published
 from hypertuna.reports.html import Picture, Section, Table
 
@@ -36,12 +36,12 @@ def twins(tuna: ht.Robot) -> Twins:
 
 @pytest.fixture(scope="module")
 def entries(twins: Twins) -> dict[str, Entry]:
-    return {found.id: judge(PAPER, found) for found in findings(twins, PAPER) if found.model == TWIN}
+    return {found.id: judge(PAPER, found) for found in findings(twins) if found.model == TWIN}
 
 
 @pytest.fixture(scope="module")
 def shown(twins: Twins) -> list[Section]:
-    return sections(twins, PAPER)
+    return sections(twins)
 
 
 def test_every_number_that_waited_for_the_twin_has_an_entry(entries: dict[str, Entry]) -> None:
@@ -68,7 +68,7 @@ def test_settling_is_judged_as_a_bound(entries: dict[str, Entry], twins: Twins) 
     for one in twins.posture.held:
         entry = entries[f"control/settling-{one.frequency:g}hz"]
         assert entry.bound
-        assert entry.told == "≤ 4 s"
+        assert entry.published_text == "≤ 4 s"
         assert entry.verdict == ("reproduced" if one.settling is not None and one.settling <= 4 else "deviates")
         assert f"joint {one.name}" in entry.note
 
@@ -93,7 +93,7 @@ def test_steps_lead_from_the_printed_bend_to_the_corrected_one(bends: Bends) -> 
 
 
 def test_tables_say_what_the_runs_did(twins: Twins) -> None:
-    eight = speed_table(twins, PAPER)
+    eight = speed_table(twins)
     assert [row[0] for row in eight.rows] == list(SPEEDS)
     for row in eight.rows:
         assert row[5] == f"{twins.gaits[str(row[0])].speed:.3f}"
@@ -110,7 +110,7 @@ def test_other_bores_are_told_by_their_errors() -> None:
     speeds = {name: PAPER["values"][f"speed/{name}"]["value"] for name in SPEEDS}
     swing = np.radians([10.0, 20.0])
     exact, fast = ({name: (k * speed, swing, 20.0) for name, speed in speeds.items()} for k in (1.0, 1.1))
-    table = bore_table({0.004: exact, 0.005: fast}, PAPER)
+    table = bore_table({0.004: exact, 0.005: fast})
     assert [row[:2] for row in table.rows] == [["4 mm", "0.0 %"], ["5 mm", "10.0 %"]]
     assert set(table.rows[1][2:10]) == {"+10 %"}
     assert table.rows[0][-2:] == ["10.0, 20.0", "20.0"]

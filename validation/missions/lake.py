@@ -35,7 +35,7 @@ def main() -> None:
         return
     stored = read_lake()
     if stored.record is None or record is None:
-        sys.exit(stored.why)
+        sys.exit(stored.reason)
     for name in ("distance_m", "servo_energy_wh", "battery_energy_wh"):
         apart = record[name] / stored.record[name] - 1
         print(f"{name}: {record[name]:.5g}, stored {stored.record[name]:.5g}")

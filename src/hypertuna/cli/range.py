@@ -156,7 +156,7 @@ def _record(cruise: Cruise, result: Range) -> dict[str, Any]:
     }
     if fish.name == PAPER:
         paper = published()
-        entry = judge(paper, range_finding(fish, paper))
+        entry = judge(paper, range_finding(fish))
         facts = {"range_km": entry.published, "verdict": entry.verdict, "computed_km": entry.computed}
         record["published"] = facts | {"arithmetic": entry.note}
     return record

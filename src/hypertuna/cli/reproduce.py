@@ -65,12 +65,12 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
     for key, row in by_id.items():
         cells = [_answer(row[model]) if model in row else Text() for model in models]
         if any(cells):
-            rows.append((key, next(iter(row.values())).told, *cells))
+            rows.append((key, next(iter(row.values())).published_text, *cells))
     yield table(["number", "published", *models], rows, left=(0, *range(2, 2 + len(models))))
     yield ""
     for entry in ledger.entries:
         if entry.model not in models:
-            text = f" {entry.id}, {entry.told}; {entry.model}: "
+            text = f" {entry.id}, {entry.published_text}; {entry.model}: "
             yield Text.assemble(_answer(entry), text, (f"{entry.note}.", "dim"))
     yield ""
     for model, errors in ledger.summary["speeds"].items():
@@ -85,4 +85,4 @@ def _answer(entry: Entry) -> Text:
     from rich.text import Text
 
     error = f" ({entry.error})" if entry.error else ""
-    return Text(f"{MARKS[entry.verdict]} {entry.answer}{error}".rstrip(), style=STYLES[entry.verdict])
+    return Text(f"{MARKS[entry.verdict]} {entry.computed_text}{error}".rstrip(), style=STYLES[entry.verdict])

@@ -28,20 +28,7 @@ NEAR = 0.18  # inch over the figure's width, of the largest value: points so nea
 
 @styled
 def plot_pareto(front: Front, *, width: float = WIDTH) -> Figure:
-    """Plot a front: its second objective against its first.
-
-    Parameters
-    ----------
-    front : Front
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Points of the front, colored by their third objective, or by beat frequency where there are two; crosses where
-        the search stood before polishing; the robot's named gaits without a bias as numbered squares.
-    """
+    """Plot a front: its second objective against its first."""
     figure = Figure(figsize=(width, 0.45 * width + 1.6), layout="constrained")
     axes = figure.subplots()
     third = len(front.objectives) > 2
@@ -94,17 +81,7 @@ def _gathered(points: Array, distance: float) -> list[tuple[tuple[float, float],
 
 @styled
 def plot_convergence(runs: Sequence[Optimum]) -> Figure:
-    """Draw the best value so far against the gaits swum, as Fig. 13(a) of the paper does.
-
-    Parameters
-    ----------
-    runs : sequence of Optimum
-        With the same goal.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw the best value so far against the gaits swum, as Fig. 13(a) of the paper does."""
     figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
     axes = figure.subplots()
     target = runs[0].objective

@@ -1,10 +1,10 @@
-"""Swims of everything that the paper reports, under its own model and ours."""
+"""Simulations of all that the paper reports: swims with its own model and ours, runs of the twin."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +23,16 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AS_PRINTED",
+    "COSTS",
     "MODELS",
     "OURS",
     "PAPER",
     "SPEEDS",
     "SWIM",
     "TANK_PHASE",
-    "WISHES",
+    "TARGETS",
+    "TWIN",
+    "Bores",
     "Trial",
     "Twins",
     "bandwidths",
@@ -42,70 +45,43 @@ PAPER = "ideal joints"  # the paper's own model
 OURS = "joint bandwidth"  # with our one parameter more
 MODELS: dict[str, dict[str, str]] = {PAPER: {"joints": "ideal"}, OURS: {"joints": "bandwidth"}}
 AS_PRINTED = {f"{name}, areas as printed": choice | {"areas": "as-printed"} for name, choice in MODELS.items()}
-WISHES = ("0.3", "0.4", "0.5", "max")  # expected speeds of Table IV [m/s]
-SPEEDS = tuple(f"{kind}optimised-{wish}" for kind in ("un", "") for wish in WISHES)
+TWIN = "twin"
+TARGETS = ("0.3", "0.4", "0.5", "max")  # expected speeds of Table IV [m/s]
+COSTS = TARGETS[:3]  # those whose costs of transport the paper compares
+SPEEDS = tuple(f"{kind}optimised-{speed}" for kind in ("un", "") for speed in TARGETS)
 REST = 10.0  # s: Fig. 12(c), from rest until long after the speed has settled
+
+Array = NDArray[np.float64]
+# By bore of the oil lines [m] and gait: speed [m/s], swing of each joint [rad] and power [W].
+Bores: TypeAlias = dict[float, dict[str, tuple[float, Array, float]]]
+
+THREADS = 2
+SWIM = 20.0  # s: from the speed of the lagging joints, until the controller's own transients are over
+TANK = "large"  # amplitude of the tank tests at which joints are watched over frequency
+TANK_PHASE = 40.0  # deg, of the fastest gait
+BORES = (0.003, 0.004, 0.005, 0.006)  # m, possible oil lines
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What one model computes.
-
-    Attributes
-    ----------
-    robot : Robot
-    gaits : dict of str to Swim
-        The robot's named gaits.
-    tank : xarray.Dataset
-        The grid of the paper's tank tests.
-    turning : xarray.Dataset
-        The turning gait over phases.
-    start : Swim
-        From rest, as in Fig. 12(c).
-    """
+    """Swims of all that the paper reports, by one model."""
 
     robot: Robot
-    gaits: dict[str, Swim]
-    tank: xr.Dataset
-    turning: xr.Dataset
-    start: Swim
+    gaits: dict[str, Swim]  # the robot's named gaits
+    tank: xr.Dataset  # the grid of the paper's tank tests
+    turning: xr.Dataset  # the turning gait over phases
+    start: Swim  # from rest, as in Fig. 12(c)
 
 
 def bandwidths(robot: Robot) -> str:
-    """Say the bandwidths of a robot's joints.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    str
-        In Hz, each once.
-    """
+    """Return the bandwidths of a robot's joints in Hz as text, each once."""
     return " and ".join(dict.fromkeys(f"{group.bandwidth:.3g}" for group in robot.joints if group.bandwidth))
 
 
 def swim_published(
     robot: Robot, paper: Mapping[str, Any], *, full: bool = False, progress: Callable[[], None] | None = None
 ) -> dict[str, Trial]:
-    """Swim everything that the paper reports.
-
-    Parameters
-    ----------
-    robot : Robot
-    paper : mapping
-        Content of data/published/published.toml.
-    full : bool
-        Also under the areas as Table II prints them.
-    progress : callable, optional
-        Called after each model.
-
-    Returns
-    -------
-    dict of str to Trial
-        By model.
-    """
+    """Swim all that the paper reports, by model; in full also with the areas as Table II prints them."""
     trials = {}
     for name, choice in (MODELS | (AS_PRINTED if full else {})).items():
         trials[name] = _try(robot.using(**choice), paper)
@@ -115,7 +91,7 @@ def swim_published(
 
 
 def _try(robot: Robot, paper: Mapping[str, Any]) -> Trial:
-    """Swim it under one model."""
+    """Swim it with one model."""
     tank, turn, start = paper["tank"], named_gait(robot, "turning"), paper["start"]
     phases = [(0.0, float(phase)) for phase in np.radians(tank["phase_deg"])]
     amplitudes = np.radians(list(tank["amplitude_deg"].values())).tolist()
@@ -136,59 +112,21 @@ def _try(robot: Robot, paper: Mapping[str, Any]) -> Trial:
     )
 
 
-Array = NDArray[np.float64]
-
-THREADS = 2
-SWIM = 20.0  # s: from the speed of the lagging joints, until the controller's own transients are over
-TANK = "large"  # amplitude of the tank tests at which joints are watched over frequency
-TANK_PHASE = 40.0  # deg, of the fastest gait
-BORES = (0.003, 0.004, 0.005, 0.006)  # m, of the oil lines: what may be
-
-
 @dataclass(frozen=True)
 class Twins:
-    """What the twin computes.
-
-    Attributes
-    ----------
-    robot : Robot
-    gaits : dict of str to TwinRun
-        The eight gaits of Table IV.
-    tank : tuple of TwinRun
-        Large amplitude at the frequencies of the tank tests.
-    posture : PostureTest
-        Fig. 8.
-    bores : dict of float to dict of str to tuple
-        By bore of the oil lines [m]: speed [m/s], swing of each joint [rad] and power [W] of the eight gaits; empty if
-        it was not asked for.
-    """
+    """Runs of the twin."""
 
     robot: Robot
-    gaits: dict[str, TwinRun]
-    tank: tuple[TwinRun, ...]
-    posture: PostureTest
-    bores: dict[float, dict[str, tuple[float, Array, float]]]
+    gaits: dict[str, TwinRun]  # the eight gaits of Table IV
+    tank: tuple[TwinRun, ...]  # large amplitude at the frequencies of the tank tests
+    posture: PostureTest  # Fig. 8
+    bores: Bores  # empty unless computed in full
 
 
 def run_published(
     robot: Robot, paper: Mapping[str, Any], *, full: bool = False, progress: Callable[[], None] | None = None
 ) -> Twins:
-    """Run the twin through what the paper reports.
-
-    Parameters
-    ----------
-    robot : Robot
-    paper : mapping
-        Content of data/published/published.toml.
-    full : bool
-        Also with other oil lines.
-    progress : callable, optional
-        Called after the swims and after the posture test.
-
-    Returns
-    -------
-    Twins
-    """
+    """Run the twin through all that the paper reports; in full also with other oil lines."""
     tank, posture = paper["tank"], paper["posture"]
     amplitude, phase = tank["amplitude_deg"][TANK], (0.0, TANK_PHASE)
     swept = [Gait.from_degrees(frequency=hertz, amplitude=amplitude, phase=phase) for hertz in tank["frequency_hz"]]
@@ -198,29 +136,17 @@ def run_published(
         progress()
     angle = np.radians([posture["angle_deg"] if group.name == posture["joint"] else 0.0 for group in robot.joints])
     held = posture_test(robot, frequencies=posture["frequency_hz"], angle=angle.tolist())
-    if progress is not None:
-        progress()
     return Twins(robot, gaits, beats, held, swim_bores(robot) if full else {})
 
 
-def swim_bores(robot: Robot) -> dict[float, dict[str, tuple[float, Array, float]]]:
-    """Swim the eight gaits with oil lines of other bores, which are not published.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    dict of float to dict of str to tuple
-        As `Twins` holds it.
-    """
-    found = {}
+def swim_bores(robot: Robot) -> Bores:
+    """Swim the eight gaits with oil lines of other bores, which are not published."""
+    results = {}
     for bore in BORES:
         other = with_bore(robot, bore)
         runs = _swims(other, [named_gait(other, name) for name in SPEEDS])
-        found[bore] = {name: (run.speed, run.swing, run.power) for name, run in zip(SPEEDS, runs, strict=True)}
-    return found
+        results[bore] = {name: (run.speed, run.swing, run.power) for name, run in zip(SPEEDS, runs, strict=True)}
+    return results
 
 
 def _swims(robot: Robot, gaits: Sequence[Gait]) -> list[TwinRun]:

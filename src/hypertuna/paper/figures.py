@@ -40,27 +40,7 @@ def plot_map(
     lowest: bool = False,
     width: float = WIDTH,
 ) -> Figure:
-    """Map a quantity over frequency and phase difference, one panel for each amplitude.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        A grid of `hypertuna.swimming.sweep` with one bias.
-    quantity, label : str
-        What to map, and what to call it.
-    levels : mapping of str to float or None
-        Name of each amplitude, and the published best phase there [deg].
-    lowest : bool
-        Whether small values are the good ones.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One scale of colors for all panels; a dot at the best phase of each frequency. Gaits that are not settled are
-        left empty.
-    """
+    """Map a quantity over frequency and phase difference, one panel for each amplitude."""
     found = found.isel(bias=0).where(found.settled.isel(bias=0))
     values = found[quantity].transpose("amplitude", "phase", "frequency").values
     frequency = found.frequency.values
@@ -96,22 +76,7 @@ KINDS = {
 
 @styled
 def plot_dots(rows: Sequence[tuple[str, float, str]], label: str, *, log: bool = False, width: float = WIDTH) -> Figure:
-    """Draw named numbers as dots on one scale.
-
-    Parameters
-    ----------
-    rows : sequence of (str, float, str)
-        Name, number and kind ("other", "fish", "measured" or "computed") of each, top to bottom.
-    label : str
-        Quantity and unit.
-    log : bool
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw named numbers as dots on one scale."""
     figure = Figure(figsize=(width, 0.235 * len(rows) + 0.6), layout="constrained")
     axes = figure.subplots()
     if log:
@@ -134,19 +99,7 @@ def plot_dots(rows: Sequence[tuple[str, float, str]], label: str, *, log: bool =
 
 @styled
 def plot_start(swims: Mapping[str, Swim], *, width: float = WIDTH) -> Figure:
-    """Plot the forward speed from rest: at every instant, and its mean over each beat.
-
-    Parameters
-    ----------
-    swims : mapping of str to Swim
-        Swims from rest, by what to call them.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Plot the forward speed from rest: at every instant, and its mean over each beat."""
     figure = Figure(figsize=(width, 0.62 * width), layout="constrained")
     axes = figure.subplots()
     for k, (name, swim) in enumerate(swims.items()):
@@ -166,23 +119,7 @@ def plot_start(swims: Mapping[str, Swim], *, width: float = WIDTH) -> Figure:
 def plot_against(
     published: ArrayLike, computed: Mapping[str, ArrayLike], *, within: float = 0.05, width: float = WIDTH
 ) -> Figure:
-    """Plot computed against published speeds.
-
-    Parameters
-    ----------
-    published : array_like, shape (gaits,)
-        [m/s].
-    computed : mapping of str to array_like, shape (gaits,)
-        Of each model, by its name [m/s].
-    within : float
-        Half width of the band around equality, relative.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Plot computed against published speeds."""
     figure = Figure(figsize=(width, 0.8 * width), layout="constrained")
     axes = figure.subplots()
     truth = np.asarray(published, dtype=np.float64)
@@ -205,23 +142,7 @@ def plot_normalized(
     *,
     width: float = WIDTH,
 ) -> Figure:
-    """Plot normalized cost of transport against frequency.
-
-    Parameters
-    ----------
-    frequency : array_like, shape (frequencies,)
-        [Hz].
-    cost : mapping of str to array_like, shape (frequencies,)
-        Of each model, by its name, over that of one gait.
-    published : sequence of (float, float, str)
-        Frequency [Hz], normalized cost and name of each published number.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Plot normalized cost of transport against frequency."""
     figure = Figure(figsize=(width, 0.62 * width), layout="constrained")
     axes = figure.subplots()
     for k, (name, values) in enumerate(cost.items()):
@@ -236,23 +157,7 @@ def plot_normalized(
 
 @styled
 def plot_descent(curves: Mapping[str, ArrayLike], label: str, *, lowest: float = 1e-7, width: float = WIDTH) -> Figure:
-    """Plot how searches come down to their optimum, on a logarithmic scale.
-
-    Parameters
-    ----------
-    curves : mapping of str to array_like, shape (iterations,)
-        Distance from the optimum after each iteration, by what to call it [any unit]; infinities are left out.
-    label : str
-        Quantity and unit.
-    lowest : float
-        What counts as none [the same unit].
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Plot how searches come down to their optimum, on a logarithmic scale."""
     figure = Figure(figsize=(width, 0.68 * width), layout="constrained")
     axes = figure.subplots()
     for k, (name, values) in enumerate(curves.items()):
@@ -266,21 +171,7 @@ def plot_descent(curves: Mapping[str, ArrayLike], label: str, *, lowest: float =
 
 @styled
 def plot_changes(names: Sequence[str], bars: Mapping[str, Sequence[float]], *, width: float = WIDTH) -> Figure:
-    """Draw changes in percent as groups of bars.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the groups, top to bottom.
-    bars : mapping of str to sequence of float
-        A change for each group, by what to call it [%].
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw changes in percent as groups of bars."""
     figure = Figure(figsize=(width, 0.2 * len(bars) * len(names) + 1.3), layout="constrained")
     axes = figure.subplots()
     rows, high = np.arange(len(names)), 0.8 / len(bars)
@@ -321,23 +212,7 @@ def plot_intervals(
     *,
     width: float = WIDTH,
 ) -> Figure:
-    """Draw coefficients and their intervals between their bounds.
-
-    Parameters
-    ----------
-    names : sequence of str
-    bounds : tuple of two array_like, shape (n,)
-        Lower and upper [each coefficient's unit].
-    published : array_like, shape (n,)
-    found : mapping of str to tuple of three array_like, shape (n,)
-        Value, lower and upper end of the interval, by model.
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw coefficients and their intervals between their bounds."""
     low, high = (np.asarray(side, dtype=np.float64) for side in bounds)
     figure = Figure(figsize=(width, 0.38 * len(names) + 1.1), layout="constrained")
     axes = figure.subplots()
@@ -359,21 +234,7 @@ def plot_intervals(
 
 @styled
 def plot_paths(paths: Mapping[str, ArrayLike], names: Sequence[str], *, width: float = WIDTH) -> Figure:
-    """Plot how coefficients move as they are identified: a column of panels for each model, a row for each kind.
-
-    Parameters
-    ----------
-    paths : mapping of str to array_like, shape (iterations, n)
-        Places between the bounds [1].
-    names : sequence of str
-        Of the n coefficients: kind and links, such as "drag[0]".
-    width : float
-        Of the figure [inch].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Plot how coefficients move as they are identified: a column of panels for each model, a row for each kind."""
     kinds = [name.partition("[")[0] for name in names]
     links = [name.partition("[")[2].rstrip("]") for name in names]
     rows, lines = list(dict.fromkeys(kinds)), list(dict.fromkeys(links))

@@ -13,61 +13,35 @@ import numpy as np
 
 from hypertuna.io.files import shipped
 
-__all__ = ["MARKS", "RULES", "VERDICTS", "Entry", "Finding", "Rule", "judge", "published"]
+__all__ = ["MARKS", "RULES", "VERDICTS", "Entry", "Finding", "Rule", "judge", "published", "published_value"]
 
 VERDICTS = ("reproduced", "deviates", "contradicted", "undetermined", "not-computed")
 MARKS = dict(zip(VERDICTS, "✓≠✗○…", strict=True))
 
 
 class Finding(NamedTuple):
-    """What was computed for a number of the paper: its id, by which model, the number in the published unit, a note.
-
-    An identified number has its 95 % interval, too.
-    """
+    """A computed number of the paper."""
 
     id: str
-    model: str
-    computed: float | None
+    model: str  # that computed it
+    computed: float | None  # in the published unit
     note: str = ""
-    interval: tuple[float, float] | None = None
+    interval: tuple[float, float] | None = None  # 95 %, of an identified number
 
 
 @dataclass(frozen=True)
 class Rule:
-    """When a computed number counts as the published one.
+    """A rule for when a computed number counts as the published one."""
 
-    Attributes
-    ----------
-    ids, kind : str
-        Patterns of the ledger's ids and of the published kind that it holds for.
-    tolerance : float
-        Largest difference: a fraction of the published number, or absolute in its unit.
-    absolute : bool
-    reason : str
-        Why the tolerance is what it is.
-    bound : bool
-        Whether the published number is an upper bound.
-    """
-
-    ids: str
-    kind: str
-    tolerance: float
+    ids: str  # pattern of the ids that the rule applies to
+    kind: str  # pattern of the published kind
+    tolerance: float  # max difference: a fraction of the published number, or absolute in its unit
     absolute: bool
-    reason: str
-    bound: bool = False
+    reason: str  # for the tolerance
+    bound: bool = False  # whether the published number is an upper bound
 
     def holds(self, published: float, computed: float) -> bool:
-        """Tell whether a computed number agrees with the published one: near enough, and of the same sign.
-
-        Parameters
-        ----------
-        published, computed : float
-            In the same unit.
-
-        Returns
-        -------
-        bool
-        """
+        """Return whether a computed number agrees with the published one: within the tolerance, with the same sign."""
         excess = computed - published if self.bound else abs(computed - published)
         scale = 1.0 if self.absolute else abs(published)
         return excess <= self.tolerance * scale and computed * published > 0
@@ -113,39 +87,19 @@ RULES = (
 
 @dataclass(frozen=True)
 class Entry:
-    """One number of the paper beside ours; id and model together are unique.
-
-    Attributes
-    ----------
-    id, source, unit : str
-        What it is, where the paper has it, its unit.
-    published : float or None
-        None where the paper makes its claim in words.
-    computed : float or None
-    model : str
-        What computed it.
-    relative_error : float or None
-        computed / published - 1.
-    verdict : str
-        "reproduced", "deviates", "contradicted", "undetermined" or "not-computed".
-    note : str
-    interval : tuple of float or None
-        Of an identified number, 95 %.
-    bound : bool
-        Whether the published number is an upper bound.
-    """
+    """One number of the paper beside ours; id and model together are unique."""
 
     id: str
-    source: str
+    source: str  # place in the paper
     unit: str
-    published: float | None
+    published: float | None  # None where the paper claims something in words alone
     computed: float | None
-    model: str
-    relative_error: float | None
-    verdict: str
+    model: str  # that computed it
+    relative_error: float | None  # computed / published - 1
+    verdict: str  # of `VERDICTS`
     note: str
-    interval: tuple[float, float] | None = None
-    bound: bool = False
+    interval: tuple[float, float] | None = None  # 95 %, of an identified number
+    bound: bool = False  # whether the published number is an upper bound
 
     @property
     def error(self) -> str:
@@ -155,16 +109,16 @@ class Entry:
         return f"{100 * self.relative_error:+.1f} %"
 
     @property
-    def told(self) -> str:
-        """The published number with its unit; a dash for it where the paper has words alone."""
+    def published_text(self) -> str:
+        """The published number with its unit; a dash instead where the paper has words alone."""
         if self.published is None:
             return f"– {self.unit}"
-        most = "≤ " if self.bound else ""
-        return f"{most}{self.published:g}" if self.unit == "1" else f"{most}{self.published:g} {self.unit}"
+        number = f"{'≤ ' if self.bound else ''}{self.published:g}"
+        return number if self.unit == "1" else f"{number} {self.unit}"
 
     @property
-    def answer(self) -> str:
-        """What was computed, to three digits."""
+    def computed_text(self) -> str:
+        """The computed number, to three digits."""
         if self.computed is None:
             return ""
         sign = "+" if "change" in self.id else ""
@@ -173,68 +127,51 @@ class Entry:
 
 @cache
 def published(name: str = "published") -> dict[str, Any]:
-    """Read the paper's numbers.
-
-    Parameters
-    ----------
-    name : str
-        Of a file in data/published: "published" for the ledger's, "others" for other fish and robots.
-
-    Returns
-    -------
-    dict
-        Its content.
-    """
+    """Read a file of data/published: "published" for the paper's numbers, "others" for other fish and robots."""
     return tomllib.loads((shipped("data/published") / f"{name}.toml").read_text(encoding="utf-8"))
 
 
-def judge(paper: Mapping[str, Any], found: Finding) -> Entry:
-    """Put what was computed beside the published number, and judge it.
+def published_value(key: str) -> float:
+    """Return a published number by its id, in its unit."""
+    return float(published()["values"][key]["value"])
 
-    Parameters
-    ----------
-    paper : mapping
-        What `published` returns.
-    found : Finding
 
-    Returns
-    -------
-    Entry
-    """
-    fact = paper["values"][found.id]
-    told = fact.get("value")
-    error = None if found.computed is None or told is None else found.computed / told - 1
+def judge(paper: Mapping[str, Any], finding: Finding) -> Entry:
+    """Return the entry of a computed number: beside the published one, with a verdict."""
+    fact = paper["values"][finding.id]
+    value = fact.get("value")
+    error = None if finding.computed is None or value is None else finding.computed / value - 1
     return Entry(
-        id=found.id,
+        id=finding.id,
         source=fact["source"],
         unit=fact["unit"],
-        published=told,
-        computed=found.computed,
-        model=found.model,
+        published=value,
+        computed=finding.computed,
+        model=finding.model,
         relative_error=error,
-        verdict=_verdict(found, fact),
-        note=found.note,
-        interval=found.interval,
-        bound=_rule(found, fact).bound,
+        verdict=_verdict(finding, fact),
+        note=finding.note,
+        interval=finding.interval,
+        bound=_rule(finding, fact).bound,
     )
 
 
-def _verdict(found: Finding, fact: Mapping[str, Any]) -> str:
-    """Judge by the interval, else by the first rule that fits; what is not finite is not computed."""
-    if found.computed is None or not np.isfinite(found.computed):
+def _verdict(finding: Finding, fact: Mapping[str, Any]) -> str:
+    """Judge by the interval, else by the first rule that fits; a number that is not finite is not computed."""
+    if finding.computed is None or not np.isfinite(finding.computed):
         return "not-computed"
     if "value" not in fact:
         return "undetermined"
-    if found.interval is not None:
-        low, high = found.interval
+    if finding.interval is not None:
+        low, high = finding.interval
         if high - low > abs(fact["value"]):
             return "undetermined"
         return "reproduced" if low <= fact["value"] <= high else "deviates"
-    if _rule(found, fact).holds(fact["value"], found.computed):
+    if _rule(finding, fact).holds(fact["value"], finding.computed):
         return "reproduced"
     return "contradicted" if fact["kind"] == "derived" else "deviates"
 
 
-def _rule(found: Finding, fact: Mapping[str, Any]) -> Rule:
+def _rule(finding: Finding, fact: Mapping[str, Any]) -> Rule:
     """Return the first rule that fits."""
-    return next(rule for rule in RULES if fnmatch(found.id, rule.ids) and fnmatch(fact["kind"], rule.kind))
+    return next(rule for rule in RULES if fnmatch(finding.id, rule.ids) and fnmatch(fact["kind"], rule.kind))

@@ -1,4 +1,4 @@
-"""The ledger as one self-contained page, with its plots and its numbers beside it."""
+"""The ledger as a self-contained page, with its plots and numbers in files beside it."""
 
 from __future__ import annotations
 
@@ -22,24 +22,7 @@ CLOSED = ("coefficient", "optimum")  # chapters of the ledger that are closed at
 
 
 def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
-    """Write the ledger as a folder: index.html, ledger.json and its plots as SVG.
-
-    Parameters
-    ----------
-    ledger : Ledger
-    folder : str or Path
-        Made if it does not exist.
-
-    Returns
-    -------
-    Path
-        The page.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to.
-    """
+    """Write the ledger as a folder: index.html, ledger.json and its plots as SVG."""
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -54,16 +37,7 @@ def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
 
 
 def ledger_html(ledger: Ledger) -> str:
-    """Write the ledger as one HTML page that needs nothing else.
-
-    Parameters
-    ----------
-    ledger : Ledger
-
-    Returns
-    -------
-    str
-    """
+    """Return the ledger as an HTML page that needs no other file."""
     return _html(ledger, [*ledger_sections(ledger), _robot(ledger)])
 
 
@@ -75,8 +49,8 @@ def _html(ledger: Ledger, sections: list[Section]) -> str:
     chapters = _chapters(ledger)
     count = sum(len(chapter["entries"]) for chapter in chapters)
     lede = f"""HyperTuna is a soft robotic fish with two hydraulic joints. Its paper gives the robot's dimensions, the
-coefficients of a swimming model, and what the robot did. This page computes the second from the first and keeps the
-books: {count} published numbers, each with what the model says and a verdict."""
+coefficients of a swimming model, and measurements. This page computes the last from the others: {count} published
+numbers, each with the computed one and a verdict."""
     values = {
         "ledger": ledger,
         "chapters": chapters,
@@ -96,17 +70,17 @@ def _chapters(ledger: Ledger) -> list[dict[str, Any]]:
     chapters: dict[str, dict[str, list[Entry]]] = {}
     for entry in ledger.entries:
         chapters.setdefault(entry.id.partition("/")[0], {}).setdefault(entry.id, []).append(entry)
-    told = []
+    groups = []
     for name, entries in chapters.items():
         verdicts = [entry.verdict for group in entries.values() for entry in group]
         counts = {verdict: verdicts.count(verdict) for verdict in VERDICTS if verdict in verdicts}
         title = TITLES.get(name, name.replace("-", " ").capitalize())
-        told.append({"name": title, "entries": entries, "verdicts": counts, "open": name not in CLOSED})
-    return told
+        groups.append({"name": title, "entries": entries, "verdicts": counts, "open": name not in CLOSED})
+    return groups
 
 
 def _facts(ledger: Ledger) -> list[Fact]:
-    """Choose the numbers for large letters."""
+    """Return the numbers in large letters."""
     errors, verdicts = ledger.summary["speeds"], ledger.summary["verdicts"]
     (distance,) = [entry for entry in ledger.entries if (entry.id, entry.model) == ("range/battery", ARITHMETIC)]
     rms, largest = (
@@ -122,7 +96,7 @@ def _facts(ledger: Ledger) -> list[Fact]:
         ),
         Fact(rms[PAPER], f"rms error with ideal joints, the paper's own model; largest {largest[PAPER]}"),
         Fact(
-            f"{distance.answer} km",
+            f"{distance.computed_text} km",
             f"range on the battery of the paper's Table I, where the paper claims {distance.published:g} km",
         ),
         Fact(

@@ -1,1 +1,5 @@
-"""HTML pages of any result, and their templates."""
+"""HTML pages of results.
+
+In reading order: `html` (sections of text, pictures and tables; templates/), `fit` (sections of a fit), `results` (any
+result of the package).
+"""

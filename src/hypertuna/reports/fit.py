@@ -25,29 +25,7 @@ __all__ = ["fit_sections", "write_fit"]
 def write_fit(
     fits: Mapping[str, Fit], best: str, path: str | Path, *, sampled: Posterior | None = None, command: str = ""
 ) -> Path:
-    """Write a page on a fit, or on several of different water laws.
-
-    Parameters
-    ----------
-    fits : mapping of Fit
-        By water law.
-    best : str
-        The law to tell of.
-    path : str or Path
-    sampled : Posterior, optional
-        Of the best fit.
-    command : str
-        The command that was typed, if one was.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write a page on a fit, or on several of different water laws."""
     fit = fits[best]
     judged = fit.validation or fit.train
     told = "runs that it had not seen" if fit.validation else "the runs that it was fitted to"
@@ -64,19 +42,7 @@ def write_fit(
 
 
 def fit_sections(fit: Fit, *, sampled: Posterior | None = None, command: str = "") -> list[Section]:
-    """Write the sections of a page on a fit.
-
-    Parameters
-    ----------
-    fit : Fit
-    sampled : Posterior, optional
-    command : str
-        As for `write_fit`.
-
-    Returns
-    -------
-    list of Section
-    """
+    """Write the sections of a page on a fit."""
     return [_values(fit, sampled), _open(fit), _agreement(fit), _made(fit, sampled, command)]
 
 

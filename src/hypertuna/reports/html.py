@@ -9,41 +9,30 @@ import re
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from itertools import groupby, pairwise, product
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from hypertuna.io.files import version, write_atomically
 
 if TYPE_CHECKING:
+    from markdown_it import MarkdownIt
     from matplotlib.figure import Figure
 
 __all__ = ["WIDTH", "Fact", "Part", "Picture", "Section", "Table", "inline", "page", "write_page"]
 
 WIDTH = 4.3  # of a plot on a page, inches: its text stays readable on a phone
 COLUMN = 502  # px, of two on a wide page
-MOST = 10  # parts side by side whose every arrangement is tried
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure with its two sentences.
+    """A figure with its two sentences."""
 
-    Attributes
-    ----------
-    name : str
-        Of its file and of the parts inside: letters, digits and hyphens, unique on the page.
-    figure : matplotlib.figure.Figure, str or bytes
-        Drawn at most `WIDTH` wide; an ``<svg>`` element; or the content of a PNG file.
-    shows, made : str
-        What it shows, and how it was made: a sentence each.
-    """
-
-    name: str
-    figure: Figure | str | bytes
-    shows: str
-    made: str
+    name: str  # of its file and of the parts inside: letters, digits and hyphens, unique on the page
+    figure: Figure | str | bytes  # at most `WIDTH` wide; an ``<svg>`` element; or the content of a PNG file
+    shows: str  # caption: what the figure shows, a sentence
+    made: str  # how it was made, a sentence
 
     @cached_property
     def svg(self) -> str:
@@ -62,57 +51,35 @@ class Picture:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells; wide ones scroll on a phone.
-
-    Attributes
-    ----------
-    columns : sequence of str
-    rows : sequence of sequences of str or float
-        Numbers are written to three digits. Columns of them, and of texts that begin like one, stand to the right.
-    shows, made : str
-        What it shows, and how it was made: a sentence each.
-    folded : str
-        Words to click on that unfold it; empty for one that stands open.
-    """
+    """Rows of cells; wide ones scroll on a phone."""
 
     columns: Sequence[str]
-    rows: Sequence[Sequence[str | float]]
-    shows: str
-    made: str = ""
-    folded: str = ""
+    rows: Sequence[Sequence[str | float]]  # numbers are written to three digits
+    shows: str  # caption: what the table shows, a sentence
+    made: str = ""  # how it was made, a sentence
+    folded: str = ""  # label that unfolds the table; empty to show it open
 
     @property
     def numeric(self) -> tuple[bool, ...]:
-        """Whether each column holds numbers or nothing; the first one names the rows."""
+        """Whether each column is aligned to the right: all cells are empty or begin with a number, not the first."""
         return tuple(k > 0 and all(_numeric(row[k]) for row in self.rows) for k in range(len(self.columns)))
 
 
 @dataclass(frozen=True)
 class Fact:
-    """A number worth large letters.
-
-    Attributes
-    ----------
-    number, text : str
-    """
+    """A number in large letters, with its meaning."""
 
     number: str
     text: str
 
 
-# A text may have several paragraphs, set apart by an empty line; `code` and **strong** words are marked.
+# Text is Markdown: paragraphs, `code` and **strong** words.
 Part: TypeAlias = str | Picture | Table
 
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, and what stands below it in reading order.
-
-    Attributes
-    ----------
-    title : str
-    parts : sequence of str, Picture or Table
-    """
+    """A heading, and the parts below it in reading order."""
 
     title: str
     parts: Sequence[Part]
@@ -121,26 +88,7 @@ class Section:
 def write_page(
     title: str, sections: Sequence[Section], path: str | Path, *, lede: str = "", facts: Sequence[Fact] = ()
 ) -> Path:
-    """Write a page that needs nothing else, whole or not at all.
-
-    Parameters
-    ----------
-    title : str
-    sections : sequence of Section
-    path : str or Path
-    lede : str
-        What the page is about, below the title.
-    facts : sequence of Fact
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write a page that needs no other file, completely or not at all."""
     return write_atomically(path, page(title, sections, lede=lede, facts=facts).encode())
 
 
@@ -153,23 +101,7 @@ def page(
     template: str = "page.html.j2",
     values: Mapping[str, Any] | None = None,
 ) -> str:
-    """Return a page as text.
-
-    Parameters
-    ----------
-    title : str
-    sections : sequence of Section
-    lede : str
-    facts : sequence of Fact
-    template : str
-        In the folder of templates.
-    values : mapping, optional
-        More values for the template.
-
-    Returns
-    -------
-    str
-    """
+    """Return a page as HTML, from a template of this room with more values."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -179,7 +111,7 @@ def page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"short": "{:.3g}".format, "prose": _prose, "words": _words, "cell": _cell, "rows": _rows}
+    environment.filters |= {"short": "{:.3g}".format, "prose": _prose, "words": _words, "cell": _cell, "spans": _spans}
     environment.tests |= {"picture": lambda part: isinstance(part, Picture), "table": lambda p: isinstance(p, Table)}
     text = environment.get_template(template).render(
         title=title, lede=lede, facts=facts, sections=sections, inline=inline, version=version(), **(values or {})
@@ -189,16 +121,7 @@ def page(
 
 
 def inline(picture: Picture) -> str:
-    """Return a figure as an SVG element in the page's colors and letters; names of its parts are its own.
-
-    Parameters
-    ----------
-    picture : Picture
-
-    Returns
-    -------
-    str
-    """
+    """Return a figure as an SVG element in the colors and font of the page, with identifiers unique on it."""
     if isinstance(picture.figure, str):
         return picture.figure
     if isinstance(picture.figure, bytes):
@@ -217,52 +140,20 @@ def inline(picture: Picture) -> str:
 
 def _framed(png: bytes) -> str:
     """Put the content of a PNG file into an SVG file of the same shape."""
-    wide, high = struct.unpack(">II", png[16:24])  # the first chunk, IHDR, begins with them
+    wide, high = struct.unpack(">II", png[16:24])  # at the start of the first chunk, IHDR
     content = base64.b64encode(png).decode()
     image = f'<image width="{wide}" height="{high}" href="data:image/png;base64,{content}"/>'
     return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide} {high}">{image}</svg>'
 
 
-def _rows(parts: Sequence[Part]) -> list[list[list[tuple[int, Part]]]]:
-    """Lay out a section for wide screens: rows of one or two columns of parts, each with its place in reading order."""
-    flat = [p for part in parts for p in (part.strip().split("\n\n") if isinstance(part, str) else [part])]
-    rows = []
-    for wide, group in groupby(enumerate(flat), lambda item: isinstance(item[1], Table) and _wide(item[1])):
-        members = list(group)
-        rows += [[[item]] for item in members] if wide else _columns(members)
-    return rows
-
-
-def _columns(items: list[tuple[int, Part]]) -> list[list[list[tuple[int, Part]]]]:
-    """Part items into two columns of nearly equal height; what comes first stays on the left."""
-    if len(items) == 1:
-        return [[items]]
-    heights = [_height(part) for _, part in items[:MOST]]
-
-    def unequal(sides: tuple[int, ...]) -> tuple[float, int]:
-        right = sum(height for height, side in zip(heights, sides, strict=True) if side)
-        moved = sum(before > after for before, after in pairwise(sides))  # read down, then up again
-        return abs(sum(heights) - 2 * right) // 60, moved
-
-    sides = min(((0, *rest) for rest in product((0, 1), repeat=len(heights) - 1)), key=unequal)
-    columns = [[item for item, at in zip(items, sides, strict=False) if at == side] for side in (0, 1)]
-    return [columns, *(_columns(items[MOST:]) if len(items) > MOST else [])]
-
-
-def _height(part: Part) -> float:
-    """Estimate how high a part is in one of two columns [px]."""
-    if isinstance(part, str):
-        return 26 * (len(part) / 58 + 0.5) + 14
-    words = 20 * ((len(part.shows) + len(part.made)) / 72 + 0.5) + 30
-    if isinstance(part, Table):
-        return 50 if part.folded else 38 * (len(part.rows) + 1) + words
-    box = re.search(r'viewBox="([^"]+)"', part.svg)
-    _, _, wide, high = map(float, box[1].split()) if box else (0, 0, 1, 1)
-    return COLUMN * high / wide + words
+def _spans(parts: Sequence[Part]) -> list[tuple[Part, bool]]:
+    """Pair every part with whether it spans both columns: wide tables do, and parts that stand alone between them."""
+    spans = [True, *(isinstance(part, Table) and _wide(part) for part in parts), True]
+    return [(part, spans[k] or (spans[k - 1] and spans[k + 1])) for k, part in enumerate(parts, start=1)]
 
 
 def _wide(table: Table) -> bool:
-    """Tell whether a table needs more than one of two columns."""
+    """Return whether a table needs more than one of two columns."""
     cells = [[_cell(value) for value in row] for row in table.rows]
     heads = [max(name.split() or [""], key=len) for name in table.columns]  # heads break between words
     widths = [max(map(len, column)) for column in zip(heads, *cells, strict=True)]
@@ -270,7 +161,7 @@ def _wide(table: Table) -> bool:
 
 
 def _themed() -> dict[str, str]:
-    """Colors of the plots that the page replaces by its own, which follow the reader's choice of light or dark."""
+    """Return the CSS variable for every color of the plots: the page has light and dark values of them."""
     from matplotlib.colors import to_hex
 
     from hypertuna.figures import COLORS, FAINT, GRID, INK
@@ -280,27 +171,33 @@ def _themed() -> dict[str, str]:
     return {to_hex(color): variable for color, variable in colors.items()}
 
 
+@cache
+def _markdown() -> MarkdownIt:
+    """Return a Markdown parser of paragraphs, emphasis and code; everything else is escaped."""
+    from markdown_it import MarkdownIt
+
+    return MarkdownIt("zero").enable(["backticks", "emphasis"])
+
+
 def _prose(text: str) -> str:
-    """Write paragraphs of text as HTML, with `code` and **strong** words."""
+    """Render paragraphs of Markdown as HTML."""
     from markupsafe import Markup
 
-    return Markup("\n").join(Markup("<p>{}</p>").format(_words(part)) for part in text.strip().split("\n\n"))
+    return Markup(_markdown().render(text))
 
 
 def _words(text: str) -> str:
-    """Write a text without paragraphs as HTML, with `code` and **strong** words."""
+    """Render one line of Markdown as HTML."""
     from markupsafe import Markup
 
-    words = html.escape(text, quote=False)
-    words = re.sub(r"`([^`]+)`", r"<code>\1</code>", words)
-    return Markup(re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", words))
+    return Markup(_markdown().renderInline(text))
 
 
 def _cell(value: str | float) -> str:
-    """Write what stands in a cell."""
+    """Format a cell."""
     return value if isinstance(value, str) else f"{value:.3g}"
 
 
 def _numeric(value: str | float) -> bool:
-    """Tell whether a cell holds a number or nothing, and may stand to the right."""
+    """Return whether a cell is empty or begins with a number."""
     return not isinstance(value, str) or re.match(r"[-+−±<>≤≥≈✓≠✗]?\s?\d|–?$", value) is not None

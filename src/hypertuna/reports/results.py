@@ -57,16 +57,7 @@ def report(results: Result | Sequence[Result], path: str | Path, *, title: str =
 
 
 def posture_table(test: PostureTest) -> Table:
-    """Tabulate when peak bends settled, and the largest amplitude that was held.
-
-    Parameters
-    ----------
-    test : PostureTest
-
-    Returns
-    -------
-    Table
-    """
+    """Tabulate when peak bends settled, and the largest amplitude that was held."""
     far = {(one.joint, one.frequency): one for one in test.reach}
     eased = {(one.joint, one.frequency): one for one in test.eased}
     rows: list[list[str | float]] = []
@@ -90,17 +81,7 @@ def posture_table(test: PostureTest) -> Table:
 
 
 def spelled_limits(names: Sequence[str]) -> str:
-    """List the names of limits as words.
-
-    Parameters
-    ----------
-    names : sequence of str
-
-    Returns
-    -------
-    str
-        A dash for none.
-    """
+    """List the names of limits as words."""
     return ", ".join(name.replace("_", " ") for name in names) or "–"
 
 

@@ -1,1 +1,1 @@
-"""A chapter of the ledger per module."""
+"""Chapters of the ledger; `hypertuna.paper.reproduce.CHAPTERS` lists them in the order of the page."""

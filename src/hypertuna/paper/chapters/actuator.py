@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +11,12 @@ import numpy as np
 from hypertuna.actuation.bending import MATERIAL_SETS, Bend, Step, bend, misprints
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
+from hypertuna.paper.chapter import Chapter, Trials, prose
+from hypertuna.paper.computed import OURS
 from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section, Table
 
-__all__ = ["ACTUATOR", "PRINTED", "Bends", "bend_published", "findings", "loop", "sections", "step_table"]
+__all__ = ["ACTUATOR", "CHAPTER", "PRINTED", "Bends", "bend_published", "findings", "step_table"]
 
 ACTUATOR = "actuator"
 PRINTED = "actuator, equations as printed"
@@ -23,23 +25,11 @@ POINTS = 51  # of a curve from no pressure to the largest
 
 @dataclass(frozen=True)
 class Bends:
-    """Bend against pressure of every joint group, by name.
+    """Bend against pressure of every joint group, by name."""
 
-    Attributes
-    ----------
-    robot : Robot
-    sets : dict of str to dict of str to Bend
-        Corrected equations with friction, loading and unloading: of each material set that the robot has.
-    printed : dict of str to Bend
-        The equations as the paper prints them, with the robot's own set.
-    steps : dict of str to tuple of Step
-        From the printed equations to the corrected ones, at the largest pressure.
-    """
-
-    robot: Robot
-    sets: dict[str, dict[str, Bend]]
-    printed: dict[str, Bend]
-    steps: dict[str, tuple[Step, ...]]
+    sets: dict[str, dict[str, Bend]]  # corrected equations, loading and unloading, with each material set of the robot
+    printed: dict[str, Bend]  # the equations as the paper prints them, with the robot's own set
+    steps: dict[str, tuple[Step, ...]]  # from the printed equations to the corrected ones, at the largest pressure
 
     @property
     def corrected(self) -> dict[str, Bend]:
@@ -47,18 +37,13 @@ class Bends:
         return {name: sets[self.printed[name].material] for name, sets in self.sets.items()}
 
 
+def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Bends:
+    """Bend every joint of the paper's robot."""
+    return bend_published(trials[OURS].robot)
+
+
 def bend_published(robot: Robot) -> Bends:
-    """Bend every joint with rising and falling pressure.
-
-    Parameters
-    ----------
-    robot : Robot
-        Whose joint groups have a largest pressure.
-
-    Returns
-    -------
-    Bends
-    """
+    """Bend every joint with rising and falling pressure, up to the largest of its group."""
     sets: dict[str, dict[str, Bend]] = {}
     printed, steps = {}, {}
     for group in robot.joints:
@@ -70,26 +55,17 @@ def bend_published(robot: Robot) -> Bends:
         for material in MATERIAL_SETS:
             with contextlib.suppress(InputError):  # a set that the description does not have
                 sets[group.name][material] = bend(robot, group.name, pressure, material=material, unload=True)
-    return Bends(robot, sets, printed, steps)
+    return Bends(sets, printed, steps)
 
 
 def findings(bends: Bends) -> Iterator[Finding]:
-    """Yield the bend of each joint at its largest pressure.
-
-    Parameters
-    ----------
-    bends : Bends
-
-    Yields
-    ------
-    Finding
-    """
-    for name, found in bends.corrected.items():
-        angle = float(np.degrees(found.angle[-1]))
+    """Yield the bend of each joint at its largest pressure."""
+    for name, corrected in bends.corrected.items():
+        angle = float(np.degrees(corrected.angle[-1]))
         note = (
             "calibrated, not predicted: the geometry, which is not published, was chosen so that both come out. A "
-            f"line through 100 to 250 kPa has R² = {found.r_squared():.3f}; rising and falling pressure differ by "
-            f"{loop(found):.2g} deg at most"
+            f"line through 100 to 250 kPa has R² = {corrected.r_squared():.3f}; rising and falling pressure differ by "
+            f"{_loop(corrected):.2g} deg at most"
         )
         yield Finding(f"bending/{name}", ACTUATOR, angle, note)
         printed = float(np.degrees(bends.printed[name].angle[-1]))
@@ -98,49 +74,40 @@ def findings(bends: Bends) -> Iterator[Finding]:
 
 
 def sections(bends: Bends) -> list[Section]:
-    """Show bends against pressure.
-
-    Parameters
-    ----------
-    bends : Bends
-
-    Returns
-    -------
-    list of Section
-    """
+    """Show bends against pressure."""
     from hypertuna.actuation.plots import plot_bend
 
+    corrected = bends.corrected
     pictures = [
         Picture(
             f"hysteresis-{name}",
-            plot_bend(found, bends.sets[name], width=WIDTH),
-            f"Bend of joint {name} against the pressure of one side as it rises and as it falls, and what other sets "
-            "of elastic constants make of it.",
+            plot_bend(result, bends.sets[name], width=WIDTH),
+            f"Bend of joint {name} against the pressure of one side as it rises and as it falls, also with other sets "
+            "of elastic constants.",
             f"Made by `hypertuna bend --robot hypertuna --joint {name} --unload --plot {name}.svg`.",
         )
-        for name, found in bends.corrected.items()
+        for name, result in corrected.items()
     ]
-    return [Section("Bending under pressure, Fig. 6(e)", [_text(bends), *pictures, step_table(bends)])]
+    errors = [bends.printed[name].angle[-1] / result.angle[-1] - 1 for name, result in corrected.items()]
+    ends = [[np.degrees(result.angle[-1]) for result in sets.values()] for sets in bends.sets.values()]
+    text = prose(
+        "actuator",
+        r_squared=" and ".join(f"{result.r_squared():.3f}" for result in corrected.values()),
+        loops=" and ".join(f"{_loop(result):.2g}" for result in corrected.values()),
+        spreads=" and ".join(f"{min(angles):.1f} to {max(angles):.1f}" for angles in ends),
+        printed=" and ".join(f"{100 * error:+.0f} %" for error in errors),
+    )
+    return [Section("Bending under pressure, Fig. 6(e)", [text, *pictures, step_table(bends)])]
 
 
 def step_table(bends: Bends) -> Table:
-    """Tabulate how the bends change from the printed equations to the corrected ones.
-
-    Parameters
-    ----------
-    bends : Bends
-
-    Returns
-    -------
-    Table
-    """
-    names = list(bends.steps)
+    """Tabulate how the bends change from the printed equations to the corrected ones."""
     columns = zip(*bends.steps.values(), strict=True)
     rows: list[list[str | float]] = [
         [row[0].text, *(f"{np.degrees(step.angle):.1f}" for step in row)] for row in columns
     ]
     return Table(
-        ["equations", *(f"{name} [deg]" for name in names)],
+        ["equations", *(f"{name} [deg]" for name in bends.steps)],
         rows,
         "Bend at the largest pressure, from the printed equations to the corrected ones, each step on top of those "
         "before it.",
@@ -148,46 +115,12 @@ def step_table(bends: Bends) -> Table:
     )
 
 
-def loop(found: Bend) -> float:
-    """Tell how far loading and unloading are apart at most.
-
-    Parameters
-    ----------
-    found : Bend
-        With its unloading branch.
-
-    Returns
-    -------
-    float
-        [deg].
-    """
-    assert found.unload_pressure is not None
-    assert found.unload_angle is not None
-    down = np.interp(found.pressure, found.unload_pressure[::-1], found.unload_angle[::-1])
-    return float(np.degrees(np.abs(down - found.angle).max()))
+def _loop(result: Bend) -> float:
+    """Return the largest difference of loading and unloading [deg]."""
+    assert result.unload_pressure is not None
+    assert result.unload_angle is not None
+    down = np.interp(result.pressure, result.unload_pressure[::-1], result.unload_angle[::-1])
+    return float(np.degrees(np.abs(down - result.angle).max()))
 
 
-def _text(bends: Bends) -> str:
-    """Say what the bending tests determine, and what the printed equations do."""
-    names = list(bends.corrected)
-    straight = " and ".join(f"{bends.corrected[name].r_squared():.3f}" for name in names)
-    wide = " and ".join(f"{loop(bends.corrected[name]):.2g}" for name in names)
-    spread = " and ".join(_spread(sets) for sets in bends.sets.values())
-    off = [100 * (bends.printed[name].angle[-1] / bends.corrected[name].angle[-1] - 1) for name in names]
-    printed = " and ".join(f"{value:+.0f} %" for value in off)
-    return f"""The paper measures how far each joint bends from 100 to 250 kPa, and finds a linear trend. It gives
-neither the drive units' dimensions nor their lever; two published angles fix two combinations of thirteen unknowns. The
-description holds one geometry of that family, made to meet both: **the two angles are calibrated here, not predicted**.
-
-What is predicted is the rest. The curves are nearly straight, with R² = {straight} of a line through the tested
-pressures. Friction between braid and hose opens a loop of {wide} deg between rising and falling pressure; the paper
-does not show one. Other sets of elastic constants for the same two silicones would bend the joints by {spread} deg
-at the same pressure. The equations as
-printed let the outer pressure act on the wrong diameter and leave out that the other side's walls resist: with the same
-geometry their bends differ by {printed}."""
-
-
-def _spread(sets: Mapping[str, Bend]) -> str:
-    """Say between what angles the material sets bend a joint at the largest pressure."""
-    angles = [float(np.degrees(found.angle[-1])) for found in sets.values()]
-    return f"{min(angles):.1f} to {max(angles):.1f}"
+CHAPTER = Chapter("bends", sections, findings, compute)

@@ -1,22 +1,24 @@
-"""Table III: what the published speeds tell of the nine coefficients, and of the joints' bandwidth."""
+"""Table III: what the published speeds determine of the nine coefficients, and of the joints' bandwidth."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from hypertuna.identification.identify import Fit, identify
-from hypertuna.paper.computed import OURS, PAPER, SPEEDS, Trial, bandwidths
-from hypertuna.paper.ledger import Finding
-from hypertuna.reports.html import WIDTH, Picture, Section, Table
+from hypertuna.paper.chapter import Chapter, Trials, prose
+from hypertuna.paper.chapters.model_checks import model_checks
+from hypertuna.paper.computed import OURS, PAPER, SPEEDS, bandwidths
+from hypertuna.paper.ledger import Finding, published_value
+from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
-from hypertuna.trials.trials import SteadyRun, Trials
+from hypertuna.trials.trials import SteadyRun
+from hypertuna.trials.trials import Trials as Runs
 
-__all__ = ["Fits", "bandwidth_table", "coefficient_table", "findings", "fit_published", "sections"]
+__all__ = ["CHAPTER", "Fits", "bandwidth_table", "coefficient_table"]
 
 TIES = "[0,1-6,7]"  # Table III: head, six links alike, fin
 NINE = tuple(f"water.{name}{TIES}" for name in ("added_mass", "friction", "drag"))
@@ -27,58 +29,27 @@ SYMBOLS = {"added_mass": "c_m", "friction": "c_f", "drag": "c_d"}
 
 @dataclass(frozen=True)
 class Fits:
-    """Identifications from published speeds.
+    """Identifications from published speeds."""
 
-    Attributes
-    ----------
-    nine : dict of str to Fit
-        The nine coefficients of Table III from the eight speeds, by model.
-    four : Fit
-        The joints' bandwidth from the four unoptimized gaits.
-    predicted : dict of str to float
-        Speeds of all eight gaits with that bandwidth [m/s].
-    left_out : dict of str to (float, float)
-        For each gait, the bandwidth from the other seven [Hz] and the speed with it [m/s].
-    """
-
-    nine: dict[str, Fit]
-    four: Fit
-    predicted: dict[str, float]
-    left_out: dict[str, tuple[float, float]]
+    trials: Trials
+    nine: dict[str, Fit]  # the nine coefficients of Table III from the eight speeds, by model
+    four: Fit  # the joints' bandwidth from the four unoptimized gaits
+    predicted: dict[str, float]  # speeds of all eight gaits with that bandwidth [m/s]
+    left_out: dict[str, tuple[float, float]]  # by gait: bandwidth from the other seven [Hz], speed with it [m/s]
 
 
-def fit_published(
-    trials: Mapping[str, Trial],
-    paper: Mapping[str, Any],
-    *,
-    starts: int = 1,
-    progress: Callable[[], None] | None = None,
-) -> Fits:
-    """Identify from the published speeds.
-
-    Parameters
-    ----------
-    trials : mapping of str to Trial
-    paper : mapping
-    starts : int
-        Searches for the nine coefficients, the first from the paper's start values.
-    progress : callable, optional
-        Called after each of three parts.
-
-    Returns
-    -------
-    Fits
-    """
-    step = progress or (lambda: None)
+def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Fits:
+    """Identify from the published speeds; in full with more starts than the paper's."""
     robot = trials[OURS].robot
-    runs = Trials(
+    runs = Runs(
         tuple(
-            SteadyRun(name, named_gait(robot, name), speed=paper["values"][f"speed/{name}"]["value"], file="Table IV")
+            SteadyRun(name, named_gait(robot, name), speed=published_value(f"speed/{name}"), file="Table IV")
             for name in SPEEDS
         )
     )
     nine = {}
     for model in (PAPER, OURS):
+        starts = 4 if full else 1
         nine[model] = identify(trials[model].robot, runs, NINE, validate=0, start=INITIAL, starts=starts)
         step()
     four = identify(robot, runs.only(UNOPTIMISED), ["joints.bandwidth"], validate=0, starts=1)
@@ -86,141 +57,37 @@ def fit_published(
     for name in SPEEDS:
         rest = identify(robot, runs.only(set(SPEEDS) - {name}), ["joints.bandwidth"], validate=0, starts=1)
         left_out[name] = (float(rest.values[0]), swim(rest.robot, named_gait(robot, name)).speed)
-    step()
     predicted = {name: swim(four.robot, named_gait(robot, name)).speed for name in SPEEDS}
-    return Fits(nine, four, predicted, left_out)
+    return Fits(trials, nine, four, predicted, left_out)
 
 
 def findings(fits: Fits) -> Iterator[Finding]:
-    """Yield the coefficients of Table III with their intervals.
-
-    Parameters
-    ----------
-    fits : Fits
-
-    Yields
-    ------
-    Finding
-    """
+    """Yield the coefficients of Table III with their intervals."""
     for model, fit in fits.nine.items():
-        sure = fit.uncertainty
-        for k, one in enumerate(fit.free):
-            interval = (float(sure.low[k]), float(sure.high[k]))
-            end = {"lower": one.lower, "upper": one.upper, None: None}[sure.bound[k]]
+        for k, coefficient in enumerate(fit.free):
+            interval = (float(fit.uncertainty.low[k]), float(fit.uncertainty.high[k]))
+            end = _bound(fit, k)
             value = float(fit.values[k]) if end is None else end
             note = f"95 % interval {interval[0]:.3g} to {interval[1]:.3g}{'' if end is None else ', at its bound'}"
-            yield Finding(f"coefficient/{one.name.rpartition('.')[2]}", model, value, note, interval)
+            yield Finding(_id(coefficient.name), model, value, note, interval)
 
 
-def sections(fits: Fits, trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> list[Section]:
-    """Show Table III and the bandwidth.
-
-    Parameters
-    ----------
-    fits : Fits
-    trials : mapping of str to Trial
-    paper : mapping
-
-    Returns
-    -------
-    list of Section
-    """
-    from hypertuna.paper.figures import plot_intervals
-
-    fit = fits.nine[OURS]
-    names = [_symbol(one.name) for one in fit.free]
-    published = [paper["values"][f"coefficient/{one.name.rpartition('.')[2]}"]["value"] for one in fit.free]
-    low, high = ([getattr(one, side) for one in fit.free] for side in ("lower", "upper"))
-    shown = {model: (one.values, one.uncertainty.low, one.uncertainty.high) for model, one in fits.nine.items()}
-    picture = Picture(
-        "table-iii",
-        plot_intervals(names, (low, high), published, shown, width=WIDTH),
-        "The nine coefficients of Table III between their bounds: as published, and as identified from the eight "
-        "published speeds, with 95 % intervals. Where the interval fills the whole range, the speeds say nothing of "
-        "the coefficient.",
-        "`hypertuna.identify` with exact derivatives from the paper's start values; intervals from the curvature of "
-        "the error at the result.",
-    )
-    return [
-        Section(
-            "Identification, Table III",
-            [
-                _text(fits, paper),
-                picture,
-                coefficient_table(fits, paper),
-                _bandwidth(fits, paper),
-                bandwidth_table(fits, paper),
-            ],
-        )
-    ]
+def sections(fits: Fits) -> list[Section]:
+    """Show Table III and the bandwidth, then the checks of the model."""
+    parts: list[Part] = [_text(fits), _picture(fits), coefficient_table(fits), _bandwidth(fits), bandwidth_table(fits)]
+    return [Section("Identification, Table III", parts), model_checks(fits.nine, fits.trials)]
 
 
-def _symbol(name: str) -> str:
-    """Write a coefficient as the paper does."""
-    column, _, index = name.rpartition(".")[2].partition("[")
-    return f"{SYMBOLS[column]},{index.rstrip(']')}"
-
-
-def _text(fits: Fits, paper: Mapping[str, Any]) -> str:
-    """Say what the fits tell."""
-    ideal, ours = fits.nine[PAPER], fits.nine[OURS]
-    bound = paper["values"]["speed/model-error-max"]["value"]
-    known = sum(direction.determined for fit in fits.nine.values() for direction in fit.uncertainty.directions)
-    ends = sum(side is not None for side in ours.uncertainty.bound)
-    return f"""The authors identified nine coefficients from their tank tests, which are not published. Published are
-eight speeds. **Nine numbers cannot be determined from eight**, and it is worse than that: of the nine directions in
-the space of the coefficients the speeds determine {known or "none"} in either model, and every 95 % interval is as
-wide as the bounds. So Table III can be neither confirmed nor refuted from what is published.
-
-What can be told is how well the model can do at all. **With ideal joints no coefficients were found within the bounds
-of Table III that meet the eight speeds**: the best ones miss them by {_percent(ideal.train.rms)} rms and
-{_percent(ideal.train.max)} at most. With joint bandwidth the best ones miss them by {_percent(ours.train.rms)}
-rms and {_percent(ours.train.max)} at most, within the {bound:g} % that the paper claims for its model; {ends} of
-the nine then sit on their bounds, far from Table III.{_best_known(ours)}
-
-{_starts(fits)}"""
-
-
-def _best_known(fit: Fit) -> str:
-    """Say what is known best, of the directions whose sentence names a coefficient."""
-    told = [d.sentence for d in fit.uncertainty.directions if any(one.name in d.sentence for one in fit.free)]
-    return f" Of the direction that is known best the program says: {told[0]}" if told else ""
-
-
-def _starts(fits: Fits) -> str:
-    """Say where the searches began, and how the one with ideal joints ended."""
-    fit = fits.nine[PAPER]
-    alone = "the paper's start values alone (`hypertuna reproduce --full` takes others, too)"
-    others = f"the paper's start values and others, {len(fit.costs)} in all"
-    return f"The searches began at {alone if len(fit.costs) == 1 else others}. With ideal joints: {fit.stop}"
-
-
-def _percent(errors: Mapping[str, float]) -> str:
-    """Write a relative error of the speed."""
-    return f"{100 * errors['speed_relative']:.1f} %"
-
-
-def coefficient_table(fits: Fits, paper: Mapping[str, Any]) -> Table:
-    """Write Table III with our identification beside it.
-
-    Parameters
-    ----------
-    fits : Fits
-    paper : mapping
-
-    Returns
-    -------
-    Table
-    """
+def coefficient_table(fits: Fits) -> Table:
+    """Return Table III with our identification beside it."""
     rows: list[list[str | float]] = []
-    for k, one in enumerate(fits.nine[OURS].free):
-        told = paper["values"][f"coefficient/{one.name.rpartition('.')[2]}"]["value"]
-        cells: list[str | float] = [_symbol(one.name), f"{one.lower:g} to {one.upper:g}", f"{told:g}"]
+    for k, coefficient in enumerate(fits.nine[OURS].free):
+        cells: list[str | float] = [_symbol(coefficient.name), f"{coefficient.lower:g} to {coefficient.upper:g}"]
+        cells.append(f"{published_value(_id(coefficient.name)):g}")
         for fit in fits.nine.values():
-            sure = fit.uncertainty
-            end = {"lower": one.lower, "upper": one.upper, None: None}[sure.bound[k]]
+            end = _bound(fit, k)
             cells.append(f"{fit.values[k]:.3g}" if end is None else f"{end:g}, its bound")
-            cells.append(f"{sure.low[k]:.3g} to {sure.high[k]:.3g}")
+            cells.append(f"{fit.uncertainty.low[k]:.3g} to {fit.uncertainty.high[k]:.3g}")
         rows.append(cells)
     heads = [f"{model}: {what}" for model in fits.nine for what in ("identified", "95 % interval")]
     return Table(
@@ -231,46 +98,15 @@ def coefficient_table(fits: Fits, paper: Mapping[str, Any]) -> Table:
     )
 
 
-def _misses(fits: Fits, paper: Mapping[str, Any]) -> tuple[dict[str, float], dict[str, float]]:
-    """Return errors of the speeds in percent: with the bandwidth from four gaits, and of each gait left out."""
-    truth = {name: paper["values"][f"speed/{name}"]["value"] for name in SPEEDS}
-    from_four = {name: 100 * (fits.predicted[name] / truth[name] - 1) for name in SPEEDS}
-    return from_four, {name: 100 * (fits.left_out[name][1] / truth[name] - 1) for name in SPEEDS}
-
-
-def _bandwidth(fits: Fits, paper: Mapping[str, Any]) -> str:
-    """Tell of the joints' bandwidth: from four gaits, judged on four, and leaving each one out."""
-    sure, (value,) = fits.four.uncertainty, fits.four.values
-    from_four, left_out = _misses(fits, paper)
-    fitted, judged = ([from_four[name] for name in names] for names in (UNOPTIMISED, OPTIMISED))
-    bands, left = [band for band, _ in fits.left_out.values()], list(left_out.values())
-    return f"""**The joints' bandwidth alone, from the four unoptimized gaits**, with Table III as published, is
-{value:.2f} Hz (95 % interval {sure.low[0]:.2f} to {sure.high[0]:.2f} Hz). It predicts the four optimized gaits, which
-it has not seen, with an error of {_largest(judged):.1f} % at most and {_rms(judged):.1f} % rms; the four that it was
-fitted to it meets within {_largest(fitted):.1f} %. Leaving out one gait of all eight at a time gives {min(bands):.2f}
-to {max(bands):.2f} Hz, and predicts the one left out with {_largest(left):.1f} % at most and {_rms(left):.1f} % rms.
-The robot's description has {bandwidths(fits.four.described)} Hz."""
-
-
-def bandwidth_table(fits: Fits, paper: Mapping[str, Any]) -> Table:
-    """Write the eight speeds with the bandwidth from four gaits, and with that from the others of each.
-
-    Parameters
-    ----------
-    fits : Fits
-    paper : mapping
-
-    Returns
-    -------
-    Table
-    """
-    from_four, left_out = _misses(fits, paper)
+def bandwidth_table(fits: Fits) -> Table:
+    """Return the eight speeds with the bandwidth from four gaits, and with that from the others of each."""
+    from_four, left_out = _errors(fits)
     rows: list[list[str | float]] = []
     for name in SPEEDS:
         band, speed = fits.left_out[name]
-        told = f"{paper['values'][f'speed/{name}']['value']:.3f}"
         four = [f"{fits.predicted[name]:.3f}", f"{from_four[name]:+.1f} %"]
-        rows.append([name, told, *four, f"{band:.2f}", f"{speed:.3f}", f"{left_out[name]:+.1f} %"])
+        others = [f"{band:.2f}", f"{speed:.3f}", f"{left_out[name]:+.1f} %"]
+        rows.append([name, f"{published_value(f'speed/{name}'):.3f}", *four, *others])
     return Table(
         ["gait", "published [m/s]", "from four [m/s]", "error", "others' bandwidth [Hz]", "left out [m/s]", "error"],
         rows,
@@ -279,11 +115,98 @@ def bandwidth_table(fits: Fits, paper: Mapping[str, Any]) -> Table:
     )
 
 
-def _largest(values: Sequence[float]) -> float:
-    """Return the largest magnitude."""
-    return max(map(abs, values))
+def _id(name: str) -> str:
+    """Return the id of a coefficient in the ledger."""
+    return f"coefficient/{name.rpartition('.')[2]}"
 
 
-def _rms(values: Sequence[float]) -> float:
-    """Return the root mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
+def _symbol(name: str) -> str:
+    """Return the symbol of a coefficient in the paper."""
+    column, _, index = name.rpartition(".")[2].partition("[")
+    return f"{SYMBOLS[column]},{index.rstrip(']')}"
+
+
+def _bound(fit: Fit, k: int) -> float | None:
+    """Return the bound that coefficient k lies on; None if on neither."""
+    side = fit.uncertainty.bound[k]
+    return None if side is None else {"lower": fit.free[k].lower, "upper": fit.free[k].upper}[side]
+
+
+def _picture(fits: Fits) -> Picture:
+    """Draw the coefficients between their bounds."""
+    from hypertuna.paper.figures import plot_intervals
+
+    free = fits.nine[OURS].free
+    return Picture(
+        "table-iii",
+        plot_intervals(
+            [_symbol(one.name) for one in free],
+            ([one.lower for one in free], [one.upper for one in free]),
+            [published_value(_id(one.name)) for one in free],
+            {model: (fit.values, fit.uncertainty.low, fit.uncertainty.high) for model, fit in fits.nine.items()},
+            width=WIDTH,
+        ),
+        "The nine coefficients of Table III between their bounds: as published, and as identified from the eight "
+        "published speeds, with 95 % intervals. Where the interval fills the whole range, the speeds say nothing about "
+        "the coefficient.",
+        "`hypertuna.identify` with exact derivatives from the paper's start values; intervals from the curvature of "
+        "the error at the result.",
+    )
+
+
+def _text(fits: Fits) -> str:
+    """Describe what the speeds determine."""
+    ours = fits.nine[OURS]
+    directions = [d for fit in fits.nine.values() for d in fit.uncertainty.directions]
+    named = [d.sentence for d in ours.uncertainty.directions if any(one.name in d.sentence for one in ours.free)]
+
+    def percent(errors: Mapping[str, float]) -> str:
+        return f"{100 * errors['speed_relative']:.1f} %"
+
+    return prose(
+        "coefficients",
+        ideal=fits.nine[PAPER],
+        ours=ours,
+        percent=percent,
+        determined=sum(direction.determined for direction in directions),
+        bound=published_value("speed/model-error-max"),
+        at_bound=sum(side is not None for side in ours.uncertainty.bound),
+        best_known=named[0] if named else "",
+        starts=len(fits.nine[PAPER].costs),
+    )
+
+
+def _errors(fits: Fits) -> tuple[dict[str, float], dict[str, float]]:
+    """Return errors of the speeds [%]: with the bandwidth from four gaits, and of each gait left out."""
+    truth = {name: published_value(f"speed/{name}") for name in SPEEDS}
+    from_four = {name: 100 * (fits.predicted[name] / truth[name] - 1) for name in SPEEDS}
+    return from_four, {name: 100 * (fits.left_out[name][1] / truth[name] - 1) for name in SPEEDS}
+
+
+def _bandwidth(fits: Fits) -> str:
+    """Describe the joints' bandwidth: from four gaits, tested on four, and leaving each one out."""
+    uncertainty, (value,) = fits.four.uncertainty, fits.four.values
+    from_four, left_out = _errors(fits)
+
+    def largest(values: Sequence[float]) -> float:
+        return max(map(abs, values))
+
+    def rms(values: Sequence[float]) -> float:
+        return float(np.sqrt(np.mean(np.square(values))))
+
+    return prose(
+        "bandwidth",
+        value=value,
+        low=uncertainty.low[0],
+        high=uncertainty.high[0],
+        largest=largest,
+        rms=rms,
+        fitted=[from_four[name] for name in UNOPTIMISED],
+        tested=[from_four[name] for name in OPTIMISED],
+        left_out=list(left_out.values()),
+        bands=[band for band, _ in fits.left_out.values()],
+        described=bandwidths(fits.four.described),
+    )
+
+
+CHAPTER = Chapter("fits", sections, findings, compute, steps=3, full_steps=3)

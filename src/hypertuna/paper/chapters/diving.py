@@ -3,80 +3,50 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Iterator
 
-from hypertuna.description.robot import Robot
-from hypertuna.paper.ledger import Finding
+from hypertuna.paper.chapter import Chapter, Trials
+from hypertuna.paper.computed import OURS, TWIN
+from hypertuna.paper.ledger import Finding, published
 from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.simulation.dive import Dive, dive
 from hypertuna.swimming.gait import named_gait
 
-__all__ = ["dive_published", "findings", "sections"]
+__all__ = ["CHAPTER"]
 
 
-TWIN = "twin"  # the model, as reproduce_twin calls it
+def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Dive:
+    """Dive as the paper's robot did."""
+    robot, facts = trials[OURS].robot, published()["diving"]
+    return dive(robot, named_gait(robot, facts["gait"]), angle=math.radians(facts["fins_deg"]))
 
 
-def dive_published(robot: Robot, paper: Mapping[str, Any]) -> Dive:
-    """Dive as the paper's robot did.
-
-    Parameters
-    ----------
-    robot : Robot
-    paper : mapping
-        Content of data/published/published.toml.
-
-    Returns
-    -------
-    Dive
-    """
-    told = paper["diving"]
-    return dive(robot, named_gait(robot, told["gait"]), angle=math.radians(told["fins_deg"]))
-
-
-def findings(done: Dive) -> Iterator[Finding]:
-    """Yield the rate of diving.
-
-    Parameters
-    ----------
-    done : Dive
-
-    Yields
-    ------
-    Finding
-    """
-    down, up = done.legs
+def findings(result: Dive) -> Iterator[Finding]:
+    """Yield the rate of diving."""
+    down, up = result.legs
+    steady = "steady, as the paper says"
+    if not all(leg.steady for leg in result.legs):
+        steady = "not steady, which the paper says it is"
     note = (
         f"down with the fins at {math.degrees(down.fins):+.3g} deg, pitch {math.degrees(down.pitch):+.1f} deg; "
         f"{-100 * up.rate:.2g} cm/s up at {math.degrees(up.fins):+.3g} deg, pitch {math.degrees(up.pitch):+.1f} deg; "
-    )
-    steady = all(leg.steady for leg in done.legs)
-    note += (
-        "the pitch is steady, as the paper says" if steady else "the pitch is not steady, which the paper says it is"
+        f"the pitch is {steady}"
     )
     yield Finding("diving/depth-rate", TWIN, 100 * down.rate, note)
 
 
-def sections(done: Dive) -> list[Section]:
-    """Show the diving test.
-
-    Parameters
-    ----------
-    done : Dive
-
-    Returns
-    -------
-    list of Section
-    """
+def sections(result: Dive) -> list[Section]:
+    """Show the diving test."""
     from hypertuna.simulation.plots import plot_dive
 
     picture = Picture(
         "diving",
-        plot_dive(done, width=WIDTH),
+        plot_dive(result, width=WIDTH),
         "Depth, pitch and speed of the twin while its pectoral fins are down, then up.",
-        f"{done.run.gait.frequency:g} Hz, the fins at {math.degrees(done.angle):g} deg down, then up, as in Fig. 15.",
+        f"{result.run.gait.frequency:g} Hz, fins at {math.degrees(result.angle):g} deg down, then up, as in Fig. 15.",
     )
-    return [
-        Section("Diving and floating", [picture, f"{' '.join(done.sentences)} The paper shows both and tells no rate."])
-    ]
+    text = f"{' '.join(result.sentences)} The paper shows both and gives no rate."
+    return [Section("Diving and floating", [picture, text])]
+
+
+CHAPTER = Chapter("diving", sections, findings, compute)

@@ -1,4 +1,4 @@
-"""The finite-element model of section III.B: bends of both joints, as they were stored, beside the analytic model."""
+"""The finite-element model of section III.B: stored bends of both joints, beside the analytic model."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ from hypertuna.fe.bend import fe_bend
 from hypertuna.fe.model import FeOptions
 from hypertuna.fe.record import bend_record
 from hypertuna.io.files import shipped
+from hypertuna.paper.chapter import Chapter, Trials, prose
 from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section, Table
 
-__all__ = ["FE", "MESH", "PRESSURES", "ROBOTS", "Elements", "Solved", "command", "difference_table", "findings"]
-__all__ += ["joint_hash", "read_elements", "sections", "solve_elements"]
+__all__ = ["CHAPTER", "FE", "MESH", "PRESSURES", "ROBOTS", "Elements", "Solved", "command", "difference_table"]
+__all__ += ["findings", "joint_hash", "read_elements", "sections", "solve_elements"]
 
 Array = NDArray[np.float64]
 
@@ -31,42 +32,25 @@ FE = "finite elements"
 ROBOTS = {FE: "hypertuna-fe", f"{FE}, geometry of hypertuna": "hypertuna"}  # by the name of the model in the ledger
 MESH = "medium"
 PRESSURES = "0:250:6"  # kPa
-ANALYTIC_ALONE = {"sleeve", "friction", "stiffness_factor"}  # what elements do not take of drive units and actuator
-AGAIN = "validation/fe/ledger.py computes it anew"
+ANALYTIC_ALONE = {
+    "sleeve",
+    "friction",
+    "stiffness_factor",
+}  # values that elements do not use
+AGAIN = "validation/fe/ledger.py computes it again"
 
 
 @dataclass(frozen=True)
 class Solved:
-    """Bend of one joint by finite elements, beside the analytic model of the same description.
-
-    Attributes
-    ----------
-    robot : Robot
-    joint : str
-    record : mapping or None
-        What ``hypertuna fe bend --json`` prints; None where there is none that holds.
-    why : str
-        Why there is none, or why it is the stored one where a new one was asked for: a sentence without its stop.
-    """
+    """Bend of one joint by finite elements, beside the analytic model of the same description."""
 
     robot: Robot
     joint: str
-    record: Mapping[str, Any] | None
-    why: str = ""
+    record: Mapping[str, Any] | None  # from ``hypertuna fe bend --json``; None where there is no valid one
+    reason: str = ""  # why there is none, or why it was not computed again; without a full stop
 
     def column(self, key: str) -> Array:
-        """Collect a number of every pressure.
-
-        Parameters
-        ----------
-        key : str
-            As ``hypertuna fe bend --json`` spells it.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            In the unit of its name.
-        """
+        """Return a number of the record for every pressure, shape (n,)."""
         assert self.record is not None
         return np.array([step[key] for step in self.record["steps"]], float)
 
@@ -87,7 +71,7 @@ class Solved:
 
     @property
     def r_squared(self) -> float:
-        """How near to a line the bend is over 100 to 250 kPa, as tested: coefficient of determination [1]."""
+        """Coefficient of determination of a line over 100 to 250 kPa, as tested [1]."""
         return straightness(self.pressure, self.angle)
 
     @property
@@ -99,54 +83,19 @@ class Solved:
 
 @dataclass(frozen=True)
 class Elements:
-    """What finite elements say about the paper's robot.
+    """Results of finite elements for the paper's robot."""
 
-    Attributes
-    ----------
-    solved : dict of str to dict of str to Solved
-        By model of the ledger, as in `ROBOTS`, and joint.
-    pictures : dict of str to bytes
-        Deformed shapes of the first model's joints as PNG, by joint.
-    """
-
-    solved: dict[str, dict[str, Solved]]
-    pictures: dict[str, bytes]
-
-    @property
-    def count(self) -> int:
-        """Number of results that there should be."""
-        return sum(map(len, self.solved.values()))
+    solved: dict[str, dict[str, Solved]]  # by model of the ledger, as in `ROBOTS`, and joint
+    pictures: dict[str, bytes]  # deformed shapes of the first model's joints as PNG, by joint
 
 
 def command(robot: str, joint: str, mesh: str = MESH) -> list[str]:
-    """Spell the command whose output is stored.
-
-    Parameters
-    ----------
-    robot, joint : str
-    mesh : str
-
-    Returns
-    -------
-    list of str
-        Without the program's name.
-    """
+    """Return the arguments of the command whose output is stored."""
     return ["fe", "bend", "--robot", robot, "--joint", joint, "--pressure", PRESSURES, "--mesh", mesh, "--json"]
 
 
 def joint_hash(robot: Robot, joint: str) -> str:
-    """Tell joints apart by all that their finite-element model takes from the description.
-
-    Parameters
-    ----------
-    robot : Robot
-    joint : str
-
-    Returns
-    -------
-    str
-        Sha256 of drive units, materials and the joint's actuator.
-    """
+    """Return a hash of everything that the finite-element model of a joint takes from the description."""
     group, actuator = joint_group(robot, joint)
     parts = [
         part.model_dump(mode="json", by_alias=True, exclude=ANALYTIC_ALONE) for part in (drive_unit(robot), actuator)
@@ -157,13 +106,7 @@ def joint_hash(robot: Robot, joint: str) -> str:
 
 
 def read_elements() -> Elements:
-    """Read what was stored.
-
-    Returns
-    -------
-    Elements
-        A result that was computed for another description does not hold, and is left out with a sentence.
-    """
+    """Read the stored results; one that was computed for another description is left out, with the reason."""
     folder = shipped("data/fe")
     solved: dict[str, dict[str, Solved]] = {}
     for model, name in ROBOTS.items():
@@ -178,23 +121,23 @@ def read_elements() -> Elements:
 
 
 def _checked(robot: Robot, joint: str, record: Mapping[str, Any] | None) -> Solved:
-    """Take a stored result where it holds."""
+    """Return a stored result if it is valid."""
     if record is None:
-        return Solved(robot, joint, None, f"none was stored; {AGAIN}")
+        return Solved(robot, joint, None, f"no result is stored; {AGAIN}")
     if record["joint_hash"] != joint_hash(robot, joint):
-        why = f"what was stored belongs to another joint {joint} than the one in {robot.file} now; {AGAIN}"
-        return Solved(robot, joint, None, why)
+        reason = f"the stored result belongs to another joint {joint} than the one in {robot.file}; {AGAIN}"
+        return Solved(robot, joint, None, reason)
     for key, value in _chosen(robot).items():
         if record[key] != value:
-            why = f"what was stored has {key} = {record[key]}, but it is {value} now; {AGAIN}"
-            return Solved(robot, joint, None, why)
+            reason = f"the stored result has {key} = {record[key]}, but it is {value} now; {AGAIN}"
+            return Solved(robot, joint, None, reason)
     if record["status"] != "converged":
         return Solved(robot, joint, None, record["status_text"].rstrip("."))
     return Solved(robot, joint, record)
 
 
 def _chosen(robot: Robot) -> dict[str, Any]:
-    """Say what `command` leaves to the options' own values, which may change, too."""
+    """Return the default options that `command` relies on."""
     options = FeOptions(mesh=MESH)
     material = options.material or drive_unit(robot).material_set
     chosen = {"material": material, "law": options.law, "poisson": options.poisson, "mixed": options.mixed}
@@ -202,19 +145,7 @@ def _chosen(robot: Robot) -> dict[str, Any]:
 
 
 def solve_elements(stored: Elements, progress: Callable[[], None]) -> Elements:
-    """Compute anew what was stored.
-
-    Parameters
-    ----------
-    stored : Elements
-        What stands where the extra `fe` is not installed.
-    progress : callable
-        Called after each joint.
-
-    Returns
-    -------
-    Elements
-    """
+    """Compute every stored result again, where the extra `fe` is installed."""
     solved: dict[str, dict[str, Solved]] = {}
     for model, joints in stored.solved.items():
         solved[model] = {}
@@ -225,71 +156,47 @@ def solve_elements(stored: Elements, progress: Callable[[], None]) -> Elements:
 
 
 def _solved(stored: Solved) -> Solved:
-    """Compute a joint anew, or say why not."""
+    """Compute a joint again, or return the stored result with the reason."""
     low, high, count = map(int, PRESSURES.split(":"))
     pressure = 1e3 * np.linspace(low, high, count)
     try:
-        found = fe_bend(stored.robot, stored.joint, pressure, options=FeOptions(mesh=MESH))
+        result = fe_bend(stored.robot, stored.joint, pressure, options=FeOptions(mesh=MESH))
     except InputError as error:
-        missing = f"not computed anew: {error}".rstrip(".")
-        return Solved(stored.robot, stored.joint, stored.record, f"{stored.why}; {missing}" if stored.why else missing)
-    record = bend_record(found) | {"joint_hash": joint_hash(stored.robot, stored.joint)}
+        reasons = filter(None, (stored.reason, f"not computed again: {error}".rstrip(".")))
+        return Solved(stored.robot, stored.joint, stored.record, "; ".join(reasons))
+    record = bend_record(result) | {"joint_hash": joint_hash(stored.robot, stored.joint)}
     return _checked(stored.robot, stored.joint, record)
 
 
+def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Elements:
+    """Read the stored results; in full compute them again."""
+    return solve_elements(read_elements(), step) if full else read_elements()
+
+
 def findings(elements: Elements) -> Iterator[Finding]:
-    """Yield the bend of each joint at the largest pressure, and how far the analytic model is from it.
-
-    Parameters
-    ----------
-    elements : Elements
-
-    Yields
-    ------
-    Finding
-    """
+    """Yield the bend of each joint at the largest pressure, and how far the analytic model is from it."""
     for model, joints in elements.solved.items():
         for joint, one in joints.items():
             angle = None if one.record is None else float(np.degrees(one.angle[-1]))
             yield Finding(f"fe/bending-{joint}", model, angle, _note(model, one))
-        yield _apart(model, joints)
+        yield _difference(model, joints)
 
 
 def sections(elements: Elements) -> list[Section]:
-    """Show the deformed joints, their bends beside the analytic model's, and the differences.
-
-    Parameters
-    ----------
-    elements : Elements
-
-    Returns
-    -------
-    list of Section
-        One, or none where nothing was stored that holds.
-    """
+    """Show the deformed joints, their bends beside the analytic model's, and the differences, if any are stored."""
     solved = {joint: one for joint, one in elements.solved[FE].items() if one.record is not None}
     if not solved:
         return []
     shapes = [_shape(joint, png, solved[joint]) for joint, png in elements.pictures.items() if joint in solved]
     curves = [_curve(joint, one) for joint, one in solved.items()]
     tables = [difference_table(elements, model) for model in elements.solved]
-    return [Section("Finite elements, Fig. 6", [_text(elements), *shapes, *curves, *filter(None, tables)])]
+    described = [(ROBOTS[model], text) for model in elements.solved if (text := _angles(elements, model))]
+    text = prose("finite_elements", described=described)
+    return [Section("Finite elements, Fig. 6", [text, *shapes, *curves, *filter(None, tables)])]
 
 
 def difference_table(elements: Elements, model: str = FE) -> Table | None:
-    """Tabulate bends by finite elements and by the analytic model over the pressure.
-
-    Parameters
-    ----------
-    elements : Elements
-    model : str
-        Of the ledger, as in `ROBOTS`.
-
-    Returns
-    -------
-    Table or None
-        None where a joint has no result.
-    """
+    """Tabulate bends by finite elements and by the analytic model over the pressure; None where a joint has none."""
     joints = elements.solved[model]
     if any(one.record is None for one in joints.values()):
         return None
@@ -313,36 +220,36 @@ def difference_table(elements: Elements, model: str = FE) -> Table | None:
 
 
 def _note(model: str, one: Solved) -> str:
-    """Say what a bend rests on."""
+    """Describe how a bend was computed."""
     if one.record is None:
-        return one.why
+        return one.reason
     record = one.record
     chosen = "the geometry with which the analytic model meets both angles"
     if model == FE:
         chosen = "calibrated, not predicted: the geometry, which is not published, was chosen so that both come out"
     made = f"{record['mesh']} mesh of {record['elements']:,} tetrahedra, {record['seconds']:.0f} s, stored"
     straight = f"a line through 100 to 250 kPa has R² = {one.r_squared:.3f}"
-    return "; ".join(filter(None, (f"{chosen}. {straight[0].upper()}{straight[1:]}", made, one.why)))
+    return "; ".join(filter(None, (f"{chosen}. {straight[0].upper()}{straight[1:]}", made, one.reason)))
 
 
-def _apart(model: str, joints: Mapping[str, Solved]) -> Finding:
-    """Say how far the analytic model is from finite elements, on one and the same geometry."""
-    missing = [one.why for one in joints.values() if one.record is None]
+def _difference(model: str, joints: Mapping[str, Solved]) -> Finding:
+    """Return the largest difference of the analytic model from finite elements with the same geometry [%]."""
+    missing = [one.reason for one in joints.values() if one.record is None]
     if missing:
         return Finding("fe-vs-analytic", model, None, missing[0])
     last = {joint: 100 * float(one.difference[-1]) for joint, one in joints.items()}
-    told = ", ".join(f"joint {joint} {value:+.1f} %" for joint, value in last.items())
-    note = f"bend of the analytic model over that of {FE} at {_top(joints):g} kPa, same description: {told}"
+    text = ", ".join(f"joint {joint} {value:+.1f} %" for joint, value in last.items())
+    note = f"bend of the analytic model over that of {FE} at {_top(joints):g} kPa, same description: {text}"
     return Finding("fe-vs-analytic", model, max(last.values(), key=abs), note)
 
 
 def _top(joints: Mapping[str, Solved]) -> float:
-    """Largest pressure of all [kPa]."""
+    """Return the largest pressure of all [kPa]."""
     return max(float(one.pressure[-1]) for one in joints.values()) / 1e3
 
 
 def _shape(joint: str, png: bytes, one: Solved) -> Picture:
-    """Show how a joint deforms."""
+    """Show the deformed joint."""
     assert one.record is not None
     shows = (
         f"Joint {joint} at rising pressure of its left side, cut at the middle plane: von Mises' stress above, the "
@@ -353,45 +260,25 @@ def _shape(joint: str, png: bytes, one: Solved) -> Picture:
 
 
 def _curve(joint: str, one: Solved) -> Picture:
-    """Draw a joint's bend over the pressure; what draws is imported only now, because that takes long."""
+    """Draw a joint's bend over the pressure."""
     from hypertuna.fe.plots import plot_fe_bend
 
     fine = np.linspace(0, one.pressure[-1], 51)
     beside = bend(one.robot, joint, fine)
-    most, farthest = next((g.pressure_max, g.bend_max) for g in one.robot.joints if g.name == joint)
+    pressure_max, bend_max = next((g.pressure_max, g.bend_max) for g in one.robot.joints if g.name == joint)
     figure = plot_fe_bend(
         one.pressure,
         one.angle,
         analytic=(fine, beside.angle, beside.volume),
-        published=None if most is None or farthest is None else (most, farthest),
+        published=None if pressure_max is None or bend_max is None else (pressure_max, bend_max),
         width=WIDTH,
     )
     shows = f"Bend of joint {joint} over the pressure of one side: {FE}, the analytic model, and as published."
-    return Picture(f"fe-bend-{joint}", figure, shows, "Made of what is stored in `data/fe`.")
-
-
-def _text(elements: Elements) -> str:
-    """Say what finite elements show, of each description that has all results."""
-    text = """The paper has a finite-element model of both joints and calls its error beside the bending tests
-"negligible"; neither dimensions nor its angles are printed. `hypertuna fe bend` is such a model: silicone that hardly
-changes its volume, braids whose fibers keep their length, oil that presses on walls as they move; in three dimensions
-and without friction."""
-    if told := _angles(elements, FE):
-        text += f"""
-
-With `{ROBOTS[FE]}`, whose geometry was chosen so that both published angles come out, {told}: **calibrated, not
-predicted**, as it is for the analytic model."""
-    for model in list(elements.solved)[1:]:
-        if told := _angles(elements, model):
-            text += f"""
-
-With the geometry of `{ROBOTS[model]}`, with which the analytic model meets both angles, {told}. The analytic model
-leaves out that silicone around a hose resists its swelling, and that nothing keeps the length of the neutral layer."""
-    return text
+    return Picture(f"fe-bend-{joint}", figure, shows, "From the results stored in `data/fe`.")
 
 
 def _angles(elements: Elements, model: str) -> str:
-    """Say how far the joints of a description bend in both models; empty where a result is missing."""
+    """Describe how far the joints of a description bend in both models; empty where a result is missing."""
     joints = elements.solved[model]
     if any(one.record is None for one in joints.values()):
         return ""
@@ -399,3 +286,6 @@ def _angles(elements: Elements, model: str) -> str:
     ours, beside = (" and ".join(f"{angle:.1f}" for angle in column) for column in np.degrees(last).T)
     text = f"elements bend joints {' and '.join(joints)} by {ours} deg at {_top(joints):g} kPa"
     return f"{text}, the analytic model by {beside}"
+
+
+CHAPTER = Chapter("elements", sections, findings, compute, full_steps=5)

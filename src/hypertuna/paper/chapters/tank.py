@@ -2,54 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hypertuna.paper.chapter import Chapter, Trials, prose
 from hypertuna.paper.computed import OURS, PAPER, Trial
-from hypertuna.paper.ledger import Finding
+from hypertuna.paper.ledger import Finding, published
 from hypertuna.reports.html import WIDTH, Picture, Section
 
-__all__ = ["findings", "sections"]
+__all__ = ["CHAPTER"]
+
+Array = NDArray[np.float64]
 
 
-def findings(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> Iterator[Finding]:
-    """Yield best phase differences: of each amplitude under the paper's model, and of the fastest gait.
-
-    Parameters
-    ----------
-    trials : mapping of str to Trial
-    paper : mapping
-
-    Yields
-    ------
-    Finding
-    """
-    for row, level in enumerate(paper["tank"]["amplitude_deg"]):
-        if f"optimal-phase/{level}" in paper["values"]:
-            yield _optimal_phase(level, row, trials, paper)
+def findings(trials: Trials) -> Iterator[Finding]:
+    """Yield best phase differences: of each amplitude under the paper's model, and of the fastest gait."""
+    for row, level in enumerate(published()["tank"]["amplitude_deg"]):
+        if f"optimal-phase/{level}" in published()["values"]:
+            yield _optimal_phase(level, row, trials)
     for model, trial in trials.items():
-        yield _fastest_phase(model, trial, paper)
+        yield _fastest_phase(model, trial)
 
 
-def sections(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> list[Section]:
-    """Show the maps of Fig. 10.
-
-    Parameters
-    ----------
-    trials : mapping of str to Trial
-    paper : mapping
-
-    Returns
-    -------
-    list of Section
-    """
+def sections(trials: Trials) -> list[Section]:
+    """Show the maps of Fig. 10."""
     from hypertuna.paper.figures import plot_map
 
     levels = {
-        f"{level}\n{one:g}°, {two:g}°": paper["values"].get(f"optimal-phase/{level}", {}).get("value")
-        for level, (one, two) in paper["tank"]["amplitude_deg"].items()
+        f"{level}\n{one:g}°, {two:g}°": published()["values"].get(f"optimal-phase/{level}", {}).get("value")
+        for level, (one, two) in published()["tank"]["amplitude_deg"].items()
     }
     tank = trials[OURS].tank
     speed = Picture(
@@ -68,62 +51,49 @@ def sections(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> list[Sect
         "with frequency.",
         "The joints' mean mechanical power over 3.3 kg and speed (Eq. 39), from the same beats.",
     )
-    return [Section("The tank tests, Fig. 10", [_text(trials, paper), speed, cost])]
-
-
-def _text(trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> str:
-    """Say what was swum, and what the paper says of it."""
-    phases, frequencies = paper["tank"]["phase_deg"], paper["tank"]["frequency_hz"]
     costs = [trials[model].tank.cost_of_transport.isel(bias=0, amplitude=-1, phase=2).values for model in (OURS, PAPER)]
     rise, rise_ideal = (cost[-1] / cost[0] for cost in costs)
-    return f"""Section III.D swims three amplitudes, several frequencies and several phase differences, and shows the
-results as pictures without numbers. The text gives the best phase for speed at small and at large amplitude, and the
-fastest gait; how far the phases went it does not say. Here they go from {phases[0]:g} to {phases[-1]:g} deg in steps
-of {phases[1] - phases[0]:g} deg, at {frequencies[0]:g} to {frequencies[-1]:g} Hz.
-
-Two statements of the paper do not hold in any model of inertia and quadratic drag. **Measured cost of transport falls
-with frequency; the computed one rises**, {rise:.0f} times from {frequencies[0]:g} to {frequencies[-1]:g} Hz at large
-amplitude and {phases[2]:g} deg, and {rise_ideal:.0f} times with ideal joints, because power then goes with the cube
-of frequency and speed with its first power. Pumps and servos must take the difference. And the phase that is best for
-speed is not the cheapest one."""
+    phases, frequencies = published()["tank"]["phase_deg"], published()["tank"]["frequency_hz"]
+    text = prose("tank", phases=phases, frequencies=frequencies, rise=rise, rise_ideal=rise_ideal)
+    return [Section("The tank tests, Fig. 10", [text, speed, cost])]
 
 
-def _best_phases(trial: Trial, paper: Mapping[str, Any], row: int) -> list[float]:
-    """Fastest phase at each frequency [deg]."""
-    speed = trial.tank.speed.isel(amplitude=row, bias=0).transpose("frequency", "phase").values
-    return [float(paper["tank"]["phase_deg"][k]) for k in speed.argmax(axis=1)]
-
-
-def _lead(speed: Any) -> float:
-    """By how much the best of some speeds is ahead of the second."""
+def _lead(speed: Array) -> float:
+    """Return how far the best of some speeds is ahead of the second, relative to it."""
     second, best = np.sort(speed)[-2:]
     return float(best / second - 1)
 
 
-def _optimal_phase(level: str, row: int, trials: Mapping[str, Trial], paper: Mapping[str, Any]) -> Finding:
-    """Best phase at one amplitude: that of most frequencies."""
-    own, other = (_best_phases(trials[name], paper, row) for name in (PAPER, OURS))
-    speed = trials[PAPER].tank.speed.isel(amplitude=row, bias=0).transpose("frequency", "phase").values
+def _optimal_phase(level: str, row: int, trials: Trials) -> Finding:
+    """Return the best phase at one amplitude: that of most frequencies."""
+    tank = published()["tank"]
+    speeds = [
+        trials[model].tank.speed.isel(amplitude=row, bias=0).transpose("frequency", "phase").values
+        for model in (PAPER, OURS)
+    ]
+    own, other = ([float(tank["phase_deg"][k]) for k in speed.argmax(axis=1)] for speed in speeds)
     best = max(own, key=own.count)
-    everywhere = (
-        "at every frequency" if own.count(best) == len(own) else f"at {own.count(best)} of {len(own)} frequencies"
-    )
-    frequencies = paper["tank"]["frequency_hz"]
+    some = f"at {own.count(best)} of {len(own)} frequencies"
+    everywhere = "at every frequency" if own.count(best) == len(own) else some
     bandwidth = " and ".join(
-        f"{phase:g} deg at {', '.join(f'{f:g}' for f, p in zip(frequencies, other, strict=True) if p == phase)} Hz"
+        f"{phase:g} deg at "
+        f"{', '.join(f'{f:g}' for f, p in zip(tank['frequency_hz'], other, strict=True) if p == phase)} Hz"
         for phase in sorted(set(other), reverse=True)
     )
-    note = f"{everywhere}, {100 * _lead(speed[0]):.1f} % ahead of the next; under joint bandwidth {bandwidth}"
+    note = f"{everywhere}, {100 * _lead(speeds[0][0]):.1f} % ahead of the next; under joint bandwidth {bandwidth}"
     return Finding(f"optimal-phase/{level}", PAPER, best, note)
 
 
-def _fastest_phase(model: str, trial: Trial, paper: Mapping[str, Any]) -> Finding:
-    """Phase of the fastest gait of the grid."""
+def _fastest_phase(model: str, trial: Trial) -> Finding:
+    """Return the phase of the fastest gait of the grid."""
+    tank = published()["tank"]
     speed = trial.tank.speed.isel(bias=0).transpose("frequency", "amplitude", "phase").values
     frequency, amplitude, phase = np.unravel_index(speed.argmax(), speed.shape)
-    level = list(paper["tank"]["amplitude_deg"])[amplitude]
     note = (
-        f"fastest at {paper['tank']['frequency_hz'][frequency]:g} Hz and {level} amplitude, "
+        f"fastest at {tank['frequency_hz'][frequency]:g} Hz and {list(tank['amplitude_deg'])[amplitude]} amplitude, "
         f"{100 * _lead(speed[frequency, amplitude]):.1f} % ahead of the next phase"
     )
-    return Finding("optimal-phase/fastest", model, float(paper["tank"]["phase_deg"][phase]), note)
+    return Finding("optimal-phase/fastest", model, float(tank["phase_deg"][phase]), note)
+
+
+CHAPTER = Chapter("tank", sections, findings)

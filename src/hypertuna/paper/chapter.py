@@ -1,0 +1,61 @@
+"""Chapters of the ledger: each computes a result, yields findings on it, and shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+
+from hypertuna.paper.computed import Trial
+from hypertuna.paper.ledger import Finding
+from hypertuna.reports.html import Section
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+__all__ = ["Chapter", "Trials", "prose"]
+
+T = TypeVar("T")
+Trials: TypeAlias = Mapping[str, Trial]  # swims of all that the paper reports, by model
+
+
+def _trials(trials: Trials, full: bool, step: Callable[[], None]) -> Any:
+    """Return the swims: the result of chapters that need no more."""
+    return trials
+
+
+def _no_findings(result: Any) -> Iterable[Finding]:
+    """Return no findings: of chapters that only show."""
+    return ()
+
+
+@dataclass(frozen=True)
+class Chapter(Generic[T]):
+    """A chapter of the ledger."""
+
+    name: str  # of its result
+    sections: Callable[[T], list[Section]]
+    findings: Callable[[T], Iterable[Finding]] = _no_findings
+    # From the swims, whether to compute in full, and a function to call after every step but the last.
+    compute: Callable[[Trials, bool, Callable[[], None]], T] = _trials
+    steps: int = 1  # of progress
+    full_steps: int = 1  # the same, if computed in full
+
+
+@cache
+def _environment() -> Environment:
+    """Return the templates of prose."""
+    import jinja2
+
+    loader = jinja2.PackageLoader("hypertuna.paper")
+    environment = jinja2.Environment(
+        loader=loader, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["f"] = format
+    return environment
+
+
+def prose(template: str, **values: Any) -> str:
+    """Fill a template of Markdown; its filter ``f`` formats a value: ``{{ speed | f(".3g") }}``."""
+    return _environment().get_template(f"{template}.md").render(values)
