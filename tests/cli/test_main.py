@@ -262,7 +262,7 @@ def test_negative_noise_and_folders_of_angles(run: Run, tmp_path: Path) -> None:
     assert errors.startswith("error: --columns does not go with a manifest or a folder: ")
     code, _, errors = run("replay", str(tmp_path), *rest[:2])
     assert code == 2
-    assert errors.startswith(f"error: {tmp_path} holds no published files that are known: ")
+    assert errors.startswith(f"error: {tmp_path} holds no known published files: ")
     assert run("replay", str(file), *rest)[0] == 0  # the mark of byte order is no part of the first name
 
 

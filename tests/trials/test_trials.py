@@ -106,7 +106,7 @@ def test_names_of_joint_groups_win_over_their_numbers(tmp_path, tuna):
             "6,16,25,inf,0.58",
             "line 3, phase_II_deg must be a finite number, but is inf: give one angle per joint group.",
         ),
-        ("6,16,25,40,nan", "line 3, speed_m_s must be a finite number, but is nan: leave it out if it is not known."),
+        ("6,16,25,40,nan", "line 3, speed_m_s must be a finite number, but is nan: leave it out if it is unknown."),
         ("6,16,25,40,", "line 3, speed_m_s must be given, or cost_of_transport: a run has one of the two at least."),
         (
             "6,16,25,40",
@@ -304,13 +304,13 @@ def with_recording(**changes):
     ("whole", "sentence"),
     [
         ({"format": 2}, "format must be 1, but is 2: give the version of this format, 1."),
-        ({"format": 1}, "steady or recordings must be given: name what was measured."),
+        ({"format": 1}, "steady or recordings must be given: name the files of measurements."),
         ({"format": 1, "steddy": []}, "steddy is not a known key: did you mean steady?"),
         (
             document() | {"robot": "rexeel"},
             "robot must be the robot's name, hypertuna, but is 'rexeel': choose the robot",
         ),
-        (with_recording(name="a/b"), "recordings[0].name must be a name without /, not of dots alone, but is 'a/b'"),
+        (with_recording(name="a/b"), "recordings[0].name must be a name without /, and not of dots alone, but is 'a/b'"),
         (with_recording(joints__unit="grad"), "recordings[0].joints.unit must be 'deg' or 'rad', but is 'grad'"),
         (with_recording(joints__noise_deg=-0.1), "recordings[0].joints.noise_deg must not be negative"),
         (
@@ -462,7 +462,7 @@ def test_published_folder_is_read_as_it_stands(eels, tmp_path):
     assert pose[29] == pytest.approx([0.61, 0.639, math.radians(180 - 61)])  # yaw counts clockwise
     (eels / "5deg_hardware_trajectories.csv").unlink()
     assert "5deg_hardware_trajectories.csv must be there, but is missing" in told(read_trials, eels, eel)
-    assert "holds no published files that are known: give a CSV" in told(read_trials, tmp_path, eel)
+    assert "holds no known published files: give a CSV" in told(read_trials, tmp_path, eel)
     assert "format must be a known format, but is 'eel': did you mean rexeel?" in told(import_folder, eels, "eel")
     assert "nowhere must be a folder, but is missing" in told(import_folder, tmp_path / "nowhere")
 

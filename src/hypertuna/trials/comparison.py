@@ -1,4 +1,4 @@
-"""Recordings beside the model: replayed, errors of each axis beside repeatability, clocks as given and at best."""
+"""Recordings compared with the model: errors of a replay, repeatability, best time offset."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.trials.manifest import Recording
-from hypertuna.trials.replay import Pose, head_center, replay, rmse, seen_from_start
+from hypertuna.trials.replay import Pose, at_times, head_center, replay, rmse, seen_from_start
 from hypertuna.trials.smoothing import smooth
 from hypertuna.trials.tracks import Track
 
@@ -22,25 +22,25 @@ __all__ = ["best_time_offset", "compare_recording", "repeatability", "replay_rec
 
 Array = NDArray[np.float64]
 
-REACH = 0.25  # s, to either side, within which the best time offset is looked for
-GRID = 51  # offsets of the first look
-TINY = 1e-20  # m^2 or rad^2: no error at all
+MAX_SHIFT = 0.25  # s, to either side, of the best time offset
+GRID = 51  # offsets of the first search
+TINY = 1e-20  # m^2 or rad^2, for replays without error
 
 
 def replay_recording(robot: Robot, recording: Recording, *, step: float | None = None) -> xr.Dataset:
-    """Swim the joint angles of a recording, from rest.
+    """Replay the joint angles of a recording from rest.
 
     Parameters
     ----------
     robot : Robot
     recording : Recording
     step : float, optional
-        Longest Runge-Kutta step [s]; left out, as for `replay`.
+        Maximum Runge-Kutta step [s]; default: that of `replay`.
 
     Returns
     -------
     xarray.Dataset
-        As `replay` returns it, on the clock and in the axes of the tracks; it starts where the first of them does.
+        As of `replay`, on the clock and in the axes of the tracks, from the start of the first one.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def replay_recording(robot: Robot, recording: Recording, *, step: float | None =
 
 
 def with_fitted_clock(robot: Robot, recording: Recording) -> Recording:
-    """Move the clock of a recording to where the robot's fit has it: returns [fit]."""
+    """Return the recording with the time offset of the table [fit] of the robot, if there is one."""
     name = f"time_offset[{recording.name}]"
     if robot.fit is None or name not in robot.fit.names:
         return recording
@@ -69,76 +69,71 @@ def compare_recording(robot: Robot, recording: Recording, result: xr.Dataset) ->
     robot : Robot
     recording : Recording
     result : xarray.Dataset
-        As `replay_recording` returns it, complete.
+        As of `replay_recording`, complete.
 
     Returns
     -------
     xarray.Dataset
-        As `rmse`, with ``ratio`` = rmse / repeatability, which is 1 at best; and ``best_offset_rmse`` and
-        ``best_offset_ratio``, the same with the clock of the joints moved by what fits best. Attributes:
-        ``time_offset_s`` as given, and ``best_time_offset_s``.
+        As of `rmse`, with ``ratio`` = rmse / repeatability, which is 1 at best, and ``best_offset_rmse`` and
+        ``best_offset_ratio``, the same with the best time offset. Attributes: ``time_offset_s`` as given, and
+        ``best_time_offset_s``.
 
     Raises
     ------
     InputError
         If a run does not overlap the replay.
     """
-    found = rmse(robot, result, recording.tracks)
+    errors = rmse(robot, result, recording.tracks)
     shift = best_time_offset(robot, result, recording.tracks)
     best = rmse(robot, _shifted(result, shift), recording.tracks)
-    unit = np.where(found.repeatability > 0, found.repeatability, np.nan)
-    compared = found.assign(ratio=found.rmse / unit, best_offset_rmse=best.rmse, best_offset_ratio=best.rmse / unit)
+    unit = np.where(errors.repeatability > 0, errors.repeatability, np.nan)
+    compared = errors.assign(ratio=errors.rmse / unit, best_offset_rmse=best.rmse, best_offset_ratio=best.rmse / unit)
     offset = recording.time_offset
     return compared.assign_attrs(time_offset_s=offset, best_time_offset_s=offset + shift)
 
 
 def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> float:
-    """Find what to add to the clock of a replay so that it follows tracked runs best.
+    """Return the shift of the clock of a replay [s] that fits tracked runs best: the maximum likelihood.
 
-    The product of the three axes' rmse becomes least: the likelihood is largest where the scatter of each axis is not
-    known. Compared are the frames that the replay spans wherever its clock is moved to; before its start, the robot
-    rests.
-
-    Returns [s].
+    The scatter of each axis being unknown, that is the minimum of the product of the rmse of the three axes. Only
+    frames are compared that the replay spans for all shifts; before its start, the robot rests.
     """
-    from scipy.optimize import minimize_scalar  # here, because it takes longer to import than a replay takes
+    from scipy.optimize import minimize_scalar  # imported here: slow to import
 
     time, direction = result["time"].to_numpy(), tracks[0].pose[0, 2]
-    reach = min(REACH, float(np.ptp(time)) / 4)
+    limit = min(MAX_SHIFT, float(np.ptp(time)) / 4)
     made = seen_from_start(head_center(robot, result), direction)
-    seen = [seen_from_start(track.pose, direction)[track.time <= time[-1] - reach] for track in tracks]
-    clock = np.concatenate([track.time[track.time <= time[-1] - reach] for track in tracks])
+    seen = [seen_from_start(track.pose, direction)[track.time <= time[-1] - limit] for track in tracks]
+    clock = np.concatenate([track.time[track.time <= time[-1] - limit] for track in tracks])
     target = np.concatenate(seen)
     if not len(target):
         return 0.0
 
     def cost(shift: float) -> float:
-        at_frames = np.column_stack([np.interp(clock, time + shift, made[:, axis]) for axis in range(3)])
-        return float(np.log(((at_frames - target) ** 2).mean(axis=0) + TINY).sum())
+        return float(np.log(((at_times(clock, time + shift, made) - target) ** 2).mean(axis=0) + TINY).sum())
 
-    grid = np.linspace(-reach, reach, GRID)
+    grid = np.linspace(-limit, limit, GRID)
     k = int(np.argmin([cost(shift) for shift in grid]))
     between = (grid[max(k - 1, 0)], grid[min(k + 1, GRID - 1)])
     return float(minimize_scalar(cost, bounds=between, method="bounded", options={"xatol": 1e-5}).x)
 
 
 def repeatability(tracks: Sequence[Track]) -> Array:
-    """Return the root mean square of tracked runs about their mean, each seen from its first frame.
+    """Return the root mean square (3,) of tracked runs about their mean [m, m, rad], each seen from its first frame.
 
-    Returns (3,) [m], [rad].
+    At the frames of the first run that all runs span; NaN for none, or for a single run.
     """
     direction, clock = tracks[0].pose[0, 2], tracks[0].time
     begin, end = (edge(track.time[at] for track in tracks) for edge, at in ((max, 0), (min, -1)))
     time = clock[(clock >= begin) & (clock <= end)]
     if len(tracks) < 2 or not len(time):
         return np.full(3, np.nan)
-    seen = [(track.time, seen_from_start(track.pose, direction)) for track in tracks]
-    placed = np.array([[np.interp(time, at, pose[:, axis]) for axis in range(3)] for at, pose in seen])
-    about: Array = np.sqrt(((placed - placed.mean(axis=0)) ** 2).mean(axis=(0, 2)))
-    return about
+    poses = np.array([at_times(time, track.time, seen_from_start(track.pose, direction)).T for track in tracks])
+    scatter: Array = np.sqrt(((poses - poses.mean(axis=0)) ** 2).mean(axis=(0, 2)))
+    return scatter
 
 
 def _shifted(result: xr.Dataset, shift: float) -> xr.Dataset:
-    """Move the clock of a replay."""
+    """Shift the clock of a replay [s]."""
     time = result["time"]
     return result.assign_coords(time=("time", time.to_numpy() + shift, time.attrs))

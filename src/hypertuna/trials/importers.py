@@ -1,4 +1,4 @@
-"""Importers: manifests for files of tracked runs that others have published, as they stand."""
+"""Importers: manifests for published files of tracked runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ EEL = "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot"
 
 
 def import_folder(folder: str | Path, format: str = "rexeel", *, relative_to: Path | None = None) -> dict[str, Any]:
-    """Make the document of a manifest for a folder of published files, which stay where they are."""
+    """Return the document of a manifest for a folder of published files, with absolute or relative paths."""
     if format not in FORMATS:
         fix = did_you_mean(format, FORMATS)
         raise InputError("must be a known format", key="format", value=shown(format), fix=fix)
@@ -32,8 +32,8 @@ def import_folder(folder: str | Path, format: str = "rexeel", *, relative_to: Pa
 
 
 def manifest_text(document: Mapping[str, Any], comment: str) -> str:
-    """Write the document of a manifest as TOML."""
-    import tomlkit  # here, because it takes longer to import than the rest
+    """Return the document of a manifest as TOML."""
+    import tomlkit  # imported here: slow to import
 
     whole = tomlkit.document()
     whole.add(tomlkit.comment(comment))
@@ -43,19 +43,21 @@ def manifest_text(document: Mapping[str, Any], comment: str) -> str:
 
 
 def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:
-    """Name the free swims of a robot eel: per amplitude, five joint angles of one swim and the tracks of others.
+    """List the free swims of a robot eel: per amplitude, five joint angles of one swim and the tracks of others.
 
-    In its poses the robot faces +y at 90 deg, counted clockwise: yaw 0 is -x.
+    Yaw is counted clockwise from -x: the robot faces +y at 90 deg.
     """
     amplitudes = {name.removesuffix(end) for name in files for end in (ANGLES, POSES) if name.endswith(end)}
     if not amplitudes:
         fix = f"give a CSV file, a manifest, or the folder with *{ANGLES} and *{POSES} of {EEL}"
-        raise InputError("holds no published files that are known", file=folder, fix=fix)
+        raise InputError("holds no known published files", file=folder, fix=fix)
     for amplitude in amplitudes:
         for name in (f"{amplitude}{end}" for end in (ANGLES, POSES)):
             if name not in files:
                 file = str(Path(folder) / name)
-                raise InputError("must be there", file=file, value="missing", fix="get it from where the others are")
+                raise InputError(
+                    "must be there", file=file, value="missing", fix="get it from the source of the others"
+                )
     recordings = [
         {
             "name": f"{amplitude}deg",

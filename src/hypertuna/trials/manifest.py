@@ -1,4 +1,4 @@
-"""Manifests: TOML files that name what was measured in a tank, where it stands, and in which units and axes."""
+"""Manifests: TOML files that list the measurements of a tank, with their files, units and axes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 
 class Joints(Part):
-    """The joint angles that the robot made, in a CSV file."""
+    """Measured joint angles, in a CSV file."""
 
     file: Text = entry("file", "path of the CSV file, from the manifest")
     time: Text = entry("time", "column of time in s (default: time_s)", default="time_s")
@@ -42,7 +42,7 @@ class Joints(Part):
 
 
 class Poses(Part):
-    """Tracked poses of the center of the head link, in CSV files with one run or several each."""
+    """Tracked poses of the center of the head link, in CSV files of one run or several."""
 
     files: tuple[Text, ...] = entry("files", "paths of the CSV files, from the manifest", min_length=1)
     time: Text = entry("time", "column of time in s (default: time_s)", default="time_s")
@@ -61,7 +61,7 @@ class Poses(Part):
 
 
 class Start(Part):
-    """The pose at the first frame of every run where it is known better than tracked, such as from a fixture."""
+    """The pose at the first frame of every run, if it is known better than from tracking, such as from a fixture."""
 
     x: Real = entry("x_m", "x of the center of the head link, in the axes of the poses", "m")
     y: Real = entry("y_m", "y of the center of the head link", "m")
@@ -69,18 +69,18 @@ class Start(Part):
 
 
 class RecordingTable(Part):
-    """Swims from rest with the same joint motion: its angles, and what was tracked in one run or several."""
+    """Swims from rest with the same joint motion: joint angles, and tracked poses of one run or several."""
 
     name: Text = entry("name", "name of the recording, without /")
     joints: Joints = entry("joints", "table of the joint angles")
     poses: Poses = entry("poses", "table of the tracked poses")
     start: Start | None = entry("start", "table of the start pose (default: the first frame of each run)", default=None)
     time_offset: Real = entry(
-        "time_offset_s", "time to add to the joints' clock to get the poses' (default: 0)", "s", default=0.0
+        "time_offset_s", "time to add to the joints' clock to get the poses' clock (default: 0)", "s", default=0.0
     )
     window: tuple[Real, ...] | None = entry(
         "window_s",
-        "begin and end, on the poses' clock, of what is used; the robot rests at its begin (default: everything)",
+        "begin and end of the data in use, on the poses' clock; the robot rests at its begin (default: everything)",
         "s",
         default=None,
     )
@@ -88,7 +88,7 @@ class RecordingTable(Part):
 
 
 class Manifest(Part):
-    """What was measured of one robot."""
+    """The measurements of one robot."""
 
     format: Literal[1] = entry("format", "version of this format, 1")
     robot: Text | None = entry("robot", "name that the robot must have (default: any)", default=None)
@@ -96,24 +96,22 @@ class Manifest(Part):
     recordings: tuple[RecordingTable, ...] = entry("recordings", "list of tracked recordings", default=())
 
 
-# --- what it names
+# --- the measurements
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Swims with one motion of the joints, from rest at its first sample, and the tracks of their runs."""
+    """Swims from rest with one joint motion, and the tracks of their runs."""
 
-    name: str  # Without a slash
-    joints: JointSeries  # Within the window, on its own clock
-    noise: float | None  # Standard deviation of the joint angles [rad]; None if it is to be estimated
-    # Runs, within the window. Each is seen from its first frame, which is the given start pose if there is one
-    tracks: tuple[Track, ...]
-    time_offset: float = 0.0  # Time to add to the joints' clock to get that of the tracks [s]
-    # Begin and end of what is used, on the clock of the tracks [s]; joints and tracks are cut to it already
-    window: tuple[float, float] | None = None
-    start: Pose | None = None  # Of the nose at the first frame, where the manifest gives it
-    repeats: int = 1  # Number of swims that each track is the mean of
-    file: str = ""  # Manifest or folder that named it
+    name: str  # without /
+    joints: JointSeries  # within the window, on its own clock
+    noise: float | None  # standard deviation of the joint angles [rad]; None to estimate it
+    tracks: tuple[Track, ...]  # runs, within the window, each seen from its first frame: the start pose if given
+    time_offset: float = 0.0  # added to the joints' clock to get that of the tracks [s]
+    window: tuple[float, float] | None = None  # of the data in use, on the clock of the tracks [s]
+    start: Pose | None = None  # of the nose at the first frame, if the manifest gives it
+    repeats: int = 1  # number of swims that each track is the mean of
+    file: str = ""  # manifest or folder
 
     @property
     def runs(self) -> tuple[str, ...]:
@@ -122,7 +120,7 @@ class Recording:
 
 
 def read_manifest(path: str | Path, robot: Robot) -> tuple[tuple[SteadyRun, ...], tuple[Recording, ...]]:
-    """Read a TOML manifest and every file that it names."""
+    """Read a TOML manifest and the files that it names."""
     content = read_text(path, "a TOML file")
     try:
         document = tomllib.loads(content)
@@ -135,7 +133,7 @@ def read_manifest(path: str | Path, robot: Robot) -> tuple[tuple[SteadyRun, ...]
 def parse_manifest(
     document: Mapping[str, Any], robot: Robot, *, folder: Path, file: str
 ) -> tuple[tuple[SteadyRun, ...], tuple[Recording, ...]]:
-    """Check the document of a manifest, and read every file that it names."""
+    """Check the document of a manifest, and read the files that it names."""
     try:
         manifest = Manifest.model_validate(document)
         _check(manifest, robot)
@@ -151,24 +149,24 @@ def parse_manifest(
 
 
 def reference() -> str:
-    """Write down every key of a manifest with its unit, its rule and its meaning."""
+    """Return the Markdown reference of the keys of a manifest."""
     page = markdown(Manifest.model_json_schema(by_alias=True), title="", introduction="")
     return page[page.index("## ") :].replace("## ", "### ").rstrip()
 
 
 def _check(manifest: Manifest, robot: Robot) -> None:
-    """Check what pydantic cannot."""
+    """Check the rules that are not in the schema."""
     if manifest.robot not in (None, robot.name):
         fix = "choose the robot that swam"
         raise InputError(f"must be the robot's name, {robot.name}", key="robot", value=shown(manifest.robot), fix=fix)
     if not manifest.steady and not manifest.recordings:
-        raise InputError("or recordings must be given", key="steady", fix="name what was measured")
+        raise InputError("or recordings must be given", key="steady", fix="name the files of measurements")
     unique(tuple(table.name for table in manifest.recordings), "recordings[{}].name")
     groups = [group.name for group in robot.joints]
     for i, table in enumerate(manifest.recordings):
         if "/" in table.name or "\0" in table.name or not table.name.strip(". "):
-            fix = "/ parts the names of recordings and runs"
-            rule = "must be a name without /, not of dots alone"
+            fix = "/ separates the names of recordings and runs"
+            rule = "must be a name without /, and not of dots alone"
             raise InputError(rule, key=f"recordings[{i}].name", value=shown(table.name), fix=fix)
         if len(table.joints.columns) != len(groups):
             raise InputError(
@@ -184,7 +182,7 @@ def _check(manifest: Manifest, robot: Robot) -> None:
 
 
 def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file: str) -> Recording:
-    """Read the files of a recording, cut them to the window, and put in the start pose."""
+    """Read the files of a recording, cut them to the window, and set the start pose."""
     poses = table.poses
     joints = read_joints(
         folder / table.joints.file, time=table.joints.time, columns=table.joints.columns, unit=table.joints.unit
@@ -228,7 +226,7 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
 
 
 def _cut_joints(joints: JointSeries, begin: float, end: float) -> JointSeries:
-    """Keep the samples within a window of their own clock."""
+    """Return the samples within a window of their own clock [s]."""
     kept = np.flatnonzero((joints.time >= begin) & (joints.time <= end))
     lines = None if joints.lines is None else [joints.lines[k] for k in kept.tolist()]
     if not len(kept):
@@ -239,13 +237,13 @@ def _cut_joints(joints: JointSeries, begin: float, end: float) -> JointSeries:
 
 
 def _cut_track(track: Track, begin: float, end: float) -> Track:
-    """Keep the frames within a window."""
+    """Return the frames within a window [s]."""
     kept = (track.time >= begin) & (track.time <= end)
     return replace(track, time=track.time[kept], pose=track.pose[kept])
 
 
 def _from_start(track: Track, start: Array) -> Track:
-    """Put the start pose in the place of the first frame; yaw keeps its turns."""
+    """Replace the first frame by the start pose (3,), except for whole turns of yaw."""
     turns = 2 * np.pi * np.round((track.pose[0, 2] - start[2]) / (2 * np.pi))
     first = start + np.array([0, 0, turns])
     return replace(track, pose=np.concatenate([first[np.newaxis], track.pose[1:]]))

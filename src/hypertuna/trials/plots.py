@@ -1,4 +1,4 @@
-"""Figures of replays: the pose of the head against time, over the tracked runs."""
+"""Figures of replays: the pose of the head over time, with the tracked runs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["plot_recordings", "plot_replay"]
 
 SCALES = {"m": ("cm", 100.0), "rad": ("deg", 180 / np.pi)}
-COLUMN = 2.6  # inches: the least width of a recording's panels
+COLUMN = 2.6  # inch, minimum width of the panels of a recording
 TITLE = "Center of the head link, from its start"
 
 
@@ -58,16 +58,16 @@ def plot_recordings(
 
 def _draw(panels: Sequence[Axes], robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> None:
     """Draw tracked runs and a replay, one panel per axis."""
-    made = head_center(robot, result)
-    direction = tracks[0].pose[0, 2] if tracks else made[0, 2]
+    center = head_center(robot, result)
+    direction = tracks[0].pose[0, 2] if tracks else center[0, 2]
     curves: list[tuple[str, Any, float, Any, Any]] = [
         ("tracked", FAINT, 0.6, track.time, track.pose) for track in tracks
     ]
-    curves.append((f"replayed, {robot.name}", COLORS[0], 1.8, result["time"].to_numpy(), made))
+    curves.append((f"replayed, {robot.name}", COLORS[0], 1.8, result["time"].to_numpy(), center))
     for name, color, line, time, pose in curves:
-        placed = seen_from_start(pose, direction)
+        seen = seen_from_start(pose, direction)
         for k, (panel, unit) in enumerate(zip(panels, AXES.values(), strict=True)):
-            panel.plot(time, SCALES[unit][1] * placed[:, k], color=color, linewidth=line, label=name)
+            panel.plot(time, SCALES[unit][1] * seen[:, k], color=color, linewidth=line, label=name)
 
 
 def _label(panels: Sequence[Axes]) -> None:

@@ -1,4 +1,4 @@
-"""What a log of the radio tells `identify` and `actuator fit`: steady runs of a tank, rows of a bench."""
+"""Radio logs as measurements: steady runs of a tank, and rows of a bench."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ __all__ = ["Row", "bench_rows", "steady_runs"]
 Array = NDArray[np.float64]
 
 CDEG = math.pi / 18000  # rad
-SETTLING = 6.0  # s of a gait that count as its start
-LEAST_BEATS, LEAST_PARTS, PART = 5, 4, 1.0  # of a settled run; s of whole beats that one speed is taken over
+SETTLING = 6.0  # s at the start of a gait that are left out
+MIN_BEATS, MIN_PARTS, PART = 5, 4, 1.0  # of a settled run; s of whole beats for one mean position
 SAMPLES = 4  # poses in a part
-VENTED, STEP, SLOW = 5e3, 5e3, 30e3  # Pa of the side without pressure; Pa between rows; Pa/s at which a joint follows
+VENTED, STEP = 5e3, 5e3  # Pa: maximum pressure of a vented side, minimum pressure between rows
+MAX_RATE = 30e3  # Pa/s that a joint follows
 
 Row = tuple[int, int, float, float, bool, str]  # joint, side, pressure [Pa], angle [rad], unloading, run
 
 
 def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
-    """Find the settled parts of a tank run: the gait as commanded, the speed as a camera measured it.
+    """Return the settled parts of a tank run: the gait as commanded, and its speed in ATT_POS_MOCAP, camera poses.
 
-    The robot's own position is dead reckoning by its gait table, so it tells nothing: speeds come from ATT_POS_MOCAP
-    alone, what a tank's cameras send to the ground station. A part of whole beats has one mean position; the
-    speed is the mean way from part to part, its deviation theirs over the root of their number.
+    The position of the robot itself is dead reckoning by its gait table and carries no information. The speed is the
+    mean distance between the mean positions of parts of whole beats, over their time.
     """
     log = read_link_log(path)
     for name, fix in (
@@ -45,25 +45,25 @@ def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
             raise InputError("must have messages of this kind", file=log.file, key=name, value="without", fix=fix)
     runs: list[SteadyRun] = []
     for begin, end, gait in _gaits(log, len(robot.joints)):
-        found = _speed(log, begin + SETTLING, end, gait.frequency)
-        if found is not None:
+        speed = _speed(log, begin + SETTLING, end, gait.frequency)
+        if speed is not None:
             name = f"{Path(path).stem}/{len(runs) + 1}"
-            runs.append(SteadyRun(name=name, gait=gait, speed=found[0], speed_sd=found[1], file=log.file))
+            runs.append(SteadyRun(name=name, gait=gait, speed=speed[0], speed_sd=speed[1], file=log.file))
     if not runs:
-        least = SETTLING + LEAST_PARTS * PART
-        fix = f"swim each gait for {least:g} s at least, in view of the camera"
-        raise InputError("must have a gait that was swum until it settled", file=log.file, fix=fix)
+        duration = SETTLING + MIN_PARTS * PART
+        fix = f"swim each gait for {duration:g} s at least, in view of the camera"
+        raise InputError("must have a gait that settled", file=log.file, fix=fix)
     return tuple(runs)
 
 
 def _gaits(log: LinkLog, joints: int) -> Iterator[tuple[float, float, Gait]]:
-    """Yield from when to when each gait was commanded, as far as messages say so."""
-    told, time = log.fields["GAIT"], log.sent("GAIT")
+    """Yield begin and end [s] of each commanded gait."""
+    fields, time = log.fields["GAIT"], log.sent("GAIT")
 
     def angles(name: str) -> Array:
-        return np.concatenate([told[name], told[f"{name}_34"]], axis=1)[:, :joints] * CDEG
+        return np.concatenate([fields[name], fields[f"{name}_34"]], axis=1)[:, :joints] * CDEG
 
-    rows = np.column_stack([told["frequency"] * 1e-3, angles("amplitude"), angles("lag"), angles("bias")])
+    rows = np.column_stack([fields["frequency"] * 1e-3, angles("amplitude"), angles("lag"), angles("bias")])
     order = np.argsort(time, kind="stable")
     time, rows = time[order], rows[order]
     ends = np.flatnonzero(np.any(np.diff(rows, axis=0) != 0, axis=1)) + 1
@@ -78,17 +78,17 @@ def _gaits(log: LinkLog, joints: int) -> Iterator[tuple[float, float, Gait]]:
 
 
 def _cuts(joints: int) -> tuple[slice, ...]:
-    """Places of frequency, amplitudes, lags and biases in a row."""
+    """Return the slices of frequency, amplitudes, lags and biases in a row."""
     return (slice(0, 1), *(slice(1 + k * joints, 1 + (k + 1) * joints) for k in range(3)))
 
 
 def _speed(log: LinkLog, begin: float, end: float, frequency: float) -> tuple[float, float] | None:
-    """Mean speed over ground [m/s] and its standard deviation; None for too short a part."""
+    """Return the mean speed over ground [m/s] and its standard deviation; None for too few beats or poses."""
     time, fields = log.time["ATT_POS_MOCAP"], log.fields["ATT_POS_MOCAP"]
     beats = max(1, math.ceil(PART * frequency))
     width = beats / frequency
     count = int((end - begin) / width)
-    if count < LEAST_PARTS or count * beats < LEAST_BEATS:
+    if count < MIN_PARTS or count * beats < MIN_BEATS:
         return None
     means = []
     for k in range(count):
@@ -102,16 +102,13 @@ def _speed(log: LinkLog, begin: float, end: float, frequency: float) -> tuple[fl
 
 
 def bench_rows(path: str | Path, robot: Robot) -> list[Row]:
-    """Find the rows of a bench test: one side of a joint under a pressure that changes slowly, the other vented.
-
-    Returns [Pa], [rad].
-    """
+    """Return the rows of a bench test: one side of a joint under a slowly changing pressure, the other vented."""
     log = read_link_log(path)
     if not log.has("HYDRAULICS"):
         raise InputError("must have messages of this kind", file=log.file, key="HYDRAULICS", value="without",
-                         fix="record while the bench is at work")  # fmt: skip
-    told, time = log.fields["HYDRAULICS"], log.sent("HYDRAULICS")
-    bend, pressure = (_shown(told, kind) * unit for kind, unit in (("bend", CDEG), ("pressure", 100.0)))
+                         fix="record during the bench test")  # fmt: skip
+    fields, time = log.fields["HYDRAULICS"], log.sent("HYDRAULICS")
+    bend, pressure = (_readings(fields, kind) * unit for kind, unit in (("bend", CDEG), ("pressure", 100.0)))
     rows: list[Row] = []
     for joint in range(len(robot.joints)):
         for side in (0, 1):
@@ -121,23 +118,23 @@ def bench_rows(path: str | Path, robot: Robot) -> list[Row]:
     if not rows:
         kilo = 1e-3
         rule = f"must have a joint with one side under pressure and the other below {VENTED * kilo:g} kPa"
-        fix = f"vent the other side, and change the pressure by less than {SLOW * kilo:g} kPa/s"
+        fix = f"vent the other side, and change the pressure by less than {MAX_RATE * kilo:g} kPa/s"
         raise InputError(rule, file=log.file, fix=fix)
     return rows
 
 
-def _shown(told: dict[str, Array], kind: str) -> Array:
-    """Return what the sensors of all joints showed; not a number where one did not answer."""
-    counts = np.concatenate([told[kind], told[f"{kind}_34"]], axis=1)
+def _readings(fields: dict[str, Array], kind: str) -> Array:
+    """Return the readings of the sensors of all joints; NaN for sensors that did not answer."""
+    counts = np.concatenate([fields[kind], fields[f"{kind}_34"]], axis=1)
     return np.where(counts == SILENT, np.nan, counts)
 
 
 def _loading(joint: int, side: int, time: Array, own: Array, other: Array, away: Array) -> list[Row]:
-    """Rows of one side: a step of pressure apart, up from rest and down again; each return to rest ends a run."""
+    """Return rows of one side, a step of pressure apart; each return to rest ends a run."""
     rows: list[Row] = []
     run, before, top, falling = 0, 0.0, 0.0, False
-    heard = np.isfinite(own) & np.isfinite(other) & np.isfinite(away)
-    time, own, other, away = time[heard], own[heard], other[heard], away[heard]
+    valid = np.isfinite(own) & np.isfinite(other) & np.isfinite(away)
+    time, own, other, away = time[valid], own[valid], other[valid], away[valid]
     rate = np.abs(np.gradient(own, time)) if len(own) > 1 else np.zeros(len(own))
     for k in range(len(own)):
         if own[k] < VENTED:
@@ -145,7 +142,7 @@ def _loading(joint: int, side: int, time: Array, own: Array, other: Array, away:
             continue
         top = max(top, float(own[k]))
         falling = falling or own[k] < top - STEP
-        if abs(other[k]) > VENTED or rate[k] > SLOW or abs(own[k] - before) < STEP:
+        if abs(other[k]) > VENTED or rate[k] > MAX_RATE or abs(own[k] - before) < STEP:
             continue
         before = float(own[k])
         rows.append((joint, side, before, float(away[k]), falling, f"{joint}{side}-{run}"))

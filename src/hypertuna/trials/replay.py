@@ -1,4 +1,4 @@
-"""Replay: a robot swims the joint angles that were measured, and its track is compared with the tracked one."""
+"""Replay: the model swims measured joint angles, and its track is compared with the tracked one."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Pose",
+    "at_times",
     "head_center",
     "joint_grid",
     "replay",
@@ -34,9 +35,9 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-MOST_STEPS = 1_000_000
+MAX_STEPS = 1_000_000
 STEPS_PER_SAMPLE = 2  # Runge-Kutta steps per median interval of the series
-FASTEST = 1e3  # body lengths or radians per second: what moves faster has diverged
+MAX_SPEED = 1e3  # body lengths or radians per second; faster motions have diverged
 AXES = {"x": "m", "y": "m", "yaw": "rad"}
 
 
@@ -49,7 +50,7 @@ class Pose(NamedTuple):
 
     @classmethod
     def from_head_center(cls, robot: Robot, x: float, y: float, yaw: float) -> Self:
-        """Convert the pose of the head link's center.
+        """Return the pose of the nose of that of the head link's center.
 
         Parameters
         ----------
@@ -62,7 +63,7 @@ class Pose(NamedTuple):
         Returns
         -------
         Pose
-            Half the head's length further ahead; heading = yaw - pi.
+            Half the length of the head ahead; heading = yaw - pi.
         """
         half = robot.links.length[0] / 2
         return cls(x + half * math.cos(yaw), y + half * math.sin(yaw), yaw - math.pi)
@@ -81,32 +82,31 @@ def replay(
     current: tuple[float, float] = (0.0, 0.0),
     time_offset: float = 0.0,
 ) -> xr.Dataset:
-    """Swim measured joint angles.
+    """Swim measured joint angles: a replay.
 
     Parameters
     ----------
     robot : Robot
-        Its joint bandwidth does not apply: measured angles are the ones made.
+        Its joint bandwidth does not apply to measured angles.
     series : JointSeries or SmoothSeries
-        One angle per joint group of the robot; spread over the group's joints by their shares, as a gait is.
+        One angle per joint group, distributed over the joints of the group by their shares, as a gait.
     start : Pose
-        Of the nose at the first sample; `Pose.from_head_center` converts.
+        Pose of the nose at the first sample, see `Pose.from_head_center`.
     twist : tuple of float, optional
-        u, v [m/s] and r [rad/s] of the head through the water at the first sample. Left out, robot and water start
-        without momentum, as after rest, whatever the joints do at the first sample: the momentum that a small error
-        of the first joint rates would bring in decays slowly.
+        u, v [m/s] and r [rad/s] of the head through the water at the first sample. Default: robot and water start
+        without momentum, because the momentum of a small error in the first joint rates decays slowly.
     step : float, optional
-        Longest Runge-Kutta step [s]; left out, half the median interval of the series.
+        Maximum Runge-Kutta step [s]; default: half the median interval of the series.
     current : tuple of float
         Uniform velocity of the water in the frame of the result, x and y [m/s].
     time_offset : float
-        Added to the times of the series [s], where its clock and that of the tracked poses differ.
+        Added to the times of the series [s], to get those of the tracked poses.
 
     Returns
     -------
     xarray.Dataset
-        As `Swim.trajectory`. Attribute ``status`` is "completed" or "diverged", ``status_text`` says it in a sentence;
-        a replay that diverged ends with its last sound step.
+        As `Swim.trajectory`. Attribute ``status`` is "completed" or "diverged", ``status_text`` a sentence on it; a
+        diverged replay ends with its last finite step.
 
     Raises
     ------
@@ -121,9 +121,7 @@ def replay(
     head = twist_from_rest(robot, joints[0]) if twist is None else np.array(twist, dtype=float)
     motion = _core.advance(core_model(robot), joints, step=width, twist=head, pose=np.array(start, dtype=float))
     sound = _sound(robot, motion["twist"], motion["torque"])
-    passed: Array = width * np.arange(
-        sound, dtype=np.float64
-    )  # since the start: the current carries the robot from there
+    passed: Array = width * np.arange(sound, dtype=np.float64)  # since the start
     motion = {name: values[:sound] for name, values in motion.items()}
     result = trajectory(robot, passed, joints[::2][:sound], motion, current=current)
     result = result.assign_coords(time=("time", time[0] + time_offset + passed, result["time"].attrs))
@@ -132,17 +130,14 @@ def replay(
     else:
         status = "diverged"
         text = (
-            f"The replay diverged {sound * width:.3g} s after its start: its speeds left all bounds; "
-            f"take steps shorter than {width:.3g} s, or look at the coefficients."
+            f"The replay diverged {sound * width:.3g} s after its start: its speeds exceeded all bounds; "
+            f"take steps shorter than {width:.3g} s, or check the coefficients."
         )
     return result.assign_attrs(joints="measured", joint_file=curve.series.file or "", status=status, status_text=text)
 
 
 def joint_grid(robot: Robot, curve: SmoothSeries, *, step: float | None = None) -> tuple[Array, float]:
-    """Lay out a joint series for a replay.
-
-    `step` [s]; returns `joints` (2 steps + 1, links, 3) [rad], [rad/s], [rad/s^2], `step` [s].
-    """
+    """Return joint motion (2 steps + 1, links, 3) [rad, rad/s, rad/s^2] and step [s] of a replay."""
     time = curve.series.time
     longest = float(np.median(np.diff(time))) / STEPS_PER_SAMPLE if step is None else step
     steps = math.ceil((time[-1] - time[0]) / longest * (1 - 1e-12))
@@ -153,13 +148,10 @@ def joint_grid(robot: Robot, curve: SmoothSeries, *, step: float | None = None) 
 def replay_jacobian(
     robot: Robot, joints: Array, step: float, directions: Array, *, model: _core.Model | None = None
 ) -> tuple[Array, Array, Array]:
-    """Swim a joint motion from rest in the water and differentiate the track along directions, exactly.
+    """Return track (steps + 1, 3), rate and derivatives (steps + 1, 3, directions) of a joint motion from rest.
 
-    Robot and water start without momentum, whatever the joints do at the first instant, and the nose starts at the
-    origin with heading 0: neither depends on a parameter.
-
-    `joints` (2 steps + 1, links, 3) [rad, rad/s, rad/s^2], `step` [s], `directions` (parameters, directions); returns
-    `pose` (steps + 1, 3) [m], [rad], `rate` (steps + 1, 3) [m/s, rad/s], `slope` (steps + 1, 3, directions) [m, rad].
+    joints: (2 steps + 1, links, 3) [rad, rad/s, rad/s^2]; directions: (parameters, directions), along which the track
+    of the nose [m, m, rad] is differentiated exactly. Robot and water start without momentum, the nose at the origin.
     """
     joints, along = np.ascontiguousarray(joints), np.ascontiguousarray(directions)
     track = _core.track(model or core_model(robot), joints, along, step=step)
@@ -167,20 +159,14 @@ def replay_jacobian(
 
 
 def head_center(robot: Robot, result: xr.Dataset) -> Array:
-    """Return the track of the head link's center: the inverse of `Pose.from_head_center`.
-
-    Returns (times, 3) [m], [rad].
-    """
+    """Return the track (times, 3) [m, m, rad] of the head link's center: the inverse of `Pose.from_head_center`."""
     half, heading = robot.links.length[0] / 2, result["heading"].to_numpy()
     x, y = result["x"].to_numpy() + half * np.cos(heading), result["y"].to_numpy() + half * np.sin(heading)
     return np.column_stack([x, y, heading + math.pi])
 
 
 def seen_from_start(pose: Array, direction: float) -> Array:
-    """Move a track so that it starts at the origin and faces a direction there.
-
-    `pose` (frames, 3) [m], [rad], `direction` [rad]; returns (frames, 3) [m], [rad].
-    """
+    """Return a track (frames, 3) [m, m, rad] moved to start at the origin in a direction [rad]."""
     turn = direction - pose[0, 2]
     x, y = (pose[:, :2] - pose[0, :2]).T
     c, s = math.cos(turn), math.sin(turn)
@@ -188,22 +174,22 @@ def seen_from_start(pose: Array, direction: float) -> Array:
 
 
 def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
-    """Subtract a tracked run from a computed one, both seen from their own first pose.
+    """Return computed minus tracked poses, each seen from its own first pose.
 
-    The computed run is turned to start in the direction of the tracked one, so neither the start pose of the replay
+    The computed run is turned to the initial direction of the tracked one, so that neither the start pose of the replay
     nor the origin of the tracking matters.
 
     Parameters
     ----------
     robot : Robot
     result : xarray.Dataset
-        As `replay` returns it.
+        As of `replay`.
     track : Track
 
     Returns
     -------
     ndarray, shape (frames, 3)
-        x, y [m] and yaw [rad] in the axes of the track, at those of its frames that the replay spans.
+        x, y [m] and yaw [rad] in the axes of the track, at its frames that the replay spans.
 
     Raises
     ------
@@ -218,8 +204,7 @@ def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
         raise InputError(rule, key=f"run {track.run}", value=value, fix="give both on one clock")
     direction = track.pose[0, 2]
     made = seen_from_start(head_center(robot, result), direction)
-    at_frames = [np.interp(track.time[inside], time, made[:, axis]) for axis in range(3)]
-    return np.column_stack(at_frames) - seen_from_start(track.pose, direction)[inside]
+    return at_times(track.time[inside], time, made) - seen_from_start(track.pose, direction)[inside]
 
 
 def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Dataset:
@@ -229,7 +214,7 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
     ----------
     robot : Robot
     result : xarray.Dataset
-        As `replay` returns it.
+        As of `replay`.
     tracks : sequence of Track
         One at least.
 
@@ -238,9 +223,8 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
     xarray.Dataset
         By axis (x, y [m], yaw [rad]; coordinate ``unit``): ``rmse`` over all frames of all runs, ``run_rmse`` of each
         run, ``mean_rmse`` against the mean of the runs, and ``repeatability``, the root mean square of the runs about
-        their mean: the least `rmse` that one trajectory can have, rmse^2 = mean_rmse^2 + repeatability^2. The mean is
-        taken at the frames of the first run that every run and the replay span. With a single run, ``repeatability``
-        is not defined (not a number).
+        their mean: the minimum `rmse` of one trajectory, rmse^2 = mean_rmse^2 + repeatability^2. The mean is taken at
+        the frames of the first run that all runs and the replay span. NaN for the repeatability of a single run.
 
     Raises
     ------
@@ -255,15 +239,15 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
     for track in tracks:
         common &= (clock >= track.time[0]) & (clock <= track.time[-1])
     time = clock[common]
-    placed = np.array([_interpolate(time, track.time, seen_from_start(track.pose, direction)) for track in tracks])
+    poses = np.array([at_times(time, track.time, seen_from_start(track.pose, direction)) for track in tracks])
     made = seen_from_start(head_center(robot, result), direction)
-    mean = placed.mean(axis=0)
-    off_mean = _interpolate(time, result["time"].to_numpy(), made) - mean
-    repeatability = _rms((placed - mean).reshape(-1, 3)) if len(tracks) > 1 else np.full(3, np.nan)
+    mean = poses.mean(axis=0)
+    mean_error = at_times(time, result["time"].to_numpy(), made) - mean
+    repeatability = _rms((poses - mean).reshape(-1, 3)) if len(tracks) > 1 else np.full(3, np.nan)
     return dataset(
         {
             "rmse": ("axis", _rms(np.concatenate(differences))),
-            "mean_rmse": ("axis", _rms(off_mean)),
+            "mean_rmse": ("axis", _rms(mean_error)),
             "repeatability": ("axis", repeatability),
             "run_rmse": (("run", "axis"), np.array([_rms(difference) for difference in differences])),
             "frames": ("run", [len(difference) for difference in differences]),
@@ -274,7 +258,7 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
 
 
 def _spread(robot: Robot, motion: Array) -> Array:
-    """Spread motions of joint groups (instants, groups, 3) over the joints (instants, links, 3)."""
+    """Distribute motions of joint groups (instants, groups, 3) over the joints (instants, links, 3)."""
     joints = np.zeros((len(motion), len(robot.links.name), 3))
     for g, group in enumerate(robot.joints):
         joints[:, list(group.links)] = motion[:, g, np.newaxis] * np.array(group.share)[:, np.newaxis]
@@ -282,14 +266,14 @@ def _spread(robot: Robot, motion: Array) -> Array:
 
 
 def _sound(robot: Robot, twist: Array, torque: Array) -> int:
-    """Count the instants before a motion diverges; the start, as given, is one in any case."""
-    bounds = FASTEST * np.array([robot.body.length, robot.body.length, 1.0])
+    """Return the number of instants before a motion diverges, at least 1."""
+    bounds = MAX_SPEED * np.array([robot.body.length, robot.body.length, 1.0])
     unsound = ~((np.abs(twist) < bounds).all(axis=1) & np.isfinite(torque).all(axis=1))
     return max(1, int(np.argmax(unsound))) if unsound.any() else len(twist)
 
 
 def _check(robot: Robot, series: JointSeries, step: float | None, **options: Sequence[float]) -> None:
-    """Check that a series fits a robot, and the options of a replay."""
+    """Check that a series fits the robot, and the options of a replay."""
     groups, given = [group.name for group in robot.joints], series.angle.shape[1]
     if given != len(groups):
         rule = f"must be {len(groups)}, one per joint group of {robot.name} ({', '.join(groups)})"
@@ -297,8 +281,8 @@ def _check(robot: Robot, series: JointSeries, step: float | None, **options: Seq
         raise InputError(rule, file=series.file, key="the number of angles", value=str(given), fix=fix)
     if step is not None and not 0 < step < math.inf:
         raise InputError("must be greater than 0", key="step", value=shown(step), fix="give it in seconds")
-    if step is not None and np.ptp(series.time) / step > MOST_STEPS:
-        rule = f"must be at least {np.ptp(series.time) / MOST_STEPS:.3g} s: a replay has at most {MOST_STEPS} steps"
+    if step is not None and np.ptp(series.time) / step > MAX_STEPS:
+        rule = f"must be at least {np.ptp(series.time) / MAX_STEPS:.3g} s: replays are limited to {MAX_STEPS} steps"
         raise InputError(rule, key="step", value=shown(step), fix="leave it out")
     for key, values in options.items():
         if not np.isfinite(values).all():
@@ -306,17 +290,17 @@ def _check(robot: Robot, series: JointSeries, step: float | None, **options: Seq
 
 
 def _inside(track: Track, time: Array) -> NDArray[np.bool_]:
-    """Tell which frames of a track lie within some time."""
+    """Return which frames of a track lie within the times of a replay."""
     inside: NDArray[np.bool_] = (track.time >= time[0]) & (track.time <= time[-1])
     return inside
 
 
-def _interpolate(time: Array, clock: Array, pose: Array) -> Array:
-    """Interpolate poses (frames, 3) at other times."""
+def at_times(time: Array, clock: Array, pose: Array) -> Array:
+    """Interpolate poses (frames, 3) on a clock (frames,) at other times [s]."""
     return np.column_stack([np.interp(time, clock, pose[:, axis]) for axis in range(3)])
 
 
 def _rms(values: Array) -> Array:
-    """Root mean square over the first axis."""
+    """Return the root mean square over the first axis."""
     result: Array = np.sqrt(np.mean(values**2, axis=0))
     return result

@@ -1,4 +1,4 @@
-"""Smoothing: joint angles as they were measured, made functions of time that have rates and accelerations."""
+"""Smoothing: measured joint angles as functions of time with rates and accelerations."""
 
 from __future__ import annotations
 
@@ -19,27 +19,17 @@ __all__ = ["SmoothSeries", "smooth"]
 
 Array = NDArray[np.float64]
 
-DEGREE = 5  # of the smoothing splines: accelerations are three times differentiable
-NEIGHBORS = np.array([-3, -2, -1, 1, 2, 3])  # of a sample whose noise is estimated
+DEGREE = 5  # of the splines: accelerations are three times differentiable
+NEIGHBORS = np.array([-3, -2, -1, 1, 2, 3])  # samples in the noise estimate of a sample
 
 
 @dataclass(frozen=True)
 class SmoothSeries:
-    """A joint series as functions of time that have rates and accelerations.
+    """A joint series as functions of time with rates and accelerations."""
 
-    Attributes
-    ----------
-    series : JointSeries
-        What was smoothed.
-    noise : ndarray, shape (groups,)
-        Standard deviation that was taken for noise [rad].
-    splines : tuple of scipy.interpolate.BSpline
-        Angle of each joint group [rad] by time [s].
-    """
-
-    series: JointSeries
-    noise: Array
-    splines: tuple[BSpline, ...]
+    series: JointSeries  # as measured
+    noise: Array  # (groups,) [rad], standard deviation of the noise
+    splines: tuple[BSpline, ...]  # angle of each joint group [rad] over time [s]
 
     def __call__(self, time: Array) -> Array:
         """Evaluate the joint groups: `time` (times,) [s]; returns (times, groups, 3) [rad], [rad/s], [rad/s^2]."""
@@ -51,15 +41,15 @@ def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
     """Smooth a joint series by quintic splines (FITPACK), as smooth as its noise allows.
 
     Each spline has the fewest knots with which the sum of squared residuals is K sigma^2 + sqrt(2 K) sigma^2 or less:
-    the upper end of the range where K residuals of noise sigma lie. A replayed motion depends on angles and rates;
-    accelerations, which suffer most from noise, enter only the joint torques.
+    the upper end of the range of K residuals of noise sigma. A replayed motion depends on angles and rates;
+    accelerations, which are most sensitive to noise, enter only the joint torques.
 
     Parameters
     ----------
     series : JointSeries
     noise : float, optional
-        Standard deviation sigma of the measured angles [rad]; 0 interpolates. Left out, it is estimated for each
-        joint group from what polynomials through three samples on either side miss of the sample between them.
+        Standard deviation sigma of the measured angles [rad]; 0 interpolates. Default: estimated for each joint group
+        from the residuals of polynomials through three samples on either side of a sample.
 
     Returns
     -------
@@ -80,7 +70,7 @@ def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
 
 
 def _noise(series: JointSeries) -> Array:
-    """Estimate the noise of each joint group from its samples and the quintics through their neighbors."""
+    """Estimate the noise (groups,) [rad] from the samples and the quintics through their neighbors."""
     reach = NEIGHBORS.max()
     middle = np.arange(reach, len(series.time) - reach)
     near = middle[:, np.newaxis] + NEIGHBORS
@@ -90,17 +80,17 @@ def _noise(series: JointSeries) -> Array:
     for j in range(len(NEIGHBORS)):
         others = np.delete(arm, j, axis=1)
         weights[:, j] = np.prod(others / (others - arm[:, j : j + 1]), axis=1)
-    missed = series.angle[middle] - np.einsum("kj,kjg->kg", weights, series.angle[near])
-    sigma: Array = np.sqrt(np.mean(missed**2 / (1 + (weights**2).sum(axis=1, keepdims=True)), axis=0))
+    residual = series.angle[middle] - np.einsum("kj,kjg->kg", weights, series.angle[near])
+    sigma: Array = np.sqrt(np.mean(residual**2 / (1 + (weights**2).sum(axis=1, keepdims=True)), axis=0))
     return sigma
 
 
 def _spline(time: Array, angle: Array, sigma: float) -> BSpline:
     """Fit a smoothing spline."""
-    from scipy.interpolate import BSpline, splrep  # here, because it takes longer to import than a swim takes
+    from scipy.interpolate import BSpline, splrep  # imported here: slow to import
 
-    bound = (len(time) + math.sqrt(2 * len(time))) * sigma**2
-    spline, _, trouble, _ = splrep(time, angle, k=DEGREE, s=bound, full_output=1)
-    if trouble > 0:  # so little noise that FITPACK cannot reach it: there is nothing to smooth
+    limit = (len(time) + math.sqrt(2 * len(time))) * sigma**2
+    spline, _, failure, _ = splrep(time, angle, k=DEGREE, s=limit, full_output=1)
+    if failure > 0:  # the noise is too small for FITPACK: interpolate
         spline = splrep(time, angle, k=DEGREE, s=0)
     return BSpline(*spline)

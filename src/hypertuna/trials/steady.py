@@ -1,4 +1,4 @@
-"""Steady runs: speed and cost of transport of gaits as a tank measured them, read from CSV files."""
+"""Steady runs: measured speed and cost of transport of gaits, read from CSV files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hypertuna.swimming.gait import Gait
 
 __all__ = ["COLUMNS", "SteadyRun", "read_steady"]
 
-# Columns of a file of steady runs, by the attributes of `SteadyRun`; those of angles are named by joint group.
+# Columns of a file by attribute of `SteadyRun`; columns of angles are named by joint group.
 COLUMNS = {
     "name": "run",
     "frequency": "frequency_hz",
@@ -25,24 +25,23 @@ COLUMNS = {
     "repeats": "repeats",
 }
 ANGLES = ("amplitude", "phase", "bias")
-NAMED = 5  # bad rows that are told one by one
-LONGEST = 9  # digits of a number of repeats
+MAX_NAMED = 5  # bad rows in an error
+MAX_DIGITS = 9  # of a number of repeats
 
 
 @dataclass(frozen=True)
 class SteadyRun:
-    """Speed and cost of transport that were measured at one gait, settled: one of the two at least."""
+    """Measured speed or cost of transport of a settled gait, or both."""
 
-    name: str  # Of the run
-    gait: Gait  # As commanded
-    speed: float | None = None  # Mean speed of the repeats along their mean path [m/s], as `Swim.speed`
-    # Standard deviation of a single repeat's speed [m/s]; that of the mean is smaller by sqrt(repeats)
-    speed_sd: float | None = None
-    cost_of_transport: float | None = None  # Mean cost of transport of the repeats [J/(kg m)]
-    cost_of_transport_sd: float | None = None  # Standard deviation of a single repeat's [J/(kg m)]
-    repeats: int = 1  # How many swims the means are taken over
-    file: str = ""  # Where the run came from, for errors
-    line: int = 0  # Of that file
+    name: str
+    gait: Gait  # as commanded
+    speed: float | None = None  # mean of the repeats along their mean path [m/s], as `Swim.speed`
+    speed_sd: float | None = None  # of a single repeat [m/s]; that of the mean is smaller by sqrt(repeats)
+    cost_of_transport: float | None = None  # mean of the repeats [J/(kg m)]
+    cost_of_transport_sd: float | None = None  # of a single repeat [J/(kg m)]
+    repeats: int = 1  # number of swims that the values are means of
+    file: str = ""  # file and line of the run
+    line: int = 0
 
     def __post_init__(self) -> None:
         if self.speed is None and self.cost_of_transport is None:
@@ -61,7 +60,7 @@ class SteadyRun:
 
 
 def read_steady(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
-    """Read steady runs from a CSV file: one row per gait, docs/trials.md tells the columns."""
+    """Read steady runs from a CSV file: one row per gait; docs/trials.md lists the columns."""
     file = str(path)
     (line, head), *rows = read_rows(path)
     keys = _keys(head, robot, file, line)
@@ -83,9 +82,9 @@ def read_steady(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
 
 
 def _angle_columns(robot: Robot) -> dict[str, str]:
-    """Return what the columns of angles hold, such as amplitude[1], by their names KIND_GROUP_deg.
+    """Return keys such as amplitude[1] by the names of their columns, KIND_GROUP_deg.
 
-    GROUP is the name of a joint group, or its number counted from the head and from 1 where no group is named so.
+    GROUP is the name of a joint group, or its number from 1, counted from the head, if no group has that name.
     """
     numbers = {str(g + 1): g for g in range(len(robot.joints))}
     names = {group.name: g for g, group in enumerate(robot.joints)}
@@ -93,7 +92,7 @@ def _angle_columns(robot: Robot) -> dict[str, str]:
 
 
 def _keys(head: Sequence[str], robot: Robot, file: str, line: int) -> list[str]:
-    """Return what each column holds: an attribute of a run or of its gait; complete, and none twice."""
+    """Return the attribute of a run or of its gait in each column; check that they are complete and unique."""
     groups = [group.name for group in robot.joints]
     rule = f"in KIND_GROUP_deg, GROUP is a joint group of {robot.name} by name or number ({', '.join(groups)})"
     known = {column: key for key, column in COLUMNS.items()} | _angle_columns(robot)
@@ -107,9 +106,9 @@ def _keys(head: Sequence[str], robot: Robot, file: str, line: int) -> list[str]:
             twin = head[keys.index(known[column])]
             raise InputError("must stand once", file=file, key=f"line {line}, {column}", value=f"{twin}, too")
         keys.append(known[column])
-    needed = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in ANGLES[:2] for g, name in enumerate(groups)}
-    del needed["phase[0]"]  # the clock that others lag behind
-    for key, column in ({"frequency": COLUMNS["frequency"]} | needed).items():
+    required = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in ANGLES[:2] for g, name in enumerate(groups)}
+    del required["phase[0]"]  # 0 by definition
+    for key, column in ({"frequency": COLUMNS["frequency"]} | required).items():
         if key not in keys:
             raise InputError("must be a column", file=file, key=column, value="missing", fix=f"add it; {rule}")
     if not {"speed", "cost_of_transport"} & set(keys):
@@ -119,7 +118,7 @@ def _keys(head: Sequence[str], robot: Robot, file: str, line: int) -> list[str]:
 
 
 def _run(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> SteadyRun:
-    """Make a run of the cells of its row."""
+    """Return the run of the cells of a row."""
     groups = range(len(robot.joints))
     angles = {kind: [_number(cells.get(f"{kind}[{g}]", "0"), f"{kind}[{g}]") for g in groups] for kind in ANGLES}
     gait = Gait.from_degrees(frequency=_number(cells["frequency"], "frequency"), **angles)
@@ -127,14 +126,14 @@ def _run(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> Steady
         key: _number(cells[key], key) for key in COLUMNS if key.startswith(("speed", "cost")) and cells.get(key)
     }
     repeats = cells.get("repeats") or "1"
-    if not repeats.isdecimal() or len(repeats) > LONGEST:
+    if not repeats.isdecimal() or len(repeats) > MAX_DIGITS:
         raise InputError("must be a whole number", key="repeats", value=shown(repeats), fix="write digits only")
     name = cells.get("name") or f"{Path(file).name}:{line}"
     return SteadyRun(name, gait, **measured, repeats=int(repeats), file=file, line=line)
 
 
 def _number(text: str, key: str) -> float:
-    """Read a number; the gait and the run check its value."""
+    """Return a number; the gait and the run check its value."""
     try:
         return float(text)
     except ValueError:
@@ -143,15 +142,15 @@ def _number(text: str, key: str) -> float:
 
 
 def _check_number(value: float | None, key: str, *, positive: bool) -> None:
-    """Check a number that may be left out."""
+    """Check an optional number."""
     if value is not None and not math.isfinite(value):
-        raise InputError("must be a finite number", key=key, value=f"{value}", fix="leave it out if it is not known")
+        raise InputError("must be a finite number", key=key, value=f"{value}", fix="leave it out if it is unknown")
     if value is not None and positive and value <= 0:
-        raise InputError("must be greater than 0", key=key, value=f"{value:g}", fix="leave it out if it is not known")
+        raise InputError("must be greater than 0", key=key, value=f"{value:g}", fix="leave it out if it is unknown")
 
 
 def _placed(error: InputError, file: str, line: int, columns: Mapping[str, str]) -> InputError:
-    """Blame a cell of the file for what is wrong with an attribute."""
+    """Return the error of an attribute as that of its cell."""
     key = error.key or ""
     column = columns.get(key) or COLUMNS.get(key)
     place = f"line {line}, {column}" if column else f"line {line}"
@@ -159,10 +158,12 @@ def _placed(error: InputError, file: str, line: int, columns: Mapping[str, str])
 
 
 def _together(bad: Mapping[int, InputError], file: str) -> InputError:
-    """Tell all bad rows in one error, the first ones word by word."""
+    """Return one error for all bad rows, with the first ones in full."""
     errors = list(bad.values())
     if len(errors) == 1:
         return errors[0]
-    told = [f"{error.key} {error.rule}" + f", but is {error.value}" * bool(error.value) for error in errors[:NAMED]]
-    more = f"; and {len(errors) - NAMED} more" if len(errors) > NAMED else ""
-    return InputError(f"has {len(errors)} rows that cannot be used", file=file, fix="; ".join(told) + more)
+    texts = [
+        f"{error.key} {error.rule}" + f", but is {error.value}" * bool(error.value) for error in errors[:MAX_NAMED]
+    ]
+    more = f"; and {len(errors) - MAX_NAMED} more" if len(errors) > MAX_NAMED else ""
+    return InputError(f"has {len(errors)} rows that cannot be used", file=file, fix="; ".join(texts) + more)

@@ -1,4 +1,4 @@
-"""What was measured: joint angles of a robot and its tracked poses, read from CSV files."""
+"""Measured joint angles and tracked poses of a robot, read from CSV files."""
 
 from __future__ import annotations
 
@@ -19,39 +19,22 @@ Array = NDArray[np.float64]
 
 ANGLES = {"rad": 1.0, "deg": math.pi / 180}  # in rad
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # in m
-SHORTEST = 12  # samples of a series: what the estimate of its noise needs
-LONGEST_GAP = 5  # median intervals between two samples of a series
+MIN_SAMPLES = 12  # of a series, for the estimate of its noise
+MAX_GAP = 5  # median intervals between two samples
 
 
 @dataclass(frozen=True)
 class JointSeries:
-    """Measured angles of the joint groups through time.
+    """Measured angles of the joint groups over time.
 
-    Parameters
-    ----------
-    time : ndarray, shape (samples,)
-        Increasing [s].
-    angle : ndarray, shape (samples, groups)
-        Bend of each joint group [rad], counter-clockwise.
-    file : str, optional
-        Where the series came from, for errors.
-    lines : sequence of int, optional
-        The line of the file that holds each sample.
-    columns : sequence of str, optional
-        Names of time and angles in the file.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than 12 samples, a value is not finite, time goes back or stands still, or a gap is longer
-        than 5 median intervals.
+    At least 12 samples, all finite, time increasing, without gaps longer than 5 median intervals; else InputError.
     """
 
-    time: Array
-    angle: Array
-    file: str | None = None
-    lines: Sequence[int] | None = None
-    columns: Sequence[str] | None = None
+    time: Array  # (samples,) [s]
+    angle: Array  # (samples, groups) [rad], bend of each joint group, counter-clockwise
+    file: str | None = None  # file of the series, for errors
+    lines: Sequence[int] | None = None  # line of each sample in the file
+    columns: Sequence[str] | None = None  # names of time and angles in the file
 
     def __post_init__(self) -> None:
         time, angle = np.asarray(self.time, dtype=float), np.asarray(self.angle, dtype=float)
@@ -64,10 +47,10 @@ class JointSeries:
         self._check()
 
     def _check(self) -> None:
-        """Check the values; the first sample at fault is named."""
+        """Check the values."""
         samples = len(self.time)
-        if samples < SHORTEST:
-            rule, fix = f"must have {SHORTEST} samples at least", "record a longer series"
+        if samples < MIN_SAMPLES:
+            rule, fix = f"must have {MIN_SAMPLES} samples at least", "record a longer series"
             raise InputError(rule, file=self.file, key="the series", value=f"{samples} long", fix=fix)
         values = np.column_stack([self.time, self.angle])
         for k, column in np.argwhere(~np.isfinite(values))[:1]:
@@ -77,14 +60,14 @@ class JointSeries:
         for k in np.flatnonzero(interval <= 0)[:1] + 1:
             rule = f"must be later than the sample before, at {self.time[k - 1]:g} s"
             raise self._error(k, 0, rule, f"{self.time[k]:g} s", "sort the samples by time, each time once")
-        longest = LONGEST_GAP * float(np.median(interval))
-        for k in np.flatnonzero(interval > longest)[:1] + 1:
-            rule = f"must follow the sample before within {LONGEST_GAP} median intervals ({longest:.3g} s)"
+        limit = MAX_GAP * float(np.median(interval))
+        for k in np.flatnonzero(interval > limit)[:1] + 1:
+            rule = f"must follow the sample before within {MAX_GAP} median intervals ({limit:.3g} s)"
             gap = f"{interval[k - 1]:.3g} s later"
-            raise self._error(k, 0, rule, gap, "cut the series at the gap and replay the parts on their own")
+            raise self._error(k, 0, rule, gap, "cut the series at the gap and replay the parts separately")
 
     def _error(self, sample: int, column: int, rule: str, value: str, fix: str) -> InputError:
-        """Blame a value: by line and column of the file if there is one."""
+        """Return the error of a value, with its line and column."""
         names = self.columns or ("time", *(f"angle[{g}]" for g in range(self.angle.shape[1])))
         where = f"sample {sample}" if self.lines is None else f"line {self.lines[sample]}"
         return InputError(rule, file=self.file, key=f"{where}, {names[column]}", value=value, fix=fix)
@@ -92,25 +75,15 @@ class JointSeries:
 
 @dataclass(frozen=True)
 class Track:
-    """A tracked run: poses of the center of the head link.
+    """A tracked run: poses of the center of the head link."""
 
-    Parameters
-    ----------
-    run : str
-        Name of the run.
-    time : ndarray, shape (frames,)
-        [s].
-    pose : ndarray, shape (frames, 3)
-        x, y of the center of the head link [m] and the direction it faces [rad], counter-clockwise from x.
-    """
-
-    run: str
-    time: Array
-    pose: Array
+    run: str  # its name
+    time: Array  # (frames,) [s]
+    pose: Array  # (frames, 3): x, y [m] and the direction that the head faces [rad], counter-clockwise from x
 
 
 def read_joints(path: str | Path, *, time: str, columns: Sequence[str], unit: str) -> JointSeries:
-    """Read measured joint angles from a CSV file. Empty lines and those that start with # are skipped.
+    """Read measured joint angles from a CSV file; empty lines and comments (#) are skipped.
 
     Parameters
     ----------
@@ -129,7 +102,7 @@ def read_joints(path: str | Path, *, time: str, columns: Sequence[str], unit: st
     Raises
     ------
     InputError
-        If the file or a column is missing, a value is not a number, or the series is not one (`JointSeries`).
+        If the file or a column is missing, or a value is not a number or not valid in a `JointSeries`.
     """
     if not columns:
         raise InputError("must name at least one column", key="columns", fix="name one column per joint group")
@@ -150,7 +123,7 @@ def read_tracks(
     yaw_zero: float = 0.0,
     clockwise: bool = False,
 ) -> tuple[Track, ...]:
-    """Read tracked poses of the head link's center from a CSV file that holds one run or several.
+    """Read tracked poses of the head link's center from a CSV file of one run or several.
 
     Parameters
     ----------
@@ -160,7 +133,7 @@ def read_tracks(
     pose : sequence of str, shape (3,)
         Names of the columns of x, y and yaw, the direction that the head faces.
     run : str, optional
-        Name of the column that names the run of each line; left out, the file holds one run.
+        Name of the column of run names; default: the file is one run.
     length_unit : {"m", "cm", "mm"}
         Unit of x and y in the file.
     angle_unit : {"deg", "rad"}
@@ -168,7 +141,7 @@ def read_tracks(
     yaw_zero : float
         Direction of yaw 0 [rad], counter-clockwise from x.
     clockwise : bool
-        Whether yaw is counted clockwise: from y to x.
+        Whether yaw is positive clockwise: from y to x.
 
     Returns
     -------
@@ -234,7 +207,7 @@ def _read_table(path: str | Path, columns: Sequence[str]) -> _Table:
 
 
 def _track(table: _Table, time: str, run: str, members: Sequence[int], values: Array) -> Track:
-    """Make a run of its rows."""
+    """Return the run of its rows."""
     for k in np.flatnonzero(np.diff(values[:, 0]) <= 0)[:1] + 1:
         rule = f"must be later than the frame before, at {values[k - 1, 0]:g} s"
         key, value = f"line {table.lines[members[k]]}, {time}", f"{values[k, 0]:g} s"
@@ -244,7 +217,7 @@ def _track(table: _Table, time: str, run: str, members: Sequence[int], values: A
 
 
 def _factor(units: Mapping[str, float], unit: str, key: str) -> float:
-    """Return a unit in SI."""
+    """Return a unit in SI units."""
     if unit not in units:
         raise InputError("must be a known unit", key=key, value=shown(unit), fix=did_you_mean(unit, units))
     return units[unit]

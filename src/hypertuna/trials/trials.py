@@ -1,4 +1,4 @@
-"""Trials: what a tank measured, steady runs and tracked ones, from any number of files."""
+"""Trials: steady and tracked runs of a tank, from any number of files."""
 
 from __future__ import annotations
 
@@ -23,18 +23,7 @@ __all__ = ["Recording", "SteadyRun", "Trials", "digest", "read_trials", "split"]
 
 @dataclass(frozen=True)
 class Trials:
-    """Measured runs of a robot.
-
-    Parameters
-    ----------
-    steady : tuple of SteadyRun
-    recordings : tuple of Recording
-
-    Raises
-    ------
-    InputError
-        If two runs or two recordings have the same name.
-    """
+    """Measured runs of a robot; names of runs, and of recordings, are unique."""
 
     steady: tuple[SteadyRun, ...] = ()
     recordings: tuple[Recording, ...] = ()
@@ -47,12 +36,12 @@ class Trials:
 
     @property
     def runs(self) -> tuple[str, ...]:
-        """Names of all runs, each once: those of steady runs, then RECORDING/RUN of tracked ones."""
+        """Names of all runs: those of steady runs, then RECORDING/RUN of tracked ones."""
         tracked = (name for recording in self.recordings for name in recording.runs)
         return (*(run.name for run in self.steady), *tracked)
 
     def only(self, names: Iterable[str]) -> Trials:
-        """Choose some of the runs.
+        """Return some of the runs.
 
         Parameters
         ----------
@@ -62,12 +51,12 @@ class Trials:
         Returns
         -------
         Trials
-            In the order of these, whatever that of the names; a recording without any of them is left out.
+            In the order of these trials; recordings without any of the names are left out.
 
         Raises
         ------
         InputError
-            If there is no run of a name.
+            If a name is not that of a run.
         """
         chosen = set(names)
         for name in sorted(chosen.difference(self.runs)):
@@ -90,10 +79,9 @@ def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot) -> Trial
     Parameters
     ----------
     paths : str, Path or sequence of them
-        Each a CSV file of steady runs (`read_steady`), a TOML manifest of tracked ones (`read_manifest`), a log of the
-        radio (`steady_runs`), or a folder of published files (`import_folder`).
+        CSV files of steady runs, TOML manifests of tracked runs, radio logs (.mcap), or folders of published files.
     robot : Robot
-        That swam.
+        The robot that swam.
 
     Returns
     -------
@@ -104,13 +92,10 @@ def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot) -> Trial
     InputError
         If a file cannot be read, does not fit the robot, or two runs have the same name.
     """
-    given = [paths] if isinstance(paths, (str, Path)) else list(paths)
-    if not given:
+    files = [paths] if isinstance(paths, (str, Path)) else list(paths)
+    if not files:
         raise InputError("must name one file at least", key="trials", fix="give a CSV file, a manifest or a folder")
-    whole = Trials()
-    for path in given:
-        whole += _read(Path(path), robot)
-    return whole
+    return sum((_read(Path(path), robot) for path in files), Trials())
 
 
 def _read(path: Path, robot: Robot) -> Trials:
@@ -129,7 +114,7 @@ def _read(path: Path, robot: Robot) -> Trials:
 
 
 def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:
-    """Check that no two things have the same name; the files are told."""
+    """Check that names, given with their files, are unique."""
     first: dict[str, str] = {}
     for name, file in names:
         if name in first:
@@ -140,7 +125,7 @@ def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:
 
 
 def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
-    """Divide trials at random by run."""
+    """Split trials at random by run into training (one run at least) and validation, a fraction of the runs."""
     runs = trials.runs
     count = min(round(validate * len(runs)), len(runs) - 1)
     chosen = {runs[k] for k in np.random.default_rng(seed).permutation(len(runs))[: max(count, 0)]}
@@ -148,23 +133,23 @@ def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
 
 
 def digest(trials: Trials) -> str:
-    """Return the sha256 of everything that trials hold but the names of their files."""
-    whole = hashlib.sha256()
+    """Return the sha256 of trials without the names of their files."""
+    sha = hashlib.sha256()
 
-    def take(value: Any) -> None:
+    def update(value: Any) -> None:
         if is_dataclass(value):
             for field in fields(value):
                 if field.name not in ("file", "line", "lines", "columns"):
-                    take(getattr(value, field.name))
+                    update(getattr(value, field.name))
         elif isinstance(value, np.ndarray):
-            whole.update(np.ascontiguousarray(value).tobytes())
+            sha.update(np.ascontiguousarray(value).tobytes())
         elif isinstance(value, (tuple, list)):
-            whole.update(b"[")
+            sha.update(b"[")
             for part in value:
-                take(part)
-            whole.update(b"]")
+                update(part)
+            sha.update(b"]")
         else:
-            whole.update(repr(value).encode() + b";")
+            sha.update(repr(value).encode() + b";")
 
-    take(trials)
-    return whole.hexdigest()
+    update(trials)
+    return sha.hexdigest()
