@@ -310,7 +310,10 @@ def with_recording(**changes):
             document() | {"robot": "rexeel"},
             "robot must be the robot's name, hypertuna, but is 'rexeel': choose the robot",
         ),
-        (with_recording(name="a/b"), "recordings[0].name must be a name without /, and not of dots alone, but is 'a/b'"),
+        (
+            with_recording(name="a/b"),
+            "recordings[0].name must be a name without /, and not of dots alone, but is 'a/b'",
+        ),
         (with_recording(joints__unit="grad"), "recordings[0].joints.unit must be 'deg' or 'rad', but is 'grad'"),
         (with_recording(joints__noise_deg=-0.1), "recordings[0].joints.noise_deg must not be negative"),
         (
