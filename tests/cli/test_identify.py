@@ -129,7 +129,7 @@ def test_resumes_from_a_checkpoint(run: Run, tank: str, tmp_path: Path) -> None:
         (("--free", "water.drag", "--validate", "most"), "--validate must be a number, but is 'most'"),
         (("--free", "water.drag", "--loss", "l1"), "loss must be a known loss, but is 'l1': use one of linear"),
         (("--free", "water.drag", "--bounds", "water.drag"), "--bounds must be NAME=LOW:HIGH, but is water.drag"),
-        (("--free", "water.drag", "--bounds", "water.drag=3"), "--bounds water.drag must be LOW:HIGH, but is 3"),
+        (("--free", "water.drag", "--bounds", "water.drag=3"), "--bounds water.drag must be LOW:HIGH, but is '3'"),
         (("--free", "water.drag", "--bounds", "water.friction=0:1"), "must be a free coefficient"),
         (("--free", "water.drag", "--start", "water.drag=99"), "must start within its bounds, 0 to 30, but is 99"),
         (("--free", "water.drag", "--water", "lump"), "--water must be a water law, but is lump: did you mean lumped?"),

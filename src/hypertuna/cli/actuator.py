@@ -1,32 +1,47 @@
-"""The commands `hypertuna actuator ...`: what tests at the bench tell of an actuator."""
+"""The commands `hypertuna actuator ...`: characterize an actuator by tests on the bench."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from hypertuna.actuation.silicone import UP_TO, TensileFit, TensileTest, fit_silicone, read_tensile
 from hypertuna.characterization.combinations import DETERMINED, Combination
-from hypertuna.characterization.data import Bench, read_bench
+from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.experiment_design import InformationGain, information_gain
 from hypertuna.characterization.fit import BenchFit, fit_bench
 from hypertuna.characterization.unknowns import BORDER, FACTORS, Unknown
-from hypertuna.cli.old_console import check_suffix, number, print_json, progress_bar, tell_written, whole_number
+from hypertuna.cli import parsing
+from hypertuna.cli.console import counted, progress_bar, table
+from hypertuna.cli.emit import emit
+from hypertuna.cli.options import AsJson, Loss, Plot, RobotName, RobotOutput, Seed, Starts, number, option, text
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.description.writer import write_robot
-from hypertuna.errors import InputError
 from hypertuna.io.files import version
 
 __all__ = ["actuator_app"]
 
-actuator_app = typer.Typer(no_args_is_help=True, help="What tests at the bench tell of an actuator.")
+actuator_app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    help="Characterize an actuator: silicone from a tensile test, unknowns from a bench.",
+)
+
+NOISE = {"angle": ("deg", 180 / math.pi), "volume": ("ml", 1e6)}
+COUNTED = {
+    "segment_length": "x described",
+    "hose_modulus": "x described",
+    "matrix_modulus": "x described",
+    "asymmetry": "left / right",
+    "diameter_ratio": "inner / outer",
+}
+SMALL = 0.5  # an interval of a logarithm that still reads well as a percentage
+MEASUREMENTS, NARROWED = 8, 3  # rows of the table of measurements, and unknowns named in each
 
 
 @actuator_app.command("silicone")
@@ -38,29 +53,21 @@ def silicone_command(
             "Engineering Stress (MPa), (kPa) or (Pa)."
         ),
     ],
-    up_to: Annotated[str, typer.Option("--up-to", help="Largest strain to fit, in percent.")] = f"{100 * UP_TO:g}",
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    up_to: Annotated[float, number("--up-to", "percent", "Maximum strain to fit, in percent.")] = 100 * UP_TO,
+    as_json: AsJson = False,
 ) -> None:
     """Fit the elastic constants of a silicone, C1 and C2 of Mooney and Rivlin, to a tensile test."""
     test = read_tensile(file)
-    fit = fit_silicone(test, up_to=number(up_to, "--up-to", "percent") / 100)
-    if as_json:
-        print_json(_record(file, test, fit))
-        return
-    solid, console = fit.solid, Console()
-    console.print(Text(f"{test.name}: tensile_pa = [{solid.c1:.0f}, {solid.c2:.0f}]", style="bold"))
-    console.print(Text(f"Young's modulus at small strain: {solid.modulus / 1e3:.1f} kPa"))
-    if math.isfinite(fit.stress_100):
-        fitted, measured = solid.modulus_100 / 1e3, fit.stress_100 / 1e3
-        console.print(Text(f"stress at 100 % strain: {measured:.1f} kPa measured, {fitted:.1f} kPa fitted"))
-    console.print(Text(f"rms of what the fit leaves: {fit.rms / 1e3:.2g} kPa"))
-    if test.left_out:
-        console.print(Text(f"{test.left_out} rows lack strain or stress and were left out"))
-    console.print(Text(fit.status, style="green"))
+    emit(
+        fit_silicone(test, up_to=up_to / 100),
+        record=lambda fit: _silicone_record(file, test, fit),
+        lines=lambda fit: _silicone_lines(test, fit),
+        as_json=as_json,
+    )
 
 
-def _record(file: str, test: TensileTest, fit: TensileFit) -> dict[str, Any]:
-    """Tell a fit, for programs."""
+def _silicone_record(file: str, test: TensileTest, fit: TensileFit) -> dict[str, Any]:
+    """Return the JSON record of a fit."""
     return {
         "hypertuna_version": version(),
         "file": file,
@@ -79,16 +86,26 @@ def _record(file: str, test: TensileTest, fit: TensileFit) -> dict[str, Any]:
     }
 
 
-NOISE = {"angle": ("deg", 180 / math.pi), "volume": ("ml", 1e6)}
-COUNTED = {
-    "segment_length": "x described",
-    "hose_modulus": "x described",
-    "matrix_modulus": "x described",
-    "asymmetry": "left / right",
-    "diameter_ratio": "inner / outer",
-}
-SMALL = 0.5  # an interval of a logarithm that still reads well as a percentage
-MEASUREMENTS, NARROWED = 8, 3  # rows of the table of measurements, and unknowns told in each
+def _silicone_lines(test: TensileTest, fit: TensileFit) -> Iterator[Any]:
+    """Lay out a fit."""
+    solid = fit.solid
+    yield f"{test.name}: tensile_pa = [{solid.c1:.0f}, {solid.c2:.0f}]", "bold"
+    yield f"Young's modulus at small strain: {solid.modulus / 1e3:.1f} kPa"
+    if math.isfinite(fit.stress_100):
+        fitted, measured = solid.modulus_100 / 1e3, fit.stress_100 / 1e3
+        yield f"stress at 100 % strain: {measured:.1f} kPa measured, {fitted:.1f} kPa fitted"
+    yield f"rms of the residuals: {fit.rms / 1e3:.2g} kPa"
+    if test.left_out:
+        yield f"{test.left_out} rows lack strain or stress and were left out"
+    yield fit.status, "green"
+
+
+def _bound(text: str, key: str) -> parsing.Bound:
+    """Read NAME=LOW:HIGH; return SI units."""
+    kind = text.partition("=")[0].partition("[")[0].strip()
+    unit, factor = BORDER[Unknown(kind, None, "", 1.0, 1.0, 1.0).unit]
+    name, low, high = parsing.bound(text, key, unit)
+    return parsing.Bound(name, low / factor, high / factor)
 
 
 @actuator_app.command("fit")
@@ -97,82 +114,48 @@ def fit_command(
         list[str],
         typer.Argument(
             help="CSV files of bench runs: joint, side, pressure_kpa, angle_deg, and angle_sd_deg where rows are few "
-            "(up to about as many as unknowns)."
+            "(up to about the number of unknowns)."
         ),
     ],
-    robot: Annotated[
-        str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
-    ],
-    free: Annotated[
-        str | None, typer.Option("--free", help="Unknowns to fit, such as lever,friction (default: all)")
-    ] = None,
+    robot: RobotName,
+    free: Annotated[str | None, text("--free", "Unknowns to fit, such as lever,friction. (default: all)")] = None,
     bounds: Annotated[
-        list[str] | None,
-        typer.Option("--bounds", help="NAME=LOW:HIGH in mm, deg or 1: what you know of an unknown; again for more."),
+        list[Any] | None,
+        option(("--bounds",), "Prior bounds of an unknown in mm, deg or 1; repeatable.", "NAME=LOW:HIGH", _bound),
     ] = None,
-    loss: Annotated[str, typer.Option("--loss", help="soft_l1, linear, huber or cauchy.")] = "soft_l1",
-    starts: Annotated[str, typer.Option("--starts", help="Searches, each from another start.")] = "3",
-    seed: Annotated[str, typer.Option("--seed", help="Of the starts.")] = "0",
-    plot: Annotated[
-        str | None, typer.Option("--plot", help="Draw loops and spectrum to this .svg, .png or .pdf file.")
-    ] = None,
-    output: Annotated[str | None, typer.Option("-o", "--output", help="Write the fitted robot to this .toml.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    loss: Loss = "soft_l1",
+    starts: Starts = 3,
+    seed: Seed = 0,
+    plot: Plot = None,
+    output: RobotOutput = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Identify what pressures and bends of a bench tell of an actuator, and say what they leave free.
+    """Identify the unknowns of an actuator from pressures and bends of a bench, and name those that stay free.
 
     Exit code 1 means that the search did not converge.
     """
-    check_suffix(output, (".toml",), "--output")
-    check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
     fish = load(robot)
     bench = read_bench(files, fish)
+    prior = {name: (low, high) for name, low, high in bounds or []}
     with progress_bar("fitting") as progress:
-        fit = fit_bench(
-            fish,
-            bench,
-            free,
-            bounds=_bounds(bounds or []),
-            loss=loss,
-            starts=whole_number(starts, "--starts"),
-            seed=whole_number(seed, "--seed"),
-            progress=progress,
-        )
+        fit = fit_bench(fish, bench, free, bounds=prior, loss=loss, starts=starts, seed=seed, progress=progress)
     more = information_gain(fit)
-    if plot is not None:
-        from hypertuna.characterization.plots import plot_bench
-        from hypertuna.figures import save
-
-        save(plot_bench(fit), plot)
     if output is not None:
         write_robot(fit.robot, output, note="fitted, see [sources]")
-    if as_json:
-        print_json(_bench_record(fit, more, files, output))
-    else:
-        _print(fit, more)
-        tell_written(plot, output)
-    if not fit.converged:
-        raise typer.Exit(1)
-
-
-def _bounds(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Read bounds, in the units of the border."""
-    found = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        ends = value.split(":")
-        if not equals or len(ends) != 2:
-            fix = "write it as lever[I]=10:16"
-            raise InputError("must be NAME=LOW:HIGH", key="--bounds", value=text, fix=fix)
-        kind = name.partition("[")[0].strip()
-        unit, factor = BORDER[Unknown(kind, None, "", 1.0, 1.0, 1.0).unit]
-        low, high = (number(end, f"--bounds {name}", unit) / factor for end in ends)
-        found[name.strip()] = (low, high)
-    return found
+    emit(
+        fit,
+        record=lambda fit: _bench_record(fit, more, files, output),
+        lines=lambda fit: _lines(fit, more),
+        plot=plot,
+        figure="hypertuna.characterization.plots:plot_bench",
+        written=(output,),
+        as_json=as_json,
+        failed=not fit.converged,
+    )
 
 
 def _unknowns(fit: BenchFit) -> list[dict[str, Any]]:
-    """Say what became of each unknown, in the units that people read."""
+    """Return each unknown with its interval, in the units of the command line."""
     rows = []
     for one, value, low, high, narrowing in zip(fit.free, fit.values, fit.low, fit.high, fit.narrowing, strict=True):
         unit, factor = BORDER[one.unit]
@@ -197,7 +180,7 @@ def _unknowns(fit: BenchFit) -> list[dict[str, Any]]:
 def _bench_record(
     fit: BenchFit, more: Sequence[InformationGain], files: Sequence[str], output: str | None
 ) -> dict[str, Any]:
-    """Say what a fit found, for programs."""
+    """Return the JSON record of a fit."""
     bench = fit.bench
     return provenance(fit.described) | {
         "files": list(files),
@@ -228,7 +211,7 @@ def _bench_record(
 
 
 def _combination(one: Combination) -> dict[str, Any]:
-    """Tell a combination, for programs."""
+    """Return the JSON record of a combination."""
     return {
         "text": one.text,
         "exponents": one.exponents,
@@ -241,82 +224,67 @@ def _combination(one: Combination) -> dict[str, Any]:
 
 
 def _measurement(one: InformationGain) -> dict[str, Any]:
-    """Tell what a measurement is worth, for programs."""
+    """Return the JSON record of a measurement and its expected information gain."""
     narrowed = [{"name": name, "before_log": one.before[name], "after_log": after} for name, after in one.after.items()]
     facts = {"measure": one.text, "unit": one.unit, "expected": one.value, "expected_half_interval": one.half_interval}
     return facts | {"sd": one.sd, "bits": one.bits, "narrowed": narrowed}
 
 
-def _print(fit: BenchFit, more: Sequence[InformationGain]) -> None:
-    """Print a fit as tables and sentences."""
-    console, bench = Console(), fit.bench
-    joints = " and ".join(fit.described.joints[j].name for j in bench.joints)
-    rows, n, known = len(bench.angle), len(fit.free), len(fit.combinations)
-    console.print(Text(f"{fit.robot.name}, {_joints(bench)} {joints}: {_count(rows, 'row')}", style="bold"))
-    told = [f"{kind} {value * NOISE[kind][1]:.2g} {NOISE[kind][0]}" for kind, value in fit.rms.items()]
-    console.print(Text(f"rms of what the fit leaves: {', '.join(told)}"))
-    console.print(_unknown_table(fit))
-    sentence = f"The bench determines {known} of {n} combinations of the unknowns, {n - known} stay free."
-    console.print(Text(sentence, style="bold"))
-    table = Table("combination, over the described one", box=None, pad_edge=False, header_style="bold")
-    for name in ("value", "95 % interval"):
-        table.add_column(name, justify="right", no_wrap=True)
-    for one in fit.combinations:
-        sure = f"{one.low:.3g} .. {one.high:.3g}, {_half(math.log(one.high / one.low) / 2)}"
-        table.add_row(Text(one.text), f"{one.value:.3g}", sure)
-    console.print(table)
+def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Any]:
+    """Lay out a fit."""
+    bench, n, known = fit.bench, len(fit.free), len(fit.combinations)
+    names = " and ".join(fit.described.joints[j].name for j in bench.joints)
+    joints = f"joint{'s' * (len(bench.joints) > 1)} {names}"
+    rms = ", ".join(f"{kind} {value * NOISE[kind][1]:.2g} {NOISE[kind][0]}" for kind, value in fit.rms.items())
+    yield f"{fit.robot.name}, {joints}: {counted(len(bench.angle), 'row')}", "bold"
+    yield f"rms of the residuals: {rms}"
+    yield _unknown_table(fit)
+    yield f"The bench determines {known} of {n} combinations of the unknowns, {n - known} stay free.", "bold"
+    yield _combination_table(fit)
     used = {name for one in fit.combinations for name in one.exponents}
     for name, meaning in FACTORS.values():
         if name in used:
-            console.print(Text(f"{name} = {meaning}", style="dim"))
-    spectrum = ", ".join(f"{d.singular_value:.2g}" if d.singular_value > 1e-3 else "0" for d in fit.directions)
-    console.print(Text(f"singular values, bench over bounds: {spectrum}"))
+            yield f"{name} = {meaning}", "dim"
+    spectrum = (f"{d.singular_value:.2g}" if d.singular_value > 1e-3 else "0" for d in fit.directions)
+    yield f"singular values, bench over bounds: {', '.join(spectrum)}"
     if more:
-        _print_information_gain(console, more)
+        yield "What one more measurement would narrow, the most informative first:", "bold"
+    for one in more[:MEASUREMENTS]:
+        yield _measurement_line(one)
     for warning in fit.warnings:
-        console.print(Text(warning, style="yellow"))
-    ending = f"{fit.stop} {fit.seconds:.1f} s in all."
-    console.print(Text(ending, style="green" if fit.converged else "bold red"))
+        yield warning, "yellow"
+    yield f"{fit.stop} {fit.seconds:.1f} s in all.", "green" if fit.converged else "bold red"
 
 
-def _unknown_table(fit: BenchFit) -> Table:
+def _unknown_table(fit: BenchFit) -> Any:
     """Lay out the unknowns."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("unknown", overflow="fold")
-    for name in ("described", "fitted", "95 % interval"):
-        table.add_column(name, justify="right", no_wrap=True)
-    for name in ("unit", ""):
-        table.add_column(name, no_wrap=True)
+    rows = []
     for row in _unknowns(fit):
         interval = f"{row['low']:.3g} .. {row['high']:.3g}"
         unit = row["counted"] or row["unit"].removeprefix("1")
-        remark = "" if row["determined"] else "free"
-        cells = (f"{row['described']:.3g}", f"{row['value']:.3g}", interval, unit)
-        table.add_row(Text(row["name"]), *cells, Text(remark, style="yellow"))
-    return table
+        remark = ("" if row["determined"] else "free", "yellow")
+        rows.append([row["name"], f"{row['described']:.3g}", f"{row['value']:.3g}", interval, unit, remark])
+    return table(["unknown", "described", "fitted", "95 % interval", "unit", ""], rows, left=(0, 4, 5), fold=0)
 
 
-def _print_information_gain(console: Console, more: Sequence[InformationGain]) -> None:
-    """Say what measurements are worth, one to a paragraph."""
-    console.print(Text("What one more measurement would narrow, the most informative first:", style="bold"))
-    for one in more[:MEASUREMENTS]:
-        parts = [f"{name} {_half(one.before[name])} to {_half(after)}" for name, after in one.after.items()]
-        left = len(parts) - NARROWED
-        told = ", ".join(parts[:NARROWED]) + f", {left} more" * (left > 0)
-        expected = f"expected {one.value:.3g} \u00b1 {one.half_interval:.2g} {one.unit}, known to {one.sd:.2g}"
-        console.print(Text(f"{one.bits:4.1f} bits  {one.text} ({expected}): {told or 'no unknown by a tenth'}"))
+def _combination_table(fit: BenchFit) -> Any:
+    """Lay out the combinations that the bench determines."""
+    rows = []
+    for one in fit.combinations:
+        interval = f"{one.low:.3g} .. {one.high:.3g}, {_half(math.log(one.high / one.low) / 2)}"
+        rows.append([one.text, f"{one.value:.3g}", interval])
+    return table(["combination, over the described one", "value", "95 % interval"], rows, fold=0)
+
+
+def _measurement_line(one: InformationGain) -> str:
+    """Write the information gain of a measurement, and the unknowns that it narrows."""
+    parts = [f"{name} {_half(one.before[name])} to {_half(after)}" for name, after in one.after.items()]
+    left = len(parts) - NARROWED
+    narrowed = ", ".join(parts[:NARROWED]) + f", {left} more" * (left > 0)
+    expected = f"expected {one.value:.3g} \u00b1 {one.half_interval:.2g} {one.unit}, known to {one.sd:.2g}"
+    return f"{one.bits:4.1f} bits  {one.text} ({expected}): {narrowed or 'no unknown by a tenth'}"
 
 
 def _half(log: float) -> str:
     """Write half an interval of a logarithm: as a percentage, or as a factor where it is wide."""
     return f"\u00b1{100 * log:.2g} %" if log < SMALL else f"\u00d7/\u00f7 {math.exp(log):.2g}"
-
-
-def _joints(bench: Bench) -> str:
-    """Say joint or joints."""
-    return "joints" if len(bench.joints) > 1 else "joint"
-
-
-def _count(number: int, noun: str) -> str:
-    """Count things in words."""
-    return f"{number} {noun}{'s' * (number != 1)}"

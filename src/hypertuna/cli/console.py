@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import typer
@@ -37,7 +37,6 @@ __all__ = [
 ]
 
 PATIENCE = 1.0  # seconds after which work shows its progress
-Line = tuple[str, str]  # text and style
 
 
 def plain(value: Any) -> Any:
@@ -86,20 +85,30 @@ def print_written(*paths: str | None) -> None:
             typer.echo(f"written: {path}")
 
 
-def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], *, left: Sequence[int] = (0,), **style: Any) -> Table:
-    """Lay out rows below heads that may have two lines; columns are set right but those in `left`, counted from 0."""
+def table(
+    heads: Sequence[str], rows: Iterable[Sequence[Any]], *, left: Sequence[int] = (0,), fold: int = -1, **style: Any
+) -> Table:
+    """Lay out rows below heads of one or two lines; a cell is text, or (text, style).
+
+    Columns are set right but those in `left`, counted from 0. With `fold`, that column alone gives way where the
+    terminal is narrow.
+    """
     from rich.table import Table
     from rich.text import Text
 
     grid = Table(box=None, pad_edge=False, header_style="bold", **style)
     for k, head in enumerate(heads):
-        if k in left:
-            grid.add_column(Text(head))
-        else:
-            grid.add_column(Text(head, justify="right"), justify="right")
+        justify: Literal["left", "right"] = "left" if k in left else "right"
+        whole = fold not in (-1, k)
+        grid.add_column(Text(head, justify=justify), justify=justify, no_wrap=whole, overflow="fold")
     for row in rows:
-        grid.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in row))
+        grid.add_row(*(Text(*cell) if isinstance(cell, tuple) else cell for cell in map(_cell, row)))
     return grid
+
+
+def _cell(cell: Any) -> Any:
+    """Take text as it stands, without markup."""
+    return (cell,) if isinstance(cell, str) else cell
 
 
 def summary_table(summary: Mapping[str, Quantity], *, digits: int = 4) -> Table:

@@ -16,8 +16,9 @@ import typer
 from rich.console import Console
 from rich.live import Live
 
+from hypertuna.cli.console import print_json, print_written
 from hypertuna.cli.link import FLUSH, Connect, Key, read_key
-from hypertuna.cli.old_console import check_suffix, print_json, tell_written
+from hypertuna.cli.options import AsJson, file, text
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.radio.client import Client, connect
@@ -28,22 +29,23 @@ from hypertuna.swimming.gait import named_gait
 
 __all__ = ["Pad", "drive_command"]
 
-PERIOD = 0.2  # s between two words of the stick: two fit into a timeout of half a second even if one is lost
+PERIOD = 0.2  # s between two stick messages: two fit into a timeout of half a second even if one is lost
 
 
 def drive_command(
     place: Connect,
     robot: Annotated[
-        str, typer.Option("--robot", help="Robot whose gaits are on the keys: its name, or a file that optimize wrote.")
+        str, text("--robot", "Robot whose gaits are on the keys: its name, or a file that optimize wrote.")
     ] = "hypertuna",
-    log: Annotated[str | None, typer.Option("--log", help="Record all that comes in this .mcap file.")] = None,
-    pad: Annotated[str | None, typer.Option("--gamepad", help="Joystick device, such as /dev/input/js0.")] = None,
+    log: Annotated[
+        str | None, file("--log", help="Record all messages in this .mcap file.", suffixes=(".mcap",))
+    ] = None,
+    pad: Annotated[str | None, text("--gamepad", "Joystick device, such as /dev/input/js0.", "DEVICE")] = None,
     key: Key = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object at the end.")] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Drive a robot by keyboard or gamepad, with a live view of what it says. It is disarmed at the end."""
+    """Drive a robot by keyboard or gamepad, with a live view of its messages. It is disarmed at the end."""
     need_radio()
-    check_suffix(log, (".mcap",), "--log")
     fish = load(robot)
     if not sys.stdin.isatty():
         raise InputError("must be a terminal", key="standard input", value="none", fix="start it in a terminal")
@@ -61,14 +63,14 @@ def drive_command(
         print_json({"messages": messages, "disarmed": disarmed, "log": log})
     else:
         typer.echo(f"{messages} messages; the robot {'is disarmed' if disarmed else 'did not answer to disarm'}")
-        tell_written(log)
+        print_written(log)
     if not disarmed:
-        fix = "it rests when it has not heard the ground for its link_timeout"
+        fix = "it rests once its link_timeout has passed without a message"
         raise InputError("must be answered by the robot", key="disarm", value="silent", fix=fix)
 
 
 def _drive(client: Client, fish: Robot, pad: Pad | None, writer: LinkLogWriter | None) -> bool:
-    """Follow the keys until it is to end, then disarm; whether the robot said that it is."""
+    """Follow the keys until they quit, then disarm; return whether the robot confirmed that it is disarmed."""
     gaits, stick = tuple(fish.gaits), Stick()
     heard, spoken, kept, manual = time.monotonic(), 0.0, 0.0, False
     with Live(console=Console(stderr=True), refresh_per_second=8, screen=True) as live:
@@ -99,7 +101,7 @@ def _drive(client: Client, fish: Robot, pad: Pad | None, writer: LinkLogWriter |
 
 
 def _disarmed(client: Client) -> bool:
-    """Disarm; whether the robot said that it did."""
+    """Disarm; return whether the robot confirmed it."""
     try:
         client.arm(False)
     except InputError:  # a robot that is out of reach rests by its own rule
@@ -108,7 +110,7 @@ def _disarmed(client: Client) -> bool:
 
 
 def _follow(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> None:
-    """Pass an order on; what is refused is shown."""
+    """Send an order; show what is refused."""
     try:
         if order == "arm":
             heart = client.last.get("HEARTBEAT")
@@ -124,7 +126,7 @@ def _follow(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> 
 
 
 def _asked(stick: Stick, pad: Pad | None) -> Stick:
-    """Take what keys and sticks ask for since the last time."""
+    """Return the stick after all keys and gamepad events since the last call."""
     stick = Stick(stick.ahead, stick.turn, stick.climb)
     if select.select([sys.stdin], [], [], 0)[0]:
         typed = os.read(sys.stdin.fileno(), 64)
@@ -141,7 +143,7 @@ def _asked(stick: Stick, pad: Pad | None) -> Stick:
 
 @contextlib.contextmanager
 def _raw() -> Iterator[None]:
-    """Take keys one by one, without showing them."""
+    """Read keys one by one, without echo."""
     import termios  # here, because only Unix has them
     import tty
 
@@ -176,13 +178,13 @@ class Pad:
         self.close()
 
     def close(self) -> None:
-        """Let go of the device."""
+        """Close the device."""
         if self._file is not None:
             os.close(self._file)
         self._file = None
 
     def events(self) -> list[tuple[str, float]]:
-        """Take what it said since the last time; a stop once it is gone."""
+        """Return the events since the last call; a stop once the gamepad is gone."""
         if self._file is None:
             return []
         try:

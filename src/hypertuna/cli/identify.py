@@ -4,23 +4,32 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from hypertuna.cli.old_console import (
-    check_suffix,
-    command_line,
+from hypertuna.cli import parsing
+from hypertuna.cli.console import command_line, counted, progress_bar, table
+from hypertuna.cli.emit import emit
+from hypertuna.cli.options import (
+    Areas,
+    AsJson,
+    Checkpoint,
+    JointLaw,
+    Loss,
+    RobotName,
+    RobotOutput,
+    Seed,
+    Starts,
+    Threads,
+    file,
     number,
-    print_json,
-    progress_bar,
-    tell_written,
+    option,
+    text,
     whole_number,
 )
 from hypertuna.description.provenance import provenance
@@ -36,115 +45,137 @@ from hypertuna.trials.trials import Trials, read_trials
 
 __all__ = ["identify_command"]
 
-BORDER = {"rad": ("deg", 180 / math.pi)}  # units that people read and write in another
+UNITS = {"rad": ("deg", 180 / math.pi)}  # units that people read and write in another
+
+
+@dataclass(frozen=True)
+class Fits:
+    """Fits of one robot, by water law."""
+
+    by_law: Mapping[str, Fit]
+    best: str  # water law
+    robot: Robot  # the best fit
+    sampled: Posterior | None
+    seconds: float
+    output: str | None  # file of the robot
+
+    @property
+    def fit(self) -> Fit:
+        """The best fit."""
+        return self.by_law[self.best]
+
+
+def _unit(name: str) -> tuple[str, float]:
+    """Return the unit of a coefficient on the command line, and how many of it are one SI unit."""
+    return UNITS["rad"] if name.startswith("joints.phase_offset") else ("its SI unit", 1.0)
+
+
+def _bound(text: str, key: str) -> parsing.Bound:
+    """Read NAME=LOW:HIGH; return SI units."""
+    unit, factor = _unit(text)
+    name, low, high = parsing.bound(text, key, unit)
+    return parsing.Bound(name, low / factor, high / factor)
+
+
+def _start(text: str, key: str) -> parsing.Setting:
+    """Read NAME=VALUE; return SI units."""
+    unit, factor = _unit(text)
+    name, value = parsing.setting(text, key, unit)
+    return parsing.Setting(name, value / factor)
 
 
 def identify_command(
     trials: Annotated[
         list[str], typer.Argument(help="CSV files of steady runs, TOML manifests of recordings, or published folders.")
     ],
-    robot: Annotated[
-        str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
-    ],
-    free: Annotated[
-        str, typer.Option("--free", help="Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth.")
-    ],
+    robot: RobotName,
+    free: Annotated[str, text("--free", "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth.")],
     water: Annotated[
-        str | None, typer.Option("--water", help=f"{', '.join(LAWS)}, or several with commas to compare them.")
+        str | None, text("--water", f"Water law: {', '.join(LAWS)}, or several with commas to compare them.")
     ] = None,
-    joints: Annotated[str | None, typer.Option("--joints", help="ideal or bandwidth (default: the robot's)")] = None,
-    areas: Annotated[
-        str | None, typer.Option("--areas", help="consistent or as-printed (default: the robot's choice)")
-    ] = None,
-    validate: Annotated[str, typer.Option("--validate", help="Part of the runs that the fit is judged on.")] = "0.2",
-    seed: Annotated[str, typer.Option("--seed", help="Of that choice and of the starts.")] = "0",
-    loss: Annotated[str, typer.Option("--loss", help="soft_l1, linear, huber or cauchy.")] = "soft_l1",
-    starts: Annotated[str, typer.Option("--starts", help="Searches, each from another start.")] = "4",
+    joints: JointLaw = None,
+    areas: Areas = None,
+    validate: Annotated[float, number("--validate", "parts of 1", "Part of the runs kept for validation.")] = 0.2,
+    seed: Seed = 0,
+    loss: Loss = "soft_l1",
+    starts: Starts = 4,
     bounds: Annotated[
-        list[str] | None, typer.Option("--bounds", help="NAME=LOW:HIGH, again for more (default: Table III's).")
+        list[Any] | None,
+        option(("--bounds",), "Bounds of a coefficient; repeatable. (default: Table III's)", "NAME=LOW:HIGH", _bound),
     ] = None,
-    log: Annotated[list[str] | None, typer.Option("--log", help="NAME to fit in log scale, again for more.")] = None,
+    log: Annotated[list[str] | None, text("--log", "Coefficient to fit in log scale; repeatable.", "NAME")] = None,
     start: Annotated[
-        list[str] | None, typer.Option("--start", help="NAME=VALUE of the first start, again for more.")
+        list[Any] | None, option(("--start",), "Value of the first start; repeatable.", "NAME=VALUE", _start)
     ] = None,
-    draws: Annotated[
-        str | None, typer.Option("--posterior", help="Draw from the posterior with so many steps of each walker.")
+    samples: Annotated[
+        int | None, whole_number("--posterior", "Sample the posterior with this many steps of each walker.")
     ] = None,
-    threads: Annotated[str | None, typer.Option("--threads", help="Threads (default: all processors)")] = None,
-    checkpoint: Annotated[
-        str | None, typer.Option("--checkpoint", help="File to resume from after an interruption (JSON lines).")
+    threads: Threads = None,
+    checkpoint: Checkpoint = None,
+    output: RobotOutput = None,
+    report: Annotated[
+        str | None, file("--report", help="Write a page on the fit to this .html file.", suffixes=(".html",))
     ] = None,
-    output: Annotated[str | None, typer.Option("-o", "--output", help="Write the fitted robot to this .toml.")] = None,
-    report: Annotated[str | None, typer.Option("--report", help="Write a page on the fit to this .html.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Fit coefficients of a robot to measured runs, and tell how certain they are.
+    """Fit coefficients of a robot to measured runs, with their uncertainty.
 
     Exit code 1 means that the search did not converge, or that a run has no settled beat.
     """
-    check_suffix(output, (".toml",), "--output")
-    check_suffix(report, (".html",), "--report")
-    begun, laws = time.monotonic(), _laws(water)
-    steps = 0 if draws is None else whole_number(draws, "--posterior")
-    if draws is not None:
-        check_posterior(steps, loss)
+    begin, laws = time.monotonic(), _laws(water)
+    if samples is not None:
+        check_posterior(samples, loss)
     fish = load(robot).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
     options: dict[str, Any] = {
-        "validate": number(validate, "--validate", "parts of 1"),
-        "seed": whole_number(seed, "--seed"),
+        "validate": validate,
+        "seed": seed,
         "loss": loss,
-        "starts": whole_number(starts, "--starts"),
-        "bounds": _bounds(bounds or []),
-        "log": [name for text in log or [] for name in split_names(text)],
-        "start": _start(start or []),
-        "threads": None if threads is None else whole_number(threads, "--threads"),
+        "starts": starts,
+        "bounds": {name: (low, high) for name, low, high in bounds or []},
+        "log": [name for names in log or [] for name in split_names(names)],
+        "start": dict(start or []),
+        "threads": threads,
         "checkpoint": checkpoint,
     }
     with progress_bar("fitting") as progress:
-        fits = _fits(fish, runs, split_names(free), laws, options | {"progress": progress})
-    best = min(fits, key=lambda law: _rank(fits[law]))
-    fit = fits[best]
-    sampled = None if draws is None else _draw(fit, steps, options)
+        by_law = _fit(fish, runs, split_names(free), laws, options | {"progress": progress})
+    best = min(by_law, key=lambda law: _criterion(by_law[law]))
+    fit = by_law[best]
+    sampled = None if samples is None else _sample(fit, samples, threads, checkpoint)
     fitted = fit.robot if sampled is None else with_posterior(fit, sampled)
     if output is not None:
         write_robot(fitted, output)
     if report is not None:
-        from hypertuna.reports.fit import write_fit  # here, because drawing takes longer to import than a fit takes
+        from hypertuna.reports.fit import write_fit  # here, because its import takes longer than a fit
 
-        write_fit(fits, best, report, sampled=sampled, command=command_line())
-    if as_json:
-        record = _record(fit, fitted, output)
-        if sampled is not None:
-            record["posterior"] = _posterior_record(fit, sampled)
-        if len(fits) > 1:
-            others = {law: _record(one, one.robot, None) for law, one in fits.items() if law != best}
-            record |= {"best": best, "laws": {best: dict(record)} | others}
-        print_json(record)
-    else:
-        _print(fits, best, sampled, time.monotonic() - begun)
-        tell_written(output, report)
-    if not fit.converged or any("status" in run for run in fit.train.runs if run.get("status") == "not settled"):
-        raise typer.Exit(1)
+        write_fit(by_law, best, report, sampled=sampled, command=command_line())
+    emit(
+        Fits(by_law, best, fitted, sampled, time.monotonic() - begin, output),
+        record=_all_records,
+        lines=_lines,
+        written=(output, report),
+        as_json=as_json,
+        failed=not fit.converged or any(run.get("status") == "not settled" for run in fit.train.runs),
+    )
 
 
-def _fits(robot: Robot, trials: Trials, names: list[str], laws: list[str], options: dict[str, Any]) -> dict[str, Fit]:
-    """Fit the one law, or several."""
+def _fit(robot: Robot, trials: Trials, names: list[str], laws: list[str], options: dict[str, Any]) -> dict[str, Fit]:
+    """Fit the coefficients of one water law, or of several."""
     if len(laws) > 1:
         return compare(robot, trials, names, laws, **options)
     return {robot.model.water: identify(robot, trials, names, **options)}
 
 
-def _draw(fit: Fit, steps: int, options: Mapping[str, Any]) -> Posterior:
-    """Draw from the posterior, with a bar of its own."""
-    checkpoint = options["checkpoint"]
+def _sample(fit: Fit, steps: int, threads: int | None, checkpoint: str | None) -> Posterior:
+    """Sample the posterior, with a checkpoint of its own."""
     own = Path(checkpoint).with_stem(f"{Path(checkpoint).stem}-posterior") if checkpoint else None
-    with progress_bar("drawing") as progress:
-        return posterior(fit, steps, threads=options["threads"], checkpoint=own, progress=progress)
+    with progress_bar("sampling") as progress:
+        return posterior(fit, steps, threads=threads, checkpoint=own, progress=progress)
 
 
-def _rank(fit: Fit) -> float:
-    """Return what laws are compared by: Akaike's criterion, or the Bayesian one where there are too few runs for it."""
+def _criterion(fit: Fit) -> float:
+    """Return what laws are compared by: Akaike's criterion, or with too few runs for it the Bayesian one."""
     values = (fit.criteria["aicc"], fit.criteria["bic"], 0.0)  # a loss that is no likelihood has neither
     return next(float(value) for value in values if value is not None)
 
@@ -158,61 +189,24 @@ def _laws(text: str | None) -> list[str]:
     return list(dict.fromkeys(laws))
 
 
-def _pair(text: str, key: str, form: str) -> tuple[str, str]:
-    """Split NAME=VALUE."""
-    name, equals, value = text.partition("=")
-    if not equals or not name.strip() or not value.strip():
-        raise InputError(f"must be {form}", key=key, value=text, fix=f"write it as {form}")
-    return name.strip(), value.strip()
-
-
-def _factor(name: str) -> tuple[str, float]:
-    """Return the unit that a coefficient has on the command line, and how many of it are one SI unit."""
-    return BORDER["rad"] if name.startswith("joints.phase_offset") else ("its SI unit", 1.0)
-
-
-def _bounds(texts: list[str]) -> dict[str, tuple[float, float]]:
-    """Read bounds."""
-    found = {}
-    for text in texts:
-        name, value = _pair(text, "--bounds", "NAME=LOW:HIGH")
-        unit, factor = _factor(name)
-        ends = value.split(":")
-        if len(ends) != 2:
-            raise InputError("must be LOW:HIGH", key=f"--bounds {name}", value=value, fix="write it as 0:30")
-        low, high = (number(end, f"--bounds {name}", unit) / factor for end in ends)
-        found[name] = (low, high)
-    return found
-
-
-def _start(texts: list[str]) -> dict[str, float]:
-    """Read starts."""
-    found = {}
-    for text in texts:
-        name, value = _pair(text, "--start", "NAME=VALUE")
-        unit, factor = _factor(name)
-        found[name] = number(value, f"--start {name}", unit) / factor
-    return found
-
-
 def _parameters(fit: Fit) -> list[dict[str, Any]]:
-    """Say what became of each coefficient, in the units that people read."""
+    """Return each coefficient with its uncertainty, in the units of the command line."""
     sure = fit.uncertainty
     rows = []
-    for k, f in enumerate(fit.free):
-        unit, factor = BORDER.get(f.unit, (f.unit, 1.0))
-        sd = sure.sd[k] * (fit.values[k] if f.scale == "log" else 1.0)
+    for k, one in enumerate(fit.free):
+        unit, factor = UNITS.get(one.unit, (one.unit, 1.0))
+        sd = sure.sd[k] * (fit.values[k] if one.scale == "log" else 1.0)
         rows.append(
             {
-                "name": f.name,
+                "name": one.name,
                 "value": fit.values[k] * factor,
                 "sd": sd * factor,
                 "low": sure.low[k] * factor,
                 "high": sure.high[k] * factor,
                 "unit": unit,
-                "scale": f.scale,
-                "lower": f.lower * factor,
-                "upper": f.upper * factor,
+                "scale": one.scale,
+                "lower": one.lower * factor,
+                "upper": one.upper * factor,
                 "bound": sure.bound[k],
                 "determined": sure.determined[k],
             }
@@ -220,8 +214,19 @@ def _parameters(fit: Fit) -> list[dict[str, Any]]:
     return rows
 
 
+def _all_records(fits: Fits) -> dict[str, Any]:
+    """Return the JSON record: that of the best fit, and those of all water laws."""
+    record = _record(fits.fit, fits.robot, fits.output)
+    if fits.sampled is not None:
+        record["posterior"] = _posterior_record(fits.fit, fits.sampled)
+    if len(fits.by_law) > 1:
+        others = {law: _record(fit, fit.robot, None) for law, fit in fits.by_law.items() if law != fits.best}
+        record |= {"best": fits.best, "laws": {fits.best: dict(record)} | others}
+    return record
+
+
 def _record(fit: Fit, fitted: Robot, output: str | None) -> dict[str, Any]:
-    """Say what a fit found, for programs; the robot is the one described, the fitted one is told by its hash."""
+    """Return the JSON record of a fit; the robot is the described one, `fit_hash` that of the fitted one."""
     sure = fit.uncertainty
     judged = fit.validation
     return (
@@ -258,8 +263,8 @@ def _record(fit: Fit, fitted: Robot, output: str | None) -> dict[str, Any]:
 
 
 def _posterior_record(fit: Fit, sampled: Posterior) -> dict[str, Any]:
-    """Say what the posterior is like, for programs."""
-    factors = [BORDER.get(f.unit, (f.unit, 1.0))[1] for f in fit.free]
+    """Return the JSON record of the posterior."""
+    factors = [UNITS.get(f.unit, (f.unit, 1.0))[1] for f in fit.free]
     ends = zip(fit.free, sampled.low * factors, sampled.high * factors, strict=True)
     return {
         "parameters": [{"name": f.name, "low": low, "high": high} for f, low, high in ends],
@@ -271,73 +276,61 @@ def _posterior_record(fit: Fit, sampled: Posterior) -> dict[str, Any]:
     }
 
 
-def _print(fits: Mapping[str, Fit], best: str, sampled: Posterior | None, seconds: float) -> None:
-    """Print a fit as tables and sentences."""
-    console = Console()
-    fit = fits[best]
-    if len(fits) > 1:
-        console.print(_comparison(fits))
-    runs = [len(trials.runs) for trials in fit.trials]
-    fitted = f"{runs[0]} run{'s' * (runs[0] != 1)} fitted"
-    head = f"{fit.robot.name}, {best} water: {fitted}, {runs[1]} kept for validation"
-    console.print(Text(head, style="bold"))
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("coefficient", overflow="fold")  # where it is narrow, names give way and not what is said of them
-    for name in ("value", "95 % interval", *(["posterior"] if sampled else [])):
-        table.add_column(name, justify="right", no_wrap=True)
-    for name in ("unit", ""):
-        table.add_column(name, no_wrap=True)
-    drawn = _posterior_record(fit, sampled)["parameters"] if sampled else []
-    for k, row in enumerate(_parameters(fit)):
-        remark = f"{row['bound']} bound" if row["bound"] else "" if row["determined"] else "open"
-        interval = f"{row['low']:.4g} .. {row['high']:.4g}"
-        beside = [f"{drawn[k]['low']:.4g} .. {drawn[k]['high']:.4g}"] if sampled else []
-        cells = (f"{row['value']:.5g}", interval, *beside, row["unit"].removeprefix("1"))
-        name = row["name"].replace(f"water.{best}.", "water.")  # as --free takes it; the law stands above
-        table.add_row(Text(name), *cells, Text(remark, style="yellow"))
-    console.print(table)
-    console.print(_errors(fit))
+def _lines(fits: Fits) -> Iterator[Any]:
+    """Lay out a fit."""
+    fit, best = fits.fit, fits.best
+    if len(fits.by_law) > 1:
+        yield _comparison(fits.by_law)
+    fitted, kept = (len(trials.runs) for trials in fit.trials)
+    yield f"{fit.robot.name}, {best} water: {counted(fitted, 'run')} fitted, {kept} kept for validation", "bold"
+    yield _parameter_table(fits)
+    yield _error_table(fit)
     for direction in fit.uncertainty.directions:
         if not direction.determined:
-            console.print(Text(direction.sentence, style="yellow"))
+            yield direction.sentence, "yellow"
     for warning in fit.warnings:
-        console.print(Text(warning, style="yellow"))
-    if sampled is not None:
-        console.print(Text(f"{sampled.sentence} {100 * sampled.acceptance:.0f} % of the steps were taken."))
-    console.print(Text(f"{fit.stop} {seconds:.1f} s in all.", style="green" if fit.converged else "bold red"))
+        yield warning, "yellow"
+    if fits.sampled is not None:
+        yield f"{fits.sampled.sentence} {100 * fits.sampled.acceptance:.0f} % of the steps were accepted."
+    yield f"{fit.stop} {fits.seconds:.1f} s in all.", "green" if fit.converged else "bold red"
 
 
-def _errors(fit: Fit) -> Table:
+def _parameter_table(fits: Fits) -> Any:
+    """Lay out the coefficients."""
+    fit, sampled = fits.fit, fits.sampled
+    samples = _posterior_record(fit, sampled)["parameters"] if sampled else []
+    rows = []
+    for k, row in enumerate(_parameters(fit)):
+        remark = f"{row['bound']} bound" if row["bound"] else "" if row["determined"] else "open"
+        intervals = [row, *([samples[k]] if sampled else [])]
+        cells = (f"{part['low']:.4g} .. {part['high']:.4g}" for part in intervals)
+        name = row["name"].replace(f"water.{fits.best}.", "water.")  # as in --free; the law stands above
+        rows.append([name, f"{row['value']:.5g}", *cells, row["unit"].removeprefix("1"), (remark, "yellow")])
+    heads = ["coefficient", "value", "95 % interval", *(["posterior"] if sampled else []), "unit", ""]
+    count = len(heads)
+    return table(heads, rows, left=(0, count - 2, count - 1), fold=0)  # where it is narrow, names give way
+
+
+def _error_table(fit: Fit) -> Any:
     """Lay out the errors of training and validation."""
-    table = Table("error", box=None, pad_edge=False, header_style="bold")
     parts = {"training": fit.train, "validation": fit.validation}
-    for name, part in parts.items():
-        if part is not None:
-            table.add_column(f"{name} rms", justify="right")
-            table.add_column("largest", justify="right")
+    known = {name: part for name, part in parts.items() if part is not None}
+    rows = []
     for key, (label, unit, factor) in LABELS.items():
         if key in fit.train.rms:
-            cells = [
-                f"{factor * table.get(key, np.nan):.3g} {unit}"
-                for part in parts.values()
-                if part is not None
-                for table in (part.rms, part.max)
-            ]
-            table.add_row(label, *cells)
-    return table
+            errors = (error.get(key, np.nan) for part in known.values() for error in (part.rms, part.max))
+            rows.append([label, *(f"{factor * error:.3g} {unit}" for error in errors)])
+    return table(["error", *(head for name in known for head in (f"{name} rms", "max"))], rows)
 
 
-def _comparison(fits: Mapping[str, Fit]) -> Table:
-    """Lay out what laws are compared by."""
-    table = Table("water law", box=None, pad_edge=False, header_style="bold")
-    for name in ("coefficients", "AICc", "BIC"):
-        table.add_column(name, justify="right")
+def _comparison(fits: Mapping[str, Fit]) -> Any:
+    """Lay out the criteria of several water laws."""
     keys = [key for key in LABELS if any(key in fit.train.rms for fit in fits.values())]
-    for key in keys:
-        table.add_column(f"{LABELS[key][0]}, validation rms", justify="right")
+    rows = []
     for law, fit in fits.items():
-        judged = (fit.validation or fit.train).rms
-        told = ("-" if fit.criteria[name] is None else f"{fit.criteria[name]:.1f}" for name in ("aicc", "bic"))
-        cells = [f"{LABELS[key][2] * judged.get(key, np.nan):.3g} {LABELS[key][1]}" for key in keys]
-        table.add_row(law, str(len(fit.free)), *told, *cells)
-    return table
+        errors = (fit.validation or fit.train).rms
+        criteria = ("-" if fit.criteria[name] is None else f"{fit.criteria[name]:.1f}" for name in ("aicc", "bic"))
+        cells = (f"{LABELS[key][2] * errors.get(key, np.nan):.3g} {LABELS[key][1]}" for key in keys)
+        rows.append([law, str(len(fit.free)), *criteria, *cells])
+    heads = ["water law", "coefficients", "AICc", "BIC", *(f"{LABELS[key][0]}, validation rms" for key in keys)]
+    return table(heads, rows)

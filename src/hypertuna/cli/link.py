@@ -7,16 +7,16 @@ import os
 import select
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from hypertuna.cli.old_console import check_suffix, number, print_json, progress_bar, tell_written
+from hypertuna.cli.console import print_json, print_lines, print_written, progress_bar, table
+from hypertuna.cli.options import AsJson, file, number, numbers, setting, text
+from hypertuna.cli.parsing import Setting
+from hypertuna.cli.parsing import number as read_number
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
 from hypertuna.mission.file import read_mission
@@ -29,13 +29,16 @@ from hypertuna.radio.parameters import read_parameter, read_parameters, set_para
 
 __all__ = ["FLUSH", "Connect", "Key", "link_app", "read_key"]
 
-link_app = typer.Typer(no_args_is_help=True, help="A robot over the radio: needs the extra radio, and log for logs.")
+link_app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    help="A robot over the radio; needs the extra radio, and log for logs.",
+)
 
-Connect = Annotated[
-    str, typer.Option("--connect", help="udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600.")
-]
-Key = Annotated[str | None, typer.Option("--key", help="File of 32 bytes to sign with.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+PLACES = "udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600."
+Connect = Annotated[str, text("--connect", PLACES, "PLACE")]
+Key = Annotated[str | None, text("--key", "File of 32 bytes to sign with.", "FILE")]
 FLUSH = 2.0  # s of a log that a crash may cost
 SAMPLING = 2.0  # s of readings that one reference is taken over
 
@@ -58,64 +61,66 @@ def read_key(path: str | None) -> bytes | None:
 @link_app.command("params")
 def params_command(
     place: Connect,
-    settings: Annotated[list[str] | None, typer.Option("--set", help="NAME=VALUE in SI; again for more.")] = None,
-    output: Annotated[str | None, typer.Option("-o", "--output", help="Write them to this .csv file.")] = None,
+    settings: Annotated[list[Any] | None, setting("--set", "SI", "Parameter to set, in SI units; repeatable.")] = None,
+    output: Annotated[
+        str | None, file("-o", "--output", help="Write the parameters to this .csv file.", suffixes=(".csv",))
+    ] = None,
     key: Key = None,
     as_json: AsJson = False,
 ) -> None:
-    """Read a robot's parameters, or set some; the robot keeps them. It must be disarmed for that."""
+    """Read the parameters of a robot, or set some. The robot keeps them; it must be disarmed for that."""
     need_radio()
-    check_suffix(output, (".csv",), "--output")
-    wished = [_setting(text) for text in settings or []]
+    pairs: list[Setting] = settings or []
     with connect(place, key=read_key(key)) as robot:
-        taken = {name: set_parameter(robot, name, value) for name, value in wished}
-        if taken and output is None:
-            found = taken
-        else:
+        values = {name.lower(): set_parameter(robot, name.lower(), value) for name, value in pairs}
+        if not values or output is not None:
             with progress_bar("parameters") as progress:
-                found = read_parameters(robot, progress)
+                values = read_parameters(robot, progress)
     if output is not None:
-        rows = [f"{name},{value:.9g}" for name, value in found.items()]
+        rows = [f"{name},{value:.9g}" for name, value in values.items()]
         write_atomically(output, "\n".join(["name,value", *rows, ""]).encode())
     if as_json:
-        print_json({"parameters": found, "written": output})
+        print_json({"parameters": values, "written": output})
         return
-    for name, value in found.items():
+    for name, value in values.items():
         typer.echo(f"{name} = {value:.7g}")
-    tell_written(output)
+    print_written(output)
 
 
 @link_app.command("log")
 def log_command(
     place: Connect,
-    output: Annotated[str, typer.Option("-o", "--output", help="Log to write, .mcap.")],
-    duration: Annotated[str | None, typer.Option("--duration", help="Seconds (default: until Ctrl-C).")] = None,
+    output: Annotated[str, file("-o", "--output", help="Log to write, .mcap.", suffixes=(".mcap",))],
+    duration: Annotated[float | None, number("--duration", "s", "Duration in s. (default: until Ctrl-C)")] = None,
     key: Key = None,
     as_json: AsJson = False,
 ) -> None:
     """Record all that a robot and its tank's camera send, for Foxglove, `identify` and `actuator fit`."""
     need_radio()
-    check_suffix(output, (".mcap",), "--output")
     check_new(output)
-    most = math.inf if duration is None else number(duration, "--duration", "s")
-    if most <= 0:
-        raise InputError("must be positive", key="--duration", value=f"{most:g}", fix="give seconds")
+    limit = math.inf if duration is None else duration
+    if limit <= 0:
+        raise InputError("must be positive", key="--duration", value=f"{limit:g}", fix="give seconds")
     with connect(place, key=read_key(key)) as robot, LinkLogWriter(output, "") as log:
         robot.listener = log.write
-        begun, lost = time.monotonic(), None
+        begin, lost = time.monotonic(), None
         with progress_bar("seconds") as progress:
             try:
-                _record_all(robot, log, begun + most, lambda done: progress(done, int(min(most, done + 1))))
+                _record_all(robot, log, begin + limit, lambda now: progress(now, int(min(limit, now + 1))))
             except KeyboardInterrupt:
                 pass
             except InputError as error:
                 lost = error
-        facts = {"messages": log.messages, "kinds": sorted(robot.last), "seconds": time.monotonic() - begun}
+        facts: dict[str, Any] = {
+            "messages": log.messages,
+            "kinds": sorted(robot.last),
+            "seconds": time.monotonic() - begin,
+        }
     if as_json:
         print_json({"written": output, **facts})
     else:
-        typer.echo(f"{facts['messages']} messages in {facts['seconds']:.0f} s: {', '.join(sorted(robot.last))}")
-        tell_written(output)
+        typer.echo(f"{facts['messages']} messages in {facts['seconds']:.0f} s: {', '.join(facts['kinds'])}")
+        print_written(output)
     if lost is not None:
         raise lost
 
@@ -134,33 +139,34 @@ def _record_all(robot: Client, log: LinkLogWriter, end: float, report: Callable[
 @link_app.command("mission")
 def mission_command(
     place: Connect,
-    file: Annotated[str, typer.Argument(metavar="MISSION", help="Mission file, or name of one that comes along.")],
+    mission: Annotated[str, typer.Argument(metavar="MISSION", help="Mission file, or name of one that comes along.")],
     key: Key = None,
     as_json: AsJson = False,
 ) -> None:
-    """Send a mission to a robot: it has the old one until it has all of the new."""
+    """Send a mission to a robot: it keeps the stored mission until it has all of the new one."""
     need_radio()
-    mission = read_mission(file).mission
+    items = read_mission(mission).mission
     with connect(place, key=read_key(key)) as robot, progress_bar("items") as progress:
-        upload(robot, mission, progress)
+        upload(robot, items, progress)
         count = len(download(robot))
-    print_json({"mission": file, "items": count}) if as_json else typer.echo(f"{file}: {count} items are on board")
+    print_json({"mission": mission, "items": count}) if as_json else typer.echo(
+        f"{mission}: {count} items are on board"
+    )
 
 
 @link_app.command("calibrate")
 def calibrate_command(
-    csv: Annotated[str | None, typer.Option("--csv", help="Rows of sensor, counts, reference.")] = None,
-    sensor: Annotated[
-        str | None, typer.Option("--sensor", help="Live: bend_0, pressure_3, current_1, servo_5.")
-    ] = None,
+    csv: Annotated[str | None, text("--csv", "Rows of sensor, counts, reference.", "FILE")] = None,
+    sensor: Annotated[str | None, text("--sensor", "Live: bend_0, pressure_3, current_1, servo_5.")] = None,
     reference: Annotated[
-        str | None,
-        typer.Option(
+        Sequence[float] | None,
+        numbers(
             "--at",
-            help="Live: references such as -20,0,20 in deg, kPa or A; of a servo, the angle that was read at neutral.",
+            "deg, kPa or A",
+            "Live: references such as -20,0,20 in deg, kPa or A; a servo's neutral angle.",
         ),
     ] = None,
-    place: Annotated[str | None, typer.Option("--connect", help="Robot that is to keep it, and to read live.")] = None,
+    place: Annotated[str | None, text("--connect", "Robot that stores the calibration, and is read live.")] = None,
     key: Key = None,
     as_json: AsJson = False,
 ) -> None:
@@ -170,42 +176,45 @@ def calibrate_command(
     if sensor is not None and place is None:
         raise InputError("must say where the robot is", key="--connect", value="missing", fix="--sensor reads live")
     if csv is not None:
-        pairs = read_pairs(csv)
-        found = calibrate(pairs)
-        if place is not None:
-            with connect(place, key=read_key(key)) as robot:
-                names = ["pulse_center", *(name for one in found for name in one.parameters)]
-                known = {name: read_parameter(robot, name) for name in names}
-                found = calibrate(pairs, pulse_center=known["pulse_center"])
-                _keep(robot, found, known)
-    else:
-        assert sensor is not None
-        assert place is not None
-        kind, index = sensor_of(sensor)
-        references = _references(kind, reference)
-        with connect(place, key=read_key(key)) as robot:
-            sensed = [f"{kind}_zero_{index}", f"{kind}_scale_{index}"]
-            names = [f"servo_trim_{index}", "pulse_per_rad"] if kind == "servo" else sensed
-            known = {name: read_parameter(robot, name) for name in names}
-            live = _servo_live if kind == "servo" else _sensor_live
-            found = live(robot, sensor, references, known)
-            _keep(robot, found, known)
+        calibrations = _from_file(csv, place, key)
+    elif sensor is not None and place is not None:
+        calibrations = _live(sensor, reference, place, key)
     if as_json:
-        print_json({"sensors": [_record(one) for one in found], "kept": place is not None})
-        return
-    table = Table("sensor", "points", "rms", "parameters", box=None, pad_edge=False, header_style="bold")
-    for one in found:
-        unit, factor = KINDS[sensor_of(one.sensor)[0]]
-        told = ", ".join(f"{name} = {value:.7g}" for name, value in one.parameters.items())
-        table.add_row(one.sensor, f"{one.points}", f"{one.rms * factor:.3g} {unit}", told)
-    console = Console()
-    console.print(table)
-    kept = "The robot keeps them." if place is not None else "Nothing was sent: --connect sends them to a robot."
-    console.print(Text(kept, style="dim"))
+        print_json({"sensors": [_record(one) for one in calibrations], "kept": place is not None})
+    else:
+        print_lines(_lines(calibrations, place))
+
+
+def _from_file(csv: str, place: str | None, key: str | None) -> tuple[Calibration, ...]:
+    """Calibrate from a file, with what the robot knows if it is to store the result."""
+    pairs = read_pairs(csv)
+    calibrations = calibrate(pairs)
+    if place is None:
+        return calibrations
+    with connect(place, key=read_key(key)) as robot:
+        names = ["pulse_center", *(name for one in calibrations for name in one.parameters)]
+        known = {name: read_parameter(robot, name) for name in names}
+        calibrations = calibrate(pairs, pulse_center=known["pulse_center"])
+        _keep(robot, calibrations, known)
+    return calibrations
+
+
+def _live(sensor: str, reference: Sequence[float] | None, place: str, key: str | None) -> tuple[Calibration, ...]:
+    """Calibrate a sensor or a servo's zero, step by step."""
+    kind, index = sensor_of(sensor)
+    references = _references(kind, reference)
+    with connect(place, key=read_key(key)) as robot:
+        sensed = [f"{kind}_zero_{index}", f"{kind}_scale_{index}"]
+        names = [f"servo_trim_{index}", "pulse_per_rad"] if kind == "servo" else sensed
+        known = {name: read_parameter(robot, name) for name in names}
+        live = _servo_live if kind == "servo" else _sensor_live
+        calibrations = live(robot, sensor, references, known)
+        _keep(robot, calibrations, known)
+    return calibrations
 
 
 def _record(one: Calibration) -> dict[str, Any]:
-    """Tell a calibration, for programs."""
+    """Return the JSON record of a calibration."""
     unit, factor = KINDS[sensor_of(one.sensor)[0]]
     return {
         "sensor": one.sensor,
@@ -215,32 +224,34 @@ def _record(one: Calibration) -> dict[str, Any]:
     }
 
 
-def _references(kind: str, text: str | None) -> list[float]:
-    """Read where a sensor is brought to: two places at least; for a servo the one that it was found at, or none."""
-    unit = KINDS[kind][0]
-    values = [] if text is None else [number(part, "--at", unit) for part in text.split(",")]
-    if kind == "servo" and len(values) > 1:
-        raise InputError("must be one angle of a servo", key="--at", value=str(text), fix="write it as --at=2")
-    if kind != "servo" and len(set(values)) < 2:
+def _lines(calibrations: Sequence[Calibration], place: str | None) -> Iterator[Any]:
+    """Lay out calibrations."""
+    rows = []
+    for one in calibrations:
+        unit, factor = KINDS[sensor_of(one.sensor)[0]]
+        parameters = ", ".join(f"{name} = {value:.7g}" for name, value in one.parameters.items())
+        rows.append((one.sensor, f"{one.points}", f"{one.rms * factor:.3g} {unit}", parameters))
+    yield table(["sensor", "points", "rms", "parameters"], rows, left=range(4))
+    yield "The robot keeps them." if place else "Nothing was sent: --connect sends them to a robot.", "dim"
+
+
+def _references(kind: str, values: Sequence[float] | None) -> list[float]:
+    """Check the references of a sensor: two at least; of a servo, one angle or none."""
+    unit, references = KINDS[kind][0], list(values or [])
+    given = ",".join(f"{value:g}" for value in references) or "missing"
+    if kind == "servo" and len(references) > 1:
+        raise InputError("must be one angle of a servo", key="--at", value=given, fix="write it as --at=2")
+    if kind != "servo" and len(set(references)) < 2:
         fix = f"give them in {unit}: --at=-20,0,20"
-        raise InputError("must name two references at least", key="--at", value=text or "missing", fix=fix)
-    return values
+        raise InputError("must name two references at least", key="--at", value=given, fix=fix)
+    return references
 
 
-def _setting(text: str) -> tuple[str, float]:
-    """Read NAME=VALUE."""
-    name, equals, value = text.partition("=")
-    if not equals or not name:
-        fix = "write it as proportional=0.2"
-        raise InputError("must be NAME=VALUE", key="--set", value=text, fix=fix)
-    return name.strip().lower(), number(value, f"--set {name}", "SI")
-
-
-def _keep(robot: Client, found: tuple[Calibration, ...], known: Mapping[str, float]) -> None:
-    """Send what was found: all of it, or what the robot had before."""
+def _keep(robot: Client, calibrations: tuple[Calibration, ...], known: Mapping[str, float]) -> None:
+    """Send all parameters of calibrations, or restore those that the robot had before."""
     kept: list[str] = []
     try:
-        for name, value in ((name, value) for one in found for name, value in one.parameters.items()):
+        for name, value in ((name, value) for one in calibrations for name, value in one.parameters.items()):
             set_parameter(robot, name, value)
             kept.append(name)
     except InputError as error:
@@ -254,7 +265,7 @@ def _keep(robot: Client, found: tuple[Calibration, ...], known: Mapping[str, flo
 
 
 def _answer(robot: Client, question: str) -> str:
-    """Ask, and go on listening to the robot until a line comes: it hears us, and no old reading is left over."""
+    """Ask, and keep listening to the robot until a line is typed: no old reading is left over."""
     typer.echo(f"{question}: ", nl=False, err=True)
     line, input_ = b"", sys.stdin.fileno()
     while not line.endswith(b"\n"):
@@ -270,7 +281,7 @@ def _answer(robot: Client, question: str) -> str:
 def _sensor_live(
     robot: Client, sensor: str, references: Sequence[float], known: Mapping[str, float]
 ) -> tuple[Calibration, ...]:
-    """Ask for one reference after another, and take the readings' mean at each."""
+    """Ask for one reference after another, and average the readings at each."""
     kind, index = sensor_of(sensor)
     unit, factor = KINDS[kind]
     zero, scale = (known[f"{kind}_{what}_{index}"] for what in ("zero", "scale"))
@@ -284,7 +295,7 @@ def _sensor_live(
 
 
 def _reading(robot: Client, kind: str, index: int) -> float:
-    """Mean of a sensor's readings over some time [SI]."""
+    """Average the readings of a sensor over SAMPLING seconds [SI]."""
     step = {"bend": math.pi / 18000, "pressure": 100.0, "current": 0.01}[kind]
     each = 2 if kind == "bend" else 4
     field, place = (kind, index) if index < each else (f"{kind}_34", index - each)
@@ -305,7 +316,7 @@ def _reading(robot: Client, kind: str, index: int) -> float:
 def _servo_live(
     robot: Client, sensor: str, references: Sequence[float], known: Mapping[str, float]
 ) -> tuple[Calibration, ...]:
-    """Hold the servo at its neutral, ask where it stands unless that is known, and take it off."""
+    """Hold the servo at neutral, ask for its angle unless it is given, and subtract it from the trim."""
     name = f"servo_trim_{sensor_of(sensor)[1]}"
     if references:
         angle = references[0]
@@ -313,7 +324,7 @@ def _servo_live(
         _answer(robot, "keep clear: Enter arms the robot, and its tail rests at neutral")
         robot.arm()
         try:
-            angle = number(_answer(robot, f"angle of {sensor} from its neutral mark, in deg"), "angle", "deg")
+            angle = read_number(_answer(robot, f"angle of {sensor} from its neutral mark, in deg"), "angle", "deg")
         finally:
             robot.arm(False)
     trim = known[name] - math.radians(angle) * known["pulse_per_rad"]

@@ -4,27 +4,24 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
-from hypertuna.cli.old_console import check_suffix, command_line, number, number_list, print_json, tell_written
+from hypertuna.cli.console import command_line, counted, table
+from hypertuna.cli.emit import emit
+from hypertuna.cli.options import AsJson, Plot, RobotName, WaterLaw, file, number, numbers, text
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
-from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError
-from hypertuna.io.files import write_netcdf
 from hypertuna.trials.comparison import compare_recording, replay_recording, with_fitted_clock
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import AXES, Pose, head_center, replay, rmse
 from hypertuna.trials.smoothing import smooth
 from hypertuna.trials.tracks import Track, read_joints, read_tracks
-from hypertuna.trials.trials import read_trials
+from hypertuna.trials.trials import Trials, read_trials
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,9 +29,9 @@ if TYPE_CHECKING:
 __all__ = ["replay_command"]
 
 COMPARED = ("rmse", "mean_rmse", "repeatability")
-# How lengths and angles are shown: unit, and how many of it are one SI unit.
+# Units on the terminal, and how many of them are one SI unit.
 BORDER = {"m": ("cm", 100.0), "rad": ("deg", 180 / np.pi)}
-# What is shown of a comparison, and what it is called above a column.
+# Columns of a comparison, and their heads.
 HEADS = {
     "rmse": "",
     "mean_rmse": "of their mean",
@@ -55,98 +52,101 @@ def replay_command(
             help="CSV file of measured joint angles; or a manifest (.toml) or folder of tracked recordings."
         ),
     ],
-    robot: Annotated[
-        str, typer.Option("--robot", help="Name of a robot that comes with hypertuna, or path of its file.")
-    ],
+    robot: RobotName,
     columns: Annotated[
-        str, typer.Option("--columns", help="Columns of angles in a CSV file, one per joint group, with commas.")
+        str, text("--columns", "Columns of angles in a CSV file, one per joint group, separated by commas.")
     ] = "",
-    time_column: Annotated[str, typer.Option("--time-column", help="Column of time in seconds.")] = "time_s",
-    unit: Annotated[str, typer.Option("--unit", help="Unit of the angles: deg or rad.")] = "deg",
+    time_column: Annotated[str, text("--time-column", "Column of time in s.")] = "time_s",
+    unit: Annotated[str, text("--unit", "Unit of the angles: deg or rad.")] = "deg",
     noise: Annotated[
-        str | None, typer.Option("--noise", help="Standard deviation of the angles in degrees (default: estimated)")
+        float | None,
+        number("--noise", "degrees", "Standard deviation of the angles in degrees. (default: estimated)"),
     ] = None,
     start: Annotated[
-        str, typer.Option("--start", help="x and y of the nose in m, and the angle from nose to tail in degrees.")
-    ] = "0,0,0",
+        Sequence[float],
+        numbers(
+            "--start", "m, m and degrees", "x and y of the nose in m, and the angle from nose to tail in degrees.", 3
+        ),
+    ] = (0.0, 0.0, 0.0),
     step: Annotated[
-        str | None, typer.Option("--step", help="Longest step in seconds (default: half a median interval)")
+        float | None, number("--step", "seconds", "Maximum step in s. (default: half a median interval)")
     ] = None,
-    current: Annotated[str, typer.Option("--current", help="Velocity of the water along x and y in m/s.")] = "0,0",
+    current: Annotated[
+        Sequence[float], numbers("--current", "m/s", "Velocity of the water along x and y in m/s.", 2)
+    ] = (0.0, 0.0),
     time_offset: Annotated[
-        str, typer.Option("--time-offset", help="Seconds to add to the angles' clock to make it that of the poses.")
-    ] = "0",
-    water: Annotated[
-        str | None, typer.Option("--water", help=f"{' | '.join(LAWS)} (default: the robot's choice)")
-    ] = None,
+        float,
+        number("--time-offset", "seconds", "Seconds to add to the clock of the angles to obtain that of the poses."),
+    ] = 0,
+    water: WaterLaw = None,
     poses: Annotated[
         list[str] | None,
-        typer.Option("--poses", help="CSV file of tracked poses of the head link's center; again for more files."),
+        text("--poses", "CSV file of tracked poses of the head link's center; repeatable.", "FILE"),
     ] = None,
     pose_columns: Annotated[
-        str,
-        typer.Option("--pose-columns", help="Columns of time, x, y, yaw and, where there are several, the run."),
+        str, text("--pose-columns", "Columns of time, x, y, yaw and, where there are several, the run.")
     ] = "time_s,x_m,y_m,yaw_deg",
-    pose_units: Annotated[str, typer.Option("--pose-units", help="Units of x and y, and of yaw.")] = "m,deg",
+    pose_units: Annotated[str, text("--pose-units", "Units of x and y, and of yaw.")] = "m,deg",
     yaw_zero: Annotated[
-        str, typer.Option("--yaw-zero", help="Direction of yaw 0 in degrees, counter-clockwise from x.")
-    ] = "0",
-    clockwise: Annotated[bool, typer.Option("--yaw-clockwise", help="Yaw is counted clockwise, from y to x.")] = False,
-    plot: Annotated[str | None, typer.Option("--plot", help="Draw the track to this .svg, .png or .pdf file.")] = None,
-    output: Annotated[str | None, typer.Option("-o", "--output", help="Write the trajectory to this .nc file.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+        float, number("--yaw-zero", "degrees", "Direction of yaw 0 in degrees, counter-clockwise from x.")
+    ] = 0,
+    clockwise: Annotated[bool, typer.Option("--yaw-clockwise", help="Yaw is clockwise, from y to x.")] = False,
+    plot: Plot = None,
+    output: Annotated[
+        str | None, file("-o", "--output", help="Write the trajectory to this .nc file.", suffixes=(".nc",))
+    ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Swim measured joint angles, and compare the track of the head with tracked poses.
 
-    A manifest tells columns, units, axes, clocks and start; only --step, --water, --plot, --output and --json go with
-    it. A recording's time offset in the robot's [fit] counts. Exit code 1 means that a replay diverged.
+    A manifest holds columns, units, axes, clocks and start; only --step, --water, --plot, --output and --json go with
+    it. A time offset in the robot's [fit] replaces that of the recording. Exit code 1 means that a replay diverged.
     """
-    check_suffix(plot, (".svg", ".png", ".pdf"), "--plot")
-    check_suffix(output, (".nc",), "--output")
     fish = load(robot).using(water=water)
-    longest = None if step is None else number(step, "step", "seconds")
-    if _is_manifest(angles):
-        _refuse(context)
-        _replay_recordings(fish, angles, step=longest, plot=plot, output=output, as_json=as_json)
+    if angles.lower().endswith(".toml") or os.path.isdir(angles):
+        _check_manifest_options(context)
+        _replay_recordings(fish, angles, step=step, plot=plot, output=output, as_json=as_json)
         return
     if not columns:
         fix = "name the columns of angles, or give a manifest"
         raise InputError("must be given with a CSV file", key="--columns", fix=fix)
+    if noise is not None and noise < 0:
+        fix = "give the standard deviation of the angles"
+        raise InputError("must not be negative", key="--noise", value=f"{noise:g} degrees", fix=fix)
     series = read_joints(angles, time=time_column, columns=_names(columns), unit=unit)
-    curve = smooth(series, noise=None if noise is None else _noise(noise))
-    zero = np.radians(number(yaw_zero, "yaw_zero", "degrees"))
-    tracks = _tracks(poses or [], pose_columns, pose_units, zero, clockwise)
-    x, y, heading = _numbers(start, "start", "m, m and degrees", 3)
+    curve = smooth(series, noise=None if noise is None else math.radians(noise))
+    tracks = _tracks(poses or [], pose_columns, pose_units, math.radians(yaw_zero), clockwise)
+    x, y, heading = start
     result = replay(
         fish,
         curve,
         start=Pose(x, y, np.radians(heading)),
-        step=longest,
-        current=_numbers(current, "current", "m/s", 2),
-        time_offset=number(time_offset, "time_offset", "seconds"),
+        step=step,
+        current=(current[0], current[1]),
+        time_offset=time_offset,
     )
-    sound = result.attrs["status"] == "completed"
-    compared = rmse(fish, result, tracks) if tracks and sound else None
-    if plot is not None:
-        _plot(fish, result, tracks, plot)
-    if output is not None:
-        write_netcdf(result.assign_attrs(command=command_line()), output)
-    if as_json:
-        noise_deg = {"joint_noise_deg": np.degrees(curve.noise)}
-        print_json(dict(result.attrs) | noise_deg | _end_of(fish, result) | _compared_at_border(compared))
-    else:
-        _print_end(fish, result)
-        _print_errors(compared, COMPARED)
-        tell_written(plot, output)
-    if not sound:
-        raise typer.Exit(1)
+    completed = result.attrs["status"] == "completed"
+    compared = rmse(fish, result, tracks) if tracks and completed else None
+    noise_deg = {"joint_noise_deg": np.degrees(curve.noise)}
+    emit(
+        result,
+        record=lambda data: dict(data.attrs) | noise_deg | _end_of(fish, data) | _compared_at_border(compared),
+        lines=lambda data: [*_end_lines(fish, data), *_error_lines(compared, COMPARED)],
+        dataset=lambda data: data,
+        output=output,
+        plot=plot,
+        figure="hypertuna.trials.plots:plot_replay",
+        drawn=(fish, result, tracks),
+        as_json=as_json,
+        failed=not completed,
+    )
 
 
-def _refuse(context: typer.Context) -> None:
-    """Refuse options that a manifest decides."""
+def _check_manifest_options(context: typer.Context) -> None:
+    """Check that no option is given that a manifest decides."""
     for parameter in context.command.params:
-        source = context.get_parameter_source(parameter.name or "")
-        if source is not None and source.name == "COMMANDLINE" and parameter.name not in WITH_MANIFEST:
+        source = str(context.get_parameter_source(parameter.name or ""))
+        if source.endswith("COMMANDLINE") and parameter.name not in WITH_MANIFEST:
             fix = "leave it out, or give a CSV file of joint angles"
             raise InputError("does not go with a manifest or a folder", key=max(parameter.opts, key=len), fix=fix)
 
@@ -156,58 +156,17 @@ def _names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
-def _noise(text: str) -> float:
-    """Read a standard deviation in degrees, and return it in radians."""
-    degrees = number(text, "noise", "degrees")
-    if degrees < 0:
-        fix = "give the standard deviation of the angles"
-        raise InputError("must not be negative", key="--noise", value=f"{degrees:g} degrees", fix=fix)
-    return math.radians(degrees)
-
-
-def _numbers(text: str, key: str, unit: str, count: int) -> tuple[Any, ...]:
-    """Read so many numbers."""
-    values = number_list(text, key, unit)
-    if len(values) != count:
-        raise InputError(f"must be {count} numbers", key=key, value=text, fix=f"give {unit}, separated by commas")
-    return values
-
-
 def _tracks(files: list[str], columns: str, units: str, yaw_zero: float, clockwise: bool) -> list[Track]:
-    """Read the runs of every file."""
+    """Read the runs of every file; `yaw_zero` [rad]."""
     names, unit = _names(columns), _names(units)
     if len(names) not in (4, 5):
         fix = "name the columns of time, x, y, yaw and, if there is one, the run"
         raise InputError("must be 4 or 5 names", key="--pose-columns", value=columns, fix=fix)
     if len(unit) != 2:
         raise InputError("must be two units", key="--pose-units", value=units, fix="write, for example, cm,deg")
-    return [
-        track
-        for file in files
-        for track in read_tracks(
-            file,
-            time=names[0],
-            pose=names[1:4],
-            run=names[4] if len(names) == 5 else None,
-            length_unit=unit[0],
-            angle_unit=unit[1],
-            yaw_zero=yaw_zero,
-            clockwise=clockwise,
-        )
-    ]
-
-
-def _plot(robot: Robot, result: xr.Dataset, tracks: list[Track], plot: str) -> None:
-    """Draw a replay; what draws is imported only now."""
-    from hypertuna.figures import save
-    from hypertuna.trials.plots import plot_replay
-
-    save(plot_replay(robot, result, tracks), plot)
-
-
-def _is_manifest(path: str) -> bool:
-    """Tell whether a path is that of a manifest, or of a folder that stands for one."""
-    return path.lower().endswith(".toml") or os.path.isdir(path)
+    options: dict[str, Any] = {"time": names[0], "pose": names[1:4], "run": names[4] if len(names) == 5 else None}
+    options |= {"length_unit": unit[0], "angle_unit": unit[1], "yaw_zero": yaw_zero, "clockwise": clockwise}
+    return [track for file in files for track in read_tracks(file, **options)]
 
 
 def _replay_recordings(
@@ -220,30 +179,40 @@ def _replay_recordings(
         raise InputError("must hold a recording at least", file=path, fix=fix)
     recordings = [with_fitted_clock(robot, recording) for recording in trials.recordings]
     results, compared = _compared(robot, recordings, step)
-    sound = [result.attrs["status"] == "completed" for result in results]
-    if plot is not None:
-        _plot_recordings(robot, recordings, results, plot)
-    if output is not None:
-        _write({recording.name: result for recording, result in zip(recordings, results, strict=True)}, output)
-    if as_json:
-        records = [_record(robot, *parts) for parts in zip(recordings, results, compared, strict=True)]
-        for record, given, used in zip(records, trials.recordings, recordings, strict=True):
-            record |= _own_clock(robot, given, used, step)
-        print_json(provenance(robot) | {"trials": path, "recordings": records})
-    else:
-        for recording, given, result, found in zip(recordings, trials.recordings, results, compared, strict=True):
-            _print(robot, recording, result, found, given=given)
+
+    cases = list(zip(trials.recordings, recordings, results, compared, strict=True))
+
+    def record(_: Sequence[xr.Dataset]) -> dict[str, Any]:
+        records = [
+            _record(robot, used, result, errors) | _own_clock(robot, given, used, step)
+            for given, used, result, errors in cases
+        ]
+        return provenance(robot) | {"trials": path, "recordings": records}
+
+    def lines(_: Sequence[xr.Dataset]) -> Iterator[Any]:
+        for given, used, result, errors in cases:
+            yield from _recording_lines(robot, given, used, result, errors)
         if trials.steady:
-            typer.echo(f"Not replayed: {len(trials.steady)} steady run{'s' * (len(trials.steady) > 1)}.")
-        tell_written(plot, output)
-    if not all(sound):
-        raise typer.Exit(1)
+            yield f"Not replayed: {counted(len(trials.steady), 'steady run')}."
+
+    emit(
+        results,
+        record=record,
+        lines=lines,
+        dataset=lambda results: _tree(trials, results),
+        output=output,
+        plot=plot,
+        figure="hypertuna.trials.plots:plot_recordings",
+        drawn=(robot, recordings, results),
+        as_json=as_json,
+        failed=any(result.attrs["status"] != "completed" for result in results),
+    )
 
 
 def _compared(
     robot: Robot, recordings: Sequence[Recording], step: float | None
 ) -> tuple[list[xr.Dataset], list[xr.Dataset | None]]:
-    """Replay recordings, and compare with its runs each replay that is complete."""
+    """Replay recordings; compare each complete replay with its runs."""
     results = [replay_recording(robot, recording, step=step) for recording in recordings]
     return results, [
         compare_recording(robot, recording, result) if result.attrs["status"] == "completed" else None
@@ -252,7 +221,7 @@ def _compared(
 
 
 def _own_clock(robot: Robot, given: Recording, used: Recording, step: float | None) -> dict[str, Any]:
-    """Say where a time offset is from, for programs; with a fitted one, also the errors with the recording's own."""
+    """Return the source of a time offset; for a fitted one, also the errors with the recording's own."""
     if used is given:
         return {"time_offset_source": "trials"}
     _, (compared,) = _compared(robot, [given], step)
@@ -261,14 +230,14 @@ def _own_clock(robot: Robot, given: Recording, used: Recording, step: float | No
 
 
 def _end_of(robot: Robot, result: xr.Dataset) -> dict[str, float]:
-    """Say when and where a replay ends, for programs."""
+    """Return when and where a replay ends."""
     x, y, yaw = head_center(robot, result)[-1]
     record = {"time_s": float(result["time"][-1]), "steps": result.sizes["time"] - 1}
     return record | {"head_x_m": x, "head_y_m": y, "head_yaw_deg": np.degrees(yaw)}
 
 
 def _compared_at_border(compared: xr.Dataset | None) -> dict[str, Any]:
-    """Return a comparison in cm and degrees, for programs."""
+    """Return the errors of a comparison in cm and degrees."""
     if compared is None:
         return {}
     names = [name for name in (*HEADS, "run_rmse") if name in compared]
@@ -283,65 +252,56 @@ def _compared_at_border(compared: xr.Dataset | None) -> dict[str, Any]:
     return {"axes": axes, "runs": compared["run"].to_numpy(), "frames": compared["frames"].to_numpy()}
 
 
-def _print_end(robot: Robot, result: xr.Dataset) -> None:
-    """Say on the terminal how a replay went."""
-    console = Console()
-    console.print(result.attrs["status_text"], highlight=False)
+def _end_lines(robot: Robot, result: xr.Dataset) -> Iterator[Any]:
+    """Describe the end of a replay."""
     x, y, yaw = head_center(robot, result)[-1]
+    yield result.attrs["status_text"]
     place = f"x {x:.4f} m, y {y:.4f} m, facing {np.degrees(yaw):.2f} deg"
-    console.print(f"Center of the head at {float(result['time'][-1]):.3f} s: {place}", highlight=False)
+    yield f"Center of the head at {float(result['time'][-1]):.3f} s: {place}"
 
 
-def _print_errors(compared: xr.Dataset | None, names: Sequence[str]) -> None:
-    """Say on the terminal how far a replay is from its runs."""
+def _error_lines(compared: xr.Dataset | None, names: Sequence[str]) -> Iterator[Any]:
+    """Lay out the errors of a replay against its runs."""
     if compared is None:
         return
-    runs = f"rmse of {compared.sizes['run']} run{'s' * (compared.sizes['run'] > 1)}"
-    table = Table("head", *(HEADS[name] or runs for name in names), box=None, pad_edge=False)
+    rms = f"rmse of {counted(compared.sizes['run'], 'run')}"
+    rows = []
     for axis, unit in AXES.items():
         shown, factor = BORDER[unit]
-        values = [float(compared[name].sel(axis=axis)) * (1 if name in RATIOS else factor) for name in names]
-        cells = (f"{value:.2f}" if np.isfinite(value) else "one run" for value in values)
-        table.add_row(f"{axis} {escape(f'[{shown}]')}", *cells)
-    Console().print(table)
+        errors = [float(compared[name].sel(axis=axis)) * (1 if name in RATIOS else factor) for name in names]
+        cells = (f"{error:.2f}" if np.isfinite(error) else "one run" for error in errors)
+        rows.append([f"{axis} [{shown}]", *cells])
+    heads = ["head", *(HEADS[name] or rms for name in names)]
+    yield table(heads, rows, left=range(len(heads)))
 
 
 def _record(robot: Robot, recording: Recording, result: xr.Dataset, compared: xr.Dataset | None) -> dict[str, Any]:
-    """Say how a recording was replayed, for programs; what made the result stands once above all recordings."""
+    """Return the JSON record of a replayed recording, without what all recordings share."""
     attrs = {key: value for key, value in result.attrs.items() if key not in (*provenance(robot), "recording")}
     record = {"name": recording.name} | attrs | _end_of(robot, result) | _compared_at_border(compared)
     offsets = {} if compared is None else {"best_time_offset_s": compared.attrs["best_time_offset_s"]}
     return record | {"time_offset_s": recording.time_offset} | offsets
 
 
-def _print(
-    robot: Robot, recording: Recording, result: xr.Dataset, compared: xr.Dataset | None, *, given: Recording
-) -> None:
-    """Say it on the terminal."""
-    Console().print(recording.name, style="bold", highlight=False, markup=False)
-    _print_end(robot, result)
+def _recording_lines(
+    robot: Robot, given: Recording, recording: Recording, result: xr.Dataset, compared: xr.Dataset | None
+) -> Iterator[Any]:
+    """Lay out a replayed recording."""
+    yield recording.name, "bold"
+    yield from _end_lines(robot, result)
     if recording is not given:
-        text = f"time offset {recording.time_offset:.3f} s from [fit], in place of {given.time_offset:g} s"
-        Console().print(text, highlight=False, markup=False)
-    _print_errors(compared, list(HEADS))
+        yield f"time offset {recording.time_offset:.3f} s from [fit], in place of {given.time_offset:g} s"
+    yield from _error_lines(compared, list(HEADS))
     if compared is not None:
-        best, used = compared.attrs["best_time_offset_s"], recording.time_offset
-        text = f"moved: with a time offset of {round(best, 3) + 0.0:g} s, which fits best, in place of {used:.3g} s"
-        Console().print(text, highlight=False)
-    typer.echo()
+        best = round(compared.attrs["best_time_offset_s"], 3) + 0.0
+        yield f"moved: with the best time offset, {best:g} s, in place of {recording.time_offset:.3g} s"
+    yield ""
 
 
-def _write(results: dict[str, xr.Dataset], output: str) -> None:
-    """Write trajectories to a NetCDF file, one group for each recording."""
-    import xarray as xr  # here, because it takes longer to import than a swim takes
+def _tree(trials: Trials, results: Sequence[xr.Dataset]) -> Any:
+    """Return trajectories as a tree, one group for each recording."""
+    import xarray as xr  # here, because its import takes longer than a swim
 
-    groups = {name: result.assign_attrs(command=command_line()) for name, result in results.items()}
-    write_netcdf(xr.DataTree.from_dict(groups), output)
-
-
-def _plot_recordings(robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], plot: str) -> None:
-    """Draw replays; what draws is imported only now."""
-    from hypertuna.figures import save
-    from hypertuna.trials.plots import plot_recordings
-
-    save(plot_recordings(robot, recordings, results), plot)
+    names = (recording.name for recording in trials.recordings)
+    groups = {name: result.assign_attrs(command=command_line()) for name, result in zip(names, results, strict=True)}
+    return xr.DataTree.from_dict(groups)
