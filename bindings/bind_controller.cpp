@@ -7,12 +7,6 @@
 
 namespace hypertuna {
 
-/// A controller with its state: tests and people drive it tick by tick.
-struct Pilot {
-    Controller<double> model;
-    ControllerState<double> state;
-};
-
 static std::vector<std::tuple<std::string, std::string, std::string>> condition_table() {
     static constexpr const char* places[] = {"robot", "joint", "circuit", "servo"};
     std::vector<std::tuple<std::string, std::string, std::string>> rows;
@@ -27,15 +21,15 @@ static void fill(double (&to)[N], const std::vector<double>& from, const char* n
     std::copy(from.begin(), from.end(), to);
 }
 
-static Readings<double> readings_of(const NamedColumns& columns, int joints) {
+static Readings<double> readings_of(const Row& columns, int joints) {
     PilotReadings<double> readings{};
     read_readings(columns, joints, Reader::controller, readings);
     return readings.robot;
 }
 
-static NamedColumns columns_of(const Readings<double>& robot, int joints) {
+static Row columns_of(const Readings<double>& robot, int joints) {
     const PilotReadings<double> readings = without_pilot(robot);
-    NamedColumns columns;
+    Row columns;
     visit_channels([&](const auto& channel, int) {
         const double* first = channel.of(readings);
         if (channel.reader == Reader::controller) columns[channel.name] = {first, first + channel.count(joints)};
@@ -59,9 +53,9 @@ static std::vector<ChannelRow> channel_rows() {
     return rows;
 }
 
-static Command<double> command_of(const NamedColumns& columns, int joints, bool fresh, bool armed) {
+static Command<double> command_of(const Row& columns, int joints, bool fresh, bool armed) {
     Command<double> command{};
-    command.frequency = column_at(columns, "frequency", 0);
+    command.frequency = number_at(columns, "frequency", 0);
     const auto take = [&](const char* name, auto& to, std::size_t wanted) {
         const auto found = columns.find(name);
         if (found != columns.end()) fill(to, found->second, name, wanted);
@@ -88,19 +82,8 @@ static nb::typed<nb::dict, nb::str, nb::any> output_of(const ControllerOutput<do
     return row;
 }
 
-/// Sensors with their state.
-struct Senses {
-    Sensors<double> model;
-    SensorsState<double> state;
-    double tick;
-};
-
-using FaultRow = std::tuple<std::string, int, int, double, double>;
-
-static NamedColumns sense_row(Senses& senses, const NamedColumns& truth, const std::vector<FaultRow>& rows) {
-    std::vector<Fault<double>> faults;
-    for (const auto& [kind, first, last, start, end] : rows)
-        faults.push_back({fault_kind(kind), first, last, start, end});
+static Row sense_row(LiveSensors& senses, const Row& truth, const std::vector<FaultRow>& rows) {
+    const std::vector<Fault<double>> faults = read_faults(rows);
     const Readings<double> truths = readings_of(truth, senses.model.joints);
     const double time = double(senses.state.count) * senses.tick;
     const auto sensed = sense(senses.model, senses.state, truths, faults.data(), int(faults.size()), time);
@@ -119,17 +102,17 @@ void bind_controller(nb::module_& m) {
     m.def("condition_table", &condition_table,
           "Conditions of the controller's status in the order of its bits: name, what a bit of its place stands for "
           "(robot, joint, circuit, servo), sentence.");
-    nb::class_<Pilot>(m, "Controller", "The controller on board with its state, in double precision.")
+    nb::class_<LiveController>(m, "Controller", "The controller on board with its state, in double precision.")
         .def(
             "__init__",
-            [](Pilot* self, const NamedColumns& columns) {
-                const Controller<double> model = read_controller<double>(columns);
-                new (self) Pilot{model, init(model)};
+            [](LiveController* self, const Mapping& columns) {
+                const Controller<double> model = take(load_controller(MappedColumns(columns).columns));
+                new (self) LiveController{model, init(model)};
             },
             nb::arg("columns"), "At rest, from the columns of hypertuna.control.controller_columns.")
         .def(
             "step",
-            [](Pilot& self, const NamedColumns& readings, const NamedColumns& command, bool fresh, bool armed) {
+            [](LiveController& self, const Row& readings, const Row& command, bool fresh, bool armed) {
                 const int joints = self.model.joints;
                 const auto next = step(self.model, self.state, readings_of(readings, joints),
                                        command_of(command, joints, fresh, armed));
@@ -139,11 +122,13 @@ void bind_controller(nb::module_& m) {
             nb::arg("readings"), nb::arg("command"), nb::kw_only(), nb::arg("fresh") = true, nb::arg("armed") = true,
             "One tick: servo pulses [s], their angles [rad], bends set [rad], pressures believed [Pa], and the status: "
             "flags with one bit per condition, and where it holds.");
-    nb::class_<Senses>(m, "Sensors", "The sensors of a robot with what they get wrong.")
+    nb::class_<LiveSensors>(m, "Sensors", "The sensors of a robot with what they get wrong.")
         .def(
             "__init__",
-            [](Senses* self, const NamedColumns& columns, std::uint64_t seed) {
-                new (self) Senses{read_sensors<double>(columns, seed), {}, column_at(columns, "tick", 0)};
+            [](LiveSensors* self, const Mapping& mapping, std::uint64_t seed) {
+                const MappedColumns mapped(mapping);
+                const Sensors<double> model = take(load_sensors(mapped.columns, seed));
+                new (self) LiveSensors{model, {}, ColumnReader(mapped.columns).number("tick")};
             },
             nb::arg("columns"), nb::arg("seed"), "From the columns of hypertuna.sensing.sensor_columns.")
         .def("read", &sense_row, nb::arg("truth"), nb::arg("faults") = std::vector<FaultRow>(),

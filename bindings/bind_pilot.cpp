@@ -2,33 +2,24 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
-#include <memory>
-
-#include "pilot.hpp"
+#include "controller.hpp"
 
 namespace hypertuna {
 
-/// A pilot with its mission and state: tests and people drive it tick by tick.
-struct LivePilot {
-    Pilot<double> model;
-    std::unique_ptr<OwnedMission<double>> mission;
-    PilotState<double> state;
-};
+using PilotRow = nb::typed<nb::dict, nb::str, nb::any>;
 
-using Row = nb::typed<nb::dict, nb::str, nb::any>;
-
-static PilotReadings<double> pilot_readings(const NamedColumns& columns, int joints) {
+static PilotReadings<double> pilot_readings(const Row& columns, int joints) {
     PilotReadings<double> r{};
     read_readings(columns, joints, Reader::pilot, r);
     r.fixed = columns.count("fix") != 0;
-    for (int k = 0; r.fixed && k < 2; ++k) r.fix[k] = column_at(columns, "fix", std::size_t(k));
+    for (int k = 0; r.fixed && k < 2; ++k) r.fix[k] = number_at(columns, "fix", std::size_t(k));
     return r;
 }
 
-static Row pilot_row(const PilotStep<double>& step, int joints) {
+static PilotRow pilot_row(const PilotStep<double>& step, int joints) {
     const auto list = [](const double* from, int count) { return std::vector<double>(from, from + count); };
     const Estimate<double>& at = step.estimate;
-    Row row;
+    PilotRow row;
     row["pulse"] = list(step.output.pulse, 2 * joints + 2);
     row["target"] = list(step.output.target, 2 * joints + 2);
     row["frequency"] = step.command.frequency;
@@ -92,20 +83,19 @@ void bind_pilot(nb::module_& m) {
     nb::class_<LivePilot>(m, "Pilot", "The pilot on board with its mission and state, in double precision.")
         .def(
             "__init__",
-            [](LivePilot* self, const NamedColumns& controller, const NamedColumns& columns,
-               const NamedColumns& mission, const Input<2>& waypoints, const Input<2>& fence) {
-                auto owned = std::make_unique<OwnedMission<double>>(mission, waypoints, fence);
-                const Pilot<double> model = read_pilot<double>(controller, columns);
-                const PilotState<double> state = init(model, owned->mission);
-                new (self) LivePilot{model, std::move(owned), state};
+            [](LivePilot* self, const LiveController& controller, const Mapping& columns, const Mapping& mission) {
+                const Pilot<double> model = take(load_pilot(controller.model, MappedColumns(columns).columns));
+                MissionData data = take(load_mission(MappedColumns(mission).columns));
+                const PilotState<double> state = init(model, data.mission);
+                new (self) LivePilot{model, std::move(data), state};
             },
-            nb::arg("controller"), nb::arg("columns"), nb::arg("mission"), nb::arg("waypoints"), nb::arg("fence"),
-            "At the start of a mission, from the columns of hypertuna.guidance.")
+            nb::arg("controller"), nb::arg("columns"), nb::arg("mission"),
+            "At the start of a mission, from the columns of hypertuna.control.guidance.")
         .def(
             "fly",
-            [](LivePilot& self, const NamedColumns& readings) {
+            [](LivePilot& self, const Row& readings) {
                 const int joints = self.model.controller.joints;
-                const auto next = fly(self.model, self.state, pilot_readings(readings, joints), self.mission->mission);
+                const auto next = fly(self.model, self.state, pilot_readings(readings, joints), self.mission.mission);
                 self.state = next.state;
                 return pilot_row(next, joints);
             },

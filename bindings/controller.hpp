@@ -1,65 +1,63 @@
-/// The controller and the sensors as Python hands them over: named columns, in the order of core visit_fields.
+/// What runs on board with its state: tests and people drive it tick by tick.
 #pragma once
 
-#include <cmath>
-#include <stdexcept>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/tuple.h>
 
-#include "hypertuna/simulation/sensors.hpp"
+#include <map>
+#include <tuple>
+
+#include "hypertuna/host/controller.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
 
-using NamedColumns = std::map<std::string, std::vector<double>>;
+struct LiveController {
+    Controller<double> model;
+    ControllerState<double> state;
+};
 
-/// One number of the columns.
-inline double column_at(const NamedColumns& columns, const std::string& name, std::size_t index) {
-    const auto found = columns.find(name);
-    if (found == columns.end()) throw nb::value_error(("columns: lacks " + name).c_str());
-    if (found->second.size() <= index) check_extent(name.c_str(), found->second.size(), index + 1);
-    return found->second[index];
-}
+struct LiveSensors {
+    Sensors<double> model;
+    SensorsState<double> state;
+    double tick;  // s
+};
 
-template <class T>
-Controller<T> read_controller(const NamedColumns& columns) {
-    Controller<T> model{};
-    const double joints = column_at(columns, "joints", 0);
-    if (!(joints >= 1 && joints <= most_joints)) throw nb::value_error("columns: joints must be from 1 to 4");
-    model.joints = int(joints);
-    visit_fields(model, [&](const char* name, int index, auto& field) {
-        field = std::remove_reference_t<decltype(field)>(column_at(columns, name, std::size_t(index)));
-    });
-    return model;
-}
+struct LivePilot {
+    Pilot<double> model;
+    MissionData mission;
+    PilotState<double> state;
+};
 
 /// Kinds of faults by the names of the command line, in the order of FaultKind.
 inline std::vector<std::string> fault_kinds() { return {"none", "stuck", "open", "spike", "nan"}; }
-inline FaultKind fault_kind(const std::string& name) {
+
+using FaultRow = std::tuple<std::string, int, int, double, double>;  // kind, first and last channel, start and end [s]
+
+inline std::vector<Fault<double>> read_faults(const std::vector<FaultRow>& rows) {
     const std::vector<std::string> kinds = fault_kinds();
-    const auto found = std::find(kinds.begin(), kinds.end(), name);
-    if (found == kinds.end()) throw nb::value_error(("faults: no such kind: " + name).c_str());
-    return FaultKind(found - kinds.begin());
+    std::vector<Fault<double>> faults;
+    for (const auto& [name, first, last, start, end] : rows) {
+        const auto kind = std::find(kinds.begin(), kinds.end(), name);
+        if (kind == kinds.end()) throw nb::value_error(("faults: no such kind: " + name).c_str());
+        faults.push_back({FaultKind(kind - kinds.begin()), first, last, start, end});
+    }
+    return faults;
 }
 
-/// The models of the sensors that the controller reads, or also of those that only the pilot reads.
-template <class T>
-Sensors<T> read_sensors(const NamedColumns& columns, std::uint64_t seed, Reader last = Reader::controller) {
-    Sensors<T> sensors{};
-    sensors.joints = int(column_at(columns, "joints", 0));
-    sensors.root_tick = T(std::sqrt(column_at(columns, "tick", 0)));
-    sensors.seed = seed;
-    const auto fill = [&](const char* sensor, const char* name, T& field) {
-        field = T(column_at(columns, std::string(sensor) + "." + name, 0));
-    };
-    visit_fields(sensors, Reader::controller, fill);
-    if (last == Reader::pilot) {
-        visit_fields(sensors, Reader::pilot, fill);
-        sensors.fix_every = int(column_at(columns, "fix_every", 0));
-    }
-    return sensors;
+/// Rows of readings and commands by name, one tick at a time.
+using Row = std::map<std::string, std::vector<double>>;
+
+/// One number of a row.
+inline double number_at(const Row& row, const std::string& name, std::size_t index) {
+    const auto column = row.find(name);
+    if (column == row.end()) throw nb::value_error(("columns: lacks " + name).c_str());
+    if (column->second.size() <= index) check_extent(name.c_str(), column->second.size(), index + 1);
+    return column->second[index];
 }
 
 /// Readings by the names of the channels.
-inline void read_readings(const NamedColumns& columns, int joints, Reader last, PilotReadings<double>& readings) {
+inline void read_readings(const Row& columns, int joints, Reader last, PilotReadings<double>& readings) {
     visit_channels([&](const auto& channel, int) {
         if (channel.reader > last || channel.converter == Converter::none) return;
         const auto found = columns.find(channel.name);

@@ -29,10 +29,8 @@ void bind_swimmer(nb::module_& m);
 void bind_actuator(nb::module_& m);
 void bind_hydraulics(nb::module_& m);
 void bind_controller(nb::module_& m);
-void bind_twin(nb::module_& m);
 void bind_pilot(nb::module_& m);
-void bind_body6(nb::module_& m);
-void bind_mission(nb::module_& m);
+void bind_simulation(nb::module_& m);
 void bind_firmware(nb::module_& m);
 
 }  // namespace hypertuna

@@ -9,9 +9,7 @@ NB_MODULE(_core, m) {
     hypertuna::bind_actuator(m);
     hypertuna::bind_hydraulics(m);
     hypertuna::bind_controller(m);
-    hypertuna::bind_twin(m);
     hypertuna::bind_pilot(m);
-    hypertuna::bind_body6(m);
-    hypertuna::bind_mission(m);
+    hypertuna::bind_simulation(m);
     hypertuna::bind_firmware(m);
 }

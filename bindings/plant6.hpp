@@ -1,7 +1,7 @@
 /// The plant in space, the largest part of what its users compile: plant6.cpp does it for all of them.
 #pragma once
 
-#include "free_body.hpp"
+#include "hypertuna/host/body.hpp"
 #include "hypertuna/simulation/twin6.hpp"
 
 // `keyword` is extern, or nothing where it is compiled.
@@ -22,6 +22,6 @@
 #define HYPERTUNA_PLANT6_HERE(Law) HYPERTUNA_PLANT6_ALL(, Law)
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
-static_assert(most_coordinates == 5);
+static_assert(max_coordinates == 5);
 HYPERTUNA_WATER_LAWS(HYPERTUNA_PLANT6_EXTERN)
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -3,7 +3,7 @@ The numerical core: SI units and radians throughout, plain arrays in and out.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, overload
 
 import numpy
 from numpy.typing import NDArray
@@ -284,7 +284,7 @@ def condition_table() -> list[tuple[str, str, str]]:
 class Controller:
     """The controller on board with its state, in double precision."""
 
-    def __init__(self, columns: Mapping[str, Sequence[float]]) -> None:
+    def __init__(self, columns: dict[str, Any]) -> None:
         """At rest, from the columns of hypertuna.control.controller_columns."""
 
     def step(
@@ -302,7 +302,7 @@ class Controller:
 class Sensors:
     """The sensors of a robot with what they get wrong."""
 
-    def __init__(self, columns: Mapping[str, Sequence[float]], seed: int) -> None:
+    def __init__(self, columns: dict[str, Any], seed: int) -> None:
         """From the columns of hypertuna.sensing.sensor_columns."""
 
     def read(
@@ -311,69 +311,6 @@ class Sensors:
         """
         Readings of a tick for the true values; faults as (kind, first channel, last channel, start, end) [s].
         """
-
-def tail_acceleration(
-    model: Model,
-    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    *,
-    bend: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order="C", device="cpu", writable=False)],
-    twist: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    moment: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    clamped: bool,
-) -> NDArray[numpy.float64]:
-    """
-    Accelerations (states, 3 + D) of head and D coordinates, `share` (links, D) of which each joint takes, at bend (states, 2, D: angle and rate) and twist (states, 3) under moments (states, D) on the coordinates.
-    """
-
-def run_plant(
-    model: Model,
-    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    *,
-    points: Sequence[
-        Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)]
-    ],
-    grid: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    hinge: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    battery: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    idle: float,
-    clamped: bool,
-    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    target: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    tick: float,
-    steps: int,
-) -> dict[str, NDArray[numpy.float64]]:
-    """
-    Drive the servos to targets (ticks, 2 joints), each held for a tick: the record of a run, one row a tick.
-    """
-
-def run_twin(
-    model: Model,
-    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    *,
-    points: Sequence[
-        Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)]
-    ],
-    grid: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    hinge: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    battery: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    idle: float,
-    clamped: bool,
-    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    controller: Mapping[str, Sequence[float]],
-    sensors: Mapping[str, Sequence[float]],
-    seed: int,
-    faults: Sequence[tuple[str, int, int, float, float]],
-    frequency: float,
-    command: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    heard: float,
-    ticks: int,
-    steps: int,
-) -> dict[str, NDArray[numpy.float64]]:
-    """
-    Run plant, sensors and controller under one command, rows amplitude, phase and bias (3, joints), heard until a time: the record of a run, one row a tick; `ticks` says how many were made.
-    """
 
 MOST_GAITS: int = 12
 
@@ -394,113 +331,109 @@ def pilot_fields(joints: int, gaits: int) -> list[tuple[str, str, int]]:
 class Pilot:
     """The pilot on board with its mission and state, in double precision."""
 
-    def __init__(
-        self,
-        controller: Mapping[str, Sequence[float]],
-        columns: Mapping[str, Sequence[float]],
-        mission: Mapping[str, Sequence[float]],
-        waypoints: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-        fence: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    ) -> None:
-        """At the start of a mission, from the columns of hypertuna.guidance."""
+    def __init__(self, controller: Controller, columns: dict[str, Any], mission: dict[str, Any]) -> None:
+        """
+        At the start of a mission, from the columns of hypertuna.control.guidance.
+        """
 
     def fly(self, readings: Mapping[str, Sequence[float]]) -> dict[str, Any]:
         """
         One tick: pulses [s], command, estimate, mode and reasons. Readings have `fix` where one came.
         """
 
-def link_body_columns() -> list[str]:
-    """Columns of a link's description in space."""
-
-def fin_columns() -> list[str]:
-    """Numbers that describe the pectoral fins."""
-
-def sea_columns() -> list[str]:
-    """Numbers that describe the sea."""
-
 GRAVITY: float = 9.81
 
-def body6_acceleration(
-    model: Model,
-    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    *,
-    links: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    fin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    sea: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    shedding: float,
-    bend: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order="C", device="cpu", writable=False)],
-    twist: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    pose: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    moment: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-) -> NDArray[numpy.float64]:
-    """
-    Accelerations (states, 6 + D) of the head (linear, then angular, in body axes) and of D coordinates, at bend (states, 2, D), twist (states, 6), pose (states, 9: position, attitude w x y z, fin angles), under moments (states, D) on the coordinates. `links`, `fin` and `sea` have the columns that the functions name.
-    """
+class World:
+    """A bench, the plane of still water, or a sea. Immutable."""
 
-def run_twin6(
-    model: Model,
-    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    *,
-    points: Sequence[
-        Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)]
-    ],
-    grid: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    hinge: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    battery: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    idle: float,
-    links: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    fin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    sea: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    shedding: float,
-    antenna: float,
-    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    controller: Mapping[str, Sequence[float]],
-    sensors: Mapping[str, Sequence[float]],
-    seed: int,
-    faults: Sequence[tuple[str, int, int, float, float]],
-    frequency: float,
+    def __init__(self, columns: dict[str, Any]) -> None:
+        """
+        From `clamped` (0 or 1: the head is held still), `gaps` (n, 2: times without satellites [s]) and the sea's columns `sea.NAME`, each of which may be left out: without them the plane of still water.
+        """
+
+class Body:
+    """What of a robot moves in the water. Immutable."""
+
+    def __init__(self, model: Model, columns: dict[str, Any]) -> None:
+        """
+        From `share` (links, D) of which each front joint takes of D coordinates; to be at sea, too, `link.NAME` (links), `fin.NAME`, `shedding` and `antenna`.
+        """
+
+    def accelerations(
+        self,
+        world: World,
+        *,
+        bend: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, None, None), order="C", device="cpu", writable=False)
+        ],
+        twist: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+        pose: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+        moment: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    ) -> NDArray[numpy.float64]:
+        """
+        Accelerations (states, 6 + D) of the head (linear, then angular, in body axes) and of D coordinates, at bend (states, 2, D: angle and rate), twist (states, 6) and pose (states, 9: position, attitude w x y z, fin angles), under moments (states, D) on the coordinates.
+        """
+
+class Plant(Body):
+    """All of a robot that obeys physics alone. Immutable."""
+
+    def __init__(self, model: Model, columns: dict[str, Any]) -> None:
+        """
+        From the columns of Body, `joints`, `points[j]` (points, columns of a joint's table), `joint.NAME` (joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `hinge.NAME` where there is one.
+        """
+
+class GaitCommand:
+    """A command to a controller. Immutable."""
+
+    def __init__(self, controller: Controller, columns: dict[str, Any], *, lost_at: float) -> None:
+        """
+        From `frequency`, `amplitude`, `phase` and `bias` (joints), and `fin` (ticks, 2) at sea, until the command is lost [s].
+        """
+
+@overload
+def simulate(
+    plant: Plant,
     command: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    fin_angle: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    heard: float,
+    world: World,
+    *,
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    tick: float,
     steps: int,
-    every: int,
 ) -> dict[str, NDArray[numpy.float64]]:
     """
-    Run plant, sensors and controller in space from a twist and a pose under one command, rows amplitude, phase and bias (3, joints), heard until a time, and fin angles (ticks, 2): the record of a run, one row every so many ticks; `ticks` says how many were made.
+    Drive the servos to targets (ticks, 2 joints), each held for a tick, from a twist (6): the record of a run, one row per tick; `ticks` has how many were made.
     """
 
-def run_mission(
-    model: Model,
-    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+@overload
+def simulate(
+    plant: Plant,
+    command: GaitCommand,
+    world: World,
     *,
-    points: Sequence[
-        Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)]
-    ],
-    grid: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    hinge: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    battery: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    idle: float,
-    links: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    fin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    sea: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    shedding: float,
-    antenna: float,
+    sensors: Sensors,
+    faults: Sequence[tuple[str, int, int, float, float]],
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)] | None = None,
+    ticks: int,
+    steps: int,
+    every: int = 1,
+) -> dict[str, NDArray[numpy.float64]]:
+    """
+    Run plant, sensors and controller under one command from a twist (6) and, at sea, a pose (9): the record, one row every `every` ticks. Faults are (kind, first channel, last channel, start, end) [s].
+    """
+
+@overload
+def simulate(
+    plant: Plant,
+    command: Pilot,
+    world: World,
+    *,
+    sensors: Sensors,
+    faults: Sequence[tuple[str, int, int, float, float]],
+    fin_faults: Sequence[tuple[int, float, float, float]],
     twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    taken: float,
-    controller: Mapping[str, Sequence[float]],
-    pilot: Mapping[str, Sequence[float]],
-    mission: Mapping[str, Sequence[float]],
-    waypoints: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    fence: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    sensors: Mapping[str, Sequence[float]],
-    seed: int,
-    faults: Sequence[tuple[str, int, int, float, float]],
-    fins: Sequence[tuple[int, float, float, float]],
-    gaps: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    charge: float,
     ticks: int,
     steps: int,
     every: int,
@@ -508,7 +441,7 @@ def run_mission(
     board: Callable[[Sequence[float]], Sequence[float]] | None = None,
 ) -> tuple[dict[str, NDArray[numpy.float64]], bytes]:
     """
-    Fly a mission for so many ticks, from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier part left: the record, one row every so many ticks, and the state at the end. `fins` are servos that stand, (fin, angle [rad] or NaN for where it is, from, to [s]); `gaps` (n, 2) times without satellites. `board` takes the pilot's place: a function of what the sensors show (bends, pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) that returns the servo pulses [s].
+    Fly a pilot's mission from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier part left: the record and the state at the end. `fin_faults` are servos that stand, (fin, angle [rad] or NaN for where it is, from, to [s]). `board` takes the pilot's place: a function of what the sensors show (bends, pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) that returns the servo pulses [s].
     """
 
 def refusal_table() -> list[tuple[str, str]]:

@@ -248,10 +248,11 @@ def test_the_energy_of_a_run_closes() -> None:
     for material in document["materials"].values():
         material["relaxation_s"] = 0.0
     robot = parse(document)
-    parts = parts_of(robot, "air", None).plant
+    plant = parts_of(robot, "air", None).plant
     swing = 0.3 * np.sin(2 * np.pi * 0.5 * 0.002 * np.arange(1000))
     target = np.stack([swing, -swing, swing, -swing], axis=1)
-    run = ht._core.run_plant(**parts, twist=np.zeros(3), target=target, tick=0.002, steps=8)
+    bench = ht._core.World({"clamped": 1})
+    run = ht._core.simulate(plant, target, bench, twist=np.zeros(6), tick=0.002, steps=8)
     for j, table in enumerate(joint_tables(robot)):
         angle, sides = run["angle"][:, j], slice(2 * j, 2 * j + 2)
         at, pressure = table.at(angle), run["unit_pressure"][:, sides]

@@ -27,15 +27,15 @@ class Space:
     sea: dict[str, float]
     shedding: float = 0.0
 
-    def rows(self) -> tuple[Real, Real, Real]:
-        """As the core takes them, in the order of its columns."""
-        from hypertuna import _core
+    def body_columns(self) -> dict[str, Real | float]:
+        """As the core takes a body beyond the plane."""
+        links = {f"link.{name}": values for name, values in self.links.items()}
+        fin = {f"fin.{name}": value for name, value in self.fin.items()}
+        return {**links, **fin, "shedding": self.shedding, "antenna": 0.0}
 
-        return (
-            np.stack([self.links[name] for name in _core.link_body_columns()], axis=1),
-            np.array([self.fin[name] for name in _core.fin_columns()]),
-            np.array([self.sea[name] for name in _core.sea_columns()]),
-        )
+    def sea_columns(self) -> dict[str, float]:
+        """As the core takes the world."""
+        return {f"sea.{name}": value for name, value in self.sea.items()}
 
 
 def axes(psi: float) -> Real:

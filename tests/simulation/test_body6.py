@@ -13,7 +13,7 @@ from oracles import space as oracle
 from oracles.cases import Case, random_case
 from oracles.planar import Chain, Real, Water
 from oracles.space import Space
-from simulation.test_tail import COORDINATES, bent, shares
+from simulation.test_tail import COORDINATES, bent, planar_accelerations, shares
 from swimming.test_core_against_oracles import ROUNDING, core_model, difference
 
 FIN = {"x": 0.12, "y": 0.09, "z": -0.01, "span": 0.06, "chord": 0.05, "stall": 0.3, "drag_zero": 0.02}
@@ -23,7 +23,8 @@ DEEP = np.array([0.3, -2.0, -5.0])  # m, where the nose is
 
 def still_sea(**values: float) -> dict[str, float]:
     """Fresh water without current or bottom."""
-    return dict.fromkeys(_core.sea_columns(), 0.0) | {"density": 1000.0, "bottom": np.inf, "stiffness": 1e4} | values
+    nothing = ("current_east", "current_north", "shear_east", "shear_north", "field_east", "field_north", "field_up")
+    return dict.fromkeys(nothing, 0.0) | {"density": 1000.0, "bottom": np.inf, "stiffness": 1e4} | values
 
 
 def random_space(rng: np.random.Generator, case: Case) -> Space:
@@ -71,14 +72,9 @@ class State:
         self.fins = np.zeros(2)
 
     def accelerations(self, law: str) -> Real:
-        links, fin, sea = self.space.rows()
-        return _core.body6_acceleration(
-            core_model(self.case, law, "consistent"),
-            self.share,
-            links=links,
-            fin=fin,
-            sea=sea,
-            shedding=self.space.shedding,
+        body = _core.Body(core_model(self.case, law, "consistent"), {"share": self.share} | self.space.body_columns())
+        return body.accelerations(
+            _core.World(self.space.sea_columns()),
             bend=np.stack([self.angle, self.rate])[None],
             twist=self.twist[None],
             pose=np.concatenate([self.position, self.attitude, self.fins])[None],
@@ -197,14 +193,8 @@ def test_in_the_plane_it_is_the_tail(law: str) -> None:
         state.attitude = np.array([np.cos(heading / 2), 0, 0, np.sin(heading / 2)])
         state.twist[2:5] = 0
         got = state.accelerations(law)
-        expected = _core.tail_acceleration(
-            core_model(state.case, law, "consistent"),
-            state.share,
-            bend=np.stack([state.angle, state.rate])[None],
-            twist=state.twist[[0, 1, 5]][None],
-            moment=state.moment[None],
-            clamped=False,
-        )[0]
+        model, bend = core_model(state.case, law, "consistent"), np.stack([state.angle, state.rate])
+        expected = planar_accelerations(model, state.share, bend, state.twist[[0, 1, 5]], state.moment, clamped=False)
         planar = got[[0, 1, 5, *range(6, 6 + COORDINATES)]]
         assert difference(planar, expected) < 1e-11
         assert abs(got[2:5]).max() < 1e-11 * abs(expected).max()

@@ -14,7 +14,7 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.simulation.sea import sea_parts
+from hypertuna.simulation.sea import space_columns, world_at_sea
 from hypertuna.swimming.model import core_model
 from models import changed
 from oracles.planar import Real
@@ -156,12 +156,11 @@ def test_a_uniform_current_carries_everything_alike() -> None:
 def test_sinking_into_slower_water_the_body_outruns_it() -> None:
     """Rigid masses keep their way, displaced water does not: M du/dt = -m dw/dt, dw/dt = w'(z) dz/dt."""
     sea = ht.Sea(current=(0.0, -0.4), current_bottom=(0.0, 0.0), bottom=10.0)  # toward the tail of a body facing north
-    space = sea_parts(robot_with({"spatial.com_height_m": each(0.0), "fins.span_m": 1e-6, "fins.chord_m": 1e-6}), sea)
+    robot = robot_with({"spatial.com_height_m": each(0.0), "fins.span_m": 1e-6, "fins.chord_m": 1e-6})
     attitude = [math.cos(-math.pi / 4), 0, 0, math.sin(-math.pi / 4)]
-    got = _core.body6_acceleration(
-        core_model(ROBOT),
-        np.eye(LINKS)[:, 1:2],
-        **{name: space[name] for name in ("links", "fin", "sea", "shedding")},
+    body = _core.Body(core_model(ROBOT), {"share": np.eye(LINKS)[:, 1:2]} | space_columns(robot))
+    got = body.accelerations(
+        world_at_sea(robot, sea),
         bend=np.zeros((1, 2, 1)),
         twist=np.array([[0, 0, -0.5, 0, 0, 0.0]]),
         pose=np.array([[0, 0, -5.0, *attitude, 0, 0]]),

@@ -136,8 +136,8 @@ def driven(target: Any, steps: int) -> dict[str, Any]:
     from hypertuna.simulation.plant import parts_of
 
     parts = parts_of(ROBOT, "water", None)
-    return _core.run_plant(
-        **parts.plant, twist=np.zeros(3), target=np.ascontiguousarray(target), tick=0.01, steps=steps
+    return _core.simulate(
+        parts.plant, np.ascontiguousarray(target), _core.World({}), twist=np.zeros(6), tick=0.01, steps=steps
     )
 
 

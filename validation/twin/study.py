@@ -129,7 +129,9 @@ def driven(robot: ht.Robot, frequency: float, amplitude: Any, fish_in: str) -> t
         gained = tables[j].at(bend)["volume"] - tables[j].at([0.0])["volume"][0]
         for side in range(2):
             target[:, 2 * j + side] = servo_angle(oil, gained[:, side], 2 * j + side)
-    out = _core.run_plant(**parts.plant, twist=np.zeros(3), target=np.nan_to_num(target, nan=1.2), tick=0.01, steps=20)
+    world = _core.World({"clamped": fish_in == "air"})
+    target = np.nan_to_num(target, nan=1.2)
+    out = _core.simulate(parts.plant, target, world, twist=np.zeros(6), tick=0.01, steps=20)
     last = slice(200, 400)
     turn = np.exp(-2j * np.pi * frequency * t[last])
     angle = np.degrees(abs(2 * np.mean(out["angle"][last] * turn[:, None], axis=0)))

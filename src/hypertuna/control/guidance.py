@@ -267,14 +267,14 @@ def mission_columns(mission: Mission) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``mission``: columns by the names of core mission.hpp; ``waypoints`` (n, 5) and ``fence`` (corners, 2).
+        Columns by the names of core mission.hpp, ``waypoints`` (n, 5) and ``fence`` (corners, 2).
     """
     scalars = ("home_radius", "home_speed", "reserve", "duration", "surface_every")
     columns = {name: [float(getattr(mission, name))] for name in scalars}
     columns |= {"start": list(mission.start), "home": list(mission.home), "stay": [float(mission.stay)]}
     columns["depth_most"] = [float(mission.depth_max)]
     return {
-        "mission": columns,
+        **columns,
         "waypoints": np.array(mission.waypoints, dtype=np.float64).reshape(-1, 5),
         "fence": np.array(mission.fence, dtype=np.float64).reshape(-1, 2),
     }

@@ -343,7 +343,7 @@ def _record(
     robot, mission = run.start.robot, run.start.mission
     data = {name: values for name, values in run.data.items() if name in COLUMNS}
     full = dict(zip(battery_columns(robot).columns, battery_columns(robot).values.tolist(), strict=True))["charge"]
-    taken = float(run.start.core["taken"]) if before is None else float(before.data["charge"][-1])
+    taken = float(run.start.core["charge"]) if before is None else float(before.data["charge"][-1])
     given = 0.0 if before is None else float(before.energy[-1])
     data["energy"] = given + np.cumsum(data["battery_voltage"] * np.diff(data["charge"], prepend=taken))
     data["charge_left"] = 1 - data["charge"] / full

@@ -21,7 +21,7 @@ from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, POSITIVE_WHOLE
 from hypertuna.simulation.plant import checked_seed, controller_of, found_faults, listed, parts_of, steps_needed
-from hypertuna.simulation.sea import Sea, sea_parts
+from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import Motion
 
 __all__ = ["MissionRun", "MissionStart", "fly_mission", "fly_part", "mission_start"]
@@ -55,7 +55,7 @@ class MissionStart:
     tick : float
         Control tick [s].
     core : dict
-        Arguments of `_core.run_mission`.
+        Arguments of `_core.simulate`.
     """
 
     robot: Robot = field(repr=False)
@@ -84,7 +84,7 @@ class MissionRun(Motion):
     time : ndarray, shape (T,)
         Start of every control tick that was recorded [s].
     data : dict of ndarray
-        What was recorded, as `_core.run_mission` names it, each (T,) or (T, n) [SI].
+        What was recorded, as `_core.simulate` names it, each (T,) or (T, n) [SI].
     status : str
         "done"; "home", but before it had reached all waypoints; "hold", "given up" (out of time) or "diverged".
     """
@@ -177,20 +177,17 @@ def mission_start(
     fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
     sensors = tuple(fault for fault in given if fault not in fins)
     at = dict(zip(battery_columns(robot).columns, battery_columns(robot).values.tolist(), strict=True))
-    core = {
-        **{key: value for key, value in parts.plant.items() if key != "clamped"},
-        **sea_parts(robot, _sea(mission)),
-        **mission_columns(mission),
+    controller = _core.Controller(controller_of(robot))
+    core: dict[str, Any] = {
+        "plant": parts.plant,
+        "command": _core.Pilot(controller, pilot_columns(robot, table), mission_columns(mission)),
+        "world": world_at_sea(robot, _sea(mission), mission.gaps),
+        "sensors": _core.Sensors(pilot_sensor_columns(robot), checked_seed(seed)),
+        "faults": found_faults(sensors, robot, most),
+        "fin_faults": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
         "twist": np.zeros(6),
         "pose": _pose(mission),
-        "taken": (1 - mission.battery) * at["charge"],
-        "controller": controller_of(robot),
-        "pilot": pilot_columns(robot, table),
-        "sensors": pilot_sensor_columns(robot),
-        "seed": checked_seed(seed),
-        "faults": [tuple(fault) for fault in found_faults(sensors, robot, most)],
-        "fins": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
-        "gaps": np.array(mission.gaps, dtype=np.float64).reshape(-1, 2),
+        "charge": (1 - mission.battery) * at["charge"],
         "steps": steps_needed(tick, parts, robot),
         "every": every,
     }
@@ -220,7 +217,7 @@ def fly_part(start: MissionStart, ticks: int, state: bytes | None = None) -> tup
     ValueError
         If the state is none of this mission's.
     """
-    record, after = _core.run_mission(**start.core, ticks=ticks, state=state)
+    record, after = _core.simulate(**start.core, ticks=ticks, state=state)
     return record, after
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import weakref
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,10 +17,11 @@ from hypertuna.actuation.hydraulics import Circuits, circuits
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.sensors import Fault, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, cached
 from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE, WHOLE
+from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim
@@ -32,7 +32,7 @@ __all__ = [
     "Parts",
     "check_command",
     "checked_seed",
-    "command_rows",
+    "command_columns",
     "controller_of",
     "found_faults",
     "listed",
@@ -55,41 +55,49 @@ MOST_TICKS = 1_000_000  # of a run: a gigabyte of record
 
 @dataclass(frozen=True)
 class Parts:
-    """What the core takes of a robot, whatever it is told to do."""
+    """A robot as the core simulates it."""
 
-    plant: dict[str, Any]
+    plant: _core.Plant
     fastest: float  # of the plant's own rates [1/s]: Runge-Kutta's steps must resolve it
     stiffest: tuple[str, str]  # key of what makes that rate, and what to do about it
     sensors: dict[str, list[float]]
-    temperature: float
-
-
-_parts: dict[tuple[int, str, float | None], Parts] = {}
-_controllers: dict[int, dict[str, list[float]]] = {}
+    temperature: float  # of the oil [K]
 
 
 def parts_of(robot: Robot, fish_in: str, temperature: float | None) -> Parts:
-    """Describe the plant and the sensors to the core, once for each robot object and condition."""
-    key = (id(robot), fish_in, temperature)
-    found = _parts.get(key)
-    if found is None:
-        found = _parts[key] = _make_parts(robot, fish_in, temperature)
-        weakref.finalize(robot, _parts.pop, key, None)
-    return found
+    """Build plant and sensors of a robot in water or air, at a temperature of its oil [K]."""
+    return cached(robot, ("plant", fish_in, temperature), lambda: _make_parts(robot, fish_in, temperature))
 
 
 def controller_of(robot: Robot) -> dict[str, list[float]]:
-    """Describe the controller to the core, once for each robot object."""
-    found = _controllers.get(id(robot))
-    if found is None:
-        found = _controllers[id(robot)] = controller_columns(robot)
-        weakref.finalize(robot, _controllers.pop, id(robot), None)
-    return found
+    """Compute the columns of a robot's controller."""
+    return cached(robot, "controller", lambda: controller_columns(robot))
 
 
 def _make_parts(robot: Robot, fish_in: str, temperature: float | None) -> Parts:
-    oil = circuits(robot, temperature)
-    tables = joint_tables(robot)
+    oil, tables = circuits(robot, temperature), joint_tables(robot)
+    model = core_model(robot) if fish_in == "water" else core_model(robot, _without_water(robot))
+    battery = battery_columns(robot)
+    columns: dict[str, Any] = {
+        "share": _shares(robot),
+        "joints": len(tables),
+        **{f"points[{j}]": table.points for j, table in enumerate(tables)},
+        **{f"joint.{name}": [getattr(t, name) for t in tables] for name in ("first", "step", "viscosity", "stop")},
+        **{f"circuit.{name}": oil.column(name) for name in oil.columns},
+        **{f"battery.{name}": value for name, value in zip(battery.columns, battery.values.tolist(), strict=True)},
+        "idle": _idle(robot),
+    }
+    if robot.hinge is not None:
+        columns |= {"hinge.stiffness": robot.hinge.stiffness, "hinge.damping": robot.hinge.damping}
+    if robot.spatial is not None and robot.fins is not None:
+        columns |= space_columns(robot)
+    plant = _core.Plant(model, columns)
+    fastest, stiffest = _fastest(robot, plant, fish_in == "air", oil, tables)
+    return Parts(plant, fastest, stiffest, sensor_columns(robot), oil.temperature)
+
+
+def _shares(robot: Robot) -> Array:
+    """Part of each coordinate, joint groups and then the hinge, that a link's front joint takes (links, D)."""
     links, groups = len(robot.links.name), len(robot.joints)
     share = np.zeros((links, groups + (robot.hinge is not None)))
     for g, group in enumerate(robot.joints):
@@ -99,22 +107,11 @@ def _make_parts(robot: Robot, fish_in: str, temperature: float | None) -> Parts:
             rule, fix = f"must be a link from 1 to {links - 1}", "link 0 is the head"
             raise InputError(rule, file=robot.file or None, key="hinge.link", value=str(robot.hinge.link), fix=fix)
         share[robot.hinge.link, groups] = 1.0
-    plant = {
-        "model": core_model(robot) if fish_in == "water" else core_model(robot, _without_water(robot)),
-        "share": share,
-        "points": [table.points for table in tables],
-        "grid": np.array([[table.first, table.step, table.viscosity, table.stop] for table in tables]),
-        "circuits": oil.values,
-        "hinge": np.array([robot.hinge.stiffness, robot.hinge.damping] if robot.hinge else [0.0, 0.0]),
-        "battery": battery_columns(robot).values,
-        "idle": _idle(robot),
-        "clamped": fish_in == "air",
-    }
-    return Parts(plant, *_fastest(robot, plant, oil, tables), sensor_columns(robot), oil.temperature)
+    return share
 
 
 def _fastest(
-    robot: Robot, plant: dict[str, Any], oil: Circuits, tables: Sequence[JointTable]
+    robot: Robot, plant: _core.Plant, clamped: bool, oil: Circuits, tables: Sequence[JointTable]
 ) -> tuple[float, tuple[str, str]]:
     """Bound the plant's rates at the hard limit [1/s]: a circuit's own, its joint's swing on the oil, a hinge's.
 
@@ -122,15 +119,14 @@ def _fastest(
     """
     control = robot.controller
     pressure = 0.0 if control is None else control.pressure_hard
-    coordinates = plant["share"].shape[1]
-    mobility = _core.tail_acceleration(  # rad/s^2 per N m of every coordinate of the straight tail
-        plant["model"],
-        plant["share"],
+    coordinates = len(tables) + (robot.hinge is not None)
+    mobility = plant.accelerations(  # rad/s^2 per N m of every coordinate of the straight tail
+        _core.World({"clamped": float(clamped)}),
         bend=np.zeros((coordinates, 2, coordinates)),
-        twist=np.zeros((coordinates, 3)),
+        twist=np.zeros((coordinates, 6)),
+        pose=np.zeros((coordinates, 9)),
         moment=np.eye(coordinates),
-        clamped=plant["clamped"],
-    )[:, 3:].diagonal()
+    )[:, 6:].diagonal()
     column = {name: oil.column(name) for name in oil.columns}
     absolute = _core.ATMOSPHERE + pressure
     swelling = 1 / column["bulk_modulus"] + column["air"] * _core.ATMOSPHERE / absolute**2
@@ -142,9 +138,11 @@ def _fastest(
         own = max(_core.circuit_stiffness(row, pressure, 0.0) for row in oil.values[sides])
         line = (f"joints.{table.name}.line", "more air or compliance, a narrower or longer line, or heavier rotors")
         rates[line] = math.hypot(own, swing)
-    spring, damper = plant["hinge"] * mobility[-1]  # none: both are zero
-    rates["hinge.stiffness_n_m_per_rad", "a softer hinge, or none"] = math.sqrt(spring)
-    rates["hinge.damping_n_m_s_per_rad", "less damping"] = float(damper)
+    if robot.hinge is not None:
+        rates["hinge.stiffness_n_m_per_rad", "a softer hinge, or none"] = math.sqrt(
+            robot.hinge.stiffness * mobility[-1]
+        )
+        rates["hinge.damping_n_m_s_per_rad", "less damping"] = float(robot.hinge.damping * mobility[-1])
     stiffest = max(rates, key=lambda name: rates[name])
     return float(rates[stiffest]), stiffest
 
@@ -162,10 +160,10 @@ def _idle(robot: Robot) -> float:
     return float(sum(s.count * s.idle_current * s.voltage for s in others if s.idle_current and s.voltage))
 
 
-def command_rows(gait: Gait) -> Array:
-    """Amplitude, lag behind the first joint group within half a turn, and bias of every group (3, joints) [rad]."""
+def command_columns(gait: Gait) -> dict[str, Any]:
+    """Columns of a command; phases are lags behind the first joint group within half a turn [rad]."""
     lags = [math.remainder(phase - gait.phase[0], 2 * math.pi) for phase in gait.phase]
-    return np.array([gait.amplitude, lags, gait.bias])
+    return {"frequency": gait.frequency, "amplitude": gait.amplitude, "phase": lags, "bias": gait.bias}
 
 
 def open_loop(columns: Mapping[str, list[float]]) -> dict[str, list[float]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,7 @@ from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE
 
-__all__ = ["Sea", "sea_parts"]
+__all__ = ["Sea", "space_columns", "world_at_sea"]
 
 Array = NDArray[np.float64]
 
@@ -85,27 +86,9 @@ def _current(key: str, values: Any) -> tuple[float, float]:
     return (east, north)
 
 
-def sea_parts(robot: Robot, sea: Sea) -> dict[str, Any]:
-    """Describe to the core what a robot has beyond the plane, and the sea.
-
-    Parameters
-    ----------
-    robot : Robot
-        With the tables ``[spatial]`` and ``[fins]``.
-    sea : Sea
-
-    Returns
-    -------
-    dict
-        ``links``, ``fin``, ``sea``, ``shedding`` and ``antenna`` as `_core.run_twin6` takes them, SI units.
-
-    Raises
-    ------
-    InputError
-        If a table is missing.
-    """
-    links, fins = _links(robot), require(robot.fins, "fins", robot)
-    fin = {name: getattr(fins, name) for name in _core.fin_columns()}
+def world_at_sea(robot: Robot, sea: Sea, gaps: Sequence[tuple[float, float]] = ()) -> _core.World:
+    """Build the world around a robot at sea; in the gaps [s] there are no satellites."""
+    space_columns(robot)  # or a sentence which table is missing
     east, north = sea.shear
     numbers = {
         "density": robot.water.density,
@@ -119,12 +102,18 @@ def sea_parts(robot: Robot, sea: Sea) -> dict[str, Any]:
         "field_north": math.cos(sea.dip),
         "field_up": -math.sin(sea.dip),
     }
+    columns: dict[str, Any] = {f"sea.{name}": value for name, value in numbers.items()}
+    return _core.World(columns | {"gaps": np.array(gaps, dtype=np.float64).reshape(-1, 2)})
+
+
+def space_columns(robot: Robot) -> dict[str, Any]:
+    """Columns of a body beyond the plane: links, fins, shedding, antenna."""
+    links, fins = _links(robot), require(robot.fins, "fins", robot)
     tall = robot.body.height if robot.body.height is not None else links["height"][0]
     return {
-        "links": np.stack([links[name] for name in _core.link_body_columns()], axis=1),
-        "fin": np.array([fin[name] for name in _core.fin_columns()]),
-        "sea": np.array([numbers[name] for name in _core.sea_columns()]),
-        "shedding": 0.0 if robot.spatial is None else robot.spatial.shedding_vertical,
+        **{f"link.{name}": values for name, values in links.items()},
+        **{f"fin.{name}": getattr(fins, name) for name in type(fins).model_fields},
+        "shedding": require(robot.spatial, "spatial", robot).shedding_vertical,
         "antenna": float(tall) / 2,  # at the upper end of what is highest
     }
 

@@ -22,7 +22,7 @@ from hypertuna.simulation.plant import (
     EXACT,
     check_command,
     checked_seed,
-    command_rows,
+    command_columns,
     controller_of,
     found_faults,
     listed,
@@ -33,7 +33,7 @@ from hypertuna.simulation.plant import (
     steps_of,
     ticks_of,
 )
-from hypertuna.simulation.sea import Sea, sea_parts
+from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import VARIABLES, SeaRun
 from hypertuna.swimming.gait import Gait, check_gait
 
@@ -121,7 +121,7 @@ def twin_at_sea(
     """
     check_gait(gait, robot)
     control = require(robot.controller, "controller", robot)
-    space = sea_parts(robot, sea)
+    world = world_at_sea(robot, sea)
     tick = 1 / control.rate
     ticks, every = ticks_of(duration, tick), _every(every)
     parts = parts_of(
@@ -132,20 +132,16 @@ def twin_at_sea(
     check_command(robot, gait, columns)
     given = listed(faults)
     start = settled_speed(robot, gait) if speed is None else FINITE.check(speed, "speed", "give it in m/s")
-    plant = {key: value for key, value in parts.plant.items() if key != "clamped"}
-    record = _core.run_twin6(
-        **plant,
-        **space,
+    command = command_columns(gait) | {"fin": _fin_angles(fins, ticks, tick, control)}
+    record = _core.simulate(
+        parts.plant,
+        _core.GaitCommand(_core.Controller(columns if closed_loop else open_loop(columns)), command, lost_at=heard),
+        world,
+        sensors=_core.Sensors(parts.sensors, checked_seed(seed)),
+        faults=found_faults(given, robot, duration),
         twist=np.array([-start, 0.0, 0.0, 0.0, 0.0, 0.0]),
         pose=_pose(depth, roll, pitch, heading, sea),
-        controller=columns if closed_loop else open_loop(columns),
-        sensors=parts.sensors,
-        seed=checked_seed(seed),
-        faults=found_faults(given, robot, duration),
-        frequency=gait.frequency,
-        command=command_rows(gait),
-        fin_angle=_fin_angles(fins, ticks, tick, control),
-        heard=heard,
+        ticks=ticks,
         steps=steps,
         every=every,
     )

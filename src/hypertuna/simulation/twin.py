@@ -21,7 +21,7 @@ from hypertuna.simulation.plant import (
     STEP,
     check_command,
     checked_seed,
-    command_rows,
+    command_columns,
     controller_of,
     found_faults,
     listed,
@@ -126,16 +126,13 @@ def twin(
     if not closed_loop:
         columns = open_loop(columns)
     given = listed(faults)
-    record = _core.run_twin(
-        **parts.plant,
-        twist=_first_twist(robot, gait, start, fish_in),
-        controller=columns,
-        sensors=parts.sensors,
-        seed=checked_seed(seed),
+    record = _core.simulate(
+        parts.plant,
+        _core.GaitCommand(_core.Controller(columns), command_columns(gait), lost_at=heard),
+        _core.World({"clamped": fish_in == "air"}),
+        sensors=_core.Sensors(parts.sensors, checked_seed(seed)),
         faults=found_faults(given, robot, duration),
-        frequency=gait.frequency,
-        command=command_rows(gait),
-        heard=heard,
+        twist=_first_twist(robot, gait, start, fish_in),
         ticks=ticks,
         steps=steps,
     )
@@ -192,8 +189,8 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
 def _first_twist(robot: Robot, gait: Gait, start: str, fish_in: str) -> Array:
     """Twist of the head at the start."""
     if start == "rest" or fish_in == "air":
-        return np.zeros(3)
-    return np.array([-settled_speed(robot, gait), 0.0, 0.0])
+        return np.zeros(6)
+    return np.array([-settled_speed(robot, gait), 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
 def _data(record: dict[str, Array], done: int, joints: int) -> dict[str, Array]:

@@ -1,0 +1,225 @@
+/// Bindings of body, plant, world and simulation.
+#include <nanobind/stl/function.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
+
+#include "controller.hpp"
+#include "hypertuna/host/simulate.hpp"
+#include "plant6.hpp"
+
+namespace hypertuna {
+
+static constexpr std::size_t twist_numbers = 6, pose_numbers = 9;
+
+/// A twist as a row: linear, then angular.
+static SpatialTwist<double> read_twist(const double* row) {
+    return {{row[0], row[1], row[2]}, {row[3], row[4], row[5]}};
+}
+/// A pose as a row: position, attitude w x y z, fins.
+static Pose6<double> read_pose(const double* row) {
+    return {{row[0], row[1], row[2]}, normalized(Quaternion<double>{row[3], row[4], row[5], row[6]}), {row[7], row[8]}};
+}
+
+static NamedArrays arrays_of(Record&& record) {
+    NamedArrays out;
+    for (RecordColumn& column : record.columns) {
+        auto* values = new std::vector<double>(std::move(column.values));
+        nb::capsule owner(values, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
+        const std::size_t rows = values->size() / column.width, shape[] = {rows, column.width};
+        out[column.name.c_str()] = Output(values->data(), column.scalar ? 1 : 2, shape, owner);
+    }
+    Output ticks = zeros({1});
+    ticks.data()[0] = double(record.ticks);
+    out["ticks"] = ticks;
+    return out;
+}
+
+static Run run_of(std::size_t ticks, std::size_t every, double tick, int steps, const Input<1>& twist,
+                  const std::optional<Input<1>>& pose, double charge) {
+    check_extent("twist", twist.shape(0), twist_numbers);
+    if (pose) check_extent("pose", pose->shape(0), pose_numbers);
+    if (every < 1) throw nb::value_error("every: must be one tick or more");
+    if (steps < 1) throw nb::value_error("steps: must be one or more");
+    return {ticks, every, tick, steps, read_twist(twist.data()), pose ? read_pose(pose->data()) : Pose6<double>{},
+            charge};
+}
+
+/// Accelerations of head and coordinates at given states.
+static Output accelerations(const BodyData& data, const World& world, const Input<3>& bend, const Input<2>& twist,
+                            const Input<2>& pose, const Input<2>& moment) {
+    const std::size_t count = bend.shape(0), coordinates = data.coordinates;
+    check(check_world(data, world));
+    check_extent("bend", bend.shape(1), 2);
+    check_extent("bend", bend.shape(2), coordinates);
+    check_extent("twist", twist.shape(0), count);
+    check_extent("twist", twist.shape(1), twist_numbers);
+    check_extent("pose", pose.shape(0), count);
+    check_extent("pose", pose.shape(1), pose_numbers);
+    check_extent("moment", moment.shape(0), count);
+    check_extent("moment", moment.shape(1), coordinates);
+    Output out = zeros({count, twist_numbers + coordinates});
+    with_body(data, world, [&]<class Body>(const Body& body) {
+        constexpr int D = Body::coordinates;
+        for (std::size_t k = 0; k < count; ++k) {
+            Bend<double, D> at;
+            const double* const row = bend.data() + 2 * D * k;
+            std::copy(row, row + D, at.angle);
+            std::copy(row + D, row + 2 * D, at.rate);
+            double push[D];
+            std::copy(moment.data() + D * k, moment.data() + D * (k + 1), push);
+            const SpatialTwist<double> xi = read_twist(twist.data() + twist_numbers * k);
+            double* to = out.data() + (twist_numbers + D) * k;
+            if constexpr (std::is_same_v<typename Body::Space, InPlane>) {
+                const auto got = tail_acceleration(body, at, in_plane(xi), push);
+                to[0] = got.twist.x, to[1] = got.twist.y, to[5] = got.twist.z;
+                std::copy(got.bend, got.bend + D, to + twist_numbers);
+            } else {
+                const auto got = body6_acceleration(body, at, xi, read_pose(pose.data() + pose_numbers * k), push);
+                const auto& [v, w] = got.twist;
+                for (double number : {v.x, v.y, v.z, w.x, w.y, w.z}) *to++ = number;
+                std::copy(got.bend, got.bend + D, to);
+            }
+        }
+    });
+    return out;
+}
+
+static NamedArrays simulate_targets(const PlantData& plant, const Input<2>& targets, const World& world,
+                                    const Input<1>& twist, double tick, int steps) {
+    const Run run = run_of(targets.shape(0), 1, tick, steps, twist, std::nullopt, 0);
+    check(check_targets(plant, world, run, targets.shape(0), targets.shape(1)));
+    Record record;
+    {
+        const nb::gil_scoped_release unlocked;
+        record = simulate(plant, targets.data(), world, run);
+    }
+    return arrays_of(std::move(record));
+}
+
+static NamedArrays simulate_command(const PlantData& plant, const GaitCommand& command, const World& world,
+                                    const LiveSensors& sensors, const std::vector<FaultRow>& faults,
+                                    const Input<1>& twist, const std::optional<Input<1>>& pose, std::size_t ticks,
+                                    int steps, std::size_t every) {
+    const Run run = run_of(ticks, every, command.controller.tick, steps, twist, pose, 0);
+    const Instruments instruments{sensors.model, read_faults(faults)};
+    check(check_command(plant, command, world, instruments, run));
+    Record record;
+    {
+        const nb::gil_scoped_release unlocked;
+        record = simulate(plant, command, world, instruments, run);
+    }
+    return arrays_of(std::move(record));
+}
+
+/// A board in the pilot's place: what the sensors show goes in, servo pulses come out.
+using BoardCall = nb::typed<nb::callable, std::vector<double>(std::vector<double>)>;
+
+/// What the sensors show, for a board: every channel that has counts, then east and north of a fix where one came.
+static std::vector<double> shown(const PilotReadings<double>& readings, int joints) {
+    std::vector<double> out;
+    visit_channels([&](const auto& channel, int) {
+        const double* first = channel.of(readings);
+        if (channel.converter != Converter::none) out.insert(out.end(), first, first + channel.count(joints));
+    });
+    if (readings.fixed) out.insert(out.end(), readings.fix, readings.fix + 2);
+    return out;
+}
+
+using FinFaultRow = std::tuple<int, double, double, double>;  // fin, rad or NaN, s, s
+
+static std::pair<NamedArrays, nb::bytes> simulate_pilot(
+    const PlantData& plant, const LivePilot& pilot, const World& world, const LiveSensors& sensors,
+    const std::vector<FaultRow>& faults, const std::vector<FinFaultRow>& fin_faults, const Input<1>& twist,
+    const Input<1>& pose, double charge, std::size_t ticks, int steps, std::size_t every,
+    const std::optional<nb::bytes>& state, const std::optional<BoardCall>& board) {
+    const int joints = pilot.model.controller.joints;
+    Flight flight{pilot.model, pilot.mission.mission, {}, {}};
+    for (const auto& [fin, angle, start, end] : fin_faults) flight.fin_faults.push_back({fin, angle, start, end});
+    if (board)
+        flight.board = [&](const PilotReadings<double>& readings, double* pulse) {
+            const nb::gil_scoped_acquire locked;
+            const auto sent = nb::cast<std::vector<double>>((*board)(shown(readings, joints)));
+            check_extent("pulses", sent.size(), std::size_t(2 * joints + 2));
+            std::copy(sent.begin(), sent.end(), pulse);
+        };
+    const Run run = run_of(ticks, every, pilot.model.controller.tick, steps, twist, pose, charge);
+    const Instruments instruments{sensors.model, read_faults(faults)};
+    std::vector<char> saved;
+    if (state) saved.assign(state->c_str(), state->c_str() + state->size());
+    check(check_flight(plant, flight, world, instruments, saved.size()));
+    Record record;
+    {
+        const nb::gil_scoped_release unlocked;
+        record = simulate(plant, flight, world, instruments, run, saved);
+    }
+    return {arrays_of(std::move(record)), nb::bytes(saved.data(), saved.size())};
+}
+
+void bind_simulation(nb::module_& m) {
+    m.attr("GRAVITY") = gravity;
+    nb::class_<World>(m, "World", "A bench, the plane of still water, or a sea. Immutable.")
+        .def(
+            "__init__",
+            [](World* self, const Mapping& columns) {
+                new (self) World(take(load_world(MappedColumns(columns).columns)));
+            },
+            nb::arg("columns"),
+            "From `clamped` (0 or 1: the head is held still), `gaps` (n, 2: times without satellites [s]) and the "
+            "sea's "
+            "columns `sea.NAME`, each of which may be left out: without them the plane of still water.");
+    nb::class_<BodyData>(m, "Body", "What of a robot moves in the water. Immutable.")
+        .def(
+            "__init__",
+            [](BodyData* self, const Model& model, const Mapping& columns) {
+                new (self) BodyData(take(load_body(model, MappedColumns(columns).columns)));
+            },
+            nb::arg("model"), nb::arg("columns"),
+            "From `share` (links, D) of which each front joint takes of D coordinates; to be at sea, too, `link.NAME` "
+            "(links), `fin.NAME`, `shedding` and `antenna`.")
+        .def("accelerations", &accelerations, nb::arg("world"), nb::kw_only(), nb::arg("bend"), nb::arg("twist"),
+             nb::arg("pose"), nb::arg("moment"),
+             "Accelerations (states, 6 + D) of the head (linear, then angular, in body axes) and of D coordinates, at "
+             "bend (states, 2, D: angle and rate), twist (states, 6) and pose (states, 9: position, attitude w x y z, "
+             "fin angles), under moments (states, D) on the coordinates.");
+    nb::class_<PlantData, BodyData>(m, "Plant", "All of a robot that obeys physics alone. Immutable.")
+        .def(
+            "__init__",
+            [](PlantData* self, const Model& model, const Mapping& columns) {
+                new (self) PlantData(take(load_plant(model, MappedColumns(columns).columns)));
+            },
+            nb::arg("model"), nb::arg("columns"),
+            "From the columns of Body, `joints`, `points[j]` (points, columns of a joint's table), `joint.NAME` "
+            "(joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `hinge.NAME` where there is one.");
+    nb::class_<GaitCommand>(m, "GaitCommand", "A command to a controller. Immutable.")
+        .def(
+            "__init__",
+            [](GaitCommand* self, const LiveController& controller, const Mapping& columns, double lost_at) {
+                new (self) GaitCommand(take(load_command(controller.model, MappedColumns(columns).columns, lost_at)));
+            },
+            nb::arg("controller"), nb::arg("columns"), nb::kw_only(), nb::arg("lost_at"),
+            "From `frequency`, `amplitude`, `phase` and `bias` (joints), and `fin` (ticks, 2) at sea, until the "
+            "command "
+            "is lost [s].");
+    m.def("simulate", &simulate_targets, nb::arg("plant"), nb::arg("command"), nb::arg("world"), nb::kw_only(),
+          nb::arg("twist"), nb::arg("tick"), nb::arg("steps"),
+          "Drive the servos to targets (ticks, 2 joints), each held for a tick, from a twist (6): the record of a run, "
+          "one row per tick; `ticks` has how many were made.");
+    m.def("simulate", &simulate_command, nb::arg("plant"), nb::arg("command"), nb::arg("world"), nb::kw_only(),
+          nb::arg("sensors"), nb::arg("faults"), nb::arg("twist"), nb::arg("pose") = nb::none(), nb::arg("ticks"),
+          nb::arg("steps"), nb::arg("every") = 1,
+          "Run plant, sensors and controller under one command from a twist (6) and, at sea, a pose (9): the record, "
+          "one row every `every` ticks. Faults are (kind, first channel, last channel, start, end) [s].");
+    m.def(
+        "simulate", &simulate_pilot, nb::arg("plant"), nb::arg("command"), nb::arg("world"), nb::kw_only(),
+        nb::arg("sensors"), nb::arg("faults"), nb::arg("fin_faults"), nb::arg("twist"), nb::arg("pose"),
+        nb::arg("charge"), nb::arg("ticks"), nb::arg("steps"), nb::arg("every"), nb::arg("state") = nb::none(),
+        nb::arg("board") = nb::none(),
+        "Fly a pilot's mission from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier "
+        "part left: the record and the state at the end. `fin_faults` are servos that stand, (fin, angle [rad] or NaN "
+        "for where it is, from, to [s]). `board` takes the pilot's place: a function of what the sensors show (bends, "
+        "pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) that returns the "
+        "servo pulses [s].");
+}
+
+}  // namespace hypertuna

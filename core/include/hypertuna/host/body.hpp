@@ -1,0 +1,114 @@
+/// A robot's body: what of it moves in the water, in the plane or in space, and the memory that its dynamics needs.
+#pragma once
+
+#include "hypertuna/host/tank.hpp"
+#include "hypertuna/host/world.hpp"
+#include "hypertuna/simulation/body6.hpp"
+
+namespace hypertuna {
+
+/// Largest number of coordinates of a tail: the controller's joints and a hinge.
+inline constexpr int max_coordinates = 5;
+
+/// A body as its columns describe it. Immutable: runs share it.
+struct BodyData {
+    /// What there is of it beyond the plane.
+    struct Space {
+        std::vector<LinkBody<double>> link;
+        Fin<double> fin;
+        double shedding;  // part of the vertical added mass per length that the tail end leaves behind
+        double antenna;   // m, height above the plane of the joints
+    };
+
+    Model model;
+    int coordinates;
+    std::vector<double> share;  // links x coordinates: part of each coordinate that a link's front joint takes
+    std::optional<Space> space;
+};
+
+/// Read a body: `share` (links, coordinates); to be in space, too, `link.NAME` (links), `fin.NAME`, `shedding` and
+/// `antenna`.
+inline BodyData read_body_data(ColumnReader& in, const Model& model) {
+    BodyData body{model, 1, {}, {}};
+    if (const NamedColumn* share = in.find("share")) body.coordinates = int(share->width);
+    if (body.coordinates < 1 || body.coordinates > max_coordinates)
+        in.refuse("share: must have from 1 to 5 coordinates, but has " + std::to_string(body.coordinates));
+    body.share = in.numbers("share", model.links, body.coordinates);
+    if (!in.has("shedding")) return body;
+    BodyData::Space& space = body.space.emplace();
+    for (int i = 0; i < model.links; ++i)
+        space.link.push_back(read_link_body<double>(in.row("link", link_body_columns, i).data()));
+    space.fin = read_fin<double>(in.row("fin", fin_columns).data());
+    space.shedding = in.number("shedding");
+    space.antenna = in.number("antenna");
+    return body;
+}
+
+inline Loaded<BodyData> load_body(const Model& model, const NamedColumns& columns) {
+    ColumnReader in(columns);
+    return in.loaded(read_body_data(in, model));
+}
+
+/// What keeps a body from being in a world; empty where nothing does.
+inline std::string check_world(const BodyData& body, const World& world) {
+    return world.sea && !body.space ? "columns: a body at sea needs shedding, antenna, link.* and fin.*" : "";
+}
+
+/// A body in the plane and its memory.
+template <class Law, int D>
+struct PlaneBody {
+    Tank<double, Law> tank;
+    std::vector<JointMotion<double>> joint;
+    std::vector<LinkShape<double>> shape;
+    std::vector<LinkAcceleration<double>> acceleration;
+    Tail<double, Law, D> tail;
+
+    PlaneBody(const BodyData& data, bool clamped)
+        : tank(data.model, 4), joint(data.model.links), shape(data.model.links), acceleration(data.model.links) {
+        tail = {tank.fish,    reinterpret_cast<const double (*)[D]>(data.share.data()),
+                clamped,      joint.data(),
+                shape.data(), acceleration.data()};
+    }
+    PlaneBody(const PlaneBody&) = delete;
+    PlaneBody& operator=(const PlaneBody&) = delete;
+};
+
+/// A body in space and its memory.
+template <class Law, int D>
+struct SpaceBody {
+    PlaneBody<Law, D> plane;
+    std::vector<LinkSpace<double>> space;
+    Body6<double, Law, D> body;
+
+    SpaceBody(const BodyData& data, const Sea<double>& sea) : plane(data, false) {
+        const Swimmer<double, Law>& fish = plane.tank.fish;
+        double length = 0, height = 0, added = 0;
+        for (int i = 0; i < fish.links; ++i) {
+            const LinkBody<double>& link = data.space->link[i];
+            space.push_back(make_link_space(link, fish.link[i], fish.water.inertia(i), sea.density));
+            added = std::max(added, (space.back().heave - fish.link[i].mass) / fish.link[i].length);
+            length += fish.link[i].length;
+            height = std::max(height, std::abs(link.center_height) + link.height);
+        }
+        body = {plane.tail,      space.data(), data.space->shedding * added, length + height, data.space->antenna,
+                data.space->fin, sea};
+    }
+    SpaceBody(const SpaceBody&) = delete;
+    SpaceBody& operator=(const SpaceBody&) = delete;
+};
+
+/// Call work(body) with the body as the core's dynamics take it: a Tail in the plane, a Body6 at sea.
+template <int D = 1, class Work>
+void with_body(const BodyData& data, const World& world, const Work& work) {
+    if constexpr (D < max_coordinates)
+        if (data.coordinates != D) return with_body<D + 1>(data, world, work);
+    with_law<double>(data.model.law, [&](auto law) {
+        using Law = typename decltype(law)::type;
+        if (world.sea)
+            work(SpaceBody<Law, D>(data, *world.sea).body);
+        else
+            work(PlaneBody<Law, D>(data, world.clamped).tail);
+    });
+}
+
+}  // namespace hypertuna

@@ -1,0 +1,164 @@
+/// Record of a run: one row every so many ticks, the state at a tick's start and what passed in the tick.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hypertuna/simulation/twin6.hpp"
+
+namespace hypertuna {
+
+struct RecordColumn {
+    std::string name;
+    std::size_t width;  // numbers in a row
+    bool scalar;        // one number by nature, not a vector of one
+    std::vector<double> values;
+};
+
+struct Record {
+    std::vector<RecordColumn> columns;
+    std::size_t ticks = 0;  // made
+};
+
+/// How many numbers a column has in a row.
+enum class Extent { one, two, three, four, coordinates, joints, circuits, servos, conditions };
+
+constexpr std::size_t extent_of(Extent extent, int coordinates, int joints) {
+    switch (extent) {
+        case Extent::coordinates:
+            return coordinates;
+        case Extent::joints:
+            return joints;
+        case Extent::circuits:
+            return 2 * joints;
+        case Extent::servos:
+            return 2 * joints + 2;
+        case Extent::conditions:
+            return conditions;
+        default:
+            return std::size_t(extent) + 1;
+    }
+}
+
+/// A column's name, extent and i-th number; `Source...` is what a row shows.
+template <class... Source>
+struct Recorded {
+    const char* name;
+    Extent extent;
+    double (*of)(const Source&..., int);
+};
+
+/// Append columns of zeros for a number of rows; returns the first one's place.
+template <class Table>
+std::size_t add_columns(Record& record, const Table& table, std::size_t rows, int coordinates, int joints) {
+    const std::size_t first = record.columns.size();
+    for (const auto& column : table) {
+        const std::size_t width = extent_of(column.extent, coordinates, joints);
+        record.columns.push_back({column.name, width, column.extent == Extent::one, std::vector<double>(rows * width)});
+    }
+    return first;
+}
+
+/// Write a row into the columns from the place `first`.
+template <class Table, class... Source>
+void write_row(Record& record, std::size_t first, const Table& table, std::size_t row, const Source&... source) {
+    for (const auto& column : table) {
+        RecordColumn& to = record.columns[first++];
+        for (std::size_t i = 0; i < to.width; ++i) to.values[to.width * row + i] = column.of(source..., int(i));
+    }
+}
+
+#define HYPERTUNA_COLUMN(name, extent, value) \
+    {name, Extent::extent,                    \
+     [](const State& at, const Tick& tick, int i) -> double { return (void)at, (void)tick, (void)i, value; }}
+
+/// One of w, x, y, z.
+inline double number(const Quaternion<double>& q, int i) {
+    return i == 0 ? q.w : component(Vector<double>{q.x, q.y, q.z}, i - 1);
+}
+
+/// Columns of a twin's run: the head's motion, in the plane or in space, and all that is within the robot.
+template <class Body>
+struct TwinColumns {
+    using State = TwinStateOf<Body>;
+    using Tick = TickOf<Body>;
+    using Column = Recorded<State, Tick>;
+
+    static auto head() {
+        if constexpr (std::is_same_v<typename Body::Space, InPlane>)
+            return std::to_array<Column>({
+                HYPERTUNA_COLUMN("x", one, at.plant.pose.x),
+                HYPERTUNA_COLUMN("y", one, at.plant.pose.y),
+                HYPERTUNA_COLUMN("heading", one, at.plant.pose.heading),
+                HYPERTUNA_COLUMN("surge", one, at.plant.xi.x),
+                HYPERTUNA_COLUMN("sway", one, at.plant.xi.y),
+                HYPERTUNA_COLUMN("yaw", one, at.plant.xi.z),
+            });
+        else
+            return std::to_array<Column>({
+                HYPERTUNA_COLUMN("position", three, component(at.plant.pose.position, i)),
+                HYPERTUNA_COLUMN("attitude", four, number(at.plant.pose.attitude, i)),
+                HYPERTUNA_COLUMN("velocity", three, component(at.plant.xi.linear, i)),
+                HYPERTUNA_COLUMN("turn_rate", three, component(at.plant.xi.angular, i)),
+                HYPERTUNA_COLUMN("fin", two, at.plant.pose.fin[i]),
+                HYPERTUNA_COLUMN("fin_target", two, at.targets.fin[i]),
+                HYPERTUNA_COLUMN("rate_measured", three, tick.readings.robot.rate[i]),
+                HYPERTUNA_COLUMN("acceleration_measured", three, tick.readings.robot.acceleration[i]),
+                HYPERTUNA_COLUMN("charge", one, at.taken),
+            });
+    }
+    static auto robot() {
+        return std::to_array<Column>({
+            HYPERTUNA_COLUMN("angle", coordinates, at.plant.bend.angle[i]),
+            HYPERTUNA_COLUMN("rate", coordinates, at.plant.bend.rate[i]),
+            HYPERTUNA_COLUMN("moment", coordinates, tick.seen.moment[i]),
+            HYPERTUNA_COLUMN("angle_measured", joints, of_robot(tick.readings).bend[i]),
+            HYPERTUNA_COLUMN("angle_set", joints, tick.output.set[i]),
+            HYPERTUNA_COLUMN("pump_pressure", circuits, tick.seen.circuit[i].pump.pressure),
+            HYPERTUNA_COLUMN("unit_pressure", circuits, tick.seen.circuit[i].unit.pressure),
+            HYPERTUNA_COLUMN("pump_pressure_high", circuits, tick.pump[i].high),
+            HYPERTUNA_COLUMN("pump_pressure_low", circuits, tick.pump[i].low),
+            HYPERTUNA_COLUMN("unit_pressure_high", circuits, tick.unit[i].high),
+            HYPERTUNA_COLUMN("unit_pressure_low", circuits, tick.unit[i].low),
+            HYPERTUNA_COLUMN("pressure_measured", circuits, of_robot(tick.readings).pressure[i]),
+            HYPERTUNA_COLUMN("servo_target", circuits, at.targets.angle[i]),
+            HYPERTUNA_COLUMN("servo_angle", circuits, at.plant.circuit[i].angle),
+            HYPERTUNA_COLUMN("servo_rate", circuits, at.plant.circuit[i].rate),
+            HYPERTUNA_COLUMN("servo_torque", circuits, tick.seen.circuit[i].torque),
+            HYPERTUNA_COLUMN("flow", circuits, at.plant.circuit[i].flow),
+            HYPERTUNA_COLUMN("electrical_power", circuits, tick.power[i]),
+            HYPERTUNA_COLUMN("current", circuits, of_robot(tick.readings).current[i]),
+            HYPERTUNA_COLUMN("power", one, tick.servo_power),
+            HYPERTUNA_COLUMN("battery_voltage", one, at.battery.voltage),
+            HYPERTUNA_COLUMN("pulse", servos, tick.output.pulse[i]),
+            HYPERTUNA_COLUMN("status", one, tick.output.status.flags),
+            HYPERTUNA_COLUMN("status_at", conditions, tick.output.status.at[i]),
+        });
+    }
+};
+#undef HYPERTUNA_COLUMN
+
+#define HYPERTUNA_COLUMN(name, extent, value)                                   \
+    {name, Extent::extent, [](const PilotStep<double>& step, int i) -> double { \
+         const Estimate<double>& at = step.estimate;                            \
+         return (void)at, (void)i, value;                                       \
+     }}
+/// Columns of what the pilot makes of a tick.
+inline constexpr auto pilot_columns = std::to_array<Recorded<PilotStep<double>>>({
+    HYPERTUNA_COLUMN("attitude_estimated", four, number(at.q, i)),
+    HYPERTUNA_COLUMN("position_estimated", two, i == 0 ? at.x : at.y),
+    HYPERTUNA_COLUMN("depth_estimated", one, at.depth),
+    HYPERTUNA_COLUMN("speed_estimated", one, at.speed),
+    HYPERTUNA_COLUMN("current_estimated", two, at.current[i]),
+    HYPERTUNA_COLUMN("factor_estimated", one, at.factor),
+    HYPERTUNA_COLUMN("position_error", one, at.position_error),
+    HYPERTUNA_COLUMN("frequency_commanded", one, step.command.frequency),
+    HYPERTUNA_COLUMN("bias_commanded", joints, step.command.bias[i]),
+    HYPERTUNA_COLUMN("fin_commanded", two, step.command.fin[i]),
+    HYPERTUNA_COLUMN("mode", one, double(int(step.mode))),
+    HYPERTUNA_COLUMN("reasons", one, double(step.reasons.flags)),
+    HYPERTUNA_COLUMN("leg", one, double(step.state.guidance.leg)),
+});
+#undef HYPERTUNA_COLUMN
+
+}  // namespace hypertuna

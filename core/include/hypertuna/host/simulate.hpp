@@ -1,0 +1,277 @@
+/// Simulate a plant in a world: its servos driven alone, under a controller with a command, or under a pilot.
+///
+/// `simulate(plant, command, world, ...)` has one form for each. Plant and command are shared and never changed; all
+/// state lives in the call. The forms trust their input: the checks stand beside them and return sentences.
+#pragma once
+
+#include <cstring>
+#include <functional>
+
+#include "hypertuna/host/controller.hpp"
+#include "hypertuna/host/plant.hpp"
+#include "hypertuna/host/record.hpp"
+
+namespace hypertuna {
+
+/// Start and length of a run.
+struct Run {
+    std::size_t ticks, every;    // control ticks, and ticks from one row of the record to the next
+    double tick;                 // s
+    int steps;                   // Runge-Kutta steps of a tick
+    SpatialTwist<double> twist;  // of the head at the start
+    Pose6<double> pose;          // at the start, in space; in the plane the nose starts at the origin
+    double charge;               // C taken from the battery before
+};
+
+/// Sensors with their errors and faults.
+struct Instruments {
+    Sensors<double> sensors;
+    std::vector<Fault<double>> faults;
+
+    /// Sensor readings of the true ones, of the robot or also of the pilot.
+    template <class R>
+    R read(SensorsState<double>& state, const R& truth, double time) const {
+        const auto sensed = sense(sensors, state, truth, faults.data(), int(faults.size()), time);
+        state = sensed.state;
+        return sensed.readings;
+    }
+};
+
+/// A command to a controller.
+struct GaitCommand {
+    Controller<double> controller;
+    Command<double> command;
+    std::vector<double> fin;  // ticks x 2: rad; empty where there are no fins
+    double lost_at;           // s from which no command arrives
+};
+
+/// A command from `frequency`, `amplitude`, `phase` and `bias` (joints), `fin` (ticks, 2) where there are fins.
+inline Loaded<GaitCommand> load_command(const Controller<double>& controller, const NamedColumns& columns,
+                                        double lost_at) {
+    ColumnReader in(columns);
+    GaitCommand out{controller, {}, {}, lost_at};
+    out.command.frequency = in.number("frequency");
+    out.command.armed = true;
+    for (const auto& [name, to] : {std::pair("amplitude", out.command.amplitude), std::pair("phase", out.command.phase),
+                                   std::pair("bias", out.command.bias)}) {
+        const std::vector<double> values = in.numbers(name, controller.joints);
+        std::copy(values.begin(), values.end(), to);
+    }
+    if (const NamedColumn* fin = in.find("fin")) out.fin = in.numbers("fin", fin->rows, 2);
+    return in.loaded(std::move(out));
+}
+
+/// At rest but for what a run starts with.
+template <class Body>
+TwinStateOf<Body> start_of(const Twin<Body>& twin, const Run& run) {
+    TwinStateOf<Body> state = at_rest(twin);
+    if constexpr (std::is_same_v<typename Body::Space, InPlane>) {
+        state.plant.xi = {run.twist.linear.x, run.twist.linear.y, run.twist.angular.z};
+    } else {
+        state.plant.xi = run.twist;
+        state.plant.pose = run.pose;
+    }
+    state.taken = run.charge;
+    state.battery = battery_output(twin.battery, run.charge, twin.idle);
+    return state;
+}
+
+/// Run and record a twin; ends early where the plant's state is none that a robot can have. go(state, k) makes tick k.
+template <class Body, class Go>
+Record record_run(const Twin<Body>& twin, TwinStateOf<Body> state, const Run& run, const Go& go) {
+    const auto head = TwinColumns<Body>::head();
+    const auto robot = TwinColumns<Body>::robot();
+    const std::size_t rows = (run.ticks + run.every - 1) / run.every;
+    Record record;
+    add_columns(record, head, rows, Body::coordinates, twin.plant.joints);
+    add_columns(record, robot, rows, Body::coordinates, twin.plant.joints);
+    for (; record.ticks < run.ticks && plausible(state.plant); ++record.ticks) {
+        const PlantStateOf<Body> start = state.plant;
+        const TickOf<Body> tick = go(state, record.ticks);
+        if (record.ticks % run.every != 0) continue;
+        TwinStateOf<Body> shown = state;
+        shown.plant = start;
+        write_row(record, 0, head, record.ticks / run.every, shown, tick);
+        write_row(record, head.size(), robot, record.ticks / run.every, shown, tick);
+    }
+    return record;
+}
+
+// --- the servos alone, in the plane
+
+/// What keeps servo targets (ticks, 2 joints) from being simulated.
+inline std::string check_targets(const PlantData& plant, const World& world, const Run& run, std::size_t ticks,
+                                 std::size_t circuits) {
+    if (world.sea) return "world: servo targets are simulated in the plane";
+    if (circuits != 2 * std::size_t(plant.joints)) return "targets: must have one column per circuit";
+    return ticks < run.ticks ? "targets: must have one row per tick" : "";
+}
+
+/// Drive the servos to targets (ticks, 2 joints) [rad], each held for a tick.
+inline Record simulate(const PlantData& plant, const double* targets, const World& world, const Run& run) {
+    Record record;
+    with_body(plant, world, [&]<class Body>(const Body& body) {
+        if constexpr (std::is_same_v<typename Body::Space, InPlane>) {
+            const Twin<Body> twin = make_twin(plant, body, run.tick, run.steps);
+            record = record_run(twin, start_of(twin, run), run, [&](TwinStateOf<Body>& state, std::size_t k) {
+                return driven_tick(twin, state, targets + 2 * plant.joints * k);
+            });
+        }
+    });
+    return record;
+}
+
+// --- a controller under one command, in the plane or at sea
+
+/// What keeps a command from being simulated.
+inline std::string check_command(const PlantData& plant, const GaitCommand& command, const World& world,
+                                 const Instruments& instruments, const Run& run) {
+    if (command.controller.joints != plant.joints) return "controller: must have as many joints as the plant";
+    if (instruments.sensors.joints != plant.joints) return "sensors: must have as many joints as the plant";
+    if (world.sea && command.fin.size() < 2 * run.ticks) return "fin: must have one row per tick";
+    return check_world(plant, world);
+}
+
+/// Run plant, sensors and controller under one command.
+inline Record simulate(const PlantData& plant, const GaitCommand& command, const World& world,
+                       const Instruments& instruments, const Run& run) {
+    Record record;
+    with_body(plant, world, [&]<class Body>(const Body& body) {
+        Twin<Body> twin = make_twin(plant, body, run.tick, run.steps);
+        twin.controller = command.controller;
+        Command<double> now = command.command;
+        SensorsState<double> sensing{};
+        const auto go = [&](TwinStateOf<Body>& state, std::size_t k) {
+            const double time = run.tick * double(k);
+            now.fresh = time < command.lost_at;
+            for (std::size_t f = 0; f < 2 && !command.fin.empty(); ++f) now.fin[f] = command.fin[2 * k + f];
+            return twin_tick(twin, state, now, [&](auto truth) {
+                if constexpr (std::is_same_v<typename Body::Space, InPlane>)
+                    truth = instruments.read(sensing, truth, time);
+                else
+                    truth.robot = instruments.read(sensing, truth.robot, time);
+                return truth;
+            });
+        };
+        record = record_run(twin, start_of(twin, run), run, go);
+    });
+    return record;
+}
+
+// --- a pilot on its mission, at sea
+
+/// A fin's servo that stands from a time until before another; at its own angle where none is given.
+struct FinFault {
+    int fin;
+    double angle;       // rad or NaN
+    double start, end;  // s
+};
+
+/// A board in the pilot's place: readings in, servo pulses [s] out.
+using Board = std::function<void(const PilotReadings<double>&, double* pulse)>;
+
+/// A pilot with its mission, what fails, and a board in the pilot's place where there is one.
+struct Flight {
+    const Pilot<double>& pilot;
+    const Mission<double>& mission;
+    std::vector<FinFault> fin_faults;
+    Board board;
+};
+
+/// Everything that a flight continues from.
+template <int D>
+struct FlightState {
+    TwinState<double, D, InSpace> twin;
+    PilotState<double> pilot;
+    SensorsState<double> sensing;
+    double fin[2];  // rad at which a fin's servo stuck
+    std::uint64_t ticks;
+};
+
+/// Call work(std::integral_constant<int, D>) with the number of coordinates.
+template <int D = 1, class Work>
+void with_coordinates(int coordinates, const Work& work) {
+    if constexpr (D < max_coordinates)
+        if (coordinates != D) return with_coordinates<D + 1>(coordinates, work);
+    work(std::integral_constant<int, D>());
+}
+
+/// What keeps a flight from being simulated, from its start or from a saved state of `size` bytes.
+inline std::string check_flight(const PlantData& plant, const Flight& flight, const World& world,
+                                const Instruments& instruments, std::size_t size) {
+    if (!world.sea) return "world: a pilot needs a sea";
+    if (flight.pilot.controller.joints != plant.joints) return "controller: must have as many joints as the plant";
+    if (instruments.sensors.joints != plant.joints) return "sensors: must have as many joints as the plant";
+    for (const FinFault& fault : flight.fin_faults)
+        if (fault.fin < 0 || fault.fin > 1) return "fin_faults: must be of fin 0 or 1";
+    bool fits = size == 0;
+    with_coordinates(plant.coordinates, [&](auto d) { fits = fits || size == sizeof(FlightState<d.value>); });
+    return fits ? check_world(plant, world) : "state: must be one of this mission's";
+}
+
+/// One tick of a flight.
+template <class Law, int D>
+PilotTick<double, D> flight_tick(const Twin<Body6<double, Law, D>>& twin, FlightState<D>& on,
+                                 TwinState<double, D, InSpace>& state, const Flight& flight, const World& world,
+                                 const Instruments& instruments) {
+    const Controller<double>& controller = flight.pilot.controller;
+    const double time = controller.tick * double(on.ticks);
+    PilotTick<double, D> out{};
+    const auto read = [&](PilotReadings<double> truth) {
+        for (std::size_t k = 0; k + 1 < world.gaps.size(); k += 2)
+            if (world.gaps[k] <= time && time < world.gaps[k + 1]) truth.fixed = false;
+        return instruments.read(on.sensing, truth, time);
+    };
+    const auto decide = [&](const PilotReadings<double>& readings) {
+        if (flight.board)
+            flight.board(readings, out.step.output.pulse);
+        else
+            out.step = fly(flight.pilot, on.pilot, readings, flight.mission);
+        on.pilot = out.step.state;
+        ControllerOutput<double> sent = out.step.output;
+        for (const auto& [fin, angle, start, end] : flight.fin_faults) {
+            if (time < start || end <= time) continue;
+            if (time < start + 1.5 * controller.tick)
+                on.fin[fin] = std::isnan(angle) ? state.plant.pose.fin[fin] : angle;
+            sent.pulse[2 * controller.joints + fin] = controller.pulse_center + controller.pulse_per_rad * on.fin[fin];
+        }
+        return sent;
+    };
+    out.tick = decided_tick(twin, state, read, decide);
+    ++on.ticks;
+    return out;
+}
+
+/// Fly a mission, from its start where `state` is empty, else from the state that an earlier part left there.
+inline Record simulate(const PlantData& plant, const Flight& flight, const World& world, const Instruments& instruments,
+                       const Run& run, std::vector<char>& saved) {
+    Record record, piloted;
+    with_body(plant, world, [&]<class Body>(const Body& body) {
+        if constexpr (std::is_same_v<typename Body::Space, InSpace>) {
+            constexpr int D = Body::coordinates;
+            Twin<Body> twin = make_twin(plant, body, run.tick, run.steps);
+            twin.controller = flight.pilot.controller;
+            FlightState<D> on{};
+            static_assert(std::is_trivially_copyable_v<FlightState<D>>);
+            if (saved.empty()) {
+                on.twin = start_of(twin, run);
+                on.pilot = init(flight.pilot, flight.mission);
+            } else {
+                std::memcpy(&on, saved.data(), sizeof(on));
+            }
+            add_columns(piloted, pilot_columns, (run.ticks + run.every - 1) / run.every, D, plant.joints);
+            record = record_run(twin, on.twin, run, [&](TwinStateOf<Body>& state, std::size_t k) {
+                const PilotTick<double, D> tick = flight_tick(twin, on, state, flight, world, instruments);
+                if (k % run.every == 0) write_row(piloted, 0, pilot_columns, k / run.every, tick.step);
+                on.twin = state;
+                return tick.tick;
+            });
+            saved.resize(sizeof(on));
+            std::memcpy(saved.data(), &on, sizeof(on));
+        }
+    });
+    for (RecordColumn& column : piloted.columns) record.columns.push_back(std::move(column));
+    return record;
+}
+
+}  // namespace hypertuna
