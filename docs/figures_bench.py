@@ -72,8 +72,8 @@ def paper_table() -> str:
     return rows(["product, over the described one", "95 % interval"], body)
 
 
-def worth_table() -> str:
-    """Tabulate what measurements are worth, after the paper's angles and after the example's bench."""
+def information_gain_table() -> str:
+    """Tabulate the information gain of measurements after the paper's angles and after the example's bench."""
     fits = {"after the paper's two angles": fitted("paper"), "after the bench": fitted("bench")}
     bits = {name: {one.text: one.bits for one in information_gain(fit)} for name, fit in fits.items()}
     texts = list(dict.fromkeys(text for told in bits.values() for text in list(told)[:BEST]))
@@ -85,6 +85,6 @@ TABLES: dict[str, Callable[[], str]] = {
     "bench unknowns": unknown_table,
     "bench combinations": combination_table,
     "bench paper": paper_table,
-    "bench worth": worth_table,
+    "bench information gain": information_gain_table,
 }
 PICTURES: dict[str, Callable[[], Figure]] = {"docs/bench.svg": lambda: plot_bench(fitted("bench"))}

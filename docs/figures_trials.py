@@ -19,16 +19,18 @@ def steady_columns() -> str:
     body = [
         ["`frequency_hz`", "Hz", "yes", "beat frequency"],
         ["`amplitude_GROUP_deg`", "deg", "yes", "commanded amplitude of each joint group"],
-        ["`phase_GROUP_deg`", "deg", "yes", "lag of each joint group; the first may be left out: 0"],
+        ["`phase_GROUP_deg`", "deg", "yes", "lag of each joint group; default of the first: 0"],
         ["`bias_GROUP_deg`", "deg", "", "mean angle of each joint group (default: 0)"],
         ["`{speed}`", "m/s", "either", "speed along the mean path"],
         ["`{speed_sd}`", "m/s", "", "standard deviation of the speed of a single swim"],
         ["`{cost_of_transport}`", "J/(kg m)", "or", "mechanical power over mass of the robot and speed"],
-        ["`{cost_of_transport_sd}`", "J/(kg m)", "", "standard deviation of a single swim's"],
+        ["`{cost_of_transport_sd}`", "J/(kg m)", "", "standard deviation of the cost of transport of a single swim"],
         ["`{repeats}`", "", "", "number of swims that the row is the mean of (default: 1)"],
         ["`{name}`", "", "", "name of the run (default: FILE:LINE)"],
     ]
-    return rows(["column", "unit", "needed", "meaning"], [[cell.format(**COLUMNS) for cell in r] for r in body], left=4)
+    return rows(
+        ["column", "unit", "required", "meaning"], [[cell.format(**COLUMNS) for cell in r] for r in body], left=4
+    )
 
 
 def quoted(name: str, kind: str, lines: int | None = None) -> str:

@@ -1,1 +1,10 @@
-"""Coefficients from trials, with uncertainty."""
+"""Identification: coefficients of the model from tank trials, with their uncertainty.
+
+names, coefficients: free coefficients, their bounds and scales, and robots with other values of them.
+experiment, prediction: trials laid out for a fit, and their prediction with exact derivatives.
+loss, residuals: robust losses, errors of runs, lack of fit, information criteria.
+estimator, profile: the estimator of tank and bench, and the profile likelihood.
+search, uncertainty, sentences, identify: the fit, its intervals and directions, sentences on them, and the whole.
+truncated_normal, posterior: samples within the bounds.
+plots: figures.
+"""

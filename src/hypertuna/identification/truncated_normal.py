@@ -1,4 +1,4 @@
-"""Draws from a normal distribution within bounds, its correlations kept."""
+"""Samples of a normal distribution truncated at bounds, its correlations kept."""
 
 from __future__ import annotations
 
@@ -9,45 +9,43 @@ __all__ = ["truncated_normal"]
 
 Array = NDArray[np.float64]
 
-ROUNDS = 12  # trajectories between two draws: one alone forgets the last draw where no bound is met
-MOST_BOUNCES = 1000  # of one trajectory
-INSIDE = 1e-6  # of its range: how far from its bounds the first point is kept
-NONE = 1e-12  # relative variance of a direction that counts as none
+ROUNDS = 12  # trajectories between two samples: without bounds, one alone forgets the last sample
+MAX_BOUNCES = 1000  # of one trajectory
+INSIDE = 1e-6  # of its range: distance of the first point from its bounds
+ZERO = 1e-12  # relative variance of a direction that counts as 0
 
 
 def truncated_normal(
     mean: Array, covariance: Array, lower: Array, upper: Array, *, count: int, rng: np.random.Generator
 ) -> Array:
-    """Draw from a normal distribution within bounds.
+    """Return samples (count, dim) of a normal distribution with mean (dim,) and covariance (dim, dim), truncated.
 
-    Setting on its bounds what an unbounded draw leaves outside would break the correlations that data determine; this
-    does not. A particle flies through the distribution in the potential of its logarithm, on ellipses known in closed
-    form, and is mirrored where it meets a bound (exact Hamiltonian Monte Carlo; Pakman and Paninski, 2014).
-
-    `mean` (dim,) [any], `covariance` (dim, dim) [any], `lower`, `upper` (dim,) [any]; returns (count, dim) [any].
+    Clipping unbounded samples would break the correlations that data determine. Here a particle moves in the potential
+    of the distribution's logarithm, on ellipses in closed form, and is reflected at the bounds (exact Hamiltonian Monte
+    Carlo; Pakman and Paninski, 2014). The covariance may be singular; the mean lies within the bounds.
     """
     width = upper - lower
     spread, axes = np.linalg.eigh(covariance / np.outer(width, width))
-    kept = spread > NONE * max(spread.max(), 0.0)
+    kept = spread > ZERO * max(spread.max(), 0.0)
     root = axes[:, kept] * np.sqrt(spread[kept])  # (x - mean) / width = root y with y standard normal
     center = np.clip((mean - lower) / width, INSIDE, 1 - INSIDE)
     if not kept.any():
         return np.tile(lower + width * center, (count, 1))
     # Every wall is normal . y + gap >= 0.
     normals, gaps = np.vstack([root, -root]), np.concatenate([center, 1 - center])
-    y, draws = np.zeros(root.shape[1]), []
+    y, samples = np.zeros(root.shape[1]), []
     for _ in range(count):
         for _ in range(ROUNDS):
-            y = _flown(y, normals, gaps, rng)
-        draws.append(y)
-    return np.asarray(lower + width * np.clip(center + np.array(draws) @ root.T, 0.0, 1.0))
+            y = _moved(y, normals, gaps, rng)
+        samples.append(y)
+    return np.asarray(lower + width * np.clip(center + np.array(samples) @ root.T, 0.0, 1.0))
 
 
-def _flown(y: Array, normals: Array, gaps: Array, rng: np.random.Generator) -> Array:
-    """Fly a quarter of an ellipse, y cos t + v sin t, from a random velocity, and bounce off the walls."""
+def _moved(y: Array, normals: Array, gaps: Array, rng: np.random.Generator) -> Array:
+    """Move along a quarter of an ellipse, y cos t + v sin t, from a random velocity, with reflections at the walls."""
     v, left, last = rng.standard_normal(len(y)), np.pi / 2, -1
-    for _ in range(MOST_BOUNCES):
-        # On its way normal . y(t) = size cos(t - phase); it meets a wall where that becomes -gap, outwards.
+    for _ in range(MAX_BOUNCES):
+        # normal . y(t) = size cos(t - phase); a wall is met where this reaches -gap, outward
         ahead, across = normals @ y, normals @ v
         size, phase = np.hypot(ahead, across), np.arctan2(across, ahead)
         meets = size > gaps

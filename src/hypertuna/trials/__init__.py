@@ -1,1 +1,6 @@
-"""Tank runs: tracks, steady runs, manifests, importers, replay, comparison."""
+"""Trials: tank runs, read and compared with the model.
+
+steady, tracks, manifest, importers, radio_log: the files, and trials: all of them together.
+smoothing, replay, comparison: joint angles as functions of time, swum by the model, and compared with the tracks.
+plots: figures.
+"""

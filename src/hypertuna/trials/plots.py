@@ -27,13 +27,10 @@ TITLE = "Center of the head link, from its start"
 
 @styled
 def plot_replay(robot: Robot, result: xr.Dataset, tracks: Sequence[Track], *, width: float = WIDTH) -> Figure:
-    """Draw a replay: the pose of the head link's center against time, seen from its start, over the tracked runs.
-
-    `width` [inch].
-    """
+    """Plot the pose of the head link's center over time, from its start, with the tracked runs; width [inch]."""
     figure = Figure(figsize=(width, width), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)
-    _draw(panels, robot, result, tracks)
+    _plot(panels, robot, result, tracks)
     _label(panels)
     figure.suptitle(TITLE)
     return figure
@@ -43,11 +40,11 @@ def plot_replay(robot: Robot, result: xr.Dataset, tracks: Sequence[Track], *, wi
 def plot_recordings(
     robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], *, width: float = WIDTH
 ) -> Figure:
-    """Draw the replays of recordings beside each other, each as `plot_replay` does, to one scale: `width` [inch]."""
+    """Plot replays of recordings side by side, as `plot_replay`, on one scale; width, at least [inch]."""
     figure = Figure(figsize=(max(width, COLUMN * len(recordings)), WIDTH), layout="constrained")
     panels = figure.subplots(3, len(recordings), sharex="col", sharey="row", squeeze=False)
     for column, recording, result in zip(panels.T, recordings, results, strict=True):
-        _draw(column, robot, result, recording.tracks)
+        _plot(column, robot, result, recording.tracks)
         column[0].set_title(recording.name)
     _label(list(panels[:, 0]))
     for panel in panels[-1]:
@@ -56,8 +53,8 @@ def plot_recordings(
     return figure
 
 
-def _draw(panels: Sequence[Axes], robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> None:
-    """Draw tracked runs and a replay, one panel per axis."""
+def _plot(panels: Sequence[Axes], robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> None:
+    """Plot tracked runs and a replay, one panel per axis."""
     center = head_center(robot, result)
     direction = tracks[0].pose[0, 2] if tracks else center[0, 2]
     curves: list[tuple[str, Any, float, Any, Any]] = [
@@ -71,7 +68,7 @@ def _draw(panels: Sequence[Axes], robot: Robot, result: xr.Dataset, tracks: Sequ
 
 
 def _label(panels: Sequence[Axes]) -> None:
-    """Name the axes, and what the lines are."""
+    """Set labels and legend."""
     for panel, (axis, unit) in zip(panels, AXES.items(), strict=True):
         panel.set_ylabel(f"head {axis} [{SCALES[unit][0]}]")
     panels[-1].set_xlabel("time [s]")
