@@ -38,29 +38,14 @@ MARK = (_core.RECORD_MARK >> 16).to_bytes(2, "little")  # upper half of the firs
 
 @dataclass(frozen=True)
 class Box:
-    """One boot of a black box as it was read.
+    """One boot of a black box as it was read."""
 
-    Attributes
-    ----------
-    layout : int
-        Of the parameters that the firmware was made with.
-    joints : int
-    ticks : ndarray of `record_dtype`, shape (T,)
-        Every whole record.
-    damaged : int
-        Places where records fail their checksum, or something else lies between them.
-    skipped : int
-        Bytes there.
-    cut : int
-        Bytes of a record that the file ends in.
-    """
-
-    layout: int
+    layout: int  # Of the parameters that the firmware was made with
     joints: int
-    ticks: Ticks
-    damaged: int
-    skipped: int
-    cut: int
+    ticks: Ticks  # (T,) Every whole record
+    damaged: int  # Places where records fail their checksum, or something else lies between them
+    skipped: int  # Bytes there
+    cut: int  # Bytes of a record that the file ends in
 
     @property
     def missing(self) -> int:
@@ -87,18 +72,7 @@ class Box:
 
 
 def record_dtype(joints: int) -> np.dtype[Any]:
-    """Return the words of a tick's record, as the firmware lists them.
-
-    Parameters
-    ----------
-    joints : int
-        Joint groups of the robot.
-
-    Returns
-    -------
-    numpy.dtype
-        Fields by the names of `hypertuna.mission.record.COLUMNS`, and the tick.
-    """
+    """Return the words of a tick's record, as the firmware lists them."""
     fields: list[Any] = []
     for name, number, count in _core.record_fields(joints):
         if " " in name:
@@ -109,24 +83,7 @@ def record_dtype(joints: int) -> np.dtype[Any]:
 
 
 def boxes_of(path: str | Path, report: Callable[[int, int], None] | None = None) -> list[Box]:
-    """Read a black box, boot by boot; what is damaged is skipped, and counted.
-
-    Parameters
-    ----------
-    path : str or Path
-    report : callable, optional
-        Is told bytes read, and all.
-
-    Returns
-    -------
-    list of Box
-        One for every boot that has ticks.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, is no black box, or has records that this version does not know.
-    """
+    """Read a black box, boot by boot; what is damaged is skipped, and counted."""
     file = str(path)
     try:
         content = Path(path).read_bytes()
@@ -229,28 +186,7 @@ class _Boot:
 def record_of(
     box: Box, robot: Robot, file: MissionFile | None = None, facts: Mapping[str, str] | None = None
 ) -> MissionRecord:
-    """Make a record of a box, as a mission has one.
-
-    Parameters
-    ----------
-    box : Box
-    robot : Robot
-        That it is of.
-    file : MissionFile, optional
-        That it swam: waypoints, fence and origin stand in no box.
-    facts : mapping of str to str, optional
-        To tell beside what made it.
-
-    Returns
-    -------
-    MissionRecord
-        What the robot believed, read and did; where it was it did not know.
-
-    Raises
-    ------
-    InputError
-        If the robot has another number of joints, or ticks do not increase.
-    """
+    """Make a record of a box, as a mission has one."""
     if box.joints != len(robot.joints):
         value, fix = f"{len(robot.joints)}", "give the robot of the box by --robot"
         raise InputError(

@@ -20,50 +20,20 @@ SIDES = 2  # robot, ground
 
 @dataclass(frozen=True)
 class RadioModel:
-    """What a pair of modules does to bytes.
+    """What a pair of modules does to bytes."""
 
-    Attributes
-    ----------
-    rate : float
-        On the air [bit/s].
-    packet : int
-        Payload of a packet at most [bytes].
-    overhead : int
-        Preamble, header and checksum of a packet [bytes].
-    gap : float
-        Silence of the writer after which a packet that is not full is sent [s].
-    turn : float
-        From the end of a packet to the start of the next [s].
-    latency : float
-        From the end of a packet to its bytes at the other end [s].
-    buffer : int
-        Bytes that wait at most; what comes then is dropped.
-    loss : float
-        Part of the packets that is lost, evenly.
-    burst : float
-        Mean length of losses in a row [packets]: above 1 the same part is lost in bursts (Gilbert, 1960).
-    damage : float
-        Part of the packets that arrives with some bits flipped.
-    late : float
-        Part of the packets that arrives behind the next of its sender.
-
-    Raises
-    ------
-    InputError
-        If a number makes no sense.
-    """
-
-    rate: float = 4800.0
-    packet: int = 58
-    overhead: int = 12
-    gap: float = 0.005
-    turn: float = 0.01
-    latency: float = 0.02
-    buffer: int = 512
-    loss: float = 0.0
+    rate: float = 4800.0  # On the air [bit/s]
+    packet: int = 58  # Payload of a packet at most [bytes]
+    overhead: int = 12  # Preamble, header and checksum of a packet [bytes]
+    gap: float = 0.005  # Silence of the writer after which a packet that is not full is sent [s]
+    turn: float = 0.01  # From the end of a packet to the start of the next [s]
+    latency: float = 0.02  # From the end of a packet to its bytes at the other end [s]
+    buffer: int = 512  # Bytes that wait at most; what comes then is dropped
+    loss: float = 0.0  # Part of the packets that is lost, evenly
+    # Mean length of losses in a row [packets]: above 1 the same part is lost in bursts (Gilbert, 1960)
     burst: float = 1.0
-    damage: float = 0.0
-    late: float = 0.0
+    damage: float = 0.0  # Part of the packets that arrives with some bits flipped
+    late: float = 0.0  # Part of the packets that arrives behind the next of its sender
 
     def __post_init__(self) -> None:
         for name in ("rate", "packet", "buffer"):
@@ -78,18 +48,7 @@ class RadioModel:
             raise InputError("must be 1 at least", key="burst", value=str(self.burst), fix="give a number of packets")
 
     def airtime(self, payload: int) -> float:
-        """Compute how long a packet takes on the air.
-
-        Parameters
-        ----------
-        payload : int
-            Bytes.
-
-        Returns
-        -------
-        float
-            [s].
-        """
+        """Compute how long a packet takes on the air: returns [s]."""
         return 8 * (payload + self.overhead) / self.rate
 
 
@@ -109,14 +68,7 @@ class _Module:
 
 
 class Air:
-    """Two modules and the channel between them.
-
-    Parameters
-    ----------
-    model : RadioModel
-    seed : int
-        Of losses and damages.
-    """
+    """Two modules and the channel between them."""
 
     def __init__(self, model: RadioModel, *, seed: int = 0) -> None:
         self.model = model
@@ -128,16 +80,7 @@ class Air:
         self._count = 0
 
     def write(self, side: int, content: bytes, time: float) -> None:
-        """Give bytes to a module.
-
-        Parameters
-        ----------
-        side : int
-            0 for the robot's, 1 for the ground's.
-        content : bytes
-        time : float
-            [s], never before an earlier call's.
-        """
+        """Give bytes to a module: `time` [s]."""
         self._advance(time)
         if not content:
             return
@@ -149,17 +92,7 @@ class Air:
         module.max_waiting = max(module.max_waiting, len(module.waiting))
 
     def read(self, side: int, time: float) -> bytes:
-        """Take the bytes that have come to a module.
-
-        Parameters
-        ----------
-        side, time
-            As for `write`.
-
-        Returns
-        -------
-        bytes
-        """
+        """Take the bytes that have come to a module."""
         self._advance(time)
         found, coming = bytearray(), self._coming[side]
         while coming and coming[0][0] <= time:
@@ -167,17 +100,7 @@ class Air:
         return bytes(found)
 
     def told(self, side: int) -> dict[str, int]:
-        """Say what became of what a module was given.
-
-        Parameters
-        ----------
-        side : int
-
-        Returns
-        -------
-        dict of str to int
-            Packets sent, lost and damaged, bytes dropped, and the most bytes that ever waited.
-        """
+        """Say what became of what a module was given."""
         module = self._modules[side]
         names = ("sent", "lost", "damaged", "dropped", "max_waiting")
         return {name: getattr(module, name) for name in names}

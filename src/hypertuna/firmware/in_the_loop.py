@@ -41,33 +41,17 @@ MOST_TICKS = 100_000_000  # eleven days
 
 @dataclass(frozen=True)
 class FirmwareRun:
-    """What came of it.
-
-    Attributes
-    ----------
-    scenario : Scenario
-    board : str
-    answers : ndarray of FROM_BOARD, shape (ticks,)
-        Of the board.
-    different : ndarray of int
-        Ticks in which it and the same firmware on this machine differed in any bit.
-    duration : float
-        That it took [s].
-    flown : MissionRun or None
-        What the twin made of it.
-    compared : bool
-        Whether the same firmware ran on this machine beside it.
-    air : dict of str to dict
-        What became of the packets of "robot" and "ground", as `Air.told` says it; empty without a modelled radio.
-    """
+    """What came of it."""
 
     scenario: Scenario
     board: str
-    answers: Messages = field(repr=False)
+    answers: Messages = field(repr=False)  # (ticks,) Of the board
+    # Ticks in which it and the same firmware on this machine differed in any bit
     different: NDArray[np.int64] = field(repr=False)
-    duration: float
-    flown: MissionRun | None = field(repr=False)
-    compared: bool = True
+    duration: float  # That it took [s]
+    flown: MissionRun | None = field(repr=False)  # What the twin made of it
+    compared: bool = True  # Whether the same firmware ran on this machine beside it
+    # What became of the packets of "robot" and "ground", as `Air.told` says it; empty without a modelled radio
     air: dict[str, dict[str, int]] = field(default_factory=dict)
 
     @property
@@ -105,17 +89,7 @@ class FirmwareRun:
         return len(self.answers)
 
     def instructions(self, part: str) -> float | None:
-        """Return the most instructions that a part of a tick took.
-
-        Parameters
-        ----------
-        part : {"controller", "pilot", "radio", "whole"}
-
-        Returns
-        -------
-        float or None
-            None on a board that does not count them.
-        """
+        """Return the most instructions that a part of a tick took."""
         return float(self.answers[part].max() * INSTRUCTIONS) if self.counts else None
 
 
@@ -133,43 +107,7 @@ def firmware_in_the_loop(
     black_box: str | Path | None = None,
     report: Callable[[int, int], None] | None = None,
 ) -> FirmwareRun:
-    """Run the firmware of a robot on a board.
-
-    Parameters
-    ----------
-    robot : Robot
-        With all that `fly_mission` and `firmware_table` take.
-    scenario : Scenario
-    board : {"pc", "qemu"}
-    ticks : int, optional
-        Longest run; until the mission is done, or 6000, or 18000 of a robot that is lost, if left out.
-    seed : int
-        Of the sensors' noise, or of random messages.
-    folder : str or Path, optional
-        Where `make firmware` put the programs.
-    radio : int, optional
-        Port of the radio, as `boards.started` takes it. Orders over the radio reach the board alone: then the same
-        firmware does not run beside it, and the ground is heard over the radio or not at all.
-    air : RadioModel, optional
-        Radio between board and ground, in simulated time; the ground then is spoken to by UDP, whatever the board. A
-        cable if left out.
-    real_time : bool
-        Whether a tick waits for the clock.
-    black_box : str or Path, optional
-        File that gets the board's black box.
-    report : callable, optional
-        Is told ticks done, and all.
-
-    Returns
-    -------
-    FirmwareRun
-
-    Raises
-    ------
-    InputError
-        If the firmware is missing, was made of another description, or does not run; if ticks, seed or radio are out
-        of range.
-    """
+    """Run the firmware of a robot on a board."""
     _check_between(ticks, "ticks", 1, MOST_TICKS)
     _check_between(seed, "seed", 0, 2**64 - 1)
     _check_between(radio, "radio", 1, 65535)

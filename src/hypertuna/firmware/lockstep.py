@@ -63,23 +63,7 @@ COMPARED = np.dtype(SAME).itemsize  # bytes that boards must agree on
 
 
 def order(kind: str, *numbers: float, which: int = 0, fix: tuple[int, int] = (0, 0)) -> Any:
-    """Make a message with an order, and without readings yet.
-
-    Parameters
-    ----------
-    kind : str
-        One of `ORDERS`.
-    *numbers : float
-        As firmware/boards/lockstep.hpp has them for the kind.
-    which : int
-        The same.
-    fix : tuple of int
-        Latitude and longitude of the origin [1e-7 deg].
-
-    Returns
-    -------
-    ndarray of TO_BOARD, shape ()
-    """
+    """Make a message with an order, and without readings yet: returns ()."""
     message = np.zeros((), TO_BOARD)
     message["sample"] = NO_SAMPLE
     message["order"], message["which"], message["fix"] = ORDERS.index(kind), which, fix
@@ -88,14 +72,7 @@ def order(kind: str, *numbers: float, which: int = 0, fix: tuple[int, int] = (0,
 
 
 class Counts:
-    """What a board's converters make of readings: the inverse of the firmware's calibration.
-
-    Parameters
-    ----------
-    table : FirmwareTable
-    origin : tuple of int
-        Latitude and longitude that a fix's east and north count from [1e-7 deg].
-    """
+    """What a board's converters make of readings: the inverse of the firmware's calibration."""
 
     def __init__(self, table: FirmwareTable, origin: tuple[int, int]) -> None:
         joints = len(table.robot.joints)
@@ -112,18 +89,7 @@ class Counts:
         self.origin = origin
 
     def of(self, readings: Array) -> NDArray[np.int32]:
-        """Return the samples of all channels.
-
-        Parameters
-        ----------
-        readings : ndarray, shape (n,)
-            Bends, pressures, currents, rates, accelerations, battery, depth, field [SI].
-
-        Returns
-        -------
-        ndarray of int32, shape (31,)
-            An analog converter stops at its ends; a digital sensor beyond its own does not answer.
-        """
+        """Return the samples of all channels: `readings` (n,) [SI]; returns (31,)."""
         raw = np.rint(np.where(np.isfinite(readings), readings, np.inf) / self.scale + self.zero)
         silent = ~np.isfinite(readings) | (~self.analog & ((raw < self.low) | (self.high < raw)))
         samples = np.full(SAMPLES, NO_SAMPLE, np.int32)
@@ -131,18 +97,7 @@ class Counts:
         return samples
 
     def fix(self, east: float, north: float) -> tuple[int, int]:
-        """Return what the satellite receiver shows at a place.
-
-        Parameters
-        ----------
-        east, north : float
-            Of the origin [m].
-
-        Returns
-        -------
-        tuple of int
-            Latitude and longitude [1e-7 deg].
-        """
+        """Return what the satellite receiver shows at a place: `east`, `north` [m]."""
         origin = (math.radians(self.origin[0] / DEGREES), math.radians(self.origin[1] / DEGREES))
         latitude, longitude = np.degrees(from_local(origin, [east, north]))
         return round(float(latitude) * DEGREES), round(float(longitude) * DEGREES)

@@ -39,48 +39,24 @@ Field = tuple[str, str, int]  # part, column, index
 
 
 class Parameter(NamedTuple):
-    """A number that the radio may read and set.
+    """A number that the radio may read and set."""
 
-    Attributes
-    ----------
-    name : str
-        At most 16 characters.
-    low, high, standard : float
-        Range, and the value of the robot's description [SI].
-    whole : bool
-        Whether it is a whole number.
-    field : int
-        Its place in the row of all numbers.
-    """
-
-    name: str
-    low: float
+    name: str  # At most 16 characters
+    low: float  # Range, and the value of the robot's description [SI]
     high: float
     standard: float
-    whole: bool
-    field: int
+    whole: bool  # Whether it is a whole number
+    field: int  # Its place in the row of all numbers
 
 
 @dataclass(frozen=True)
 class FirmwareTable:
-    """All that the firmware takes from a robot's description.
-
-    Attributes
-    ----------
-    robot : Robot
-    gaits : int
-        Of its gait table.
-    fields : tuple of (str, str, int)
-        Part, column and index of every number on board.
-    values : ndarray of float32, shape (len(fields),)
-        The numbers [SI].
-    parameters : tuple of Parameter
-    """
+    """All that the firmware takes from a robot's description."""
 
     robot: Robot
-    gaits: int
-    fields: tuple[Field, ...]
-    values: Array
+    gaits: int  # Of its gait table
+    fields: tuple[Field, ...]  # Part, column and index of every number on board
+    values: Array  # (len(fields) The numbers [SI]
     parameters: tuple[Parameter, ...]
 
     @property
@@ -171,24 +147,7 @@ RULES = (
 
 
 def firmware_table(robot: Robot, table: GaitTable | None = None) -> FirmwareTable:
-    """Compute what the firmware of a robot is made with.
-
-    Parameters
-    ----------
-    robot : Robot
-        With all tables of actuator, hydraulics, controller, pilot and sensors, and ``[firmware]``.
-    table : GaitTable, optional
-        `gait_table` of the robot if left out.
-
-    Returns
-    -------
-    FirmwareTable
-
-    Raises
-    ------
-    InputError
-        If a table is missing, or something does not fit.
-    """
+    """Compute what the firmware of a robot is made with: `robot` [firmware]."""
     wired = require(robot.firmware, "firmware", robot)
     table = gait_table(robot) if table is None else table
     columns = {
@@ -269,17 +228,7 @@ def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
 
 
 def header(table: FirmwareTable) -> str:
-    """Write a robot's table as the C++ header that the firmware is compiled with.
-
-    Parameters
-    ----------
-    table : FirmwareTable
-
-    Returns
-    -------
-    str
-        Content of firmware/robots/NAME.hpp.
-    """
+    """Write a robot's table as the C++ header that the firmware is compiled with."""
     robot = table.robot
     wired = require(robot.firmware, "firmware", robot)
     lines = [

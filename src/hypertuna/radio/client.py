@@ -30,26 +30,7 @@ Listener = Callable[[Any], None]
 
 
 def address(text: str) -> tuple[str, int]:
-    """Read where a robot is, as `--connect` takes it.
-
-    Parameters
-    ----------
-    text : str
-        ``udp:PORT`` or ``udp:HOST:PORT`` to listen, ``udpout:HOST:PORT`` to speak first, ``tcp:HOST:PORT``,
-        ``serial:DEVICE`` or ``serial:DEVICE:BAUD``.
-
-    Returns
-    -------
-    str
-        As pymavlink spells it.
-    int
-        Baud rate [1/s], of a serial line.
-
-    Raises
-    ------
-    InputError
-        If it is none of these.
-    """
+    """Read where a robot is, as `--connect` takes it."""
     kind, _, rest = text.partition(":")
     host, _, number = rest.rpartition(":")
     fix = "write udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600"
@@ -63,28 +44,7 @@ def address(text: str) -> tuple[str, int]:
 
 
 def connect(text: str, *, key: bytes | None = None, patience: float = 10.0, listener: Listener | None = None) -> Client:
-    """Connect to a robot.
-
-    Parameters
-    ----------
-    text : str
-        As for `address`.
-    key : bytes, optional
-        To sign with, 32 bytes.
-    patience : float
-        For its first heartbeat [s].
-    listener : callable, optional
-        Gets every message that comes.
-
-    Returns
-    -------
-    Client
-
-    Raises
-    ------
-    InputError
-        If the address cannot be used, or no robot is heard.
-    """
+    """Connect to a robot: `patience` [s]."""
     place, baud = address(text)
     try:
         line = mavutil().mavlink_connection(
@@ -125,13 +85,6 @@ class Client:
 
     The robot is the first vehicle that is heard. What others say, such as a tank's camera or another ground station,
     goes to the listener alone.
-
-    Parameters
-    ----------
-    line : object
-        Connection of pymavlink.
-    listener : callable, optional
-        Gets every message that comes.
     """
 
     def __init__(self, line: Any, listener: Listener | None = None) -> None:
@@ -155,18 +108,7 @@ class Client:
         self._line.close()
 
     def poll(self, timeout: float = 0.0) -> Iterator[Any]:
-        """Take the messages that have come; the first is waited for.
-
-        Parameters
-        ----------
-        timeout : float
-            [s].
-
-        Yields
-        ------
-        object
-            Message of the dialect.
-        """
+        """Take the messages that have come; the first is waited for: `timeout` [s]."""
         end = time.monotonic() + timeout
         while True:
             now = time.monotonic()
@@ -185,18 +127,7 @@ class Client:
                 return
 
     def send(self, message: Any) -> None:
-        """Send a message.
-
-        Parameters
-        ----------
-        message : object
-            Of the dialect.
-
-        Raises
-        ------
-        InputError
-            If the line is gone.
-        """
+        """Send a message."""
         with _line_is_there():
             self._line.mav.send(message)
 
@@ -218,20 +149,7 @@ class Client:
         return True
 
     def wait(self, wanted: Callable[[Any], bool], timeout: float) -> Any:
-        """Wait for a message.
-
-        Parameters
-        ----------
-        wanted : callable
-            Whether a message is it.
-        timeout : float
-            [s].
-
-        Returns
-        -------
-        object or None
-            None if it did not come in time.
-        """
+        """Wait for a message: `timeout` [s]."""
         end = time.monotonic() + timeout
         while (left := end - time.monotonic()) > 0:
             for message in self.poll(left):
@@ -240,27 +158,7 @@ class Client:
         return None
 
     def ask(self, message: Callable[[], Any], wanted: Callable[[Any], bool], what: str) -> Any:
-        """Send a message until its answer comes.
-
-        Parameters
-        ----------
-        message : callable
-            Makes it, for every try.
-        wanted : callable
-            Whether a message is the answer.
-        what : str
-            For the error.
-
-        Returns
-        -------
-        object
-            The answer.
-
-        Raises
-        ------
-        InputError
-            If none comes.
-        """
+        """Send a message until its answer comes."""
         for _ in range(TRIES):
             self.send(message())
             if (answer := self.wait(wanted, PATIENCE)) is not None:
@@ -269,22 +167,7 @@ class Client:
         raise InputError("must be answered by the robot", key=what, value=value, fix="come nearer, and try again")
 
     def command(self, what: int, *values: float, name: str = "command") -> None:
-        """Give a command and wait for its acknowledgement.
-
-        Parameters
-        ----------
-        what : int
-            MAV_CMD.
-        *values : float
-            Its parameters, up to seven.
-        name : str
-            For errors.
-
-        Raises
-        ------
-        InputError
-            If the robot refuses it, with its reason, or does not answer.
-        """
+        """Give a command and wait for its acknowledgement."""
         numbers = [*values, *[0.0] * (7 - len(values))]
         make = dialect().MAVLink_command_long_message
         self._acknowledged(lambda: make(self.system, 1, what, 0, *numbers), what, name)
@@ -304,32 +187,11 @@ class Client:
             raise InputError("must be accepted by the robot", key=name, value="refused", fix=reason)
 
     def arm(self, on: bool = True) -> None:
-        """Arm or disarm.
-
-        Parameters
-        ----------
-        on : bool
-
-        Raises
-        ------
-        InputError
-            As for `command`.
-        """
+        """Arm or disarm."""
         self.command(400, float(on), name="arm" if on else "disarm")
 
     def begin_signing(self, key: bytes) -> None:
-        """Give the robot a key; from then on both sign, and the robot hears nobody else.
-
-        Parameters
-        ----------
-        key : bytes
-            32 of them. It goes over the line as it is: do that on the bench.
-
-        Raises
-        ------
-        InputError
-            If the key has another length, or the robot does not sign with it.
-        """
+        """Give the robot a key; from then on both sign, and the robot hears nobody else."""
         if len(key) != 32:
             raise InputError("must have 32 bytes", key="key", value=f"{len(key)} long", fix="make one with `openssl`")
         stamp = int((time.time() - EPOCH) * 1e5)
@@ -339,33 +201,11 @@ class Client:
             raise InputError("must be taken by the robot", key="key", value="not taken", fix="disarm it, and try again")
 
     def mode(self, name: str) -> None:
-        """Change who makes the command.
-
-        Parameters
-        ----------
-        name : {"manual", "gait", "mission"}
-
-        Raises
-        ------
-        InputError
-            As for `command`.
-        """
+        """Change who makes the command."""
         self.command(176, 1, [control for control, _ in _core.control_table()].index(name), name=f"mode {name}")
 
     def gait(self, gait: Gait, *, fins: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Swim a steady gait.
-
-        Parameters
-        ----------
-        gait : Gait
-        fins : tuple of float
-            Angles of the pectoral fins [rad].
-
-        Raises
-        ------
-        InputError
-            As for `command`.
-        """
+        """Swim a steady gait: `fins` [rad]."""
 
         def row(values: Iterable[float]) -> list[int]:
             whole = [round(math.degrees(float(value)) * 100) for value in values]
@@ -376,17 +216,7 @@ class Client:
         self._acknowledged(lambda: make(round(gait.frequency * 1000), *rows, self.system, 1), what, "gait")
 
     def manual(self, ahead: float, turn: float, climb: float) -> None:
-        """Move the stick: no answer comes, the robot rests when the next does not come in time.
-
-        Parameters
-        ----------
-        ahead : float
-            0 to 1 of the top speed [1].
-        turn : float
-            -1 to 1, starboard positive [1].
-        climb : float
-            -1 to 1 of the fins' largest angle [1].
-        """
+        """Move the stick: no answer comes, the robot rests when the next does not come in time."""
         x, z, r = (round(1000 * max(-1.0, min(1.0, value))) for value in (-climb, ahead, turn))
         self.send(dialect().MAVLink_manual_control_message(self.system, x, 0, z, r, 0))
 

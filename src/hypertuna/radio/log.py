@@ -27,20 +27,7 @@ SKIPPED = ("mavpackettype",)
 
 
 class LinkLogWriter:
-    """A log that is written while messages come.
-
-    Parameters
-    ----------
-    path : Path
-        Where to write: a new file, since what was measured cannot be made again.
-    robot : str
-        Its name, empty if it is not known.
-
-    Raises
-    ------
-    InputError
-        If the extra `log` is missing, or the file is there or cannot be written.
-    """
+    """A log that is written while messages come."""
 
     def __init__(self, path: str | Path, robot: str) -> None:
         need_log()
@@ -68,15 +55,7 @@ class LinkLogWriter:
         self.close()
 
     def write(self, message: Any, stamp: float | None = None) -> None:
-        """Put a message at the end.
-
-        Parameters
-        ----------
-        message : object
-            Of the dialect.
-        stamp : float, optional
-            When it came, in s since 1970; now if left out.
-        """
+        """Put a message at the end."""
         name = message.get_type()
         if name not in self._channels:
             self._channels[name] = self._channel(name, message)
@@ -104,41 +83,20 @@ class LinkLogWriter:
 
 
 def check_new(path: str | Path) -> None:
-    """Check that a log is written over nothing: what was measured cannot be made again.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Raises
-    ------
-    InputError
-        If something is there.
-    """
+    """Check that a log is written over nothing: what was measured cannot be made again."""
     if Path(path).exists():
         raise InputError("must be a new file", file=str(path), value="there already", fix="choose another name")
 
 
 @dataclass(frozen=True)
 class LinkLog:
-    """A log of the radio as it was read.
-
-    Attributes
-    ----------
-    robot : str
-    time : dict of str to ndarray
-        When the messages of each name came, in s since the first message of all.
-    fields : dict of str to dict of str to ndarray
-        Their fields in the dialect's units: of each name, by the field's; text is left out.
-    complete : bool
-        Whether the file is whole.
-    file : str
-    """
+    """A log of the radio as it was read."""
 
     robot: str
-    time: dict[str, Array]
+    time: dict[str, Array]  # When the messages of each name came, in s since the first message of all
+    # Their fields in the dialect's units: of each name, by the field's; text is left out
     fields: dict[str, dict[str, Array]]
-    complete: bool
+    complete: bool  # Whether the file is whole
     file: str
 
     def has(self, *names: str) -> bool:
@@ -155,21 +113,7 @@ class LinkLog:
 
 
 def read_link_log(path: str | Path) -> LinkLog:
-    """Read a log of the radio; of one that was cut short, all whole chunks.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    LinkLog
-
-    Raises
-    ------
-    InputError
-        If the extra `log` is missing, or the file is none.
-    """
+    """Read a log of the radio; of one that was cut short, all whole chunks."""
     pile = read_messages(path)
     if pile.metadata is None or LINK not in pile.metadata:
         fix = "give one that `hypertuna link log` or `hypertuna drive` wrote"
