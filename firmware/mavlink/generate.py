@@ -54,13 +54,25 @@ def enums() -> str:
     conditions = [(name, text) for name, _, text in _core.condition_table()]
     faults = [(name, text) for name, text, *_ in _core.fault_table()]
     tables = [
-        ("CONTROL", False, "Source of the command: HEARTBEAT.custom_mode, and param2 of MAV_CMD_DO_SET_MODE.",
-         _core.control_table()),
+        (
+            "CONTROL",
+            False,
+            "Source of the command: HEARTBEAT.custom_mode, and param2 of MAV_CMD_DO_SET_MODE.",
+            _core.control_table(),
+        ),
         ("MODE", False, "Modes of the pilot (core/include/hypertuna/pilot/reasons.hpp).", _core.mode_table()),
-        ("REASON", True, "Reasons for the pilot's mode (core/include/hypertuna/pilot/reasons.hpp).",
-         _core.reason_table()),
-        ("CONDITION", True, "Conditions in the controller's status (core/include/hypertuna/control/safety.hpp).",
-         conditions),
+        (
+            "REASON",
+            True,
+            "Reasons for the pilot's mode (core/include/hypertuna/pilot/reasons.hpp).",
+            _core.reason_table(),
+        ),
+        (
+            "CONDITION",
+            True,
+            "Conditions in the controller's status (core/include/hypertuna/control/safety.hpp).",
+            conditions,
+        ),
         ("FAULT", True, "Faults detected by the supervisor (firmware/app/vehicle/faults.hpp).", faults),
     ]
     return "".join(_enum(f"HYPERTUNA_{name}", bits, text, rows) for name, bits, text, rows in tables)

@@ -10,11 +10,11 @@ import pytest
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.errors import InputError
-from hypertuna.firmware.black_box import Box, boxes_of, record_dtype, record_of
-from hypertuna.firmware.boards import firmware_of, missing
+from hypertuna.firmware.black_box import Box, mission_record, read_black_box, record_dtype
+from hypertuna.firmware.boards import find_firmware, missing
 from hypertuna.firmware.in_the_loop import firmware_in_the_loop
 from hypertuna.firmware.parameters import firmware_table
-from hypertuna.firmware.scenario import scenario_of
+from hypertuna.firmware.scenario import find_scenario
 from hypertuna.mission.record import COLUMNS, parts_of
 from program import Run
 
@@ -49,7 +49,7 @@ def tick(k: int) -> bytes:
 
 def read(path: Path, content: bytes) -> list[Box]:
     path.write_bytes(content)
-    return boxes_of(path)
+    return read_black_box(path)
 
 
 def told(box: Box) -> tuple[list[int], int, int, int, int]:
@@ -114,8 +114,8 @@ def test_boots_are_told_apart(tmp_path: Path) -> None:
     [
         (b"", "must be a black box"),
         (b"nothing of the kind" * 100, "must be a black box"),
-        (tick(0), "must be a black box: no record says whose"),
-        (head(), "must have whole records"),
+        (tick(0), "must be a black box: it has no head"),
+        (head(), "must have complete records"),
         (head(layout=0x1234) + tick(0), rf"must have the layout {_core.RECORD_LAYOUT:08x}, but is 00001234"),
     ],
 )
@@ -123,19 +123,19 @@ def test_what_is_no_box_is_told(tmp_path: Path, content: bytes, sentence: str) -
     with pytest.raises(InputError, match=sentence):
         read(tmp_path / "box.bin", content)
     with pytest.raises(InputError, match="must be a readable file"):
-        boxes_of(tmp_path / "none.bin")
+        read_black_box(tmp_path / "none.bin")
 
 
 def test_a_record_of_a_box(fish: ht.Robot, tmp_path: Path) -> None:
     (box,) = read(tmp_path / "box.bin", head() + b"".join(tick(k) for k in range(3)))
-    record = record_of(box, fish)
+    record = mission_record(box, fish)
     assert not record.true
     np.testing.assert_allclose(record.time, [0, 0.01, 0.02])
     np.testing.assert_allclose(record.data["bend_read"][:, 0], [0, 0.1, 0.2], rtol=1e-6)
     assert np.isnan(record.data["bend_read"][:, 1]).all()
     assert "by the description: the firmware was made of another one" in record.facts["parameters"]
     with pytest.raises(InputError, match="must have the 2 joints of the box, but is 5"):
-        record_of(box, ht.load("rexeel"))
+        mission_record(box, ht.load("rexeel"))
 
 
 # --- the firmware's own boxes
@@ -146,13 +146,13 @@ def test_a_box_has_what_lock_step_saw(fish: ht.Robot, tmp_path: Path, board: str
     if (lack := missing(board)) is not None:
         pytest.skip(lack)
     try:
-        firmware_of("hypertuna", board)
+        find_firmware("hypertuna", board)
     except InputError as error:
         pytest.skip(str(error))
     file = tmp_path / "box.bin"
-    scenario = scenario_of("gait:unoptimised-0.3", fish)
+    scenario = find_scenario("gait:unoptimised-0.3", fish)
     run = firmware_in_the_loop(fish, scenario, board=board, ticks=400, black_box=file)
-    (box,) = boxes_of(file)
+    (box,) = read_black_box(file)
     assert not box.gaps
     assert (box.joints, box.layout) == (2, firmware_table(fish).layout)
     seen, ticks = run.answers, box.ticks
@@ -165,9 +165,9 @@ def test_a_box_has_what_lock_step_saw(fish: ht.Robot, tmp_path: Path, board: str
     for name in ("mode", "control", "armed", "answer"):
         np.testing.assert_array_equal(ticks[name], seen[name], err_msg=name)
     # What the twin's sensors showed, to their noise; the beat that was asked for.
-    assert run.flown is not None
-    at = np.round(run.flown.time / 0.01).astype(int)
-    off = ticks["bend_read"][at[at < 400]] - run.flown.data["angle"][at < 400]
+    assert run.mission_run is not None
+    at = np.round(run.mission_run.time / 0.01).astype(int)
+    off = ticks["bend_read"][at[at < 400]] - run.mission_run.data["angle"][at < 400]
     assert np.sqrt(np.mean(off**2)) < 0.02
     assert np.ptp(ticks["bend_read"]) > 0.2
     assert ticks["frequency_commanded"][-1] == pytest.approx(2)
@@ -181,11 +181,11 @@ def test_boards_write_the_same_box(fish: ht.Robot, tmp_path: Path) -> None:
     files = []
     for board in ("pc", "qemu"):
         try:
-            firmware_of("hypertuna", board)
+            find_firmware("hypertuna", board)
         except InputError as error:
             pytest.skip(str(error))
         files.append(tmp_path / f"{board}.bin")
-        firmware_in_the_loop(fish, scenario_of("random"), board=board, ticks=300, seed=2, black_box=files[-1])
+        firmware_in_the_loop(fish, find_scenario("random"), board=board, ticks=300, seed=2, black_box=files[-1])
     assert files[0].read_bytes() == files[1].read_bytes()
 
 

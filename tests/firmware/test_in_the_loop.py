@@ -21,13 +21,13 @@ import pytest
 import hypertuna as ht
 from hypertuna.description.robot import robot_path
 from hypertuna.errors import InputError
-from hypertuna.firmware.boards import firmware_of, missing, started
+from hypertuna.firmware.boards import find_firmware, missing, started
 from hypertuna.firmware.channel import RadioModel
 from hypertuna.firmware.in_the_loop import firmware_in_the_loop
 from hypertuna.firmware.lockstep import order
 from hypertuna.firmware.parameters import firmware_table
 from hypertuna.firmware.relay import radio_model
-from hypertuna.firmware.scenario import random_messages, scenario_of
+from hypertuna.firmware.scenario import find_scenario, random_messages
 from hypertuna.swimming.gait import named_gait
 from program import Run
 
@@ -53,15 +53,15 @@ def qemu(pc: Path) -> Path:
 
 def _built(board: str) -> Path:
     try:
-        return firmware_of("hypertuna", board)
+        return find_firmware("hypertuna", board)
     except InputError as error:
         pytest.skip(str(error))
 
 
 def test_hundred_thousand_ticks_have_the_same_bits(fish: ht.Robot, qemu: Path) -> None:
-    run = firmware_in_the_loop(fish, scenario_of("random"), board="qemu", ticks=100_000, seed=1)
+    run = firmware_in_the_loop(fish, find_scenario("random"), board="qemu", ticks=100_000, seed=1)
     assert run.ticks == 100_000
-    assert len(run.different) == 0
+    assert len(run.mismatches) == 0
     assert run.instructions("controller") <= MOST_INSTRUCTIONS
     assert 0 < run.answers["stack"].max() <= MOST_STACK
     # The messages went everywhere: other digests in nearly every tick, arming, all sources of commands, refusals.
@@ -84,28 +84,28 @@ def test_a_difference_is_found(fish: ht.Robot, pc: Path) -> None:
 
 
 def test_gait_on_the_twin(fish: ht.Robot, qemu: Path) -> None:
-    run = firmware_in_the_loop(fish, scenario_of("gait:unoptimised-0.3", fish), board="qemu", ticks=600)
-    assert len(run.different) == 0
+    run = firmware_in_the_loop(fish, find_scenario("gait:unoptimised-0.3", fish), board="qemu", ticks=600)
+    assert len(run.mismatches) == 0
     assert not run.refused
     assert run.instructions("controller") <= MOST_INSTRUCTIONS
     assert run.answers["armed"][-1] == 1
-    assert run.flown is not None
+    assert run.mission_run is not None
     assert run.status is None  # there is no mission that could end
     # It swims: the tail bends as far as it is asked to, within its posture control's first beats.
-    assert abs(run.flown.data["angle"]).max() > np.radians(12)
+    assert abs(run.mission_run.data["angle"]).max() > np.radians(12)
 
 
 def test_a_robot_that_is_lost_comes_up(fish: ht.Robot, pc: Path) -> None:
     """Three meters deep the ground falls silent: the tail rests after 5 s, and after a minute the robot comes up."""
-    run = firmware_in_the_loop(fish, scenario_of("lost:unoptimised-0.3", fish), board="pc", ticks=14_000)
-    assert len(run.different) == 0
+    run = firmware_in_the_loop(fish, find_scenario("lost:unoptimised-0.3", fish), board="pc", ticks=14_000)
+    assert len(run.mismatches) == 0
     depth = run.answers["depth"]
     assert (depth[1500:7000] > 2).all()
     assert depth[-1] < 0.5
     assert run.answers["armed"][-1] == 1
-    np.testing.assert_allclose(depth[-1], -run.flown.data["position"][-1, 2], atol=0.1)
+    np.testing.assert_allclose(depth[-1], -run.mission_run.data["position"][-1, 2], atol=0.1)
     # It goes round about the place: no further than a few lengths of its own.
-    way = run.flown.data["position"][700:, :2] - run.flown.data["position"][700, :2]  # of each tenth tick
+    way = run.mission_run.data["position"][700:, :2] - run.mission_run.data["position"][700, :2]  # of each tenth tick
     assert np.hypot(*way.T).max() < 6
 
 
@@ -113,12 +113,12 @@ def test_a_robot_that_is_lost_comes_up(fish: ht.Robot, pc: Path) -> None:
 def test_mission_on_the_twin(fish: ht.Robot, pc: Path, board: str, request: pytest.FixtureRequest) -> None:
     request.getfixturevalue(board)
     ticks = 9000 if board == "pc" else 600
-    run = firmware_in_the_loop(fish, scenario_of("box"), board=board, ticks=ticks)
-    assert len(run.different) == 0
+    run = firmware_in_the_loop(fish, find_scenario("box"), board=board, ticks=ticks)
+    assert len(run.mismatches) == 0
     assert not run.refused
     if board == "pc":  # after a minute of fixes it dives and goes its way
         assert run.answers["mode"][-1] == 1
-        np.testing.assert_allclose(run.answers["depth"][-1], -run.flown.data["position"][-1, 2], atol=0.1)
+        np.testing.assert_allclose(run.answers["depth"][-1], -run.mission_run.data["position"][-1, 2], atol=0.1)
         assert run.answers["speed"][-1] > 0.2
 
 
@@ -179,8 +179,8 @@ def test_json(run: Run, pc: Path) -> None:
 
 
 def test_a_run_without_a_way_to_go_is_not_given_up(fish: ht.Robot, pc: Path) -> None:
-    assert firmware_in_the_loop(fish, scenario_of("afloat"), ticks=20).status is None
-    assert firmware_in_the_loop(fish, scenario_of("box"), ticks=20).status == "given up"
+    assert firmware_in_the_loop(fish, find_scenario("afloat"), ticks=20).status is None
+    assert firmware_in_the_loop(fish, find_scenario("box"), ticks=20).status == "given up"
 
 
 def test_firmware_of_another_description_is_told(run: Run, pc: Path, tmp_path: Path) -> None:
@@ -240,7 +240,7 @@ def test_through_the_modelled_radio(fish: ht.Robot, pc: Path, board: str, reques
     air = RadioModel(rate=57600, loss=0.2, burst=2, damage=0.1)
     given = {"board": board, "ticks": 4500, "radio": port, "air": air, "real_time": True}
     with ThreadPoolExecutor(1) as pool:
-        flight = pool.submit(firmware_in_the_loop, fish, scenario_of("afloat"), **given)
+        flight = pool.submit(firmware_in_the_loop, fish, find_scenario("afloat"), **given)
         with connect(f"udp:{port}", patience=60) as robot:
             persistently(robot.arm)
             persistently(lambda: robot.gait(named_gait(fish, "unoptimised-0.3")))

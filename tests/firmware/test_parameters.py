@@ -14,7 +14,7 @@ from hypertuna.description.channels import CHANNELS, COUNTED
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.firmware.lockstep import NO_SAMPLE, Counts
-from hypertuna.firmware.parameters import MOST_NAME, MOST_PARAMETERS, firmware_table, header
+from hypertuna.firmware.parameters import NAME_LENGTH_MAX, PARAMETERS_MAX, firmware_table, header
 from program import Run
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
@@ -54,10 +54,10 @@ def test_fields_are_the_firmware_s_in_its_order(table) -> None:
 
 
 def test_parameters_fit_mavlink_and_the_memory(table) -> None:
-    assert len(table.parameters) <= MOST_PARAMETERS
+    assert len(table.parameters) <= PARAMETERS_MAX
     names = [p.name for p in table.parameters]
     assert len(set(names)) == len(names)
-    assert max(map(len, names)) <= MOST_NAME
+    assert max(map(len, names)) <= NAME_LENGTH_MAX
     for p in table.parameters:
         assert p.low <= p.standard <= p.high
         assert p.standard == table.values[p.field]

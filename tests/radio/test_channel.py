@@ -29,8 +29,8 @@ def test_the_channel_carries_one_at_a_time_and_takes_turns() -> None:
             air.write(side, bytes(20), time)
     each = end / (2 * (model.airtime(58) + model.turn)) * 58
     assert got == pytest.approx([each, each], rel=0.02)
-    assert air.told(ROBOT)["max_waiting"] == 512
-    assert air.told(ROBOT)["dropped"] > 0
+    assert air.counters(ROBOT)["max_waiting"] == 512
+    assert air.counters(ROBOT)["dropped"] > 0
 
 
 def test_no_byte_is_lost_or_reordered_on_a_good_channel() -> None:
@@ -50,10 +50,10 @@ def test_losses_have_the_part_and_the_length_that_were_asked_for(burst: float) -
     count = 20_000
     losses = []
     for k in range(count):
-        before = air.told(ROBOT)["lost"]
+        before = air.counters(ROBOT)["lost"]
         air.write(ROBOT, b"x", k * 0.1)
         air.read(GROUND, k * 0.1 + 0.09)
-        losses.append(air.told(ROBOT)["lost"] - before)
+        losses.append(air.counters(ROBOT)["lost"] - before)
     assert np.mean(losses) == pytest.approx(0.3, abs=0.03)
     starts = np.sum(np.diff([0, *losses]) == 1)
     expected = burst if burst > 1 else 1 / 0.7  # by chance alone a loss is followed by another with 0.3

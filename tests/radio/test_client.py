@@ -128,7 +128,7 @@ def heartbeat(autopilot: int) -> bytes:
 def test_a_line_that_ends_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     with (
         connect(f"tcp:127.0.0.1:{server(heartbeat(0))}") as robot,
-        pytest.raises(InputError, match="--connect must stay open, but is gone"),
+        pytest.raises(InputError, match="--connect must stay open, but is lost"),
     ):
         robot.wait(lambda m: False, 20)
     assert capsys.readouterr().out == ""
@@ -143,7 +143,9 @@ def test_another_firmware_is_refused() -> None:
 def test_lines_that_cannot_be_opened(tmp_path: Path) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
-        with pytest.raises(InputError, match=r"must be a line that can be opened, but is 'udp:\d+' \(Address already"):
+        with pytest.raises(
+            InputError, match=r"must be a connection that can be opened, but is 'udp:\d+' \(Address already"
+        ):
             connect(f"udp:{other.getsockname()[1]}")
     with pytest.raises(InputError, match="No such file"):
         connect(f"serial:{tmp_path / 'none'}")

@@ -19,7 +19,7 @@ pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
 import hypertuna as ht
 from hypertuna.errors import InputError
-from hypertuna.firmware.boards import firmware_of, missing
+from hypertuna.firmware.boards import find_firmware, missing
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.upload import download, upload
 from hypertuna.radio.client import connect
@@ -37,7 +37,7 @@ def in_the_loop(board: str, port: int) -> Iterator[None]:
     if (sentence := missing(board)) is not None:
         pytest.skip(sentence)
     try:
-        firmware_of("hypertuna", board)
+        find_firmware("hypertuna", board)
     except InputError as error:
         pytest.skip(str(error))
     options = ["--scenario", "afloat", "--radio", str(port), "--real-time", "--ticks", "30000"]

@@ -256,9 +256,9 @@ def test_a_drive_from_a_terminal(tmp_path: Path) -> None:
         os.close(master)
     assert told["messages"] > 0
     assert b"frequency" in screen
-    from hypertuna.radio.log import read_link_log
+    from hypertuna.radio.log import read_radio_log
 
-    found = read_link_log(log)
+    found = read_radio_log(log)
     armed = found.fields["HEARTBEAT"]["base_mode"].astype(int) & 128
     assert armed.any()
     assert set(found.fields["HEARTBEAT"]["custom_mode"]) >= {0, 1}

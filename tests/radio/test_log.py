@@ -14,7 +14,7 @@ import hypertuna as ht
 from hypertuna.characterization.data import read_bench
 from hypertuna.errors import InputError
 from hypertuna.radio.dialect import dialect, dialect_file
-from hypertuna.radio.log import LinkLogWriter, read_link_log
+from hypertuna.radio.log import RadioLogWriter, read_radio_log
 from models import changed
 
 START = 1_800_000_000.0  # s since 1970
@@ -37,7 +37,7 @@ def gait_message(gait: ht.Gait, time: float) -> object:
 def tank_run(path: Path, robot: ht.Robot, gaits: list[ht.Gait]) -> None:
     """Each gait for 20 s: it gathers speed in 2 s, and swims at the model's own then; a camera sees it to 3 mm."""
     random, x, clock = np.random.default_rng(1), 0.0, 0.0
-    with LinkLogWriter(path, robot.name) as log:
+    with RadioLogWriter(path, robot.name) as log:
         for gait in gaits:
             speed = ht.swim(robot, gait).speed
             for k in range(400):
@@ -76,7 +76,7 @@ def test_a_tank_run_gives_the_coefficients_back(tmp_path: Path) -> None:
 def test_a_bench_test_gives_the_rows_of_its_csv(tmp_path: Path) -> None:
     """Up to 200 kPa and down again at 10 kPa/s, each side of joint I: bends away from the pressure, falling or not."""
     fish, path = ht.load("hypertuna"), tmp_path / "bench.mcap"
-    with LinkLogWriter(path, fish.name) as log:
+    with RadioLogWriter(path, fish.name) as log:
         for side in (0, 1):
             for k in range(401):
                 own = 10e3 * (20 - abs(k * 0.1 - 20))
@@ -97,13 +97,13 @@ def test_a_bench_test_gives_the_rows_of_its_csv(tmp_path: Path) -> None:
 def test_what_lacks_is_told(tmp_path: Path) -> None:
     path, fish = tmp_path / "empty.mcap", ht.load("hypertuna")
     gait = ht.Gait.from_degrees(frequency=2, amplitude=(10, 15), phase=(0, 0))
-    with LinkLogWriter(path, fish.name) as log:
+    with RadioLogWriter(path, fish.name) as log:
         log.write(gait_message(gait, 0.0), START)
     with pytest.raises(InputError, match=r"ATT_POS_MOCAP must have messages"):
         ht.read_trials(path, fish)
     with pytest.raises(InputError, match=r"HYDRAULICS must have messages"):
         read_bench(path, fish)
-    assert read_link_log(path).fields["GAIT"]["frequency"] == 2000
+    assert read_radio_log(path).fields["GAIT"]["frequency"] == 2000
     whole = path.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) // 2])
     with pytest.raises(InputError, match="must"):

@@ -105,7 +105,7 @@ def test_ten_minutes_of_a_bad_channel(bench: RadioBench) -> None:
     assert told.replayed > 0
     assert frequency > 1.9
     assert told.max_waiting <= 8
-    assert air.told(ROBOT)["dropped"] == air.told(GROUND)["dropped"] == 0
+    assert air.counters(ROBOT)["dropped"] == air.counters(GROUND)["dropped"] == 0
     assert heard.count("HEARTBEAT") > 200
 
 
@@ -165,8 +165,8 @@ def test_telemetry_fits_the_radio() -> None:
         for kind in ground.hear(air.read(GROUND, time)):
             counts[kind] = counts.get(kind, 0) + 1
     bench.close()
-    assert air.told(ROBOT)["dropped"] == 0
-    assert air.told(ROBOT)["max_waiting"] < 300
+    assert air.counters(ROBOT)["dropped"] == 0
+    assert air.counters(ROBOT)["max_waiting"] < 300
     assert told.frames > 0.95 * seconds
     rates = {kind: count / seconds for kind, count in counts.items()}
     assert rates["HEARTBEAT"] == pytest.approx(1, rel=0.05)

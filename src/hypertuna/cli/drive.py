@@ -24,7 +24,7 @@ from hypertuna.errors import InputError
 from hypertuna.radio.client import Client, connect
 from hypertuna.radio.dialect import need_radio
 from hypertuna.radio.drive import EVENT, Stick, gamepad, keys, moved, pressed, view
-from hypertuna.radio.log import LinkLogWriter, check_new
+from hypertuna.radio.log import RadioLogWriter, check_new
 from hypertuna.swimming.gait import named_gait
 
 __all__ = ["Pad", "drive_command"]
@@ -53,7 +53,7 @@ def drive_command(
         check_new(log)
     with ExitStack() as stack:
         client = stack.enter_context(connect(place, key=read_key(key)))
-        writer = stack.enter_context(LinkLogWriter(log, fish.name)) if log is not None else None
+        writer = stack.enter_context(RadioLogWriter(log, fish.name)) if log is not None else None
         client.listener = None if writer is None else writer.write
         stick = None if pad is None else stack.enter_context(Pad(pad, client.texts))
         stack.enter_context(_raw())
@@ -69,7 +69,7 @@ def drive_command(
         raise InputError("must be answered by the robot", key="disarm", value="silent", fix=fix)
 
 
-def _drive(client: Client, fish: Robot, pad: Pad | None, writer: LinkLogWriter | None) -> bool:
+def _drive(client: Client, fish: Robot, pad: Pad | None, writer: RadioLogWriter | None) -> bool:
     """Follow the keys until they quit, then disarm; return whether the robot confirmed that it is disarmed."""
     gaits, stick = tuple(fish.gaits), Stick()
     heard, spoken, kept, manual = time.monotonic(), 0.0, 0.0, False

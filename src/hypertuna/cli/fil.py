@@ -16,7 +16,7 @@ from hypertuna.errors import InputError
 from hypertuna.firmware.boards import BOARDS, missing
 from hypertuna.firmware.in_the_loop import PARTS, FirmwareRun, firmware_in_the_loop
 from hypertuna.firmware.relay import radio_model
-from hypertuna.firmware.scenario import scenario_of
+from hypertuna.firmware.scenario import find_scenario
 
 __all__ = ["fil_command"]
 
@@ -69,7 +69,7 @@ def fil_command(
     if (lack := missing(board)) is not None:
         raise InputError("must be able to run here", key="--board", value=board, fix=lack)
     named = load(robot) if robot is not None else None
-    flown = scenario_of(scenario, load(ROBOT) if named is None and ":" in scenario else named)
+    flown = find_scenario(scenario, load(ROBOT) if named is None and ":" in scenario else named)
     fish = named if named is not None else load(flown.robot or ROBOT)
     with progress_bar("ticks") as progress:
         run = firmware_in_the_loop(
@@ -91,7 +91,7 @@ def fil_command(
         lines=_lines,
         written=(black_box,),
         as_json=as_json,
-        failed=bool(len(run.different)),
+        failed=bool(len(run.mismatches)),
     )
 
 
@@ -103,8 +103,8 @@ def _record(run: FirmwareRun) -> dict[str, Any]:
         "board": run.board,
         "scenario": run.scenario.name,
         "ticks": run.ticks,
-        "mismatches": len(run.different) if run.compared else None,
-        "first_mismatch": int(run.different[0]) if len(run.different) else None,
+        "mismatches": len(run.mismatches) if run.compared else None,
+        "first_mismatch": int(run.mismatches[0]) if len(run.mismatches) else None,
         "instructions_per_tick_max": {part: run.instructions(part) for part in PARTS} if run.counts else None,
         "stack_bytes": int(run.answers["stack"].max()) if run.counts else None,
         "real_time_factor": run.real_time_factor,
@@ -114,8 +114,8 @@ def _record(run: FirmwareRun) -> dict[str, Any]:
         "armed": bool(last["armed"]),
         "faults": faults,
     }
-    if run.flown is not None:
-        record |= {"status": run.status, "distance_m": run.flown.distance, "energy_wh": run.flown.energy / 3600}
+    if (mission := run.mission_run) is not None:
+        record |= {"status": run.status, "distance_m": mission.distance, "energy_wh": mission.energy / 3600}
     return record
 
 
@@ -127,7 +127,7 @@ def _lines(run: FirmwareRun) -> Iterator[Any]:
     if (counts := record["instructions_per_tick_max"]) is not None:
         yield f"max instructions in a tick: {', '.join(f'{part} {count:.0f}' for part, count in counts.items())}"
         yield f"max stack: {record['stack_bytes']} bytes"
-    if run.flown is not None:
+    if run.mission_run is not None:
         status = f"{record['status']}, " if record["status"] is not None else ""
         yield f"at the end: {status}{record['distance_m']:.1f} m over ground, mode {record['mode']}"
     for side, packets in run.air.items():
@@ -135,12 +135,12 @@ def _lines(run: FirmwareRun) -> Iterator[Any]:
         yield f"radio of the {side}: {counts}, {packets['dropped']} bytes dropped"
     yield f"faults at the end: {', '.join(record['faults']) or 'none'}"
     for reason, ticks in run.refused.items():
-        style = "dim" if run.flown is None else "yellow"
+        style = "dim" if run.mission_run is None else "yellow"
         yield f"orders refused, {reason}: {len(ticks)}, first in tick {ticks[0]}", style
     if not run.compared:
         yield "Not compared: orders over the radio reach the board alone.", "dim"
-    elif len(run.different):
-        count, first = len(run.different), run.different[0]
+    elif len(run.mismatches):
+        count, first = len(run.mismatches), run.mismatches[0]
         sentence = f"The board differs from the program on this machine in {count} ticks, first in tick {first}."
         yield sentence, "bold red"
     else:

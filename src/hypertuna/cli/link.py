@@ -21,10 +21,10 @@ from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.upload import download, upload
-from hypertuna.radio.calibration import KINDS, Calibration, Pair, calibrate, read_pairs, sensor_of
+from hypertuna.radio.calibration import KINDS, Calibration, Pair, calibrate, parse_sensor, read_pairs
 from hypertuna.radio.client import Client, connect
 from hypertuna.radio.dialect import SILENT, need_radio
-from hypertuna.radio.log import LinkLogWriter, check_new
+from hypertuna.radio.log import RadioLogWriter, check_new
 from hypertuna.radio.parameters import read_parameter, read_parameters, set_parameter
 
 __all__ = ["FLUSH", "Connect", "Key", "link_app", "read_key"]
@@ -101,7 +101,7 @@ def log_command(
     limit = math.inf if duration is None else duration
     if limit <= 0:
         raise InputError("must be positive", key="--duration", value=f"{limit:g}", fix="give seconds")
-    with connect(place, key=read_key(key)) as robot, LinkLogWriter(output, "") as log:
+    with connect(place, key=read_key(key)) as robot, RadioLogWriter(output, "") as log:
         robot.listener = log.write
         begin, lost = time.monotonic(), None
         with progress_bar("seconds") as progress:
@@ -125,7 +125,7 @@ def log_command(
         raise lost
 
 
-def _record_all(robot: Client, log: LinkLogWriter, end: float, report: Callable[[int], None]) -> None:
+def _record_all(robot: Client, log: RadioLogWriter, end: float, report: Callable[[int], None]) -> None:
     """Listen until a time; every two seconds what has come is on the disk."""
     begun = last = time.monotonic()
     while (now := time.monotonic()) < end:
@@ -201,7 +201,7 @@ def _from_file(csv: str, place: str | None, key: str | None) -> tuple[Calibratio
 
 def _live(sensor: str, reference: Sequence[float] | None, place: str, key: str | None) -> tuple[Calibration, ...]:
     """Calibrate a sensor or a servo's zero, step by step."""
-    kind, index = sensor_of(sensor)
+    kind, index = parse_sensor(sensor)
     references = _references(kind, reference)
     with connect(place, key=read_key(key)) as robot:
         sensed = [f"{kind}_zero_{index}", f"{kind}_scale_{index}"]
@@ -215,7 +215,7 @@ def _live(sensor: str, reference: Sequence[float] | None, place: str, key: str |
 
 def _record(one: Calibration) -> dict[str, Any]:
     """Return the JSON record of a calibration."""
-    unit, factor = KINDS[sensor_of(one.sensor)[0]]
+    unit, factor = KINDS[parse_sensor(one.sensor)[0]]
     return {
         "sensor": one.sensor,
         "points": one.points,
@@ -228,7 +228,7 @@ def _lines(calibrations: Sequence[Calibration], place: str | None) -> Iterator[A
     """Lay out calibrations."""
     rows = []
     for one in calibrations:
-        unit, factor = KINDS[sensor_of(one.sensor)[0]]
+        unit, factor = KINDS[parse_sensor(one.sensor)[0]]
         parameters = ", ".join(f"{name} = {value:.7g}" for name, value in one.parameters.items())
         rows.append((one.sensor, f"{one.points}", f"{one.rms * factor:.3g} {unit}", parameters))
     yield table(["sensor", "points", "rms", "parameters"], rows, left=range(4))
@@ -282,7 +282,7 @@ def _sensor_live(
     robot: Client, sensor: str, references: Sequence[float], known: Mapping[str, float]
 ) -> tuple[Calibration, ...]:
     """Ask for one reference after another, and average the readings at each."""
-    kind, index = sensor_of(sensor)
+    kind, index = parse_sensor(sensor)
     unit, factor = KINDS[kind]
     zero, scale = (known[f"{kind}_{what}_{index}"] for what in ("zero", "scale"))
     pairs: list[Pair] = []
@@ -317,7 +317,7 @@ def _servo_live(
     robot: Client, sensor: str, references: Sequence[float], known: Mapping[str, float]
 ) -> tuple[Calibration, ...]:
     """Hold the servo at neutral, ask for its angle unless it is given, and subtract it from the trim."""
-    name = f"servo_trim_{sensor_of(sensor)[1]}"
+    name = f"servo_trim_{parse_sensor(sensor)[1]}"
     if references:
         angle = references[0]
     else:

@@ -12,7 +12,7 @@ from hypertuna.cli.emit import draw, emit
 from hypertuna.cli.options import FIGURES, AsJson, RobotName, file, text, whole_number
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
-from hypertuna.firmware.black_box import boxes_of, record_of
+from hypertuna.firmware.black_box import mission_record, read_black_box
 from hypertuna.io.files import columns_csv, write_atomically
 from hypertuna.io.mcap import need_log
 from hypertuna.io.quantity import Quantity
@@ -102,13 +102,13 @@ def black_box_command(
     fish = load(robot)
     route = None if mission is None else read_mission(mission)
     with progress_bar("bytes") as progress:
-        boots = boxes_of(box, progress)
+        boots = read_black_box(box, progress)
     number = len(boots) if boot is None else boot
     if not 1 <= number <= len(boots):
         raise InputError(f"must be from 1 to {len(boots)}", key="--boot", value=str(number), fix="leave it out")
     content = boots[number - 1]
     facts = {"black_box": box, "boot": f"{number} of {len(boots)}", "command": command_line()}
-    record = record_of(content, fish, route, facts)
+    record = mission_record(content, fish, route, facts)
     with progress_bar("ticks") as progress:
         write_log(record, output, progress)
     if as_json:

@@ -1,1 +1,5 @@
-"""Firmware parameters, lock-step, boards, firmware in the loop, black box."""
+"""Firmware and what runs it.
+
+parameters (numbers from the description), lockstep (messages with a twin), boards, scenario, channel and relay (the
+modelled radio), in_the_loop, black_box.
+"""

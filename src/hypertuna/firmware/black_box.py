@@ -1,8 +1,8 @@
-"""Black box: what the firmware took down of every tick, read from the card.
+"""Black box: read the record of every tick from the robot's card.
 
-A box is a row of little-endian words (firmware/app/vehicle/black_box.hpp). Every record has a mark with its kind and
-number of words, and ends with the sum of all partial sums of the words before. Which word has what, the firmware's own
-list tells (firmware/app/vehicle/record.hpp), which is bound to `hypertuna._core`.
+A box is a row of little-endian words (firmware/app/vehicle/black_box.hpp). A record starts with a mark that has its
+kind and number of words, and ends with the sum of the partial sums of its words. Its fields are those of
+firmware/app/vehicle/record.hpp, bound to `hypertuna._core`.
 """
 
 from __future__ import annotations
@@ -24,55 +24,55 @@ from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.mission.file import MissionFile
 from hypertuna.mission.record import COLUMNS, MissionRecord
 
-__all__ = ["Box", "boxes_of", "record_dtype", "record_of"]
+__all__ = ["Box", "mission_record", "read_black_box", "record_dtype"]
 
 Array = NDArray[np.float64]
 Ticks = NDArray[Any]
 
 WORD = 4
-HEAD = 3  # words of the record that a boot begins with
-FRAME = 2  # words of a record beside its own: mark, checksum
-BLOCK = 4096  # records that are looked at together
+HEAD = 3  # words of the first record of a boot
+FRAME = 2  # further words of a record: mark, checksum
+BLOCK = 4096  # records checked at a time
 MARK = (_core.RECORD_MARK >> 16).to_bytes(2, "little")  # upper half of the first word
 
 
 @dataclass(frozen=True)
 class Box:
-    """One boot of a black box as it was read."""
+    """One boot of a black box."""
 
-    layout: int  # Of the parameters that the firmware was made with
+    layout: int  # of the firmware's parameters
     joints: int
-    ticks: Ticks  # (T,) Every whole record
-    damaged: int  # Places where records fail their checksum, or something else lies between them
-    skipped: int  # Bytes there
-    cut: int  # Bytes of a record that the file ends in
+    ticks: Ticks  # (T,) of record_dtype: every complete record
+    damaged: int  # places with failed checksums or foreign bytes
+    skipped: int  # bytes at those places
+    cut: int  # bytes of an incomplete record at the end
 
     @property
     def missing(self) -> int:
-        """Ticks between the first and the last that have no whole record."""
+        """Number of ticks between the first and the last without a complete record."""
         clock = self.ticks["tick"]
         return int(clock[-1]) - int(clock[0]) + 1 - len(clock)
 
     @property
     def gaps(self) -> bool:
-        """Whether something is missing."""
+        """Whether ticks are missing or bytes damaged."""
         return bool(self.damaged or self.missing or self.cut)
 
     @property
     def sentence(self) -> str:
-        """Say whether it is whole, or what is missing."""
+        """Summary: complete, or the gaps."""
         if not self.gaps:
-            return "The box is whole: every tick is there, all checksums are right."
-        told = [f"{self.missing} of {len(self.ticks) + self.missing} ticks are missing"]
+            return "The box is complete: no tick is missing, all checksums are right."
+        gaps = [f"{self.missing} of {len(self.ticks) + self.missing} ticks are missing"]
         if self.damaged:
-            told.append(f"damaged in {self.damaged} places, {self.skipped} bytes skipped")
+            gaps.append(f"damaged in {self.damaged} places, {self.skipped} bytes skipped")
         if self.cut:
-            told.append(f"cut short within a record, {self.cut} bytes left out")
-        return f"The box has gaps: {'; '.join(told)}."
+            gaps.append(f"cut short within a record, {self.cut} bytes ignored")
+        return f"The box has gaps: {'; '.join(gaps)}."
 
 
 def record_dtype(joints: int) -> np.dtype[Any]:
-    """Return the words of a tick's record, as the firmware lists them."""
+    """Return the fields of a tick's record: names of `hypertuna.mission.record.COLUMNS`, and the tick."""
     fields: list[Any] = []
     for name, number, count in _core.record_fields(joints):
         if " " in name:
@@ -82,8 +82,8 @@ def record_dtype(joints: int) -> np.dtype[Any]:
     return np.dtype(fields)
 
 
-def boxes_of(path: str | Path, report: Callable[[int, int], None] | None = None) -> list[Box]:
-    """Read a black box, boot by boot; what is damaged is skipped, and counted."""
+def read_black_box(path: str | Path, report: Callable[[int, int], None] | None = None) -> list[Box]:
+    """Read a black box boot by boot; damaged bytes are skipped and counted. `report(bytes read, all bytes)`."""
     file = str(path)
     try:
         content = Path(path).read_bytes()
@@ -101,20 +101,20 @@ def boxes_of(path: str | Path, report: Callable[[int, int], None] | None = None)
             boots[-1].take(piece, tick=kind == _core.RECORD_TICK)
     if not boots:
         fix = "give a .bin file from the robot's card, or of `hypertuna fil --black-box`"
-        raise InputError("must be a black box: no record says whose", file=file, value="something else", fix=fix)
-    found = [boot.box() for boot in boots if boot.tables]
-    if not found:
-        raise InputError("must have whole records", file=file, value="without", fix="nothing is left to read")
-    return found
+        raise InputError("must be a black box: it has no head", file=file, value="something else", fix=fix)
+    boxes = [boot.box() for boot in boots if boot.tables]
+    if not boxes:
+        raise InputError("must have complete records", file=file, value="without", fix="record again")
+    return boxes
 
 
 def _pieces(content: bytes, report: Callable[[int, int], None] | None) -> Iterator[Ticks | bytes]:
-    """Yield whole records of one kind that follow each other as rows of words; as bytes, what lies between them."""
+    """Yield consecutive complete records of one kind as a table of words, and bytes between them as bytes."""
     at = 0
     while at < len(content):
         begin = at
         while at < len(content) and (table := _table(content, at)) is None:
-            after = content.find(MARK, at + 3)  # at the earliest the next byte begins a record
+            after = content.find(MARK, at + 3)  # the next record begins at the next byte at the earliest
             at = len(content) if after < 0 else after - 2
         if begin < at:
             yield content[begin:at]
@@ -127,7 +127,7 @@ def _pieces(content: bytes, report: Callable[[int, int], None] | None) -> Iterat
 
 
 def _table(content: bytes, at: int) -> Ticks | None:
-    """Return the whole records from a place on; None if none begins there."""
+    """Return the complete records of one kind that begin at a position; None if there are none."""
     mark = int.from_bytes(content[at : at + WORD], "little")
     width = (mark & 0xFF) + FRAME
     count = min(BLOCK, (len(content) - at) // (WORD * width))
@@ -140,10 +140,10 @@ def _table(content: bytes, at: int) -> Ticks | None:
 
 
 def _head(words: Ticks, file: str) -> tuple[int, int]:
-    """Read which parameters and how many joints a box is of."""
+    """Return layout of the parameters and number of joints of a boot."""
     layout = int(words[0]) if len(words) == HEAD else 0
     if layout != _core.RECORD_LAYOUT:
-        value, fix = f"{layout:08x}", "read it by the version of hypertuna that the firmware was made with"
+        value, fix = f"{layout:08x}", "read it with the version of hypertuna that built the firmware"
         raise InputError(
             f"must have the layout {_core.RECORD_LAYOUT:08x}", file=file, key="records", value=value, fix=fix
         )
@@ -152,7 +152,7 @@ def _head(words: Ticks, file: str) -> tuple[int, int]:
 
 @dataclass
 class _Boot:
-    """A boot while it is read."""
+    """A boot being read."""
 
     layout: int
     joints: int
@@ -162,7 +162,7 @@ class _Boot:
     cut: int = 0
 
     def take(self, table: Ticks, *, tick: bool) -> None:
-        """Take records of ticks; others are none that this version knows."""
+        """Add records of ticks; skip records of another kind or size."""
         dtype = record_dtype(self.joints)
         if not tick or WORD * (table.shape[1] - FRAME) != dtype.itemsize:
             return self.skip(table.tobytes())
@@ -170,23 +170,23 @@ class _Boot:
         self.tables.append(np.ascontiguousarray(table[:, 1:-1]).view(dtype)[:, 0])
 
     def skip(self, content: bytes) -> None:
-        """Count what is no whole record."""
+        """Count bytes that are no complete record."""
         self.damaged, self.skipped = self.damaged + 1, self.skipped + len(content)
-        # It may be the record that the file ends in: its beginning, shorter than it says to be.
+        # They may be an incomplete record at the end of the file: a mark, and fewer words than it announces.
         begins = content[2:WORD] == MARK and len(content) < WORD * (content[0] + FRAME)
         self.cut = len(content) if begins or len(content) < WORD else 0
 
     def box(self) -> Box:
-        """Return what was read; a record that the file ends in is no damage."""
+        """Return the box; an incomplete record at the end is no damage."""
         cut = bool(self.cut)
         ticks = np.concatenate(self.tables)
         return Box(self.layout, self.joints, ticks, self.damaged - cut, self.skipped - self.cut, self.cut)
 
 
-def record_of(
+def mission_record(
     box: Box, robot: Robot, file: MissionFile | None = None, facts: Mapping[str, str] | None = None
 ) -> MissionRecord:
-    """Make a record of a box, as a mission has one."""
+    """Return a box as a record of a mission, with waypoints, fence and origin of `file`."""
     if box.joints != len(robot.joints):
         value, fix = f"{len(robot.joints)}", "give the robot of the box by --robot"
         raise InputError(
@@ -194,7 +194,7 @@ def record_of(
         )
     table = firmware_table(robot)
     assert robot.controller is not None  # the table has its numbers
-    made = {"source": "black box", "status_text": box.sentence, "parameters": _parameters(box, table)}
+    source = {"source": "black box", "status_text": box.sentence, "parameters": _parameters(box, table)}
     joints = tuple(group.name for group in robot.joints)
     data = {name: box.ticks[name].astype(float) for name in box.ticks.dtype.names or () if name in COLUMNS}
     start = tuple(data["position_estimated"][0].tolist())
@@ -209,14 +209,14 @@ def record_of(
         modes=tuple(_core.mode_names()),
         reasons=tuple(name for name, _ in _core.reason_table()),
         origin=None if file is None else file.origin,
-        facts={key: str(value) for key, value in (provenance(robot, water=False) | made | dict(facts or {})).items()},
+        facts={key: str(value) for key, value in (provenance(robot, water=False) | source | dict(facts or {})).items()},
         controls=tuple(name for name, _ in _core.control_table()),
         faults=tuple(row[0] for row in _core.fault_table()),
     )
 
 
 def _parameters(box: Box, table: FirmwareTable) -> str:
-    """Say whether the description makes the parameters that the firmware had."""
+    """Compare the layout of the firmware's parameters with the description's."""
     if box.layout == table.layout:
-        return f"layout {box.layout:08x}, as the description has it"
-    return f"layout {box.layout:08x}, but {table.layout:08x} by the description: the firmware was made of another one"
+        return f"layout {box.layout:08x}, as in the description"
+    return f"layout {box.layout:08x}, but {table.layout:08x} in the description: the firmware was built from another"

@@ -1,4 +1,4 @@
-"""Boards that the firmware runs on beside a twin: a program on this machine, or an emulated Cortex-M7."""
+"""Boards that run the firmware with a twin: a program on this machine, or an emulated Cortex-M7."""
 
 from __future__ import annotations
 
@@ -21,19 +21,18 @@ from hypertuna.errors import InputError
 from hypertuna.firmware.lockstep import FROM_BOARD
 from hypertuna.io.files import write_atomically
 
-__all__ = ["BOARDS", "Board", "firmware_of", "missing", "started"]
+__all__ = ["BOARDS", "Board", "find_firmware", "missing", "started"]
 
 BOARDS = {"pc": "pc", "qemu": "qemu_mps2.elf"}
 EMULATOR = "qemu-system-arm"
-BOX = "black_box"  # that an emulated board writes
+BOX = "black_box"  # file written by a board
 COMPILER = "arm-none-eabi-g++"
-# An instruction takes 64 ns of the emulated time, in which the clock counts 40 ns.
-INSTRUCTIONS = 40 / 64
+INSTRUCTIONS = 40 / 64  # per count of the clock: an instruction takes 64 ns of emulated time, a count 40 ns
 FOLDER = Path(__file__).parents[3] / "build" / "firmware"
 
 
 def missing(board: str) -> str | None:
-    """Say what a board lacks on this machine."""
+    """Return the sentence of what a board lacks on this machine; None if it can run."""
     if board == "qemu":
         for program in (EMULATOR, COMPILER):
             if shutil.which(program) is None:
@@ -41,7 +40,7 @@ def missing(board: str) -> str | None:
     return None
 
 
-def firmware_of(robot: str, board: str, folder: str | Path | None = None) -> Path:
+def find_firmware(robot: str, board: str, folder: str | Path | None = None) -> Path:
     """Find the firmware of a robot for a board."""
     path = Path(FOLDER if folder is None else folder) / f"{robot}-{BOARDS[board]}"
     if not path.is_file():
@@ -51,47 +50,51 @@ def firmware_of(robot: str, board: str, folder: str | Path | None = None) -> Pat
 
 
 class Board:
-    """Firmware that is running: it takes messages and answers each with one."""
+    """Running firmware: it answers each message."""
 
     def __init__(self, process: subprocess.Popen[bytes], to_board: IO[bytes], from_board: IO[bytes]) -> None:
         self.process, self.to_board, self.from_board = process, to_board, from_board
 
     def send(self, message: bytes) -> None:
         """Send messages of TO_BOARD."""
-        with contextlib.suppress(BrokenPipeError):  # the answer that does not come tells
+        with contextlib.suppress(BrokenPipeError):  # the missing answer is reported
             self.to_board.write(message)
             self.to_board.flush()
 
     def answer(self, count: int = 1) -> bytes:
-        """Wait for answers."""
-        got = self.from_board.read(count * FROM_BOARD.itemsize)
-        if len(got) < count * FROM_BOARD.itemsize:
+        """Wait for `count` answers (FROM_BOARD)."""
+        content = self.from_board.read(count * FROM_BOARD.itemsize)
+        if len(content) < count * FROM_BOARD.itemsize:
             status = self.process.wait()
-            fix = "run `make firmware` again: it must fit this version"
+            fix = "run `make firmware` again: its version must match"
             raise InputError("must run to the end", key="firmware", value=f"it ended with status {status}", fix=fix)
-        return got
+        return content
 
     def run(self, messages: NDArray[Any]) -> NDArray[Any]:
-        """Send many messages and collect the answers, without waiting for each: `messages` (n,); returns (n,)."""
+        """Send messages (n,) of TO_BOARD and return the answers (n,) of FROM_BOARD, without waiting for each."""
         sender = threading.Thread(target=self.send, args=(messages.tobytes(),))
         sender.start()
-        got = self.answer(len(messages))
+        content = self.answer(len(messages))
         sender.join()
-        return np.frombuffer(got, FROM_BOARD)
+        return np.frombuffer(content, FROM_BOARD)
 
 
 @contextlib.contextmanager
 def started(
     board: str, firmware: Path, radio: int | None = None, black_box: str | Path | None = None
 ) -> Iterator[Board]:
-    """Start firmware on a board, and end it."""
+    """Run firmware on a board ("pc" or "qemu") until the end of the context.
+
+    `radio`: port of 127.0.0.1, to which a PC sends MAVLink by UDP, and on which an emulated board listens for TCP.
+    `black_box`: file that gets the black box at the end.
+    """
     if board == "qemu" and radio is not None:
         _check_free(radio)
     with tempfile.TemporaryDirectory() as place:
         if board == "pc":
-            given = [] if radio is None else ["--udp", str(radio)]
-            given += [] if black_box is None else ["--box", BOX]
-            process = subprocess.Popen([firmware, *given], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=place)
+            options = [] if radio is None else ["--udp", str(radio)]
+            options += [] if black_box is None else ["--box", BOX]
+            process = subprocess.Popen([firmware, *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=place)
             assert process.stdin is not None
             assert process.stdout is not None
             to_board: IO[bytes] = process.stdin
@@ -111,29 +114,29 @@ def started(
             process.kill()
             process.wait()
             from_board.close()
-            with contextlib.suppress(BrokenPipeError):  # what it did not read any more
+            with contextlib.suppress(BrokenPipeError):  # unread messages
                 to_board.close()
             if black_box is not None and (Path(place) / BOX).exists():
                 write_atomically(black_box, (Path(place) / BOX).read_bytes())
 
 
 def _check_free(port: int) -> None:
-    """Check that nobody listens at a port yet."""
-    with socket.socket() as one:
-        one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    """Check that a port is free."""
+    with socket.socket() as line:
+        line.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            one.bind(("127.0.0.1", port))
+            line.bind(("127.0.0.1", port))
         except OSError as error:
-            fix = "choose another one"
-            raise InputError(f"must be a free port ({error.strerror})", key="radio", value=str(port), fix=fix) from None
+            rule = f"must be a free port ({error.strerror})"
+            raise InputError(rule, key="radio", value=str(port), fix="choose another one") from None
 
 
 def _opened(fifo: Path, process: subprocess.Popen[bytes]) -> IO[bytes]:
-    """Open a FIFO for writing once a process reads from it."""
+    """Open a FIFO for writing as soon as a process reads from it."""
     while process.poll() is None:
         try:
             handle = os.open(fifo, os.O_WRONLY | os.O_NONBLOCK)
-        except OSError:  # nobody reads yet
+        except OSError:  # no reader yet
             time.sleep(0.005)
             continue
         os.set_blocking(handle, True)

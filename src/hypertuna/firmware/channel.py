@@ -1,7 +1,7 @@
-"""The radio: a model of two LoRa modules in transparent mode, which carry bytes in packets over one shared channel.
+"""Model of two LoRa modules in transparent mode, which carry bytes in packets over one shared channel.
 
-One of them sends at a time. What is written waits in a module's buffer; packets take their time on the air and are
-lost, damaged or overtaken by chance. All of it follows from a seed, in simulated time.
+One module transmits at a time. Bytes wait in a module's buffer; packets take airtime, and are lost, damaged or
+reordered at random from a seed, in simulated time.
 """
 
 from __future__ import annotations
@@ -20,20 +20,19 @@ SIDES = 2  # robot, ground
 
 @dataclass(frozen=True)
 class RadioModel:
-    """What a pair of modules does to bytes."""
+    """Parameters of a pair of modules."""
 
-    rate: float = 4800.0  # On the air [bit/s]
-    packet: int = 58  # Payload of a packet at most [bytes]
-    overhead: int = 12  # Preamble, header and checksum of a packet [bytes]
-    gap: float = 0.005  # Silence of the writer after which a packet that is not full is sent [s]
-    turn: float = 0.01  # From the end of a packet to the start of the next [s]
-    latency: float = 0.02  # From the end of a packet to its bytes at the other end [s]
-    buffer: int = 512  # Bytes that wait at most; what comes then is dropped
-    loss: float = 0.0  # Part of the packets that is lost, evenly
-    # Mean length of losses in a row [packets]: above 1 the same part is lost in bursts (Gilbert, 1960)
-    burst: float = 1.0
-    damage: float = 0.0  # Part of the packets that arrives with some bits flipped
-    late: float = 0.0  # Part of the packets that arrives behind the next of its sender
+    rate: float = 4800.0  # data rate on the air [bit/s]
+    packet: int = 58  # maximum payload of a packet [bytes]
+    overhead: int = 12  # preamble, header and checksum of a packet [bytes]
+    gap: float = 0.005  # pause of the writer after which an incomplete packet is sent [s]
+    turn: float = 0.01  # from the end of a packet to the start of the next [s]
+    latency: float = 0.02  # from the end of a packet to its bytes at the other end [s]
+    buffer: int = 512  # capacity [bytes]; further bytes are dropped
+    loss: float = 0.0  # fraction of packets lost
+    burst: float = 1.0  # mean length of consecutive losses [packets]; above 1: bursts (Gilbert, 1960)
+    damage: float = 0.0  # fraction of packets with flipped bits
+    late: float = 0.0  # fraction of packets that arrive after the sender's next
 
     def __post_init__(self) -> None:
         for name in ("rate", "packet", "buffer"):
@@ -42,24 +41,24 @@ class RadioModel:
                 raise InputError("must be greater than 0", key=name, value=str(getattr(self, name)), fix=fix)
         for name in ("loss", "damage", "late"):
             if not 0 <= getattr(self, name) < 1:
-                fix = "give a part of the packets"
+                fix = "give a fraction of the packets"
                 raise InputError("must be from 0 to below 1", key=name, value=str(getattr(self, name)), fix=fix)
         if not self.burst >= 1:
-            raise InputError("must be 1 at least", key="burst", value=str(self.burst), fix="give a number of packets")
+            raise InputError("must be at least 1", key="burst", value=str(self.burst), fix="give a number of packets")
 
     def airtime(self, payload: int) -> float:
-        """Compute how long a packet takes on the air: returns [s]."""
+        """Return the airtime of a packet [s]."""
         return 8 * (payload + self.overhead) / self.rate
 
 
 @dataclass
 class _Module:
-    """One end: bytes that wait, since when, and whether it is in a burst of losses."""
+    """One module: waiting bytes, time of the last write, state of the burst, counters."""
 
     waiting: bytearray = field(default_factory=bytearray)
     written: float = 0.0
     fading: bool = False
-    held: tuple[float, bytes] | None = None  # a packet that the next one overtakes
+    held: tuple[float, bytes] | None = None  # arrival and content of a packet to be overtaken
     sent: int = 0
     lost: int = 0
     damaged: int = 0
@@ -74,13 +73,13 @@ class Air:
         self.model = model
         self._random = np.random.default_rng(seed)
         self._modules = tuple(_Module() for _ in range(SIDES))
-        self._free = 0.0  # the channel, from this time on
-        self._last = 0  # who sent last: the other one is first next
+        self._free = 0.0  # s: the channel is free from this time
+        self._last = 0  # the last sender: the other module has priority
         self._coming: tuple[list[tuple[float, int, bytes]], ...] = ([], [])
         self._count = 0
 
     def write(self, side: int, content: bytes, time: float) -> None:
-        """Give bytes to a module: `time` [s]."""
+        """Write bytes to a module at `time` [s], which never decreases."""
         self._advance(time)
         if not content:
             return
@@ -92,21 +91,21 @@ class Air:
         module.max_waiting = max(module.max_waiting, len(module.waiting))
 
     def read(self, side: int, time: float) -> bytes:
-        """Take the bytes that have come to a module."""
+        """Return the bytes that have arrived at a module by `time` [s]."""
         self._advance(time)
-        found, coming = bytearray(), self._coming[side]
+        received, coming = bytearray(), self._coming[side]
         while coming and coming[0][0] <= time:
-            found += heapq.heappop(coming)[2]
-        return bytes(found)
+            received += heapq.heappop(coming)[2]
+        return bytes(received)
 
-    def told(self, side: int) -> dict[str, int]:
-        """Say what became of what a module was given."""
+    def counters(self, side: int) -> dict[str, int]:
+        """Return the counters of a module: packets sent, lost, damaged; bytes dropped; maximum of waiting bytes."""
         module = self._modules[side]
         names = ("sent", "lost", "damaged", "dropped", "max_waiting")
         return {name: getattr(module, name) for name in names}
 
     def _ready(self, side: int) -> float:
-        """Time from which a module wants to send; infinite for never."""
+        """Return the time from which a module is ready to send [s]; infinite for never."""
         module = self._modules[side]
         if not module.waiting:
             return float("inf")
@@ -114,10 +113,10 @@ class Air:
         return module.written + (0.0 if full else self.model.gap)
 
     def _advance(self, time: float) -> None:
-        """Send every packet that begins until a time."""
+        """Send every packet that starts by `time` [s]."""
         while True:
             ready = [self._ready(side) for side in range(SIDES)]
-            starts = [max(one, self._free) for one in ready]
+            starts = [max(ready_at, self._free) for ready_at in ready]
             first = 1 - self._last
             side = first if starts[first] <= starts[self._last] else self._last
             if not starts[side] <= time:
@@ -130,17 +129,16 @@ class Air:
             self._carry(side, content, end + self.model.latency)
 
     def _carry(self, side: int, content: bytes, arrival: float) -> None:
-        """Lose, damage or delay a packet, or let it arrive."""
+        """Lose, damage or delay a packet, or deliver it."""
         module, model = self._modules[side], self.model
         module.sent += 1
-        # Two states with the mean length of a burst, and the same part of packets lost as without bursts.
+        # Two states, with the mean length of a burst and the same fraction of losses as without bursts.
         leave = 1 / model.burst
         enter = leave * model.loss / (1 - model.loss) if model.burst > 1 else model.loss
         stays = model.burst > 1 and module.fading
         module.fading = self._random.uniform() < ((1 - leave) if stays else enter)
-        lost = module.fading
         damaged, late = self._random.uniform(size=2) < (model.damage, model.late)
-        if lost:
+        if module.fading:
             module.lost += 1
         else:
             if damaged:

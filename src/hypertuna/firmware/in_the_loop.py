@@ -1,7 +1,6 @@
-"""Firmware in the loop: the twin at sea, and the firmware on a board in the pilot's place, in lock-step.
+"""Firmware in the loop: the twin at sea, flown by the firmware on a board in lock-step.
 
-The same firmware runs as a program on this machine beside it. Both get the same messages and must answer with the same
-bits.
+The same firmware runs as a program on this machine: both get the same messages and must answer with the same bits.
 """
 
 from __future__ import annotations
@@ -19,12 +18,12 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.firmware.boards import INSTRUCTIONS, Board, firmware_of, started
+from hypertuna.firmware.boards import INSTRUCTIONS, Board, find_firmware, started
 from hypertuna.firmware.channel import RadioModel
 from hypertuna.firmware.lockstep import COMPARED, FIXED, FROM_BOARD, GROUND, STACK, Counts, order
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.firmware.relay import Relay
-from hypertuna.firmware.scenario import Scenario, orders_of, random_messages
+from hypertuna.firmware.scenario import Scenario, random_messages, scheduled_orders
 from hypertuna.mission.run import MissionRun, fly_part, joined, mission_start
 
 __all__ = ["FirmwareRun", "firmware_in_the_loop"]
@@ -32,31 +31,30 @@ __all__ = ["FirmwareRun", "firmware_in_the_loop"]
 Array = NDArray[np.float64]
 Messages = NDArray[Any]
 
-PART = 3000  # ticks that the twin makes at a time
-PARTS = ("controller", "pilot", "radio", "whole")  # of a tick, that instructions are counted of
+CHUNK = 3000  # ticks that the twin simulates at a time
+PARTS = ("controller", "pilot", "radio", "whole")  # parts of a tick whose instructions are counted
 TICK = 0.01  # s
-USUAL = 6000  # ticks of what does not end by itself
-MOST_TICKS = 100_000_000  # eleven days
+DEFAULT_TICKS = 6000  # of a scenario that does not end by itself
+TICKS_MAX = 100_000_000  # eleven days
 
 
 @dataclass(frozen=True)
 class FirmwareRun:
-    """What came of it."""
+    """Result of a run."""
 
     scenario: Scenario
     board: str
-    answers: Messages = field(repr=False)  # (ticks,) Of the board
-    # Ticks in which it and the same firmware on this machine differed in any bit
-    different: NDArray[np.int64] = field(repr=False)
-    duration: float  # That it took [s]
-    flown: MissionRun | None = field(repr=False)  # What the twin made of it
-    compared: bool = True  # Whether the same firmware ran on this machine beside it
-    # What became of the packets of "robot" and "ground", as `Air.told` says it; empty without a modelled radio
+    answers: Messages = field(repr=False)  # (ticks,) of FROM_BOARD
+    mismatches: NDArray[np.int64] = field(repr=False)  # ticks at which board and this machine differed in any bit
+    duration: float  # wall-clock time [s]
+    mission_run: MissionRun | None = field(repr=False)  # of the twin
+    compared: bool = True  # whether the same firmware ran on this machine
+    # counters of the packets of "robot" and "ground" (`Air.counters`); empty without a modelled radio
     air: dict[str, dict[str, int]] = field(default_factory=dict)
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated time over the time that it took."""
+        """Simulated time over wall-clock time."""
         return self.ticks * TICK / self.duration
 
     @property
@@ -66,30 +64,30 @@ class FirmwareRun:
 
     @property
     def status(self) -> str | None:
-        """How a mission ended: what the pilot on board says, unless the twin diverged; None where there is none."""
-        if self.flown is None:
+        """End of a mission: the mode of the pilot on board, or "diverged"; None without a mission."""
+        if self.mission_run is None:
             return None
-        if self.flown.status == "diverged":
+        if self.mission_run.status == "diverged":
             return "diverged"
-        if not self.flown.start.mission.waypoints:
+        if not self.mission_run.start.mission.waypoints:
             return None
         mode = _core.mode_names()[self.answers[-1]["mode"]]
         return mode if mode in ("done", "hold") else "given up"
 
     @property
     def refused(self) -> dict[str, list[int]]:
-        """Orders that were not followed: ticks by reason."""
+        """Refused commands: ticks by reason."""
         names = [name for name, _ in _core.refusal_table()]
-        found = self.answers["refusal"]
-        return {names[k]: np.flatnonzero(found == k).tolist() for k in np.unique(found[found > 0])}
+        refusal = self.answers["refusal"]
+        return {names[k]: np.flatnonzero(refusal == k).tolist() for k in np.unique(refusal[refusal > 0])}
 
     @property
     def ticks(self) -> int:
-        """Control ticks that were made."""
+        """Number of control ticks."""
         return len(self.answers)
 
     def instructions(self, part: str) -> float | None:
-        """Return the most instructions that a part of a tick took."""
+        """Return the maximum number of instructions of a part of a tick; None on a board that does not count them."""
         return float(self.answers[part].max() * INSTRUCTIONS) if self.counts else None
 
 
@@ -107,56 +105,62 @@ def firmware_in_the_loop(
     black_box: str | Path | None = None,
     report: Callable[[int, int], None] | None = None,
 ) -> FirmwareRun:
-    """Run the firmware of a robot on a board."""
-    _check_between(ticks, "ticks", 1, MOST_TICKS)
+    """Run the firmware of a robot on a board.
+
+    With `radio` (a port), commands over the radio reach the board alone: the firmware on this machine does not run.
+    `air` puts the modelled radio between board and ground. `ticks`: until the mission is done, or 6000, if omitted.
+    """
+    _check_between(ticks, "ticks", 1, TICKS_MAX)
     _check_between(seed, "seed", 0, 2**64 - 1)
     _check_between(radio, "radio", 1, 65535)
     table = firmware_table(robot)
     firmware = _firmware(table, board, folder)
-    beside = _firmware(table, "pc", folder) if radio is None else None
-    begun = time.perf_counter()
+    reference = _firmware(table, "pc", folder) if radio is None else None
+    start = time.perf_counter()
     relay: Relay | None = None
     with contextlib.ExitStack() as stack:
         if radio is not None and air is not None:
             relay = stack.enter_context(Relay(board, radio, air, seed=seed))
-        on = stack.enter_context(started(board, firmware, radio if relay is None else relay.board_port, black_box))
+        port = radio if relay is None else relay.board_port
+        tested = stack.enter_context(started(board, firmware, port, black_box))
         if relay is not None:
             relay.connect()
-        other = stack.enter_context(started("pc", beside)) if beside is not None else None
+        other = stack.enter_context(started("pc", reference)) if reference is not None else None
         if scenario.mission is None:
-            messages = random_messages(table, USUAL if ticks is None else ticks, seed)
-            answers, different = _streamed(on, other, messages, report)
-            flown = None
+            messages = random_messages(table, DEFAULT_TICKS if ticks is None else ticks, seed)
+            answers, mismatches = _streamed(tested, other, messages, report)
+            run = None
         else:
-            loop = _Loop(table, scenario, on, other, relay, real_time)
-            flown = _flown(robot, scenario, loop, ticks, seed, report)
-            answers, different = np.array(loop.answers), loop.different
-    took = time.perf_counter() - begun
-    told = {} if relay is None else {side: relay.air.told(k) for k, side in enumerate(("robot", "ground"))}
-    return FirmwareRun(scenario, board, answers, np.array(different, dtype=np.int64), took, flown, radio is None, told)
+            loop = _Loop(table, scenario, tested, other, relay, real_time)
+            run = _fly(robot, scenario, loop, ticks, seed, report)
+            answers, mismatches = np.array(loop.answers), loop.mismatches
+    duration = time.perf_counter() - start
+    packets = {} if relay is None else {side: relay.air.counters(k) for k, side in enumerate(("robot", "ground"))}
+    ticks_apart = np.array(mismatches, dtype=np.int64)
+    return FirmwareRun(scenario, board, answers, ticks_apart, duration, run, radio is None, packets)
 
 
-def _check_between(number: int | None, key: str, least: int, most: int) -> None:
-    """Check a whole number that may be left out."""
-    if number is not None and not least <= number <= most:
-        fix = f"give {'less' if number > most else 'more'}"
-        raise InputError(f"must be from {least} to {most}", key=key, value=str(number), fix=fix)
+def _check_between(number: int | None, key: str, low: int, high: int) -> None:
+    """Check the range of an optional whole number."""
+    if number is not None and not low <= number <= high:
+        fix = f"give {'less' if number > high else 'more'}"
+        raise InputError(f"must be from {low} to {high}", key=key, value=str(number), fix=fix)
 
 
 def _firmware(table: FirmwareTable, board: str, folder: str | Path | None) -> Path:
-    """Find the firmware of a robot, and check that it has the numbers of the description as it is now."""
+    """Find the firmware of a robot, and check that it was built with the numbers of the description."""
     name = table.robot.name
-    path = firmware_of(name, board, folder)
+    path = find_firmware(name, board, folder)
     if table.values.astype("<f4").tobytes() not in path.read_bytes():
         source = table.robot.file or name
-        written = f"hypertuna firmware params --robot {source} -o firmware/robots/{name}.hpp"
-        fix = f"run `{written}` and `make firmware ROBOT={name}`"
+        command = f"hypertuna firmware params --robot {source} -o firmware/robots/{name}.hpp"
+        fix = f"run `{command}` and `make firmware ROBOT={name}`"
         raise InputError(f"has other numbers than {source}", file=str(path), fix=fix)
     return path
 
 
 class _Loop:
-    """A board in the place of the twin's pilot: called with what the sensors show, it returns servo pulses."""
+    """A board in the place of the twin's pilot: called with the sensors' readings, it returns servo pulses."""
 
     def __init__(
         self,
@@ -170,44 +174,44 @@ class _Loop:
         assert scenario.mission is not None
         self.board, self.other, self.relay = board, other, relay
         self.counts = Counts(table, scenario.origin)
-        self.orders, self.silent = dict(orders_of(scenario)), scenario.silent
+        self.commands, self.silent = dict(scheduled_orders(scenario)), scenario.silent
         self.servos = 2 * len(table.robot.joints) + 2
         self.center = float(table.values[[name for _, name, _ in table.fields].index("pulse_center")])
         self.tick = float(table.values[0])
         self.last = [self.center] * self.servos
         self.answers: list[Any] = []
-        self.different: list[int] = []
+        self.mismatches: list[int] = []
         self.clock = time.perf_counter() if real_time else None
 
     def __call__(self, readings: list[float]) -> list[float]:
-        made = len(self.answers)
-        message = self.orders[made].copy() if made in self.orders else order("none")
+        tick = len(self.answers)
+        message = self.commands[tick].copy() if tick in self.commands else order("none")
         sensed = len(self.counts.zero)
         message["sample"] = self.counts.of(np.asarray(readings[:sensed]))
-        hears = self.other is not None and (self.silent is None or made < self.silent)
-        message["flags"] = GROUND * hears | STACK * (made % 1000 == 0)
+        contact = self.other is not None and (self.silent is None or tick < self.silent)
+        message["flags"] = GROUND * contact | STACK * (tick % 1000 == 0)
         if len(readings) > sensed:
             message["flags"] |= FIXED
             message["fix"] = self.counts.fix(readings[sensed], readings[sensed + 1])
         if self.clock is not None:
-            time.sleep(max(0.0, self.clock + made * self.tick - time.perf_counter()))
+            time.sleep(max(0.0, self.clock + tick * self.tick - time.perf_counter()))
         if self.relay is not None:
-            self.relay.carry(made * self.tick)
+            self.relay.carry(tick * self.tick)
         sent = message.tobytes()
         for one in filter(None, (self.board, self.other)):
             one.send(sent)
         got = self.board.answer()
         if self.other is not None and self.other.answer()[:COMPARED] != got[:COMPARED]:
-            self.different.append(made)
+            self.mismatches.append(tick)
         answer = np.frombuffer(got, FROM_BOARD)[0]
         self.answers.append(answer)
-        # A servo without pulses stays where it is.
+        # A servo without pulses holds its position.
         pulses = zip(answer["pulse"][: self.servos].tolist(), self.last, strict=True)
         self.last = [pulse if pulse > 0 else last for pulse, last in pulses]
         return self.last
 
 
-def _flown(
+def _fly(
     robot: Robot,
     scenario: Scenario,
     loop: _Loop,
@@ -215,30 +219,30 @@ def _flown(
     seed: int,
     report: Callable[[int, int], None] | None,
 ) -> MissionRun:
-    """Let the twin go on until the firmware says that its mission is done."""
+    """Run the twin until the firmware reports that its mission is done."""
     assert scenario.mission is not None
     start = mission_start(robot, scenario.mission, seed=seed)
-    core = {**start.core, "board": loop}
-    start = replace(start, core=core)
-    usual = USUAL if scenario.silent is None else 3 * USUAL
-    most = (usual if scenario.gait is not None else round(start.duration / start.tick)) if ticks is None else ticks
+    start = replace(start, core={**start.core, "board": loop})
+    if ticks is None:
+        default = DEFAULT_TICKS if scenario.silent is None else 3 * DEFAULT_TICKS
+        ticks = default if scenario.gait is not None else round(start.duration / start.tick)
     records: list[dict[str, Array]] = []
     state, made = None, 0
     done = _core.mode_names().index("done")
-    while made < most:
-        asked = min(PART, most - made)
-        record, state = fly_part(start, asked, state)
+    while made < ticks:
+        chunk = min(CHUNK, ticks - made)
+        record, state = fly_part(start, chunk, state)
         records.append(record)
         made += int(record["ticks"][0])
         if report is not None:
-            report(made, most)
-        if int(record["ticks"][0]) < asked or (scenario.gait is None and loop.answers[-1]["mode"] == done):
+            report(made, ticks)
+        if int(record["ticks"][0]) < chunk or (scenario.gait is None and loop.answers[-1]["mode"] == done):
             break
     return joined(start, records)
 
 
 def _bits(answers: Messages) -> NDArray[np.uint8]:
-    """Return all that boards must agree on, a row per answer."""
+    """Return the bytes that boards must agree on (answers, bytes)."""
     return np.frombuffer(answers.tobytes(), np.uint8).reshape(len(answers), -1)[:, :COMPARED]
 
 
@@ -246,13 +250,13 @@ def _streamed(
     board: Board, other: Board | None, messages: Messages, report: Callable[[int, int], None] | None
 ) -> tuple[Messages, list[int]]:
     """Pass messages through both boards, without waiting for each answer."""
-    answers, different = [], []
-    for begin in range(0, len(messages), PART):
-        part = messages[begin : begin + PART]
+    answers, mismatches = [], []
+    for begin in range(0, len(messages), CHUNK):
+        part = messages[begin : begin + CHUNK]
         answers.append(board.run(part))
         if other is not None:
             differ = _bits(answers[-1]) != _bits(other.run(part))
-            different += (begin + np.flatnonzero(differ.any(axis=1))).tolist()
+            mismatches += (begin + np.flatnonzero(differ.any(axis=1))).tolist()
         if report is not None:
             report(begin + len(part), len(messages))
-    return np.concatenate(answers), different
+    return np.concatenate(answers), mismatches

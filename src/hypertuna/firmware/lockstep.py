@@ -1,4 +1,4 @@
-"""Lock-step: what a twin and firmware tell each other in every tick, as firmware/boards/lockstep.hpp has it."""
+"""Lock-step: the messages between twin and firmware in every tick (firmware/boards/lockstep.hpp)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["COMPARED", "FROM_BOARD", "ORDERS", "SAMPLES", "TO_BOARD", "Counts", 
 
 Array = NDArray[np.float64]
 
-MOST_SERVOS = 10
+SERVOS_MAX = 10
 SAMPLES = sum(channel.size for channel in COUNTED.values())
 DEPTH_MAX = 300_000  # counts of the depth sensor, 30 bar
 NO_SAMPLE = -(2**31)
@@ -38,7 +38,7 @@ TO_BOARD = np.dtype(
 )
 SAME: list[Any] = [
     ("tick", "<u4"),
-    ("pulse", "<f4", MOST_SERVOS),
+    ("pulse", "<f4", SERVOS_MAX),
     ("quaternion", "<f4", 4),
     ("position", "<f4", 2),
     ("depth", "<f4"),
@@ -56,14 +56,14 @@ SAME: list[Any] = [
     ("spare", "<u2"),
     ("digest", "<u4"),
 ]
-# These may differ from board to board.
+# Board-specific.
 OWN: list[Any] = [(name, "<u4") for name in ("controller", "pilot", "whole", "radio", "stack")]
 FROM_BOARD = np.dtype(SAME + OWN)
-COMPARED = np.dtype(SAME).itemsize  # bytes that boards must agree on
+COMPARED = np.dtype(SAME).itemsize  # bytes that must be equal on all boards
 
 
 def order(kind: str, *numbers: float, which: int = 0, fix: tuple[int, int] = (0, 0)) -> Any:
-    """Make a message with an order, and without readings yet: returns ()."""
+    """Return a message (TO_BOARD) with a command of kind `ORDERS`, and without readings."""
     message = np.zeros((), TO_BOARD)
     message["sample"] = NO_SAMPLE
     message["order"], message["which"], message["fix"] = ORDERS.index(kind), which, fix
@@ -72,7 +72,7 @@ def order(kind: str, *numbers: float, which: int = 0, fix: tuple[int, int] = (0,
 
 
 class Counts:
-    """What a board's converters make of readings: the inverse of the firmware's calibration."""
+    """Convert readings to counts: the inverse of the firmware's calibration."""
 
     def __init__(self, table: FirmwareTable, origin: tuple[int, int]) -> None:
         joints = len(table.robot.joints)
@@ -97,7 +97,7 @@ class Counts:
         return samples
 
     def fix(self, east: float, north: float) -> tuple[int, int]:
-        """Return what the satellite receiver shows at a place: `east`, `north` [m]."""
+        """Return latitude and longitude [1e-7 deg] of a position [m] east and north of the origin."""
         origin = (math.radians(self.origin[0] / DEGREES), math.radians(self.origin[1] / DEGREES))
         latitude, longitude = np.degrees(from_local(origin, [east, north]))
         return round(float(latitude) * DEGREES), round(float(longitude) * DEGREES)

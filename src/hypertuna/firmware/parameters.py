@@ -1,7 +1,7 @@
-"""What a robot's description makes of the firmware: every number on board, and which of them the radio may set.
+"""Numbers of the firmware from a robot's description, and those that may be set over the radio.
 
-The firmware takes all numbers of controller, pilot, calibration and limits from one row, in the order that
-firmware/app/vehicle/parameters.hpp visits them in; a parameter is a number of that row with a name and a range.
+The numbers of controller, pilot, calibration and limits are one row, in the order of visit_fields
+(firmware/app/vehicle/parameters.hpp). A parameter is a number of that row with a name and a range.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ SIGNED = 32768  # counts of the upper end of a digital sensor's range
 PASCALS = 10.0  # per count of the depth sensor
 ATMOSPHERE = 101325.0  # Pa above the water
 GRAVITY = 9.81  # m/s^2
-MOST_NAME = 16  # characters of a parameter in MAVLink
-MOST_PARAMETERS = 96  # firmware/app/vehicle/parameters.hpp
-TRIM = 2e-4  # s: largest correction of a servo's pulse
+NAME_LENGTH_MAX = 16  # characters of a name in MAVLink
+PARAMETERS_MAX = 96  # firmware/app/vehicle/parameters.hpp
+TRIM = 2e-4  # maximum correction of a servo's pulse [s]
 
 Field = tuple[str, str, int]  # part, column, index
 
@@ -41,37 +41,36 @@ Field = tuple[str, str, int]  # part, column, index
 class Parameter(NamedTuple):
     """A number that the radio may read and set."""
 
-    name: str  # At most 16 characters
-    low: float  # Range, and the value of the robot's description [SI]
+    name: str  # at most 16 characters
+    low: float  # range [SI]
     high: float
-    standard: float
-    whole: bool  # Whether it is a whole number
-    field: int  # Its place in the row of all numbers
+    standard: float  # value of the description [SI]
+    whole: bool  # a whole number
+    field: int  # index in the row of all numbers
 
 
 @dataclass(frozen=True)
 class FirmwareTable:
-    """All that the firmware takes from a robot's description."""
+    """All numbers of the firmware of a robot."""
 
     robot: Robot
-    gaits: int  # Of its gait table
-    fields: tuple[Field, ...]  # Part, column and index of every number on board
-    values: Array  # (len(fields) The numbers [SI]
+    gaits: int  # in the gait table
+    fields: tuple[Field, ...]  # part, column and index of every number
+    values: Array  # (len(fields),) [SI]
     parameters: tuple[Parameter, ...]
 
     @property
     def layout(self) -> int:
-        """Checksum of the parameters' names and places: a set that was stored under another one is not taken."""
+        """Checksum of the parameters' names and indices: a stored set of another layout is ignored."""
         return zlib.crc32("\n".join(f"{p.name} {p.field}" for p in self.parameters).encode())
 
     def column(self, name: str) -> Array:
         """Return all numbers of a column of the calibration or the limits."""
-        found = [k for k, (_, column, _) in enumerate(self.fields) if column == name]
-        return self.values[found]
+        return self.values[[k for k, (_, column, _) in enumerate(self.fields) if column == name]]
 
 
 class _Rule(NamedTuple):
-    """A parameter of a column: its range as parts of its value, or as bounds [SI]."""
+    """A parameter of a column: its range as fractions of its value, or as bounds [SI]."""
 
     name: str
     part: str
@@ -82,7 +81,7 @@ class _Rule(NamedTuple):
     whole: bool = False
 
 
-# A limit may be made tighter over the radio, never looser; a gain halved or doubled; a calibration is what it is.
+# Over the radio a limit may only become tighter, and a gain may be halved or doubled.
 RULES = (
     _Rule("proportional", "controller", "proportional", 0.0, 1.0, bounds=True),
     _Rule("integral", "controller", "integral", 0.0, 2.0, bounds=True),
@@ -147,7 +146,7 @@ RULES = (
 
 
 def firmware_table(robot: Robot, table: GaitTable | None = None) -> FirmwareTable:
-    """Compute what the firmware of a robot is made with: `robot` [firmware]."""
+    """Compute the numbers of a robot's firmware; needs the tables of controller, pilot, sensors and [firmware]."""
     wired = require(robot.firmware, "firmware", robot)
     table = gait_table(robot) if table is None else table
     columns = {
@@ -184,7 +183,7 @@ def _calibration(robot: Robot, wired: Firmware) -> dict[str, list[float]]:
 
 
 def _limits(wired: Firmware) -> dict[str, list[float]]:
-    """Return what the supervisor goes by, in the order of firmware/app/vehicle/parameters.hpp."""
+    """Return the supervisor's limits in the order of firmware/app/vehicle/parameters.hpp."""
     values = {
         "manual_timeout": wired.manual_timeout,
         "link_timeout": wired.link_timeout,
@@ -204,7 +203,7 @@ def _limits(wired: Firmware) -> dict[str, list[float]]:
 
 
 def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
-    """Find the numbers that the radio may set, with their ranges."""
+    """Return the numbers that the radio may set, with their ranges."""
     parameters = []
     for rule in RULES:
         places = [k for k, (part, column, _) in enumerate(fields) if (part, column) == (rule.part, rule.column)]
@@ -214,21 +213,21 @@ def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
             ends = (rule.low, rule.high) if rule.bounds else (rule.low * value, rule.high * value)
             low, high = np.float32(min(ends)), np.float32(max(ends))
             parameters.append(Parameter(name, float(low), float(high), value, rule.whole, place))
-            if len(name) > MOST_NAME or not low <= value <= high:
-                rule_ = f"must fit a parameter of {MOST_NAME} characters within {low:g} to {high:g}"
-                raise InputError(rule_, key=name, value=f"{value:g}", fix="correct the robot's description")
-    if len(parameters) > MOST_PARAMETERS:
+            if len(name) > NAME_LENGTH_MAX or not low <= value <= high:
+                bounds = f"must fit a parameter of {NAME_LENGTH_MAX} characters within {low:g} to {high:g}"
+                raise InputError(bounds, key=name, value=f"{value:g}", fix="correct the robot's description")
+    if len(parameters) > PARAMETERS_MAX:
         raise InputError(
-            f"must make at most {MOST_PARAMETERS} parameters",
+            f"must make at most {PARAMETERS_MAX} parameters",
             key="joints",
             value=f"{len(parameters)}",
-            fix="raise max_parameters of firmware/app/vehicle/parameters.hpp and MOST_PARAMETERS",
+            fix="raise max_parameters of firmware/app/vehicle/parameters.hpp and PARAMETERS_MAX",
         )
     return tuple(parameters)
 
 
 def header(table: FirmwareTable) -> str:
-    """Write a robot's table as the C++ header that the firmware is compiled with."""
+    """Return the C++ header firmware/robots/NAME.hpp of a robot."""
     robot = table.robot
     wired = require(robot.firmware, "firmware", robot)
     lines = [
@@ -273,12 +272,12 @@ def header(table: FirmwareTable) -> str:
 
 
 def _pins(wired: Firmware) -> dict[str, tuple[int, ...]]:
-    """Return the pins by what is wired to them; analog pins in the order of the channels."""
+    """Return the pins of servos, analog channels (in their order) and leak sensor."""
     analog = tuple(pin for name in ANALOG for pin in wired.analog_pins(name))
     return {"servo": wired.servo_pins, "analog": analog, "leak": (wired.leak_pin,)}
 
 
 def _literal(value: float) -> str:
-    """Spell a number so that C++ reads the same 32 bits."""
+    """Return a float literal of the same 32 bits in C++."""
     text = str(np.float32(value))
     return f"{text}f" if any(c in text for c in ".e") else f"{text}.0f"

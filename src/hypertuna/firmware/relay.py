@@ -1,4 +1,4 @@
-"""Relay: the modelled radio between a board's serial port and a ground station, one control tick after the other."""
+"""Relay: the modelled radio between a board's serial port and a ground station, tick by tick."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from hypertuna.ranges import FINITE
 __all__ = ["Relay", "radio_model"]
 
 HOST = "127.0.0.1"
-PATIENCE = 10.0  # s, for an emulated board to listen
-DATAGRAM = 65536  # bytes at most
-WHOLE = {"packet", "buffer"}
+TIMEOUT = 10.0  # s until an emulated board must listen
+DATAGRAM = 65536  # bytes
+INTEGERS = {"packet", "buffer"}
 
 
 def radio_model(text: str) -> RadioModel:
-    """Read the numbers of a radio, such as ``rate=2400,loss=0.3,burst=4``."""
-    known, given = [one.name for one in fields(RadioModel)], dict[str, Any]()
+    """Parse the attributes of a RadioModel, such as ``rate=2400,loss=0.3,burst=4``."""
+    known, attributes = [field.name for field in fields(RadioModel)], dict[str, Any]()
     for part in filter(None, (part.strip() for part in text.split(","))):
         name, equals, value = part.partition("=")
         if name not in known or not equals:
@@ -31,22 +31,21 @@ def radio_model(text: str) -> RadioModel:
         try:
             number = FINITE.check(float(value), f"air.{name}", "give a number")
         except ValueError:
-            raise InputError(
-                "must be a number", key=f"air.{name}", value=shown(value), fix="write, as loss=0.3"
-            ) from None
-        given[name] = int(number) if name in WHOLE else number
-    return RadioModel(**given)
+            fix = "write, for example, loss=0.3"
+            raise InputError("must be a number", key=f"air.{name}", value=shown(value), fix=fix) from None
+        attributes[name] = int(number) if name in INTEGERS else number
+    return RadioModel(**attributes)
 
 
 class Relay:
-    """Takes what a board and a ground station write, and gives it to the other as the radio lets it through."""
+    """Carry bytes between a board and a ground station (UDP, `port`) over the modelled radio."""
 
     def __init__(self, board: str, port: int, model: RadioModel, *, seed: int = 0) -> None:
         self.air = Air(model, seed=seed)
         self.ground = _bound()
         self.ground_address = (HOST, port)
         self.stream = board == "qemu"
-        # A port that is free now: a pc's firmware will speak to it, an emulated board will listen there.
+        # A free port: the firmware on a PC will send to it, an emulated board will listen on it.
         self._board = _bound()
         self.board_port: int = self._board.getsockname()[1]
         self._board_address: tuple[str, int] | None = None
@@ -61,14 +60,14 @@ class Relay:
         self._board.close()
 
     def connect(self) -> None:
-        """Connect to an emulated board, which has to run by now; a pc's firmware speaks first."""
-        late = time.monotonic() + PATIENCE
+        """Connect to an emulated board that is running; the firmware on a PC sends first."""
+        deadline = time.monotonic() + TIMEOUT
         while self.stream:
             try:
-                self._board = socket.create_connection((HOST, self.board_port), timeout=PATIENCE)
+                self._board = socket.create_connection((HOST, self.board_port), timeout=TIMEOUT)
             except OSError:
-                if time.monotonic() > late:
-                    fix = "run `make firmware` again, and see whether QEMU starts"
+                if time.monotonic() > deadline:
+                    fix = "run `make firmware` again, and check that QEMU starts"
                     raise InputError("must listen to its radio", key="board", value="silent", fix=fix) from None
                 time.sleep(0.02)
             else:
@@ -76,11 +75,11 @@ class Relay:
                 return
 
     def carry(self, now: float) -> None:
-        """Let everything through that has its time: `now` [s]."""
+        """Carry all bytes up to the simulated time `now` [s]."""
         self.air.write(0, self._from_board(), now)
         self.air.write(1, _received(self.ground), now)
         if down := self.air.read(1, now):
-            with contextlib.suppress(OSError):  # nobody listens
+            with contextlib.suppress(OSError):  # no listener
                 self.ground.sendto(down, self.ground_address)
         if up := self.air.read(0, now):
             with contextlib.suppress(OSError):
@@ -90,7 +89,7 @@ class Relay:
                     self._board.sendto(up, self._board_address)
 
     def _from_board(self) -> bytes:
-        found = bytearray()
+        received = bytearray()
         with contextlib.suppress(OSError):  # no more for now
             while True:
                 if self.stream:
@@ -99,22 +98,22 @@ class Relay:
                     part, self._board_address = self._board.recvfrom(DATAGRAM)
                 if not part:
                     break
-                found += part
-        return bytes(found)
+                received += part
+        return bytes(received)
 
 
 def _bound() -> socket.socket:
-    """Open a free port for datagrams that does not wait."""
-    made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    made.bind((HOST, 0))
-    made.setblocking(False)
-    return made
+    """Open a non-blocking UDP socket on a free port."""
+    line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    line.bind((HOST, 0))
+    line.setblocking(False)
+    return line
 
 
-def _received(from_: socket.socket) -> bytes:
-    """Take all datagrams that have come."""
-    found = bytearray()
+def _received(line: socket.socket) -> bytes:
+    """Return the bytes of all datagrams received."""
+    received = bytearray()
     with contextlib.suppress(OSError):
         while True:
-            found += from_.recv(DATAGRAM)
-    return bytes(found)
+            received += line.recv(DATAGRAM)
+    return bytes(received)

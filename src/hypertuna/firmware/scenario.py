@@ -1,4 +1,4 @@
-"""Scenarios of firmware in the loop: a mission, a gait, or random messages that take the firmware everywhere."""
+"""Scenarios of firmware in the loop: a mission, a gait, or random messages that reach every branch."""
 
 from __future__ import annotations
 
@@ -19,32 +19,31 @@ from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.ranges import WHOLE
 from hypertuna.swimming.gait import Gait, named_gait
 
-__all__ = ["Scenario", "orders_of", "random_messages", "scenario_of"]
+__all__ = ["Scenario", "find_scenario", "random_messages", "scheduled_orders"]
 
-START = 100  # ticks until the orders begin: the attitude settles
-STORED = 250  # ticks in which the longest mission is stored; it arms after that
+START = 100  # ticks before the first command: the attitude settles
+STORED = 250  # ticks to store the longest mission before arming
 Messages = NDArray[Any]
 
-BEAT = 1.0  # m below the surface, where a gait is swum
-LOST, SILENT = 3.0, 1000  # m, ticks: where and when a robot is lost
+BEAT = 1.0  # depth of a gait [m]
+LOST, SILENT = 3.0, 1000  # depth [m] and tick at which contact is lost
 MISSION = 2  # Control::mission of firmware/app/vehicle/vehicle.hpp
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """What the firmware is tried on."""
+    """Input of a run."""
 
     name: str
-    # Water and start for the twin, and the way if it has waypoints; None for random messages without a twin
-    mission: Mission | None
-    gait: Gait | None = None  # That the ground asks for, instead of a mission
-    origin: tuple[int, int] = (0, 0)  # Latitude and longitude of x = y = 0 [1e-7 deg]
-    robot: str | None = None  # That it names
-    silent: int | None = None  # Tick from which the ground is not heard any more
+    mission: Mission | None  # water, start and waypoints; None for random messages without a twin
+    gait: Gait | None = None  # commanded instead of a mission
+    origin: tuple[int, int] = (0, 0)  # latitude and longitude of x = y = 0 [1e-7 deg]
+    robot: str | None = None  # named by the mission
+    silent: int | None = None  # tick from which there is no contact with the ground
 
 
-def scenario_of(name: str, robot: Robot | None = None) -> Scenario:
-    """Find a scenario."""
+def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
+    """Find a scenario: random, afloat, gait:NAME, lost:NAME (at depth, contact lost), or a mission or its file."""
     if name == "random":
         return Scenario(name, None)
     if name == "afloat":
@@ -67,8 +66,8 @@ def _of_mission(name: str, file: MissionFile) -> Scenario:
     return Scenario(name, file.mission, None, (origin[0], origin[1]), file.robot)
 
 
-def orders_of(scenario: Scenario) -> Iterator[tuple[int, Any]]:
-    """List what the ground asks for."""
+def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
+    """Yield tick and message (TO_BOARD) of each command."""
     mission = scenario.mission
     assert mission is not None
     yield 0, order("origin", *mission.start, fix=scenario.origin)
@@ -91,10 +90,7 @@ def orders_of(scenario: Scenario) -> Iterator[tuple[int, Any]]:
 
 
 def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
-    """Make messages that take the firmware everywhere: noise, failing sensors, good and bad orders.
-
-    Returns (ticks,).
-    """
+    """Return messages (ticks,) of TO_BOARD with noise, failing sensors, valid and invalid commands."""
     random = np.random.default_rng(WHOLE.check(seed, "seed", "give a whole number"))
     messages = np.zeros(ticks, TO_BOARD)
     counts = Counts(table, (0, 0))
@@ -102,7 +98,7 @@ def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
     clock = np.arange(ticks)[:, None]
     swing = 400 * np.sin(0.01 * 2 * np.pi * clock * random.uniform(0.2, 4, len(rest)))
     samples = rest + swing + random.normal(0, 30, (ticks, len(rest)))
-    # A sensor fails for a while: silent, stuck, or anything at all.
+    # A sensor fails for a while: silent, stuck, or random.
     for _ in range(ticks // 200):
         first, channel = int(random.integers(ticks)), int(random.integers(len(rest)))
         last = first + int(random.integers(1, 400))

@@ -1,1 +1,4 @@
-"""MAVLink from the ground: dialect, client, parameters, calibration, log, drive."""
+"""MAVLink from the ground.
+
+dialect (pymavlink's classes), client (connection and commands), parameters, calibration, log (MCAP), drive (by hand).
+"""

@@ -1,4 +1,4 @@
-"""Calibration: from readings beside a reference to the zero and the scale that the robot keeps."""
+"""Calibration: fit zero and scale of a sensor, or trim of a servo, to readings beside a reference."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import check_width, read_rows
 from hypertuna.ranges import FINITE
 
-__all__ = ["KINDS", "Calibration", "Pair", "calibrate", "read_pairs", "sensor_of"]
+__all__ = ["KINDS", "Calibration", "Pair", "calibrate", "parse_sensor", "read_pairs"]
 
-# What is calibrated: the reference's unit as people read it, and how much of it is 1 in SI.
+# Kind of sensor: unit of the reference, and its value of 1 in SI.
 KINDS = {
     "bend": ("deg", 180 / math.pi),
     "pressure": ("kPa", 1e-3),
@@ -25,48 +25,43 @@ KINDS = {
 }
 COLUMNS = ("sensor", "counts", "reference")
 MICRO = 1e-6
-SCATTER = 0.1  # rms from the line over the references' span, that is no calibration any more
+SCATTER_MAX = 0.1  # rms of the residuals over the references' span
 
 Pair = tuple[str, float, float]  # sensor, counts of its converter (of a servo: pulse in us), reference [SI]
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a sensor's or a servo's readings say."""
+    """Calibration of a sensor or servo."""
 
-    sensor: str  # Its name, such as ``bend_0``
-    parameters: dict[str, float]  # What the robot is to keep [SI]
-    rms: float  # Of what the straight line leaves, in SI of the reference
+    sensor: str  # name, such as bend_0
+    parameters: dict[str, float]  # values to set on the robot [SI]
+    rms: float  # of the residuals, in SI of the reference
     points: int
 
 
-def sensor_of(text: str) -> tuple[str, int]:
-    """Read the name of a sensor or servo."""
-    found = re.fullmatch(r"([a-z]+)_(\d)", text)
-    if found is None or found[1] not in KINDS:
+def parse_sensor(text: str) -> tuple[str, int]:
+    """Return kind and number of a sensor or servo, such as pressure_3."""
+    match = re.fullmatch(r"([a-z]+)_(\d)", text)
+    if match is None or match[1] not in KINDS:
         fix = did_you_mean(text, [f"{kind}_0" for kind in KINDS])
         raise InputError("must name a sensor or a servo by kind and number", key="sensor", value=shown(text), fix=fix)
-    return found[1], int(found[2])
+    return match[1], int(match[2])
 
 
 def read_pairs(path: str | Path) -> list[Pair]:
-    """Read readings and references from a CSV file: sensor, counts, reference.
-
-    The reference is in deg (bend, servo), kPa (pressure) or A (current); the counts of a servo are its pulse in us.
-    """
+    """Read a CSV file with the columns sensor, counts (servo: pulse [us]), reference [deg, kPa or A]."""
     file = str(path)
     (line, head), *rows = read_rows(path)
     if sorted(head) != sorted(COLUMNS):
-        value = ", ".join(head)
-        raise InputError(
-            f"must be {', '.join(COLUMNS)}", file=file, key=f"line {line}", value=value, fix="name them so"
-        )
+        rule, fix = f"must be {', '.join(COLUMNS)}", "rename the columns"
+        raise InputError(rule, file=file, key=f"line {line}", value=", ".join(head), fix=fix)
     pairs = []
     for number, cells in rows:
         check_width(cells, head, file=file, line=number)
         row = dict(zip(head, cells, strict=True))
         try:
-            kind, _ = sensor_of(row["sensor"])
+            kind, _ = parse_sensor(row["sensor"])
             unit, factor = KINDS[kind]
             counts = FINITE.check(_float(row["counts"]), "counts", "give a number")
             reference = FINITE.check(_float(row["reference"]), "reference", f"give it in {unit}")
@@ -79,13 +74,13 @@ def read_pairs(path: str | Path) -> list[Pair]:
 
 def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[Calibration, ...]:
     """Fit a straight line to each sensor: reference = scale (counts - zero); `pulse_center` [s]."""
-    found = []
+    calibrations = []
     for sensor in sorted({name for name, _, _ in pairs}):
-        kind, number = sensor_of(sensor)
+        kind, number = parse_sensor(sensor)
         table = np.array([(counts, reference) for name, counts, reference in pairs if name == sensor])
         counts, reference = table[:, 0], table[:, 1]
         if len(np.unique(reference)) < 2:
-            fix = "measure at two references at least"
+            fix = "measure at two or more references"
             raise InputError("must have different references", key=sensor, value=f"{len(table)} rows at one", fix=fix)
         spread = counts - counts.mean()
         if not np.any(np.abs(spread) > 0):
@@ -95,21 +90,21 @@ def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[
             raise InputError("must change with the reference", key=sensor, value="noise alone", fix="check its wires")
         zero = float(counts.mean() - reference.mean() / scale)
         rms = float(np.sqrt(np.mean((scale * (counts - zero) - reference) ** 2)))
-        if rms > SCATTER * np.ptp(reference):
+        if rms > SCATTER_MAX * np.ptp(reference):
             unit, factor = KINDS[kind]
             value = f"off it by {rms * factor:.3g} {unit} of {np.ptp(reference) * factor:.3g} {unit}"
             fix = "hold it still at each reference, and check its wires"
             raise InputError("must follow the reference on a straight line", key=sensor, value=value, fix=fix)
         if kind == "servo":
-            keep = {f"servo_trim_{number}": zero * MICRO - pulse_center}
+            parameters = {f"servo_trim_{number}": zero * MICRO - pulse_center}
         else:
-            keep = {f"{kind}_zero_{number}": zero, f"{kind}_scale_{number}": scale}
-        found.append(Calibration(sensor, keep, rms, len(table)))
-    return tuple(found)
+            parameters = {f"{kind}_zero_{number}": zero, f"{kind}_scale_{number}": scale}
+        calibrations.append(Calibration(sensor, parameters, rms, len(table)))
+    return tuple(calibrations)
 
 
 def _float(text: str) -> float:
-    """Read a number; NaN for what is none."""
+    """Parse a number; NaN if it is not one."""
     try:
         return float(text)
     except ValueError:

@@ -1,7 +1,4 @@
-"""The MAVLink dialect of the robot: pymavlink's classes for hypertuna.xml, made at first use and kept in a cache.
-
-Needs the extra `radio`.
-"""
+"""The robot's MAVLink dialect: pymavlink's classes for hypertuna.xml, generated once and cached (extra `radio`)."""
 
 from __future__ import annotations
 
@@ -30,22 +27,22 @@ NAME = "pymavlink.dialects.v20.hypertuna"  # where mavutil looks for a dialect o
 
 
 def need_radio() -> None:
-    """Check that the packages for the radio are there."""
+    """Check that the packages of the extra `radio` are installed."""
     for name in ("pymavlink", "serial"):
         if importlib.util.find_spec(name) is None:
             raise InputError("is needed by the radio and is not installed", key=name, fix=HOW)
 
 
 def dialect_file() -> Path:
-    """Find the definition of the dialect."""
+    """Return the path of hypertuna.xml."""
     return shipped("mavlink") / "hypertuna.xml"
 
 
 @functools.cache
 def dialect() -> Any:
-    """Load the dialect's module, and make it first if the cache has none of this definition."""
+    """Load the dialect's module; generate it first if the cache lacks this definition."""
     need_radio()
-    os.environ["MAVLINK20"] = "1"  # mavutil's choice of the protocol's version
+    os.environ["MAVLINK20"] = "1"  # protocol version of mavutil
     source = dialect_file()
     key = hashlib.sha256(source.read_bytes() + version("pymavlink").encode()).hexdigest()[:16]
     path = _cache() / f"mavlink_{key}.py"
@@ -66,7 +63,7 @@ def dialect() -> Any:
 
 @functools.cache
 def mavutil() -> Any:
-    """Load pymavlink's connections with the dialect."""
+    """Load pymavlink.mavutil with the dialect."""
     dialect()
     with _quiet():
         from pymavlink import mavutil as module
@@ -77,36 +74,34 @@ def mavutil() -> Any:
 
 
 def _cache() -> Path:
-    """Folder for what can be made again."""
+    """Return the cache folder."""
     base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     return Path(base) / "hypertuna"
 
 
 def _make(source: Path, path: Path) -> None:
-    """Make the module, whole or not at all."""
+    """Generate the module atomically."""
     with tempfile.TemporaryDirectory() as folder:
-        made = Path(folder) / "made.py"
-        command = [sys.executable, str(source.parent / "generate.py"), str(source), "Python3", str(made)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
-            lines = (done.stderr or done.stdout).strip().splitlines()
+        module = Path(folder) / "dialect.py"
+        command = [sys.executable, str(source.parent / "generate.py"), str(source), "Python3", str(module)]
+        result = subprocess.run(command, capture_output=True, text=True, check=False)
+        if result.returncode:
+            lines = (result.stderr or result.stdout).strip().splitlines()
             value = f"not ({lines[-1] if lines else 'mavgen failed'})"
-            raise InputError("must make a module", file=str(source), value=value, fix=f"install pymavlink anew: {HOW}")
+            raise InputError("must generate a module", file=str(source), value=value, fix=f"reinstall pymavlink: {HOW}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            whole = path.with_suffix(f".{os.getpid()}")
-            whole.write_bytes(made.read_bytes())
-            os.replace(whole, path)
+            temporary = path.with_suffix(f".{os.getpid()}")
+            temporary.write_bytes(module.read_bytes())
+            os.replace(temporary, path)
         except OSError as error:
-            fix = "set XDG_CACHE_HOME to a folder that can be written"
-            raise InputError(
-                "must be writable", file=str(path.parent), value=f"not ({error.strerror})", fix=fix
-            ) from None
+            value, fix = f"not ({error.strerror})", "set XDG_CACHE_HOME to a writable folder"
+            raise InputError("must be writable", file=str(path.parent), value=value, fix=fix) from None
 
 
 @contextlib.contextmanager
 def _quiet() -> Any:
-    """Import what is not ours without its warnings."""
+    """Suppress warnings of other packages at import."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield

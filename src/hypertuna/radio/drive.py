@@ -1,4 +1,4 @@
-"""Driving by hand: what keys and a gamepad's sticks ask for, and what the terminal shows of the robot."""
+"""Manual driving: commands of keys and gamepad, and the display of the robot's state."""
 
 from __future__ import annotations
 
@@ -30,26 +30,25 @@ KEYS = (
     ("enter", "arm, disarm"),
     ("q", "quit, disarmed"),
 )
-EVENT = struct.Struct("<IhBB")  # of Linux' joystick interface: time, value, kind, number
+EVENT = struct.Struct("<IhBB")  # Linux joystick interface: time, value, kind, number
 SEQUENCE = re.compile(rb"\x1b(\[[0-9;?]*[ -/]*[@-~]|O.)?")  # ECMA-48
 AXIS, BUTTON = 2, 1
 AXES = {0: "turn", 1: "ahead", 3: "turn", 4: "climb"}  # left stick x and y, right stick x and y
-DEAD = 0.1  # part of an axis about its middle
+DEAD_ZONE = 0.1  # fraction of an axis
 
 
 @dataclass(frozen=True)
 class Stick:
-    """What is asked for."""
+    """Commanded motion, and the last key's command."""
 
-    ahead: float = 0.0  # 0 to 1 of the top speed [1]
-    turn: float = 0.0  # -1 to 1, starboard positive [1]
-    climb: float = 0.0  # -1 to 1 [1]
-    # What else was asked for just now: arm, stop, mission, quit, or the number of a gait; empty for nothing
-    order: str = ""
+    ahead: float = 0.0  # 0 to 1 of the top speed
+    turn: float = 0.0  # -1 to 1, starboard positive
+    climb: float = 0.0  # -1 to 1
+    order: str = ""  # arm, stop, mission, quit, or the number of a gait
 
 
 def keys(typed: bytes) -> str:
-    r"""Return the keys that were typed, without those that a terminal spells as a sequence, such as arrows and F-keys.
+    r"""Return the typed keys without escape sequences such as arrows and function keys.
 
     Examples
     --------
@@ -60,7 +59,7 @@ def keys(typed: bytes) -> str:
 
 
 def pressed(stick: Stick, key: str) -> Stick:
-    """Follow a key.
+    """Return the stick after a key.
 
     Examples
     --------
@@ -92,22 +91,22 @@ def pressed(stick: Stick, key: str) -> Stick:
 
 
 def gamepad(content: bytes) -> list[tuple[str, float]]:
-    """Read events of Linux' joystick interface, /dev/input/js0."""
-    found = []
+    """Parse events of the Linux joystick interface: axis and value from -1 to 1, or "arm", "stop"."""
+    events = []
     for k in range(0, len(content) - EVENT.size + 1, EVENT.size):
         _, value, kind, number = EVENT.unpack_from(content, k)
         if kind & AXIS and number in AXES:
             part = value / 32767
-            part = 0.0 if abs(part) < DEAD else part
+            part = 0.0 if abs(part) < DEAD_ZONE else part
             name = AXES[number]
-            found.append((name, max(-1.0, min(1.0, -part if name in ("ahead", "climb") else part))))
+            events.append((name, max(-1.0, min(1.0, -part if name in ("ahead", "climb") else part))))
         elif kind == BUTTON and value and number < 2:
-            found.append((("arm", "stop")[number], 1.0))
-    return found
+            events.append((("arm", "stop")[number], 1.0))
+    return events
 
 
 def moved(stick: Stick, event: tuple[str, float]) -> Stick:
-    """Follow an event of a gamepad."""
+    """Return the stick after an event of a gamepad, or "gone" for an unplugged one."""
     name, value = event
     if name in ("stop", "gone"):
         return Stick(order="stop")
@@ -119,20 +118,22 @@ def moved(stick: Stick, event: tuple[str, float]) -> Stick:
 def view(
     last: Mapping[str, Any], texts: Sequence[str], stick: Stick, gaits: Sequence[str], age: float
 ) -> RenderableType:
-    """Lay out what the robot says: `age` [s]."""
+    """Lay out the robot's state: `last` message of each kind, `age` of the last message [s]."""
     tables = [
         Panel(_rows(_state(last, age)), title="robot"),
         Panel(_rows(_motion(last)), title="motion"),
         Panel(_rows(_tail(last)), title="tail"),
         Panel(_rows(_asked(stick)), title="stick"),
     ]
-    # What matters is on top: a low terminal cuts off the end.
-    said = Text("\n".join(texts[-3:]) or " ", style="yellow")
-    return Group(said, Columns(tables), _line(KEYS), _line([(str(k + 1), name) for k, name in enumerate(gaits[:9])]))
+    # The texts are on top: a low terminal cuts off the end.
+    messages = Text("\n".join(texts[-3:]) or " ", style="yellow")
+    return Group(
+        messages, Columns(tables), _line(KEYS), _line([(str(k + 1), name) for k, name in enumerate(gaits[:9])])
+    )
 
 
 def _line(rows: Sequence[tuple[str, str]]) -> Columns:
-    """Lay out names and meanings side by side."""
+    """Lay out keys and meanings side by side."""
     return Columns([Text.assemble((key, "bold"), f" {meaning}") for key, meaning in rows], padding=(0, 2))
 
 
@@ -147,7 +148,7 @@ def _rows(rows: Sequence[tuple[str, str]]) -> Table:
 
 
 def _state(last: Mapping[str, Any], age: float) -> list[tuple[str, str]]:
-    """Say whether it is armed, what it does, and how it is."""
+    """Return the rows of link, arming, control, battery, faults and pilot."""
     heart, status, pilot = (last.get(kind) for kind in ("HEARTBEAT", "SYS_STATUS", "PILOT"))
     armed = heart is not None and bool(heart.base_mode & 128)
     controls = dialect().enums["HYPERTUNA_CONTROL"]
@@ -163,48 +164,48 @@ def _state(last: Mapping[str, Any], age: float) -> list[tuple[str, str]]:
 
 
 def _names(enum: str, flags: int) -> str:
-    """Name the bits of flags."""
+    """Return the names of the flags that are set."""
     entries = dialect().enums[enum]
     names = [entries[1 << k].name for k in range(32) if flags >> k & 1 and 1 << k in entries]
     return ", ".join(name.removeprefix(f"{enum}_").lower() for name in names) or "none"
 
 
 def _motion(last: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Say where it is and how it lies."""
+    """Return the rows of position, speed and attitude."""
     rows = []
-    if (place := last.get("LOCAL_POSITION_NED")) is not None:
-        rows += [("north", f"{place.x:.1f} m"), ("east", f"{place.y:.1f} m"), ("depth", f"{place.z:.2f} m")]
-        rows.append(("speed", f"{math.hypot(place.vx, place.vy):.2f} m/s"))
-    if (lies := last.get("ATTITUDE")) is not None:
+    if (position := last.get("LOCAL_POSITION_NED")) is not None:
+        rows += [("north", f"{position.x:.1f} m"), ("east", f"{position.y:.1f} m"), ("depth", f"{position.z:.2f} m")]
+        rows.append(("speed", f"{math.hypot(position.vx, position.vy):.2f} m/s"))
+    if (attitude := last.get("ATTITUDE")) is not None:
         rows += [
-            ("heading", f"{math.degrees(lies.yaw) % 360:.0f} deg"),
-            ("pitch", f"{math.degrees(lies.pitch):.1f} deg"),
+            ("heading", f"{math.degrees(attitude.yaw) % 360:.0f} deg"),
+            ("pitch", f"{math.degrees(attitude.pitch):.1f} deg"),
         ]
-        rows.append(("roll", f"{math.degrees(lies.roll):.1f} deg"))
-    return rows or [("", "nothing yet")]
+        rows.append(("roll", f"{math.degrees(attitude.roll):.1f} deg"))
+    return rows or [("", "no data yet")]
 
 
 def _tail(last: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Say what the tail does."""
+    """Return the rows of gait and hydraulics."""
     rows = []
     if (gait := last.get("GAIT")) is not None:
         rows.append(("frequency", f"{gait.frequency / 1000:.2f} Hz"))
         rows.append(("amplitude", ", ".join(f"{a / 100:.1f}" for a in gait.amplitude) + " deg"))
         rows.append(("bias", ", ".join(f"{a / 100:.1f}" for a in gait.bias) + " deg"))
-    if (oil := last.get("HYDRAULICS")) is not None:
-        rows.append(("bend", _numbers(oil.bend, 100, ".1f") + " deg"))
-        rows.append(("pressure", _numbers(oil.pressure, 10, ".0f") + " kPa"))
-        rows.append(("condition", _names("HYPERTUNA_CONDITION", oil.condition)))
-    return rows or [("", "nothing yet")]
+    if (hydraulics := last.get("HYDRAULICS")) is not None:
+        rows.append(("bend", _numbers(hydraulics.bend, 100, ".1f") + " deg"))
+        rows.append(("pressure", _numbers(hydraulics.pressure, 10, ".0f") + " kPa"))
+        rows.append(("condition", _names("HYPERTUNA_CONDITION", hydraulics.condition)))
+    return rows or [("", "no data yet")]
 
 
 def _numbers(counts: Sequence[int], step: float, form: str) -> str:
-    """Write what sensors show."""
+    """Return readings with their unit's step, or "silent"."""
     return ", ".join("silent" if count == SILENT else f"{count / step:{form}}" for count in counts)
 
 
 def _asked(stick: Stick) -> list[tuple[str, str]]:
-    """Say where the stick stands."""
+    """Return the rows of the stick."""
     side = "starboard" if stick.turn > 0 else "port"
     turn = f"{abs(stick.turn):.0%} to {side}" if stick.turn else "straight"
     return [("ahead", f"{stick.ahead:.0%}"), ("turn", turn), ("climb", f"{stick.climb:+.0%}")]

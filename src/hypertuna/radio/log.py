@@ -1,6 +1,6 @@
-"""Logs of the radio: every message that came, in MCAP files that Foxglove opens and `identify` reads.
+"""Logs of the radio: every received message in an MCAP file, for Foxglove and `identify`.
 
-Topic /mavlink/NAME has the messages of that name as JSON, each field in the dialect's own unit, which its schema tells.
+Topic /mavlink/NAME has the messages of that name as JSON, each field in the dialect's unit, which the schema states.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.files import version
 from hypertuna.io.mcap import CHUNK, LINK, METADATA, NANO, need_log, read_messages
 
-__all__ = ["LinkLog", "LinkLogWriter", "check_new", "read_link_log"]
+__all__ = ["RadioLog", "RadioLogWriter", "check_new", "read_radio_log"]
 
 Array = NDArray[np.float64]
 
@@ -26,8 +26,8 @@ TOPIC = "/mavlink/"
 SKIPPED = ("mavpackettype",)
 
 
-class LinkLogWriter:
-    """A log that is written while messages come."""
+class RadioLogWriter:
+    """Write messages to a log as they are received."""
 
     def __init__(self, path: str | Path, robot: str) -> None:
         need_log()
@@ -55,7 +55,7 @@ class LinkLogWriter:
         self.close()
 
     def write(self, message: Any, stamp: float | None = None) -> None:
-        """Put a message at the end."""
+        """Append a message received at `stamp` [s since 1970]; now if omitted."""
         name = message.get_type()
         if name not in self._channels:
             self._channels[name] = self._channel(name, message)
@@ -66,11 +66,11 @@ class LinkLogWriter:
         self.messages += 1
 
     def flush(self) -> None:
-        """Bring what was written to the disk."""
+        """Flush to disk."""
         self._file.flush()
 
     def close(self) -> None:
-        """End the file with its index."""
+        """Write the index, and close."""
         self._file.close()
 
     def _channel(self, name: str, message: Any) -> Any:
@@ -78,65 +78,64 @@ class LinkLogWriter:
 
         units = getattr(message, "fieldunits_by_name", {})
         properties = {field: {"description": units.get(field, "")} for field in message.get_fieldnames()}
-        told = {"title": f"mavlink.{name}", "type": "object", "properties": properties}
-        return foxglove.Channel(TOPIC + name, schema=told, context=self._context)
+        schema = {"title": f"mavlink.{name}", "type": "object", "properties": properties}
+        return foxglove.Channel(TOPIC + name, schema=schema, context=self._context)
 
 
 def check_new(path: str | Path) -> None:
-    """Check that a log is written over nothing: what was measured cannot be made again."""
+    """Check that a log overwrites nothing: measurements cannot be repeated."""
     if Path(path).exists():
-        raise InputError("must be a new file", file=str(path), value="there already", fix="choose another name")
+        raise InputError("must be a new file", file=str(path), value="an existing one", fix="choose another name")
 
 
 @dataclass(frozen=True)
-class LinkLog:
-    """A log of the radio as it was read."""
+class RadioLog:
+    """Content of a log of the radio."""
 
     robot: str
-    time: dict[str, Array]  # When the messages of each name came, in s since the first message of all
-    # Their fields in the dialect's units: of each name, by the field's; text is left out
-    fields: dict[str, dict[str, Array]]
-    complete: bool  # Whether the file is whole
+    time: dict[str, Array]  # arrival of the messages of each name [s since the first message]
+    fields: dict[str, dict[str, Array]]  # by name of the message and of the field, in the dialect's units; no text
+    complete: bool  # whether the file is complete
     file: str
 
     def has(self, *names: str) -> bool:
-        """Tell whether there are messages of all these names."""
+        """Return whether there are messages of all these names."""
         return all(len(self.time.get(name, ())) for name in names)
 
     def sent(self, name: str) -> Array:
-        """Return when messages were sent [s since the first of all]: by the robot's clock, set by the least delay."""
+        """Return send times [s since the first message] by the robot's clock, synchronized by the minimum delay."""
         arrival, fields = self.time[name], self.fields[name]
         if "time_boot_ms" not in fields:
             return arrival
-        own = fields["time_boot_ms"] * 1e-3
-        return own + float(np.min(arrival - own))
+        clock = fields["time_boot_ms"] * 1e-3
+        return clock + float(np.min(arrival - clock))
 
 
-def read_link_log(path: str | Path) -> LinkLog:
-    """Read a log of the radio; of one that was cut short, all whole chunks."""
-    pile = read_messages(path)
-    if pile.metadata is None or LINK not in pile.metadata:
+def read_radio_log(path: str | Path) -> RadioLog:
+    """Read a log of the radio; of a truncated file, all complete chunks."""
+    messages = read_messages(path)
+    if messages.metadata is None or LINK not in messages.metadata:
         fix = "give one that `hypertuna link log` or `hypertuna drive` wrote"
-        raise InputError("must be a log of the radio: it has no such head", file=str(path), fix=fix)
-    head = json.loads(pile.metadata[LINK])
-    topics = {topic.removeprefix(TOPIC): topic for topic in pile.times if topic.startswith(TOPIC)}
-    stamps = {name: np.array(pile.times[topic], dtype=np.int64) for name, topic in topics.items()}
+        raise InputError("must be a log of the radio: it lacks the metadata", file=str(path), fix=fix)
+    head = json.loads(messages.metadata[LINK])
+    topics = {topic.removeprefix(TOPIC): topic for topic in messages.times if topic.startswith(TOPIC)}
+    stamps = {name: np.array(messages.times[topic], dtype=np.int64) for name, topic in topics.items()}
     first = min((int(times[0]) for times in stamps.values()), default=0)
     fields = {
-        name: _columns([json.loads(content) for content in pile.contents[topic]]) for name, topic in topics.items()
+        name: _columns([json.loads(content) for content in messages.contents[topic]]) for name, topic in topics.items()
     }
     seconds = {name: (times - first) / NANO for name, times in stamps.items()}
-    return LinkLog(str(head.get("robot", "")), seconds, fields, not pile.fault, str(path))
+    return RadioLog(str(head.get("robot", "")), seconds, fields, not messages.fault, str(path))
 
 
 def _columns(messages: list[dict[str, Any]]) -> dict[str, Array]:
-    """Return the fields that are numbers, each with one row per message."""
+    """Return the numeric fields, each with one row per message."""
     numbers = {key for key, value in messages[0].items() if not isinstance(value, str)}
     return {key: np.array([message[key] for message in messages], dtype=np.float64) for key in numbers}
 
 
 def _plain(value: Any) -> Any:
-    """Return a field as JSON takes it; what is no number is null's stand-in, 0 never."""
+    """Return a field as JSON: null for NaN and infinity."""
     if isinstance(value, float) and not np.isfinite(value):
         return None
     if isinstance(value, (list, tuple)):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.radio.dialect import SILENT
-from hypertuna.radio.log import LinkLog, read_link_log
+from hypertuna.radio.log import RadioLog, read_radio_log
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import SteadyRun
 
@@ -36,7 +36,7 @@ def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
     The position of the robot itself is dead reckoning by its gait table and carries no information. The speed is the
     mean distance between the mean positions of parts of whole beats, over their time.
     """
-    log = read_link_log(path)
+    log = read_radio_log(path)
     for name, fix in (
         ("GAIT", "record while the robot swims"),
         ("ATT_POS_MOCAP", "have the tank's camera send the robot's pose to the ground station"),
@@ -56,7 +56,7 @@ def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
     return tuple(runs)
 
 
-def _gaits(log: LinkLog, joints: int) -> Iterator[tuple[float, float, Gait]]:
+def _gaits(log: RadioLog, joints: int) -> Iterator[tuple[float, float, Gait]]:
     """Yield begin and end [s] of each commanded gait."""
     fields, time = log.fields["GAIT"], log.sent("GAIT")
 
@@ -82,7 +82,7 @@ def _cuts(joints: int) -> tuple[slice, ...]:
     return (slice(0, 1), *(slice(1 + k * joints, 1 + (k + 1) * joints) for k in range(3)))
 
 
-def _speed(log: LinkLog, begin: float, end: float, frequency: float) -> tuple[float, float] | None:
+def _speed(log: RadioLog, begin: float, end: float, frequency: float) -> tuple[float, float] | None:
     """Return the mean speed over ground [m/s] and its standard deviation; None for too few beats or poses."""
     time, fields = log.time["ATT_POS_MOCAP"], log.fields["ATT_POS_MOCAP"]
     beats = max(1, math.ceil(PART * frequency))
@@ -103,7 +103,7 @@ def _speed(log: LinkLog, begin: float, end: float, frequency: float) -> tuple[fl
 
 def bench_rows(path: str | Path, robot: Robot) -> list[Row]:
     """Return the rows of a bench test: one side of a joint under a slowly changing pressure, the other vented."""
-    log = read_link_log(path)
+    log = read_radio_log(path)
     if not log.has("HYDRAULICS"):
         raise InputError("must have messages of this kind", file=log.file, key="HYDRAULICS", value="without",
                          fix="record during the bench test")  # fmt: skip
