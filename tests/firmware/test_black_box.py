@@ -75,7 +75,7 @@ def test_a_whole_box(tmp_path: Path) -> None:
     (box,) = read(tmp_path / "box.bin", head() + b"".join(tick(k) for k in range(5, 10_005)))
     assert told(box) == ([*range(5, 10_005)], 0, 0, 0, 0)
     assert not box.gaps
-    assert "every tick is there" in box.sentence
+    assert "no tick is missing" in box.sentence
     assert box.ticks["mode"].tolist()[:4] == [2, 0, 1, 2]
 
 
@@ -133,7 +133,7 @@ def test_a_record_of_a_box(fish: ht.Robot, tmp_path: Path) -> None:
     np.testing.assert_allclose(record.time, [0, 0.01, 0.02])
     np.testing.assert_allclose(record.data["bend_read"][:, 0], [0, 0.1, 0.2], rtol=1e-6)
     assert np.isnan(record.data["bend_read"][:, 1]).all()
-    assert "by the description: the firmware was made of another one" in record.facts["parameters"]
+    assert "in the description: the firmware was built from another" in record.facts["parameters"]
     with pytest.raises(InputError, match="must have the 2 joints of the box, but is 5"):
         mission_record(box, ht.load("rexeel"))
 
