@@ -219,7 +219,7 @@ def test_a_failed_step_keeps_what_converged(
     arguments = program(small, "-o", str(tmp_path / "run"), "--no-pictures")[3:]
     code, output, _ = run(*arguments)
     assert code == 1
-    assert "80 kPa was not reached (the tangent is singular); what is told ends at 40 kPa." in output
+    assert "80 kPa was not reached (the tangent is singular); results end at 40 kPa." in output
     told = record(tmp_path / "run")
     assert [step["pressure_kpa"] for step in told["steps"]] == [40]
     assert told["status"] == "failed"
@@ -233,7 +233,7 @@ def test_a_run_that_reaches_nothing_says_so(
     arguments = program(small, "-o", str(tmp_path / "run"), "--plot", str(tmp_path / "plot.svg"))[3:]
     code, output, _ = run(*arguments)
     assert code == 1
-    assert "40 kPa was not reached (no step goes down); nothing is told." in output
+    assert "40 kPa was not reached (no step goes down); there are no results." in output
     assert record(tmp_path / "run")["steps"] == []
     assert not (tmp_path / "plot.svg").exists()  # nothing to draw, and it is not said to be written
     assert "plot.svg" not in output
@@ -246,7 +246,7 @@ def test_the_figure_shows_what_it_is_given() -> None:
     oil, other = [0.0, 4e-7, 1e-6], ([0.0, 2.5e5], [0.0, 0.3], [0.0, 9e-7])
     both = plot_fe_bend(pressure, angle, oil, analytic=other, published=(2.5e5, 0.31), title="joint II")
     labels = [text.get_text() for text in both.legends[0].get_texts()]
-    assert labels == ["analytic model (friction, on the way up)", "finite elements", "published"]
+    assert labels == ["analytic model (friction, rising pressure)", "finite elements", "published"]
     np.testing.assert_allclose(both.axes[1].lines[-1].get_xydata()[-1], [1, 250])
 
 
@@ -289,9 +289,9 @@ def test_bad_input_is_one_sentence(run: Run, arguments: tuple[str, ...], sentenc
 BAD_OPTIONS = {
     "material": (("--material", "rubber"), "must be a set that exists, but is 'rubber'"),
     "law": (("--law", "hooke"), "but is 'hooke': use one of linear, neo_hookean, mooney_rivlin; linear is Hooke's."),
-    "mesh": (("--mesh", "tiny"), "mesh must be a mesh that exists, but is 'tiny': use one of coarse, medium, fine"),
-    "poisson": (("--poisson", "0.5"), "poisson must be at least 0 and below 0.5, but is 0.5"),
-    "stretchy": (("--poisson", "-0.1"), "poisson must be at least 0 and below 0.5, but is -0.1"),
+    "mesh": (("--mesh", "tiny"), "mesh must be a known mesh, but is 'tiny': use one of coarse, medium, fine"),
+    "poisson": (("--poisson", "0.5"), "poisson must be at least 0 and less than 0.5, but is 0.5"),
+    "stretchy": (("--poisson", "-0.1"), "poisson must be at least 0 and less than 0.5, but is -0.1"),
     "side": (("--side", "up"), "side must be left or right, but is 'up'"),
 }
 

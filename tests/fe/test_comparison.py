@@ -224,7 +224,7 @@ def test_the_command_says_that_nothing_was_reached(monkeypatch: pytest.MonkeyPat
         fe_bend_module, "equilibrium", lambda model, pressure: Equilibrium(False, 1, "no step goes down")
     )
     code, output, _ = run(*COMMAND, "--pressure", "20", "--mesh", "coarse")
-    assert (code, output) == (1, "20 kPa was not reached (no step goes down); nothing is told.\n")
+    assert (code, output) == (1, "20 kPa was not reached (no step goes down); there are no results.\n")
     code, output, _ = run(*COMMAND, "--pressure", "20", "--mesh", "coarse", "--json")
     assert (code, json.loads(output)["status"], json.loads(output)["steps"]) == (1, "failed", [])
 

@@ -72,9 +72,9 @@ def test_the_analytic_joint_comes_back_from_its_points(name: str) -> None:
     assert fit.volume(angle) == pytest.approx(at["volume"][:, 0], abs=2e-3 * np.ptp(at["volume"]))
     assert (fit.compliance, fit.cross) == pytest.approx((OWN, OTHER), rel=0.01)
     moment = PRESSURE.max() * at["slope"].max()  # of the largest pressure, for scale
-    assert found.left.moment < 1e-3 * moment
-    assert found.left.moment < found.left_new.moment < 3e-3 * moment
-    assert found.left.volume < 1e-3 * np.ptp(at["volume"])
+    assert found.residual.moment < 1e-3 * moment
+    assert found.residual.moment < found.residual_new.moment < 3e-3 * moment
+    assert found.residual.volume < 1e-3 * np.ptp(at["volume"])
     assert found.status == "converged"
     # Sides share their oil about the line's 60 kPa: left and right add up to 120 kPa until the right has none.
     assert found.pressure[:3].tolist() == [[0, 120e3], [50e3, 70e3], [100e3, 20e3]]
@@ -131,11 +131,11 @@ def test_virtual_work_of_the_table_is_exact() -> None:
 def test_a_joint_without_points_that_were_found_says_so() -> None:
     found = reduce_joint(ROBOT, "II", pressure=PRESSURE, couple=[-0.1, 0, 0.1], solve=by_table(TABLE["II"], fails=0.05))
     assert found.status == "partial"
-    assert found.status_text == "6 of 18 points were not found; the first: no step lowers the energy."
+    assert found.status_text == "6 of 18 points have no equilibrium; the first: no step lowers the energy."
     assert np.isnan(found.angle[2]).all()
     assert found.potential.reach == abs(found.angle[:2]).max()
     short = reduce_joint(ROBOT, "II", pressure=PRESSURE[:3], solve=by_table(TABLE["II"]))
-    assert short.status_text.endswith("deg, short of bend_max_deg = 31.2: take stronger couples.")
+    assert short.status_text.endswith("deg, short of bend_max_deg = 31.2: use larger couples.")
     with pytest.raises(InputError, match="must suffice for a table"):
         reduce_joint(ROBOT, "II", pressure=PRESSURE, solve=by_table(TABLE["II"], fails=-1.0))
 
@@ -331,8 +331,8 @@ def test_a_joint_of_finite_elements_drives_the_twin(tmp_path: Path, monkeypatch:
     }
     found = reduce_joint(load(fish), "II", checkpoint=keep, solve=by_table(TABLE["II"]), **given)
     assert np.degrees(found.angle).tolist() == angle.tolist()
-    assert found.left.moment < 0.1 * 250e3 * np.ptp(found.volume[..., 0]) / np.ptp(found.angle)
-    assert 1e6 * found.left.volume < 0.1 * np.ptp(volume)
+    assert found.residual.moment < 0.1 * 250e3 * np.ptp(found.volume[..., 0]) / np.ptp(found.angle)
+    assert 1e6 * found.residual.volume < 0.1 * np.ptp(volume)
     reduced = load(out)
     assert reduced.hash == with_reduced(robot, found).hash
     run = twin(reduced, ht.Gait.from_degrees(frequency=2, amplitude=(5, 3), phase=(0, 0)), duration=2)

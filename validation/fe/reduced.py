@@ -62,7 +62,7 @@ def fits(found: Sequence[ReducedJoint]) -> Iterator[list[str]]:
     heads = ("moment, rms", "of couples not fitted", "volume, rms", "own compliance", "of the other side")
     yield ["joint", "points", "to", *heads]
     for joint in found:
-        fit, left, new = joint.potential, joint.left, joint.left_new
+        fit, left, new = joint.potential, joint.residual, joint.residual_new
         cells = (
             f"{np.isfinite(joint.angle).sum()} of {joint.angle.size}",
             f"{math.degrees(fit.reach):.1f}°",

@@ -175,7 +175,7 @@ def test_mixed_beam_of_a_higher_order_agrees() -> None:
     solid = Solid("neo_hookean", SILICONE, 0.499)
     third, fourth = (cantilever(solid, order=order, mixed=True)[0] for order in (3, 4))
     assert fourth == pytest.approx(third, rel=1e-3)
-    with pytest.raises(InputError, match=r"order must be 3 at least in the mixed form, but is 2"):
+    with pytest.raises(InputError, match=r"order must be at least 3 in the mixed form, but is 2"):
         cantilever(solid, order=2, mixed=True)
 
 

@@ -33,42 +33,42 @@ JOURNAL = "journal.jsonl"
 
 @dataclass(frozen=True)
 class FeBend:
-    """How far a joint bends under the pressure of one side, in three dimensions and without friction."""
+    """Bend of a joint under the pressure of one side, in three dimensions and without friction."""
 
     robot: Robot
-    joint: str  # joint group, side with the pressure, material set
-    side: str  # joint group, side with the pressure, material set
-    material: str  # joint group, side with the pressure, material set
+    joint: str  # joint group
+    side: str  # with the pressure
+    material: str  # material set
     options: FeOptions
-    pressure: Array  # (n,) Gauge pressures that converged, rising [Pa]
-    measured: tuple[Measured, ...]  # what was found at each
-    iterations: tuple[int, ...]  # newton steps to each
+    pressure: Array  # (n,) converged gauge pressures, rising [Pa]
+    measured: tuple[Measured, ...]  # at each pressure
+    iterations: tuple[int, ...]  # Newton steps to each
     seconds: tuple[float, ...]  # processor time to each [s]
-    elements: int  # size of the model
-    unknowns: int  # size of the model
-    status: str  # "converged", or "failed" where a pressure was not reached
-    status_text: str  # A sentence; for a failure with its pressure and reason
+    elements: int
+    unknowns: int
+    status: str  # "converged", or "failed" at a pressure
+    status_text: str  # sentence; for a failure with its pressure and reason
 
     @property
     def angle(self) -> Array:
         """Angle toward the side with the pressure [rad], shape (n,)."""
         sign = 1 if self.side == "left" else -1
-        return sign * np.array([found.angle for found in self.measured])
+        return sign * np.array([state.angle for state in self.measured])
 
     @property
     def volume(self) -> Array:
         """Oil in the drive units of the side with the pressure [m^3], shape (n,)."""
-        return np.array([found.volume[SIDES.index(self.side)] for found in self.measured])
+        return np.array([state.volume[SIDES.index(self.side)] for state in self.measured])
 
     def r_squared(self) -> float:
-        """How near to a line the angle is."""
+        """Return the coefficient of determination of a line, angle over pressure."""
         return straightness(self.pressure, self.angle)
 
     def dataset(self) -> xr.Dataset:
-        """Label the numbers. Returns [rad]."""
+        """Return all numbers as a labeled dataset."""
 
         def column(name: str, unit: str, text: str) -> tuple[str, Array, dict[str, str]]:
-            values = np.array([getattr(found, name) for found in self.measured], dtype=np.float64)
+            values = np.array([getattr(state, name) for state in self.measured], dtype=np.float64)
             return "pressure", values, {"units": unit, "long_name": text}
 
         texts = {"units": "rad", "long_name": "angle toward the side with the pressure"}
@@ -76,9 +76,9 @@ class FeBend:
             "angle": ("pressure", self.angle, texts),
             "volume": ("pressure", self.volume, {"units": "m^3", "long_name": "oil in the drive units of that side"}),
             "strain_max": column("strain_max", "1", "largest principal logarithmic strain of the matrix"),
-            "strain_99": column("strain_99", "1", "what 99 % of the matrix stay below of that strain"),
+            "strain_99": column("strain_99", "1", "99 % quantile of that strain over the matrix"),
             "stress_max": column("stress_max", "Pa", "largest von Mises stress of the matrix"),
-            "stress_99": column("stress_99", "Pa", "what 99 % of the matrix stay below of that stress"),
+            "stress_99": column("stress_99", "Pa", "99 % quantile of that stress over the matrix"),
         }
         coordinates = {"pressure": ("pressure", self.pressure, {"units": "Pa", "long_name": "gauge pressure"})}
         facts = {"joint": self.joint, "side": self.side, "material": self.material, "status": self.status_text}
@@ -87,7 +87,7 @@ class FeBend:
 
 
 def ngsolve_version() -> str:
-    """Tell the version of NGSolve."""
+    """Return the version of NGSolve, empty if it is not installed."""
     from importlib.metadata import PackageNotFoundError
     from importlib.metadata import version as installed
 
@@ -109,13 +109,17 @@ def fe_bend(
     each: Callable[[FeModel, int, Measured], None] | None = None,
     work: str = "fe bend",
 ) -> FeBend:
-    """Bend a joint by finite elements, from rest. `pressure` (n,) [Pa]."""
+    """Bend a joint by finite elements from rest, at rising pressures (n,) [Pa].
+
+    `folder` keeps a journal and the states, from which the same call resumes; `each` is called with every new state;
+    `work` is the kind of the journal.
+    """
     rising, options = check_pressure(pressure), options or FeOptions()
     check_side(side)
     model = fe_model(robot, joint, options)
     group, _ = joint_group(robot, joint)
     place = None if folder is None else Path(folder)
-    told: list[dict[str, Any]] = []
+    steps: list[dict[str, Any]] = []
     with Journal(place / JOURNAL if place else None, _header(work, robot, group.name, side, options)) as journal:
         _check_course(journal, place, rising)
         for k, value in enumerate(rising):
@@ -126,18 +130,18 @@ def fe_bend(
                     _restore(model, place, k - 1, before, side)
                 return _reach(model, place, k, value, side, each)
 
-            told.append(journal.answer({"pressure": float(value)}, reach))
+            steps.append(journal.answer({"pressure": float(value)}, reach))
             if progress is not None:
                 progress(k + 1, len(rising))
-            if told[-1]["fault"]:
+            if steps[-1]["fault"]:
                 break
-    reached = [step for step in told if not step["fault"]]
-    fault = next((step["fault"] for step in told if step["fault"]), "")
+    reached = [step for step in steps if not step["fault"]]
+    fault = next((step["fault"] for step in steps if step["fault"]), "")
     few = {1: "The pressure was", 2: "Both pressures were"}
     text = f"{few.get(len(rising), f'All {len(rising)} pressures were')} reached."
     if fault:
-        told_of = f"what is told ends at {rising[len(reached) - 1] / 1e3:g} kPa" if reached else "nothing is told"
-        text = f"{rising[len(reached)] / 1e3:g} kPa was not reached ({fault}); {told_of}."
+        end = f"results end at {rising[len(reached) - 1] / 1e3:g} kPa" if reached else "there are no results"
+        text = f"{rising[len(reached)] / 1e3:g} kPa was not reached ({fault}); {end}."
     return FeBend(
         robot=robot,
         joint=group.name,
@@ -156,25 +160,25 @@ def fe_bend(
 
 
 def _header(work: str, robot: Robot, joint: str, side: str, options: FeOptions) -> dict[str, Any]:
-    """Say what the journal is of."""
+    """Return the header of the journal."""
     facts = asdict(options) | {"material": options.material or drive_unit(robot).material_set}
     return journal_header(work, robot, {"joint": joint, "side": side, "ngsolve": ngsolve_version()} | facts)
 
 
 def _check_course(journal: Journal, place: Path | None, rising: Array) -> None:
-    """Refuse pressures other than those that a journal has, and more."""
+    """Check that the pressures continue those of the journal."""
     for k, record in enumerate(journal.records):
-        asked, here = record.get("asked"), float(rising[k]) if k < len(rising) else None
-        there = asked.get("pressure") if isinstance(asked, dict) else None
-        if isinstance(there, float) and there != here:  # what is no question of ours is told when it is asked
+        question, here = record.get("asked"), float(rising[k]) if k < len(rising) else None
+        there = question.get("pressure") if isinstance(question, dict) else None
+        if isinstance(there, float) and there != here:  # the journal itself refuses other questions
             now = "none now" if here is None else f"{here / 1e3:g} kPa now"
             rule = f"has {there / 1e3:g} kPa as pressure {k + 1}, but --pressure has {now}"
-            fix = "a run can go on to higher pressures, but neither leave out nor change one: give another folder"
+            fix = "a run may add higher pressures, but neither omit nor change one: give another folder"
             raise InputError(rule, file=None if place is None else str(place / JOURNAL), fix=fix)
 
 
 def _loads(value: float, side: str) -> tuple[float, float]:
-    """Pressures of the left and of the right side [Pa]."""
+    """Return the pressures of the left and right side [Pa]."""
     return (value, 0.0) if side == "left" else (0.0, value)
 
 
@@ -186,10 +190,10 @@ def _reach(
     side: str,
     each: Callable[[FeModel, int, Measured], None] | None,
 ) -> dict[str, Any]:
-    """Lead the model to a pressure, measure it, keep its state."""
+    """Bring the model to a pressure, measure it, store its state."""
     start = time.process_time()
-    found = equilibrium(model, pressure=_loads(value, side))
-    fault, measured = "" if found.converged else found.text, None
+    result = equilibrium(model, pressure=_loads(value, side))
+    fault, measured = "" if result.converged else result.text, None
     if not fault:
         measured = measure(model)
         fault = measured.fault
@@ -199,35 +203,35 @@ def _reach(
             write_atomically(_state(place, k), np.asarray(model.displacement.vec).tobytes())
         if each is not None:
             each(model, k, measured)
-    record = {"fault": fault, "iterations": found.iterations, "seconds": seconds}
+    record = {"fault": fault, "iterations": result.iterations, "seconds": seconds}
     return record | {"measured": None if measured is None else asdict(measured)}
 
 
 def _state(place: Path, k: int) -> Path:
-    """File that keeps the displacements at a pressure."""
+    """Return the file of the displacements at a pressure."""
     return place / f"state-{k:03d}.bin"
 
 
 def _restore(model: FeModel, place: Path | None, k: int, value: float, side: str) -> None:
-    """Set the model to a state that was kept."""
-    assert place is not None  # a journal in memory knows nothing
+    """Set the model to a stored state."""
+    if place is None:
+        raise RuntimeError("a journal in memory has no stored states")
     try:
         content = _state(place, k).read_bytes()
     except OSError as error:
-        fix = "remove the folder to start over"
-        rule = "must be readable"
-        raise InputError(rule, file=str(_state(place, k)), value=f"not ({error.strerror})", fix=fix) from None
-    kept = np.frombuffer(content[: len(content) // 8 * 8])
-    count = len(model.displacement.vec)  # in the mixed form fewer than all unknowns: pressures follow from them
-    if len(content) != 8 * count or not np.isfinite(kept).all():
+        value_text, fix = f"not ({error.strerror})", "remove the folder to start over"
+        raise InputError("must be readable", file=str(_state(place, k)), value=value_text, fix=fix) from None
+    stored = np.frombuffer(content[: len(content) // 8 * 8])
+    count = len(model.displacement.vec)  # in the mixed form without the pressures, which follow from them
+    if len(content) != 8 * count or not np.isfinite(stored).all():
         value_text, fix = f"{len(content)} bytes", "remove the folder to start over"
         rule = f"must hold {count} finite numbers of 8 bytes"
         raise InputError(rule, file=str(_state(place, k)), value=value_text, fix=fix)
-    np.asarray(model.displacement.vec)[:] = kept
+    np.asarray(model.displacement.vec)[:] = stored
     for load, pressure in zip(model.problem.loads, (*_loads(value, side), 0.0), strict=True):
         load.Set(pressure)
 
 
 def _tuples(record: dict[str, Any]) -> dict[str, Any]:
-    """Turn the lists of a journal into tuples."""
+    """Convert the lists of a journal to tuples."""
     return {key: tuple(value) if isinstance(value, list) else value for key, value in record.items()}

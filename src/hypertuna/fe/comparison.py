@@ -1,16 +1,16 @@
-"""Analytic model and finite elements on one and the same geometry: how far they differ, and why.
+"""Analytic model and finite elements on one geometry: their difference and its causes.
 
-The analytic model (docs/actuator.md) takes a neutral layer that keeps its length. Nothing does in a body of silicone:
-under pressure in the units of one side it shortens, N F / (E A), as it bends, N F w / (E I). `shortening_bend` releases
-that layer. A segment then has two unknowns, the stretch of its axis l and its curvature k per length at rest; units of
-the side with the pressure, at the lever w, and of the other, at v, have the stretches l - k w and l + k v, and force
-and moment balance:
+The analytic model (docs/actuator.md) assumes a neutral layer of constant length. A body of silicone has none: under
+pressure in the units of one side it shortens, N F / (E A), as it bends, N F w / (E I). `shortening_bend` releases that
+layer. A segment then has two unknowns, the stretch of its axis l and its curvature k per length at rest; units of the
+side with the pressure, at the lever w, and of the other, at v, have the stretches l - k w and l + k v, and force and
+moment balance:
 
     N [F(P, l - k w) + F_0(l + k v)] + mu A (l - 1/l^2) = 0,    N [w F(P, l - k w) - v F_0(l + k v)] = E I k.
 
-A and I are those of the section less the channels, about y = 0: that channels at unlike levers move the center of the
-area a little is left out. A unit without pressure that gets longer is held by its braid; one that gets shorter has a
-slack braid, and only its wall resists.
+A and I are those of the section without the channels, about y = 0; the small shift of the centroid by channels at
+unequal levers is neglected. A unit without pressure that lengthens is held by its braid; in one that shortens the braid
+is slack and only the wall resists.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ __all__ = ["FeComparison", "Reason", "compare", "shortening_bend"]
 
 Array = NDArray[np.float64]
 
-STEP = 5e3  # Pa, largest of the path that leads to a pressure
-BALANCED = 1e-6  # strain and curvature times lever that what is left of force and moment may stand for
+STEP = 5e3  # Pa, largest step of the path to a pressure
+BALANCED = 1e-6  # tolerance of force and moment as strain, and as curvature times lever
 
 
 @dataclass(frozen=True)
 class Reason:
     """One step from the analytic model to finite elements."""
 
-    text: str  # what was changed in addition
-    angle: float  # angle of the joint then [rad]; NaN where it was not found
+    text: str  # the change
+    angle: float  # of the joint after the change [rad]; NaN without equilibrium
 
 
 @dataclass(frozen=True)
@@ -52,73 +52,72 @@ class FeComparison:
     """Both models of a joint at the same pressures."""
 
     fe: FeBend
-    # at the pressures that finite elements reached, with friction as the description has it, on the way up
-    analytic: Bend
-    reasons: tuple[Reason, ...]  # at the highest pressure; empty where they were not asked for
+    analytic: Bend  # at the pressures of the finite elements, with the described friction, at rising pressure
+    reasons: tuple[Reason, ...]  # at the highest pressure; empty by default
 
     @property
     def difference(self) -> Array:
-        """Angle of the analytic model less that of finite elements, over the latter [1], shape (n,); NaN at rest."""
+        """Relative difference of the angle, analytic minus finite elements, (n,); NaN at rest."""
         return _relative(self.analytic.angle, self.fe.angle)
 
     @property
     def oil(self) -> Array:
-        """Oil taken in since rest by finite elements [m^3], shape (n,)."""
+        """Oil of the finite elements since rest (n,) [m^3]."""
         return oil_taken(self.fe)
 
     @property
     def oil_difference(self) -> Array:
-        """The same of the oil [1], shape (n,)."""
+        """Relative difference of the oil, (n,)."""
         return _relative(self.analytic.volume, self.oil)
 
     @property
     def shortening(self) -> Array:
-        """How much of its length the axis, where the analytic model has its neutral layer, loses [1], shape (n,)."""
+        """Relative shortening of the axis, the neutral layer of the analytic model, (n,)."""
         length = joint_body(self.fe.robot, self.fe.joint).length
-        return 1 - np.array([found.length for found in self.fe.measured]) / length
+        return 1 - np.array([state.length for state in self.fe.measured]) / length
 
 
 def _relative(value: Array, reference: Array) -> Array:
-    """Difference over the reference, NaN where that is next to nothing."""
+    """Return the difference over the reference, NaN where the reference is nearly zero."""
     small = np.abs(reference) <= 1e-9 * max(1e-300, float(np.abs(reference).max(initial=0.0)))
     return np.where(small, math.nan, (value - reference) / np.where(small, 1.0, reference))
 
 
-def compare(found: FeBend, *, reasons: bool = False) -> FeComparison:
-    """Put the analytic model beside finite elements."""
-    if not len(found.pressure):
-        raise InputError("must reach a pressure", key="pressure", value=found.status_text, fix="begin with a lower one")
-    analytic = bend(found.robot, found.joint, found.pressure, side=found.side, material=found.material)
-    steps = _reasons(found) if reasons and found.pressure[-1] > 0 else ()
-    return FeComparison(found, analytic, steps)
+def compare(fe: FeBend, *, reasons: bool = False) -> FeComparison:
+    """Compare the analytic model with finite elements, optionally with the reasons of the difference."""
+    if not len(fe.pressure):
+        raise InputError("must reach a pressure", key="pressure", value=fe.status_text, fix="start with a lower one")
+    analytic = bend(fe.robot, fe.joint, fe.pressure, side=fe.side, material=fe.material)
+    steps = _reasons(fe) if reasons and fe.pressure[-1] > 0 else ()
+    return FeComparison(fe, analytic, steps)
 
 
-def _reasons(found: FeBend) -> tuple[Reason, ...]:
-    """Change the analytic model step by step, at the highest pressure."""
-    robot, joint, highest = found.robot, found.joint, found.pressure[-1:]
-    options: dict[str, Any] = {"side": found.side, "material": found.material}
+def _reasons(fe: FeBend) -> tuple[Reason, ...]:
+    """Change the analytic model step by step at the highest pressure."""
+    robot, joint, highest = fe.robot, fe.joint, fe.pressure[-1:]
+    options: dict[str, Any] = {"side": fe.side, "material": fe.material}
     bare = _bare(robot, joint)
     return (
         Reason("analytic model as described", float(bend(robot, joint, highest, **options).angle[0])),
-        Reason("braids do not rub", float(bend(robot, joint, highest, friction=False, **options).angle[0])),
+        Reason("no friction of the braids", float(bend(robot, joint, highest, friction=False, **options).angle[0])),
         Reason(
-            "matrix by its sections alone: no sleeve_m, no stiffness_factor",
+            "matrix of the sections alone: no sleeve_m, no stiffness_factor",
             float(bend(bare, joint, highest, friction=False, **options).angle[0]),
         ),
         Reason(
-            "the neutral layer may get shorter",
+            "neutral layer that may shorten",
             float(shortening_bend(bare, joint, highest, **options)[0]),
         ),
         Reason(
             "sections by finite elements: matrix swells and warps around the hoses",
-            float(section_bend(robot, joint, highest, side=found.side, options=found.options).angle[0]),
+            float(section_bend(robot, joint, highest, side=fe.side, options=fe.options).angle[0]),
         ),
-        Reason("the whole body by finite elements: ends held by plates", float(found.angle[-1])),
+        Reason("whole body by finite elements: ends held by plates", float(fe.angle[-1])),
     )
 
 
 def _bare(robot: Robot, joint: str | int) -> Robot:
-    """Take out of a description what stands for effects that a section does not have."""
+    """Return the robot without the parameters of effects that a section does not have."""
     _, actuator = joint_group(robot, joint)
     plain = {"actuator": actuator.model_copy(update={"stiffness_factor": 1.0})}
     joints = tuple(group.model_copy(update=plain) if group.actuator is actuator else group for group in robot.joints)
@@ -129,10 +128,7 @@ def _bare(robot: Robot, joint: str | int) -> Robot:
 def shortening_bend(
     robot: Robot, joint: str | int, pressure: ArrayLike, *, side: str = "left", material: str | None = None
 ) -> Array:
-    """Bend a joint whose neutral layer may get shorter, by the pressure of one side and without friction.
-
-    `pressure` (n,) [Pa]; returns [rad].
-    """
+    """Return angles (n,) [rad] of a joint whose neutral layer may shorten, at pressures (n,) [Pa], without friction."""
     _, actuator = joint_group(robot, joint)
     left, right = (actuator.lever * (1 + sign * actuator.asymmetry / 2) for sign in (1, -1))
     levers = (right, left) if check_side(side) else (left, right)
@@ -152,7 +148,7 @@ def _curvature(
     section: tuple[float, float],
     material: str | None,
 ) -> Array:
-    """Curvature of one section per length at rest at every pressure [1/m]; levers of the side with it and the other."""
+    """Return curvatures of a section (n,) [1/m]; the first lever is that of the side with the pressure."""
     from scipy.optimize import root
 
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
@@ -167,7 +163,7 @@ def _curvature(
     ring = math.pi * (radius**2 - (unit.inner_diameter / 2) ** 2)
 
     def unbalanced(x: Array, pressure: float) -> Array:
-        """Force and moment over the matrix' stiffness, of the axis' stretch and curvature times mean lever."""
+        """Return force and moment over the matrix' stiffness at the axis' stretch and curvature times mean lever."""
         axis, turn = x
         pulled = tube.at(np.array([axis - near * turn]), pressure=pressure)["pull"][0]
         long = axis + far * turn
@@ -177,11 +173,11 @@ def _curvature(
         moment = count * mean * (near * pulled - far * held) - matrix.modulus * inertia * turn / mean
         return np.array([force / (matrix.modulus * area), moment * mean / (matrix.modulus * inertia)])
 
-    state, reached, found = np.array([1.0, 0.0]), 0.0, np.full(len(rising), math.nan)
+    state, reached, curvature = np.array([1.0, 0.0]), 0.0, np.full(len(rising), math.nan)
     for k, value in enumerate(rising):
         for step in np.linspace(reached, value, 1 + math.ceil((value - reached) / STEP))[1:]:
             state = root(unbalanced, state, args=(float(step),), tol=1e-12).x
             if not np.abs(unbalanced(state, float(step))).max() < BALANCED:
-                return found
-        reached, found[k] = float(value), state[1] / mean
-    return found
+                return curvature
+        reached, curvature[k] = float(value), state[1] / mean
+    return curvature

@@ -1,4 +1,4 @@
-"""Energies that finite elements minimize, as NGSolve expressions: silicone, hose and braid on a wall, enclosed volume.
+"""Energies of the finite elements as NGSolve expressions: silicone, hose and braid on a wall, enclosed volume.
 
 Names as in continuum mechanics: F is the deformation gradient, J its determinant, C = F' F; on a wall, a and h are the
 images of the unit vectors along the channel and around it, so that C_aa = a.a, C_hh = h.h and C_ah = a.h.
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hypertuna.actuation.silicone import Mooney
-from hypertuna.errors import InputError, shown
+from hypertuna.ranges import Range, check_name
 
 __all__ = [
     *("LAWS", "SLACK", "Solid", "Wall", "braid_energy", "cavity", "fiber_stretches", "hose_energy", "nominal_stress"),
@@ -19,7 +19,7 @@ __all__ = [
 ]
 
 LAWS = ("linear", "neo_hookean", "mooney_rivlin")
-SLACK = 1e-3  # stiffness of a fiber that is shorter than at rest, as a part of the taut one's: threads do not push
+SLACK = 1e-3  # stiffness of a shortened fiber over that of a taut one: fibers do not push
 
 Expression = Any  # an ngsolve.CoefficientFunction
 
@@ -29,17 +29,12 @@ class Solid:
     """A nearly incompressible solid."""
 
     law: str  # one of `LAWS`
-    # C1 and C2 [Pa]; the linear and the neo-Hookean law have the same shear modulus at rest, 2 (C1 + C2)
-    constants: Mooney
-    poisson: float  # poisson's ratio, below 0.5
+    constants: Mooney  # C1 and C2 [Pa]; all laws have the shear modulus 2 (C1 + C2) at rest
+    poisson: float  # Poisson's ratio
 
     def __post_init__(self) -> None:
-        if self.law not in LAWS:
-            fix = f"use one of {', '.join(LAWS)}; linear is Hooke's"
-            raise InputError("must be a law that exists", key="law", value=shown(self.law), fix=fix)
-        if not 0 <= self.poisson < 0.5:
-            fix = "0.475 to 0.499 stand for silicone"
-            raise InputError("must be at least 0 and below 0.5", key="poisson", value=shown(self.poisson), fix=fix)
+        check_name(self.law, LAWS, "law", "law")
+        Range(min=0, below=0.5).check(self.poisson, "poisson", "use 0.475 to 0.499 for silicone")
 
     @property
     def shear(self) -> float:
@@ -53,12 +48,10 @@ class Solid:
 
 
 def solid_energy(solid: Solid, F: Expression, *, volumetric: bool = True) -> Expression:
-    """Energy of a solid per volume at rest.
+    """Return the energy of a solid per volume at rest [J/m^3].
 
     Linear: Saint Venant and Kirchhoff, Hooke's law between Green's strain and the second Piola-Kirchhoff stress, since
-    small strains cannot turn by tens of degrees. Else C1 (I1 J^(-2/3) - 3) + C2 (I2 J^(-4/3) - 3) + kappa/2 (J - 1)^2.
-
-    `F` (3, 3); returns [J/m^3].
+    small strains do not allow large rotations. Else C1 (I1 J^(-2/3) - 3) + C2 (I2 J^(-4/3) - 3) + kappa/2 (J - 1)^2.
     """
     from ngsolve import Det, Id, InnerProduct, Trace
 
@@ -78,7 +71,7 @@ def solid_energy(solid: Solid, F: Expression, *, volumetric: bool = True) -> Exp
 
 
 def nominal_stress(solid: Solid, F: Expression) -> Expression:
-    """First Piola-Kirchhoff stress, the slope of the energy over F. `F` (3, 3); returns [Pa]."""
+    """Return the first Piola-Kirchhoff stress [Pa], the derivative of the energy with respect to F."""
     held = F.MakeVariable()
     return solid_energy(solid, held).Diff(held)
 
@@ -87,21 +80,19 @@ def nominal_stress(solid: Solid, F: Expression) -> Expression:
 class Wall:
     """Hose and braid on the wall of a channel."""
 
-    outer: float  # radii of the hose at rest [m]; the channel has the outer one
-    inner: float  # radii of the hose at rest [m]; the channel has the outer one
-    hose: Mooney  # its elastic constants [Pa]; it keeps its volume
+    outer: float  # radius of hose and channel at rest [m]
+    inner: float  # radius of the hose at rest [m]
+    hose: Mooney  # elastic constants [Pa] of the incompressible hose
     braid_angle: float  # of the fibers from the axis [rad]
     braid_stiffness: float  # of each family of fibers, modulus times net thickness [N/m]
 
 
 def hose_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -> Expression:
-    """Energy of the hose per outer area at rest: the thick wall of core muscle.hpp, taken locally.
+    """Return the energy of the hose per outer area at rest [J/m^2]: the thick wall of core muscle.hpp, applied locally.
 
-    At the radius R the hoop stretch follows from that at the outer face, since the wall keeps its volume:
-    r^2 = (R^2 + B) / lambda with B = R_o^2 (lambda lambda_h^2 - 1). Exact for a tube that stretches and swells evenly;
-    shear along the wall is taken as even through it.
-
-    Returns [J/m^2].
+    At the radius R the hoop stretch follows from that at the outer face, since the wall is incompressible:
+    r^2 = (R^2 + B) / lambda with B = R_o^2 (lambda lambda_h^2 - 1). Exact for uniform stretch and swelling; shear along
+    the wall is assumed uniform through it.
     """
     from ngsolve import log, sqrt
 
@@ -119,7 +110,7 @@ def hose_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -
 
 
 def fiber_stretches(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -> tuple[Expression, Expression]:
-    """Stretch of the two families of fibers, which wind around in opposite directions."""
+    """Return the stretches of the two families of fibers, wound in opposite directions."""
     from ngsolve import sqrt
 
     c, s = math.cos(wall.braid_angle), math.sin(wall.braid_angle)
@@ -128,10 +119,7 @@ def fiber_stretches(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expressio
 
 
 def braid_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -> Expression:
-    """Energy of the braid per area at rest: nearly inextensible fibers that go slack where they get shorter.
-
-    Returns [J/m^2].
-    """
+    """Return the energy of the braid per area at rest [J/m^2]: nearly inextensible fibers, slack when shortened."""
     from ngsolve import IfPos
 
     both = fiber_stretches(wall, Caa, Chh, Cah)
@@ -139,12 +127,10 @@ def braid_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) 
 
 
 def cavity(place: Expression, F: Expression, normal: Expression) -> Expression:
-    """Enclosed volume per area at rest, -x . cof(F) N / 3 (Gauss): to integrate over a closed surface.
+    """Return the enclosed volume per area at rest, -x . cof(F) N / 3 (Gauss), to integrate over a closed surface [m].
 
-    A pressure whose potential is minus itself times this volume follows the surface as it turns, and has a symmetric
-    tangent. Plane faces through the origin that do not leave their plane add nothing and may be left out.
-
-    `place` (3,) [m], `F` (3, 3), `normal` (3,); returns [m].
+    A pressure whose potential is minus pressure times volume follows the surface and has a symmetric tangent. Plane
+    faces through the origin that stay in their plane contribute nothing and may be omitted.
     """
     from ngsolve import Cof, InnerProduct
 

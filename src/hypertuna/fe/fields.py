@@ -1,4 +1,4 @@
-"""Fields of a finite-element model as VTU files, for ParaView and for pictures: displacement, stress, strain."""
+"""Fields of a finite-element model as VTU files for ParaView and pictures: displacement, stress, strain."""
 
 from __future__ import annotations
 
@@ -12,34 +12,33 @@ from hypertuna.io.files import write_atomically
 
 __all__ = ["DISPLACEMENT", "FACE", "FACE_NUMBERS", "STRAIN", "STRESS", "surface_path", "volume_path", "write_vtu"]
 
-# What the fields are called in the files.
+# Names of the fields in the files.
 DISPLACEMENT, FACE = "displacement [m]", "face [1]"
 STRESS, STRAIN = "von Mises stress [Pa]", "largest principal logarithmic strain [1]"
 
-# The field FACE of a surface: what its triangles belong to. -1 is inside: between matrix and plates, or the strip.
+# Values of the field FACE of a surface's triangles; -1 is inside: between matrix and plates, or the strip.
 FACE_NUMBERS = {"outer": 0, "symmetry": 1, "wall_left": 2, "wall_right": 3, "cap_left": 4, "cap_right": 5}
 OF_PLATE = {"plate_outer": 6, "plate_symmetry": 7}
 FACE_NUMBERS |= OF_PLATE
 SMOOTH = 2  # polynomial order of stress and strain in the files
-VOLUME_FINER, SURFACE_FINER = 1, 2  # how often elements are halved
-ROUND = 1e-24  # squared strain that is rounding: keeps the undeformed state from 0/0
+VOLUME_FINER, SURFACE_FINER = 1, 2  # number of halvings of elements
+ROUND = 1e-24  # squared strain below rounding: avoids 0/0 in the undeformed state
 
 
 def volume_path(folder: str | Path, k: int) -> Path:
-    """Name the file of the fields inside the upper half at the k-th pressure."""
+    """Return the file of the fields inside the upper half at the k-th pressure."""
     return Path(folder) / f"volume-{k:03d}.vtu"
 
 
 def surface_path(folder: str | Path, k: int) -> Path:
-    """Name the file of the fields on the faces of the upper half at the k-th pressure."""
+    """Return the file of the fields on the faces of the upper half at the k-th pressure."""
     return Path(folder) / f"surface-{k:03d}.vtu"
 
 
 def write_vtu(model: FeModel, folder: str | Path, k: int) -> None:
-    """Write the fields of a model in equilibrium, inside the upper half and on its faces; points as at rest [m].
+    """Write the fields of a model in equilibrium inside the upper half and on its faces, at points at rest [m].
 
-    Stress and strain are means over the elements that share a point, as finite elements are usually shown; the largest
-    values of `Measured` are those within elements, and higher.
+    Stress and strain are means over the elements at a point; maxima of `Measured`, within elements, are higher.
     """
     import ngsolve as ngs
 
@@ -48,11 +47,8 @@ def write_vtu(model: FeModel, folder: str | Path, k: int) -> None:
     _write(model.mesh, fields, volume_path(folder, k), ngs.VOL, VOLUME_FINER)
     plate = ngs.BoundaryFromVolumeCF(model.mesh.MaterialCF({"plate": 1.0}, default=0.0))
     of_matrix = {name: float(number) for name, number in FACE_NUMBERS.items() if name not in OF_PLATE}
-    of_plate = {
-        "outer": OF_PLATE["plate_outer"],
-        "tip": OF_PLATE["plate_outer"],
-        "symmetry": OF_PLATE["plate_symmetry"],
-    }
+    outer, symmetry = OF_PLATE["plate_outer"], OF_PLATE["plate_symmetry"]
+    of_plate = {"outer": outer, "tip": outer, "symmetry": symmetry}
     face = ngs.IfPos(plate - 0.5, *(model.mesh.BoundaryCF(of_matrix | kinds, default=-1.0) for kinds in (of_plate, {})))
     _write(model.mesh, fields | {FACE: face}, surface_path(folder, k), ngs.BND, SURFACE_FINER)
 
@@ -69,7 +65,7 @@ def _write(mesh: Any, fields: dict[str, Any], path: Path, where: Any, finer: int
 
 
 def _smooth(model: FeModel, field: Any) -> Any:
-    """Make a field of the matrix continuous: its best fit in every element, averaged where elements meet."""
+    """Return a field of the matrix made continuous: its best fit in each element, averaged between elements."""
     import ngsolve as ngs
 
     matrix = model.mesh.Materials("matrix")
@@ -79,7 +75,7 @@ def _smooth(model: FeModel, field: Any) -> Any:
 
 
 def _stress(model: FeModel) -> Any:
-    """Von Mises stress, true [Pa]."""
+    """Return the true von Mises stress [Pa]."""
     from ngsolve import Det, Grad, Id, InnerProduct, Trace, sqrt
 
     F = Id(3) + Grad(model.displacement)
@@ -90,7 +86,7 @@ def _stress(model: FeModel) -> Any:
 
 
 def _strain(model: FeModel) -> Any:
-    """Logarithm of the largest stretch: of the root of the largest eigenvalue of F'F, by the cubic's cosine [1]."""
+    """Return the largest logarithmic strain: of the largest eigenvalue of F'F, by the cubic's cosine."""
     from ngsolve import Det, Grad, Id, IfPos, InnerProduct, Trace, acos, cos, log, sqrt
 
     F = Id(3) + Grad(model.displacement)

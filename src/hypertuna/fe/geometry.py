@@ -26,10 +26,10 @@ __all__ = ["FACES", "Channel", "JointBody", "half_shape", "joint_body", "write_g
 Array = NDArray[np.float64]
 
 MM = 1e3  # drawings are in mm, as STEP is by default
-WALL = 0.0005  # m, least matrix between hoses, and between a hose and the water
-SAME = 1e-4  # mm, within which two coordinates of a drawing are one: OCC pads its bounding boxes
+WALL = 0.0005  # m, minimum matrix between hoses, and between hose and water
+SAME = 1e-4  # mm, tolerance of coordinates in a drawing: OCC pads its bounding boxes
 
-# What the faces of the half body are called, a regular expression for each kind.
+# Names of the faces of the half body, a regular expression for each kind.
 FACES = {
     "fixed": "fixed",
     "symmetry": "symmetry",
@@ -45,11 +45,11 @@ SIDE_NAMES = ("left", "right")
 
 @dataclass(frozen=True)
 class Channel:
-    """A straight channel along x that a drive unit fills."""
+    """A straight channel of a drive unit along x."""
 
     side: int  # 0 for left, at positive y; 1 for right
-    y: float  # where its axis is [m]
-    z: float  # where its axis is [m]
+    y: float  # of the axis [m]
+    z: float  # of the axis [m]
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,11 @@ class JointBody:
     """The soft body of a joint."""
 
     name: str  # of the joint group
-    stations: Array  # (k,) Where sections are given, from 0 to the length; between them the half axes are linear [m]
-    semi_major: Array  # (k,) Half height (along z) and half width (along y) of the elliptical sections [m]
-    semi_minor: Array  # (k,) Half height (along z) and half width (along y) of the elliptical sections [m]
+    stations: Array  # (k,) places of sections from 0 to the length [m]; half axes are linear in between
+    semi_major: Array  # (k,) half height of the elliptical sections, along z [m]
+    semi_minor: Array  # (k,) half width of the elliptical sections, along y [m]
     radius: float  # outer radius of the hoses [m]
-    channels: tuple[Channel, ...]  # of both halves, from the lowest to the highest, left side first
+    channels: tuple[Channel, ...]  # of both halves, from bottom to top, left side first
     plate: float  # thickness of the plates at both ends [m]
     strip: float  # width of the strip in the neutral layer [m]; 0 for none
 
@@ -72,29 +72,28 @@ class JointBody:
 
     @property
     def upper(self) -> tuple[Channel, ...]:
-        """Channels that are in the half with z >= 0, wholly or half."""
+        """Channels in the half with z >= 0, whole or half."""
         return tuple(channel for channel in self.channels if channel.z > -SAME / MM)
 
     @property
     def volume(self) -> float:
-        """Volume of the matrix, both halves, channels left out [m^3]."""
+        """Volume of the matrix without channels, both halves [m^3]."""
         a, b, dx = self.semi_major, self.semi_minor, np.diff(self.stations)
         cone = a[:-1] * b[:-1] + a[1:] * b[1:] + (a[:-1] * b[1:] + a[1:] * b[:-1]) / 2
         return float(math.pi / 3 * (cone * dx).sum()) - len(self.channels) * math.pi * self.radius**2 * self.length
 
     @property
     def symmetry_area(self) -> float:
-        """Area that the plane z = 0 cuts of matrix and tip plate [m^2]."""
+        """Area of matrix and tip plate in the plane z = 0 [m^2]."""
         sides = np.trapezoid(2 * self.semi_minor, self.stations) + 2 * float(self.semi_minor[-1]) * self.plate
         cut = [2 * math.sqrt(max(0.0, self.radius**2 - channel.z**2)) for channel in self.channels]
         return float(sides) - sum(cut) * self.length
 
 
 def joint_body(robot: Robot, joint: str | int) -> JointBody:
-    """Draw the soft body of a joint from its description.
+    """Return the soft body of a joint.
 
-    The half axes of ``[joints.actuator]`` hold at the middle of their segments; between the middles, and beyond them to
-    the ends, the body tapers linearly.
+    The half axes of ``[joints.actuator]`` apply at the middle of their segments; elsewhere the body tapers linearly.
     """
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
     lengths = np.array(actuator.segment_length)
@@ -106,27 +105,22 @@ def joint_body(robot: Robot, joint: str | int) -> JointBody:
     file, key = robot.file or None, f"[joints.actuator] of {group.name}"
     narrow = float(semi_major.min()), float(semi_minor.min())
     if min(narrow) <= 0:
-        fix = "give half axes that taper less"
-        raise InputError("must leave a section at both ends", file=file, key=key, fix=fix)
+        raise InputError("must leave a section at both ends", file=file, key=key, fix="give half axes that taper less")
     count, radius = cast(int, group.drive_units), unit.outer_diameter / 2
     levers = [actuator.lever * (1 + sign * actuator.asymmetry / 2) for sign in (1, -1)]
     spacing = actuator.spacing or _widest(narrow, max(levers), count, radius)
     heights = spacing * (np.arange(count) - (count - 1) / 2)
     if min(levers) < radius + WALL / 2:
-        rule, value = (
-            "must keep the hoses of both sides apart",
-            f"{1e3 * min(levers):.3g} mm for hoses of {2e3 * radius:.3g} mm",
-        )
-        raise InputError(
-            rule, file=file, key=f"{key}: lever_m", value=value, fix="give a longer lever or thinner hoses"
-        )
+        rule, fix = "must keep the hoses of both sides apart", "give a longer lever or thinner hoses"
+        value = f"{1e3 * min(levers):.3g} mm for hoses of {2e3 * radius:.3g} mm"
+        raise InputError(rule, file=file, key=f"{key}: lever_m", value=value, fix=fix)
     if count > 1 and spacing < 2 * radius + WALL:
         value = f"{1e3 * spacing:.3g} mm for hoses of {2e3 * radius:.3g} mm"
         fix = "give thinner hoses, a shorter lever or fewer drive units"
         raise InputError("must keep neighboring hoses apart", file=file, key=f"{key}: spacing_m", value=value, fix=fix)
-    left = _clearance(narrow, max(levers), float(heights[-1])) - radius
-    if left < WALL:
-        value = f"{1e3 * left:.2g} mm at the narrowest section"
+    wall = _clearance(narrow, max(levers), float(heights[-1])) - radius
+    if wall < WALL:
+        value = f"{1e3 * wall:.2g} mm at the narrowest section"
         rule = f"must leave {1e3 * WALL:g} mm of matrix around the outermost hoses"
         fix = "give a smaller spacing_m, a shorter lever or thinner hoses"
         raise InputError(rule, file=file, key=key, value=value, fix=fix)
@@ -137,7 +131,7 @@ def joint_body(robot: Robot, joint: str | int) -> JointBody:
 
 
 def _taper(stations: Array, middles: Array, values: Array) -> Array:
-    """Half axes at the ends of the segments from those at their middles; exact for a straight taper."""
+    """Return half axes at the ends of the segments from those at their middles; exact for a linear taper."""
     if len(values) == 1:
         return np.repeat(values, 2)
     inner = np.interp(stations, middles, values)
@@ -148,7 +142,7 @@ def _taper(stations: Array, middles: Array, values: Array) -> Array:
 
 
 def _clearance(section: tuple[float, float], y: float, z: float) -> float:
-    """Distance from a point inside an elliptical section (half height, half width) to its rim [m]; < 0 outside."""
+    """Return the distance from a point to the rim of an elliptical section [m]; negative outside."""
     around = np.linspace(0, 2 * math.pi, 2001)
     away = np.hypot(section[0] * np.cos(around) - z, section[1] * np.sin(around) - y).min()
     inside = (z / section[0]) ** 2 + (y / section[1]) ** 2 < 1
@@ -156,7 +150,7 @@ def _clearance(section: tuple[float, float], y: float, z: float) -> float:
 
 
 def _widest(section: tuple[float, float], lever: float, count: int, radius: float) -> float:
-    """Choose the spacing [m]: bodies of equal widths (section II.C), or what leaves a quarter radius of matrix."""
+    """Return the spacing [m]: bodies of equal widths (section II.C), or less to leave a quarter radius of matrix."""
     if count == 1:
         return 0.0
     chord = section[0] * math.sqrt(max(0.0, 1 - (lever / section[1]) ** 2))
@@ -166,7 +160,7 @@ def _widest(section: tuple[float, float], lever: float, count: int, radius: floa
 
 
 def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
-    """Draw the half body with z >= 0 in mm: matrix without its channels, tip plate, strip; solids and faces named."""
+    """Return the half body with z >= 0 in mm: matrix without channels, tip plate, strip; solids and faces named."""
     need_fe()
     from netgen.occ import Box, Glue
 
@@ -188,7 +182,7 @@ def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
 
 
 def _solids(body: JointBody, squeeze: float, channels: tuple[Channel, ...]) -> tuple[Any, Any]:
-    """Matrix with its channels, and tip plate, in mm, both halves."""
+    """Return matrix with channels, and tip plate, in mm, both halves."""
     from netgen.occ import Cylinder, Pnt, ThruSections, X
 
     stations, length = MM * body.stations / squeeze, MM * body.length / squeeze
@@ -211,7 +205,7 @@ def _solids(body: JointBody, squeeze: float, channels: tuple[Channel, ...]) -> t
 
 
 def _strip(body: JointBody, length: float) -> Any:
-    """Upper half of the strip, a face in the neutral layer [mm]."""
+    """Return the upper half of the strip, a face in the neutral layer [mm]."""
     from netgen.occ import Face, MakePolygon, Vertex
 
     corners = [(0, 0, 0), (length, 0, 0), (length, 0, MM * body.strip / 2), (0, 0, MM * body.strip / 2)]
@@ -219,7 +213,7 @@ def _strip(body: JointBody, length: float) -> Any:
 
 
 def _face_name(face: Any, body: JointBody, length: float, plate: float) -> str:
-    """Tell what a face of the drawing is, from where it lies."""
+    """Return the name of a face of the drawing from its position."""
     low, high = face.bounding_box
 
     def lies(axis: str, place: float) -> bool:
@@ -244,7 +238,7 @@ def _face_name(face: Any, body: JointBody, length: float, plate: float) -> str:
 
 
 def write_geometry(body: JointBody, path: str | Path) -> None:
-    """Write the whole body, connector plate, matrix and tip plate, for other programs; lengths in mm."""
+    """Write the whole body with both plates as STEP or STL, in mm."""
     need_fe()
     import tempfile
 
@@ -254,7 +248,7 @@ def write_geometry(body: JointBody, path: str | Path) -> None:
     if kind not in (".step", ".stp", ".stl"):
         raise InputError("must end in .step, .stp or .stl", key="path", value=str(path), fix="name the file so")
     front, (matrix, tip) = _connector(body), _solids(body, 1.0, body.channels)
-    if kind == ".stl":  # as one solid: faces that solids share would leave gaps between their triangles
+    if kind == ".stl":  # as one solid: shared faces would leave gaps between triangles
         write_atomically(path, _stl(front + matrix + tip, body))
         return
     with tempfile.TemporaryDirectory() as folder:
@@ -264,7 +258,7 @@ def write_geometry(body: JointBody, path: str | Path) -> None:
 
 
 def _stl(solid: Any, body: JointBody) -> bytes:
-    """Triangles of the drawing's faces, as binary STL [mm]."""
+    """Return the triangles of the drawing's faces as binary STL [mm]."""
     from netgen.meshing import MeshingStep
     from netgen.occ import OCCGeometry
 
@@ -282,12 +276,12 @@ def _stl(solid: Any, body: JointBody) -> bytes:
 
 
 def _connector(body: JointBody) -> Any:
-    """Plate that holds the front end [mm]."""
+    """Return the plate at the front end [mm]."""
     return _ellipse(body, 0, -MM * body.plate).Face().Extrude(MM * body.plate)
 
 
 def _ellipse(body: JointBody, k: int, x: float) -> Any:
-    """Rim of a section, drawn across x [mm]; the longer half axis comes first, as the drawing kernel wants it."""
+    """Return the rim of a section across x [mm]; the kernel takes the longer half axis first."""
     from netgen.occ import Axes, WorkPlane, X, Y, Z
 
     height, width = MM * float(body.semi_major[k]), MM * float(body.semi_minor[k])

@@ -1,4 +1,4 @@
-"""What a finite-element model in equilibrium tells: bend, volumes, stretches, strain and stress; and its checks."""
+"""Measurement and checks of a finite-element model in equilibrium: bend, volumes, stretches, strain, stress."""
 
 from __future__ import annotations
 
@@ -17,46 +17,43 @@ __all__ = ["Measured", "measure", "von_mises"]
 
 Array = NDArray[np.float64]
 
-MOST = 0.99  # of the matrix' volume, whose strain and stress are told beside the largest; of the walls' area, too
-TAUT = 0.02  # stretch beyond 1 that 99 % of the fibers may have and still count as inextensible
+QUANTILE = 0.99  # of the matrix' volume for strain and stress, of the walls' area for fibers
+TAUT = 0.02  # tolerance of inextensible fibers, for 99 % of them
 CHORDS = 100  # along the axis
-INSIDE = 1e-9  # mm, and of the length: points on the mesh' faces may belong to no element
-ROOM = 0.02  # by which a volume may exceed the braid's limit
+INSIDE = 1e-9  # mm, and of the length: points on faces of the mesh may belong to no element
+MARGIN = 0.02  # relative, of a volume beyond the braid's limit
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A model in equilibrium."""
+    """Measurements of a model in equilibrium."""
 
     angle: float  # of the tip plate, counter-clockwise [rad]
     tip: tuple[float, float]  # x and y of the far face's center [m]
-    length: float  # of the body's axis, y = z = 0 at rest, between connector and tip plate, along the bent line [m]
-    volume: tuple[float, float]  # of oil in the drive units of the left and of the right side [m^3]
+    length: float  # of the bent axis, y = z = 0 at rest, between connector and tip plate [m]
+    volume: tuple[float, float]  # of oil in the drive units, left and right [m^3]
     swelling: tuple[float, float]  # volume inside the braids over that at rest, left and right [1]
     axial_stretch: tuple[float, float]  # smallest and largest on the walls of the channels [1]
-    hoop_stretch: tuple[float, float]  # smallest and largest on the walls of the channels [1]
-    fiber_stretch: tuple[float, float]  # smallest and largest on the walls of the channels [1]
-    fiber_99: float  # what 99 % of the fibers are stretched by at most [1]
-    strain_max: float  # largest principal logarithmic strain of the matrix, and what 99 % of its volume stay below [1]
-    strain_99: float  # largest principal logarithmic strain of the matrix, and what 99 % of its volume stay below [1]
-    # von Mises' stress, true, likewise [Pa]. The largest values, of the fibers, too, sit where hoses end at a
-    # plate, and grow as meshes get finer; those of 99 % do not
-    stress_max: float
-    # von Mises' stress, true, likewise [Pa]. The largest values, of the fibers, too, sit where hoses end at a
-    # plate, and grow as meshes get finer; those of 99 % do not
-    stress_99: float
-    jacobian_min: float  # smallest ratio of volumes of the matrix [1]
-    fault: str  # why the state cannot be trusted; empty where it can
+    hoop_stretch: tuple[float, float]  # the same
+    fiber_stretch: tuple[float, float]  # the same
+    fiber_99: float  # 99 % quantile
+    # Maxima, also of fibers, are where hoses end at a plate and grow with finer meshes; quantiles do not.
+    strain_max: float  # largest principal logarithmic strain of the matrix [1]
+    strain_99: float  # its 99 % quantile by volume
+    stress_max: float  # largest true von Mises stress of the matrix [Pa]
+    stress_99: float  # its 99 % quantile by volume
+    jacobian_min: float  # smallest volume ratio of the matrix [1]
+    fault: str  # why the state is invalid; empty if it is valid
 
 
 def measure(model: FeModel) -> Measured:
-    """Measure a model, and check what a wrong solution would violate."""
+    """Measure a model and check its state."""
     angle, tip = _tip(model)
     inside, rest = _inside(model), _inside(model, moved=False)
-    share = 1 - (model.wall.inner / model.wall.outer) ** 2  # of what the braid holds at rest; hoses keep their volume
+    share = 1 - (model.wall.inner / model.wall.outer) ** 2  # of hoses in the braids at rest; hoses are incompressible
     stretches, area = _stretches(model)
     strain, stress, ratio, weight = _matrix(model)
-    found = Measured(
+    measured = Measured(
         angle=angle,
         tip=tip,
         length=_length(model),
@@ -73,20 +70,19 @@ def measure(model: FeModel) -> Measured:
         jacobian_min=float(ratio.min()),
         fault="",
     )
-    return replace(found, fault=_fault(model, found))
+    return replace(measured, fault=_fault(model, measured))
 
 
 def von_mises(stress: Array) -> Array:
-    """Von Mises' stress. `stress` (n, 3, 3) [Pa]; returns [Pa]."""
+    """Return the von Mises stress (n,) of stresses (n, 3, 3) [Pa]."""
     deviator = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
     return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))))
 
 
 def _length(model: FeModel) -> float:
-    """Length of the bent axis: of the chords between many of its points, over the same at rest, which is known.
+    """Return the length of the bent axis [m]: the length of chords over that at rest, which is known.
 
-    The mesh, drawn in mm and squeezed along x, ends with the tip plate. Its points of y = z = 0 lie off that line by a
-    hair, alike at rest and bent.
+    The mesh, in mm and squeezed along x, ends with the tip plate. Its points are slightly off y = z = 0 in both states.
     """
     import ngsolve as ngs
 
@@ -100,7 +96,7 @@ def _length(model: FeModel) -> float:
 
 
 def _tip(model: FeModel) -> tuple[float, tuple[float, float]]:
-    """Angle and center of the tip plate's far face: the rotation that fits its points best."""
+    """Return angle [rad] and center [m] of the tip plate's far face: the rotation that fits its points best."""
     import ngsolve as ngs
 
     def mean(what: Any) -> float:
@@ -113,7 +109,7 @@ def _tip(model: FeModel) -> tuple[float, tuple[float, float]]:
 
 
 def _inside(model: FeModel, *, moved: bool = True) -> tuple[float, float]:
-    """Volume inside the channels of either side, both halves [m^3]; at rest where nothing has moved."""
+    """Return the volume in the channels of each side, both halves [m^3]."""
     import ngsolve as ngs
 
     place, F = ngs.CF((ngs.x, ngs.y, ngs.z)), ngs.Id(3)
@@ -125,7 +121,7 @@ def _inside(model: FeModel, *, moved: bool = True) -> tuple[float, float]:
 
 
 def _stretches(model: FeModel) -> tuple[dict[str, Array], Array]:
-    """Stretches at points of the channels' walls, one family of fibers after the other; and area of the points."""
+    """Return stretches at points of the walls, one family of fibers after the other, and the points' areas."""
     import ngsolve as ngs
 
     rule = ngs.IntegrationRule(ngs.TRIG, 2 * model.options.size.order)
@@ -133,15 +129,15 @@ def _stretches(model: FeModel) -> tuple[dict[str, Array], Array]:
     C = surface_strain(ngs.Grad(model.displacement))
     one, two = fiber_stretches(model.wall, C.Caa, C.Chh, C.Cah)
     values = {"axial": ngs.sqrt(C.Caa), "hoop": ngs.sqrt(C.Chh), "one": one, "two": two}
-    found = {name: np.asarray(value(points)).ravel() for name, value in values.items()}
-    fiber = np.concatenate([found.pop("one"), found.pop("two")])
+    stretches = {name: np.asarray(value(points)).ravel() for name, value in values.items()}
+    fiber = np.concatenate([stretches.pop("one"), stretches.pop("two")])
     J = np.asarray(ngs.specialcf.JacobianMatrix(3, 2)(points)).reshape(-1, 3, 2)
     area = np.sqrt(np.linalg.det(J.transpose(0, 2, 1) @ J))
-    return {**found, "fiber": fiber}, area * np.tile(np.array(rule.weights), len(area) // len(rule.weights))
+    return {**stretches, "fiber": fiber}, area * np.tile(np.array(rule.weights), len(area) // len(rule.weights))
 
 
 def _matrix(model: FeModel) -> tuple[Array, Array, Array, Array]:
-    """Largest principal logarithmic strain, von Mises' stress, ratio of volumes and volume at points of the matrix."""
+    """Return largest logarithmic strain, von Mises stress, volume ratio and volume at points of the matrix."""
     import ngsolve as ngs
 
     rule = ngs.IntegrationRule(ngs.TET, 4)
@@ -158,26 +154,26 @@ def _matrix(model: FeModel) -> tuple[Array, Array, Array, Array]:
 
 
 def _quantile(values: Array, weight: Array) -> float:
-    """Return what `MOST` of the weight stays below."""
+    """Return the weighted quantile."""
     order = np.argsort(values)
     share = np.cumsum(weight[order]) / weight.sum()
-    return float(values[order][np.searchsorted(share, MOST)])
+    return float(values[order][np.searchsorted(share, QUANTILE)])
 
 
 def _ends(values: Array) -> tuple[float, float]:
-    """Smallest and largest."""
+    """Return minimum and maximum."""
     return float(values.min()), float(values.max())
 
 
-def _fault(model: FeModel, found: Measured) -> str:
-    """Say what cannot be: a volume beyond the braid's limit, fibers that stretch, elements turned inside out."""
+def _fault(model: FeModel, state: Measured) -> str:
+    """Return what is impossible: inverted elements, a volume beyond the braid's limit, stretched fibers."""
     angle = model.wall.braid_angle
     limit = 2 / (3 * math.sqrt(3)) / (math.sin(angle) ** 2 * math.cos(angle))
-    if found.jacobian_min <= 0:
-        return "an element of the matrix is turned inside out"
-    if max(found.swelling) > limit * (1 + ROOM):
-        return f"the braids hold {max(found.swelling):.3g} times their volume, but can hold {limit:.3g} times at most"
-    if found.fiber_99 > 1 + TAUT:
-        stretch = 100 * (found.fiber_99 - 1)
-        return f"the braid's fibers are stretched by {stretch:.2g} %: braid_stiffness_n_per_m is low"
+    if state.jacobian_min <= 0:
+        return "an element of the matrix is inverted"
+    if max(state.swelling) > limit * (1 + MARGIN):
+        return f"the braids hold {max(state.swelling):.3g} times their volume at rest; the limit is {limit:.3g}"
+    if state.fiber_99 > 1 + TAUT:
+        stretch = 100 * (state.fiber_99 - 1)
+        return f"the braid's fibers are stretched by {stretch:.2g} %: braid_stiffness_n_per_m is too low"
     return ""

@@ -1,7 +1,7 @@
-"""Mesh of a soft joint: straight tetrahedra from Netgen, bent to the exact surface by an elastic motion of all nodes.
+"""Mesh of a soft joint: straight tetrahedra of Netgen, moved to the exact surface by an elastic motion of all nodes.
 
-Netgen's own curved elements bend at the surface alone, and turn inside out in the thin webs between hoses. Here the
-surface is moved to where it belongs and the inside follows as an elastic body does, so that elements share the bend.
+Netgen's curved elements bend at the surface only and invert in the thin webs between hoses. Here the inside follows the
+surface like an elastic body, so that elements share the curvature.
 """
 
 from __future__ import annotations
@@ -12,28 +12,29 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError
 from hypertuna.fe.geometry import FACES, MM, JointBody, half_shape
+from hypertuna.ranges import check_name
 
 __all__ = ["MESHES", "MeshSize", "joint_mesh", "mesh_size"]
 
-AREA = 2e-3  # largest relative error of areas and volume that a mesh may have
-TRIES = 5  # meshes, each finer than the one before, until none of their elements is turned inside out
-FINER = 0.9  # size of the next one's elements
+AREA = 2e-3  # relative tolerance of a mesh's areas and volume
+TRIES = 5  # meshes, each finer than the last, until no element is inverted
+FINER = 0.9  # ratio of element sizes of successive meshes
 
 
 @dataclass(frozen=True)
 class MeshSize:
-    """How fine a mesh is."""
+    """Sizes of the elements of a mesh."""
 
-    around: float = 1.0  # size of the triangles on the channels' walls over their radius
+    around: float = 1.0  # size of triangles on the channels' walls over the channels' radius
     largest: float = 4.0  # size of elements far from the channels, over the same
-    grading: float = 0.9  # how fast the size may grow, of Netgen
+    grading: float = 0.9  # Netgen's growth of sizes
     order: int = 3  # polynomial order of the displacements and of curved elements
-    pieces: float = 9.0  # number of elements along the joint: hoses are slender, and change little along their axes
+    pieces: float = 9.0  # number of elements along the joint: slender hoses vary little along their axes
 
     def squeeze(self, body: JointBody) -> float:
-        """How many times longer elements are along a joint than across it."""
+        """Return the length of elements along a joint over that across it."""
         return max(1.0, body.length / (self.pieces * self.around * body.radius))
 
 
@@ -41,35 +42,33 @@ MESHES = {"coarse": MeshSize(pieces=6.0), "medium": MeshSize(), "fine": MeshSize
 
 
 def mesh_size(mesh: str | MeshSize) -> MeshSize:
-    """Look up the sizes of a mesh."""
+    """Return the sizes of a mesh by name."""
     if isinstance(mesh, MeshSize):
         return mesh
-    if mesh not in MESHES:
-        raise InputError("must be a mesh that exists", key="mesh", value=shown(mesh), fix=did_you_mean(mesh, MESHES))
-    return MESHES[mesh]
+    return MESHES[check_name(mesh, MESHES, "mesh", "mesh")]
 
 
 def joint_mesh(body: JointBody, size: MeshSize) -> tuple[Any, Any]:
-    """Mesh the upper half of a body."""
+    """Mesh the upper half of a body: mesh in mm, squeezed along x, and its deformation to the true shape in m."""
     from netgen.meshing import NgException
 
-    value = "none that the mesher makes"
+    value = "no mesh of Netgen"
     for _ in range(TRIES):
         with contextlib.suppress(NgException):
             mesh = _straight(body, size)
             deformation = _bend(mesh, body, size)
             mesh.SetDeformation(deformation)
-            if (inside_out := _inside_out(mesh, size)) == 0:
+            if (inverted := _inverted(mesh, size)) == 0:
                 _check(mesh, body)
                 return mesh, deformation
-            value = f"with {inside_out} that are"
+            value = f"one with {inverted} of them"
         size = replace(size, around=FINER * size.around, largest=FINER * size.largest)
-    rule = "must be one without elements turned inside out"
-    raise InputError(rule, key="mesh", value=value, fix="take a finer mesh, or leave more matrix between the hoses")
+    rule = "must be without inverted elements"
+    raise InputError(rule, key="mesh", value=value, fix="use a finer mesh, or leave more matrix between the hoses")
 
 
 def _straight(body: JointBody, size: MeshSize) -> Any:
-    """Tetrahedra with plane faces."""
+    """Return tetrahedra with plane faces."""
     import ngsolve as ngs
     from netgen.occ import OCCGeometry
 
@@ -82,7 +81,7 @@ def _straight(body: JointBody, size: MeshSize) -> Any:
 
 
 def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
-    """Motion of all points from the straight mesh to the true shape: round, stretched along x, in m."""
+    """Return the motion of all points from the straight mesh to the true shape, in m."""
     import ngsolve as ngs
 
     curved = {name: _to_channels(body) for name in ("wall_left", "wall_right")} | {
@@ -95,7 +94,7 @@ def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
     u, v = space.TnT()
     both = [ngs.Grad(w) + ngs.Grad(w).trans for w in (u, v)]
     stiffness = ngs.BilinearForm(space, symmetric=True)
-    stiffness += ngs.InnerProduct(*both) / ngs.specialcf.mesh_size**2 * ngs.dx  # small elements give way less
+    stiffness += ngs.InnerProduct(*both) / ngs.specialcf.mesh_size**2 * ngs.dx  # small elements are stiffer
     stiffness.Assemble()
     pull = motion.vec.CreateVector()
     pull.data = stiffness.mat * motion.vec
@@ -108,7 +107,7 @@ def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
 
 
 def _to_channels(body: JointBody) -> Any:
-    """Motion from a chord of a channel's wall to the wall [mm]."""
+    """Return the motion from a chord of a channel's wall to the wall [mm]."""
     import ngsolve as ngs
 
     motion, radius = ngs.CF((0.0, 0.0, 0.0)), MM * body.radius
@@ -121,23 +120,23 @@ def _to_channels(body: JointBody) -> Any:
 
 
 def _to_rim(body: JointBody, squeeze: float) -> Any:
-    """Motion from a chord of the body's rim to the rim, along the ray from the section's center [mm]."""
+    """Return the motion from a chord of the body's rim to the rim, along the ray from the section's center [mm]."""
     import ngsolve as ngs
 
     stations = [MM / squeeze * float(x) for x in body.stations]
 
     def taper(values: Any) -> Any:
-        found = ngs.CF(MM * float(values[-1]))  # of the plate
+        half = ngs.CF(MM * float(values[-1]))  # of the plate
         for k in reversed(range(len(stations) - 1)):
             slope = MM * float(values[k + 1] - values[k]) / (stations[k + 1] - stations[k])
-            found = ngs.IfPos(stations[k + 1] - ngs.x, MM * float(values[k]) + slope * (ngs.x - stations[k]), found)
-        return found
+            half = ngs.IfPos(stations[k + 1] - ngs.x, MM * float(values[k]) + slope * (ngs.x - stations[k]), half)
+        return half
 
     reach = ngs.sqrt((ngs.z / taper(body.semi_major)) ** 2 + (ngs.y / taper(body.semi_minor)) ** 2)
     return ngs.CF((0.0, (1 / reach - 1) * ngs.y, (1 / reach - 1) * ngs.z))
 
 
-def _inside_out(mesh: Any, size: MeshSize) -> int:
+def _inverted(mesh: Any, size: MeshSize) -> int:
     """Count the elements whose Jacobian is not positive everywhere."""
     import ngsolve as ngs
 
@@ -147,21 +146,21 @@ def _inside_out(mesh: Any, size: MeshSize) -> int:
 
 
 def _check(mesh: Any, body: JointBody) -> None:
-    """Refuse a mesh that is not the drawing: with a face that was not recognized, the bend would be a wrong one."""
+    """Check areas and volume of a mesh against the drawing, in which a face may have the wrong name."""
     import ngsolve as ngs
 
     one = ngs.CF(1.0)
     channels = sum(0.5 if abs(channel.z) < 1e-9 else 1.0 for channel in body.upper)
     caps = channels * np.pi * body.radius**2
-    found = {
+    parts = {
         "area in the plane of symmetry": (ngs.ds("symmetry"), body.symmetry_area),
         "area of the channels' walls": (ngs.ds(FACES["walls"]), 2 * channels * np.pi * body.radius * body.length),
         "area of the channels' ends": (ngs.ds("cap_.*"), caps),
         "volume of the matrix": (ngs.dx("matrix"), body.volume / 2),
         "area of the strip": (ngs.ds("strip"), body.strip / 2 * body.length),
     }
-    for what, (where, drawn) in found.items():
+    for what, (where, drawn) in parts.items():
         off = ngs.Integrate(one * where, mesh) - drawn
         if abs(off) > AREA * drawn:
             rule, value = f"must have the drawing's {what}", f"{100 * off / drawn if drawn else 100:+.2g} % off"
-            raise InputError(rule, key="mesh", value=value, fix="take a finer mesh, or change the geometry a little")
+            raise InputError(rule, key="mesh", value=value, fix="use a finer mesh, or change the geometry slightly")

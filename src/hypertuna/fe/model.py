@@ -1,12 +1,12 @@
 """Finite-element model of a soft joint: mesh, space of displacements, total energy.
 
-The energy is that of the matrix, of hose and braid on the channels' walls, of the plate and the strip, less the work of
-the oil's pressure and of a couple on the tip plate:
+The energy is that of the matrix, of hose and braid on the channels' walls, of plate and strip, minus the work of the
+oil's pressure and of a couple on the tip plate:
 
     Pi(u) = int W(F) dX + int_wall (hose + braid) dA + ... - sum_sides P V(u) - T g(u).
 
-Displacements are of the third order: two families of fibers that keep their length tie a curved wall, and elements of
-the second order follow it only on far finer meshes (docs/fe.md).
+Displacements are of the third order: two families of inextensible fibers constrain a curved wall, which elements of the
+second order follow only on much finer meshes (docs/fe.md).
 """
 
 from __future__ import annotations
@@ -27,23 +27,22 @@ from hypertuna.fe.newton import Equilibrium, Problem, lead
 __all__ = ["FeModel", "FeOptions", "SurfaceStrain", "equilibrium", "fe_model", "soft_parts", "surface_strain"]
 
 PLATE = 1e3  # shear modulus of the plates over that of the matrix
-STRIP = 1e6  # N/m, of the strip: as good as inextensible
+STRIP = 1e6  # N/m, of the strip: nearly inextensible
 
 
 @dataclass(frozen=True)
 class FeOptions:
-    """What a finite-element model takes beyond the description."""
+    """Options of a finite-element model."""
 
-    material: str | None = None  # material set; None takes the robot's
-    law: str = "mooney_rivlin"  # of the matrix, one of `fe_solid.LAWS`
-    poisson: float = 0.475  # poisson's ratio of the matrix
-    mesh: str | MeshSize = "medium"  # one of `fe_mesh.MESHES`, or sizes of one's own
-    # whether the matrix' pressure is an unknown of its own; without it the same mesh bends less (docs/fe.md)
-    mixed: bool = True
+    material: str | None = None  # material set, the robot's by default
+    law: str = "mooney_rivlin"  # of the matrix, one of `energies.LAWS`
+    poisson: float = 0.475  # Poisson's ratio of the matrix
+    mesh: str | MeshSize = "medium"  # one of `mesh.MESHES`, or sizes
+    mixed: bool = True  # pressure of the matrix as an unknown; without it the same mesh bends less (docs/fe.md)
 
     @property
     def size(self) -> MeshSize:
-        """The mesh' sizes."""
+        """Sizes of the mesh."""
         return mesh_size(self.mesh)
 
 
@@ -58,7 +57,7 @@ class SurfaceStrain:
 
 @dataclass(frozen=True)
 class FeModel:
-    """A model with its present state, which `equilibrium` changes."""
+    """A model with its state, which `equilibrium` changes."""
 
     robot: Robot
     body: JointBody
@@ -66,14 +65,14 @@ class FeModel:
     matrix: Solid
     wall: Wall
     mesh: Any
-    deformation: Any  # see `joint_mesh`: with it the mesh is in m
-    # total energy of the upper half; its loads are the gauge pressures in the drive units of the left and of the
-    # right side [Pa] and T [N m]: the couple on the tip plate is T cos(angle), counter-clockwise
+    deformation: Any  # of `joint_mesh`, to m
+    # Total energy of the upper half. Loads: gauge pressures of the left and right side [Pa], and T [N m]; the couple on
+    # the tip plate is T cos(angle), counter-clockwise.
     problem: Problem
 
     @property
     def displacement(self) -> Any:
-        """Of the present state [m], an ngsolve.GridFunction."""
+        """Displacement of the state [m], an ngsolve.GridFunction."""
         return self.problem.state.components[0] if self.options.mixed else self.problem.state
 
     @property
@@ -83,7 +82,7 @@ class FeModel:
 
 
 def fe_model(robot: Robot, joint: str | int, options: FeOptions | None = None) -> FeModel:
-    """Make the model of a joint, at rest."""
+    """Return the model of a joint at rest."""
     options = options or FeOptions()
     matrix, wall = soft_parts(robot, options)
     body, size = joint_body(robot, joint), options.size
@@ -103,7 +102,7 @@ def fe_model(robot: Robot, joint: str | int, options: FeOptions | None = None) -
 
 
 def soft_parts(robot: Robot, options: FeOptions) -> tuple[Solid, Wall]:
-    """Take the silicone of the matrix, and hose with braid, from a description."""
+    """Return the matrix, and hose with braid, of a robot."""
     unit = drive_unit(robot)
     hose, silicone = (mooney(robot, name, options.material) for name in (unit.hose, unit.matrix))
     wall = Wall(unit.outer_diameter / 2, unit.inner_diameter / 2, hose, unit.braid_angle, unit.braid_stiffness)
@@ -111,17 +110,17 @@ def soft_parts(robot: Robot, options: FeOptions) -> tuple[Solid, Wall]:
 
 
 def equilibrium(model: FeModel, *, pressure: tuple[float, float], couple: float = 0.0) -> Equilibrium:
-    """Lead a model from its present loads and state to other loads. `pressure` [Pa], `couple` [N m]."""
+    """Bring a model from its present state to a pair of pressures [Pa] and a couple [N m]."""
     return lead(model.problem, (*pressure, couple))
 
 
 def surface_strain(gradient: Any) -> SurfaceStrain:
-    """Strain of a wall along x. `gradient` (3, 3)."""
+    """Return the strain of a wall along x from the displacement gradient."""
     from ngsolve import CF, Cross, Id, InnerProduct, Norm, specialcf
 
     F, normal = Id(3) + gradient, specialcf.normal(3)
     around = Cross(normal, CF((1, 0, 0)))
-    around = around / Norm(around)  # the mesh' wall is a cylinder but for a hair
+    around = around / Norm(around)  # the wall of the mesh is nearly a cylinder
     a, h = F * Cross(around, normal), F * around
     return SurfaceStrain(InnerProduct(a, a), InnerProduct(h, h), InnerProduct(a, h))
 
@@ -129,7 +128,7 @@ def surface_strain(gradient: Any) -> SurfaceStrain:
 def _energy(
     space: Any, body: JointBody, matrix: Solid, wall: Wall, pressure: tuple[Any, Any], couple: Any, *, mixed: bool
 ) -> Any:
-    """Total energy of the upper half [J], of a displacement, in the mixed form of a pressure, too."""
+    """Return the total energy of the upper half [J] as a form of displacement and, if mixed, pressure."""
     import ngsolve as ngs
 
     u, p = space.TrialFunction() if mixed else (space.TrialFunction(), None)
@@ -154,7 +153,7 @@ def _energy(
 
 
 def _turn(mesh: Any, u: Any) -> Any:
-    """Say what to integrate over the tip for the sine of its angle: -u_x (y - y_m) / int (y - y_m)^2."""
+    """Return the integrand of the sine of the tip's angle: -u_x (y - y_m) / int (y - y_m)^2."""
     import ngsolve as ngs
 
     area = ngs.Integrate(ngs.CF(1.0) * ngs.ds("tip"), mesh)

@@ -9,87 +9,86 @@ from typing import Any
 
 __all__ = ["Equilibrium", "Problem", "lead"]
 
-MOST = 40  # Newton steps of a load step
-CLOSE = 1e-7  # converged where the next step, the last, lowers the energy by less than this part of the loads' work
-LEAST = 1e-12  # J, of work that counts
-SHORTEST = 1 / 64  # of the load step that was asked for
+MAX_STEPS = 40  # Newton steps of a load step
+CLOSE = 1e-7  # converged when the next, last step lowers the energy by less than this fraction of the loads' work
+MIN_WORK = 1e-12  # J, below which work is zero
+SHORTEST = 1 / 64  # smallest part of a load step
 HALVINGS = 12  # of a line search
-HOLDS = 8  # stiffnesses that are tried, each ten times the one before
-HOLD = 0.1  # 1/m^2, the first of them over the shear modulus
+HOLDS = 8  # number of regularizations, each ten times the last
+HOLD = 0.1  # 1/m^2, the first one over the shear modulus
 
 
 @dataclass(frozen=True)
 class Problem:
-    """An energy to minimize, under loads that can be led from one value to another."""
+    """An energy to minimize under variable loads."""
 
-    energy: Any  # made of `ngsolve.Variation` [J]
-    state: Any  # changes as the loads do
-    loads: tuple[Any, ...]
-    shear: float  # shear modulus of what is soft [Pa], for scale
-    # called with a vector of the state before its energy is asked for: sets the unknowns that were condensed
-    settle: Callable[[Any], None] | None = None
+    energy: Any  # ngsolve.BilinearForm of `ngsolve.Variation` [J]
+    state: Any  # ngsolve.GridFunction, changes with the loads
+    loads: tuple[Any, ...]  # ngsolve.Parameter
+    shear: float  # shear modulus of the soft parts [Pa], for scale
+    settle: Callable[[Any], None] | None = None  # sets the condensed unknowns in a vector of the state
 
     @property
     def free(self) -> Any:
-        """Unknowns that Newton's step solves for."""
+        """Unknowns of Newton's step."""
         return self.state.space.FreeDofs(self.settle is not None)
 
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """How the search for an equilibrium ended."""
+    """Result of the search for an equilibrium."""
 
     converged: bool
-    iterations: int  # newton steps, all load steps together
-    text: str  # A sentence without its period
+    iterations: int  # Newton steps of all load steps
+    text: str  # sentence without its period
 
 
 def lead(problem: Problem, loads: Sequence[float]) -> Equilibrium:
-    """Lead a problem from its present loads and state to other loads.
+    """Bring a problem from its present state to other loads, in one step if Newton's method converges, else in smaller.
 
-    The loads change together, in one step if Newton's method converges, else in smaller ones.
+    Without convergence the state is the last equilibrium on the way.
     """
     start, end = [load.Get() for load in problem.loads], [float(load) for load in loads]
-    kept = problem.state.vec.CreateVector()
-    kept.data = problem.state.vec
-    done, step, iterations = 0.0, 1.0, 0
-    while done < 1:
-        part = min(1.0, done + step)
+    last = problem.state.vec.CreateVector()
+    last.data = problem.state.vec
+    reached, step, iterations = 0.0, 1.0, 0
+    while reached < 1:
+        part = min(1.0, reached + step)
         _set(problem, start, end, part)
         steps, fault = _newton(problem)
         iterations += steps
         if not fault:
-            done, step = part, 2 * step
-            kept.data = problem.state.vec
+            reached, step = part, 2 * step
+            last.data = problem.state.vec
             continue
-        problem.state.vec.data = kept
-        _set(problem, start, end, done)
+        problem.state.vec.data = last
+        _set(problem, start, end, reached)
         step /= 2
         if step < SHORTEST:
-            text = f"{fault}, {100 * done:.0f} % of the way from the loads before"
+            text = f"{fault}, {100 * reached:.0f} % of the way from the previous loads"
             return Equilibrium(False, iterations, text)
     return Equilibrium(True, iterations, f"converged in {iterations} Newton steps")
 
 
 def _set(problem: Problem, start: Sequence[float], end: Sequence[float], part: float) -> None:
-    """Set the loads between two ends."""
+    """Interpolate the loads."""
     for load, first, last in zip(problem.loads, start, end, strict=True):
         load.Set(first + part * (last - first))
 
 
 def _newton(problem: Problem) -> tuple[int, str]:
-    """Minimize the energy under the present loads; return the number of steps and what went wrong, if anything did."""
+    """Minimize the energy under the present loads; return the number of steps and the failure, empty without one."""
     u, energy = problem.state.vec, problem.energy
     slope, step, trial = (u.CreateVector() for _ in range(3))
     first = now = _value(problem, u)
-    for k in range(1, MOST + 1):
+    for k in range(1, MAX_STEPS + 1):
         energy.Apply(u, slope)
         energy.AssembleLinearization(u)
         gain, free = _direction(problem, slope, step)
         if not math.isfinite(gain):
             return k, "the tangent is singular"
-        # A step that is held back gains little anywhere: the free one tells whether this is an equilibrium.
-        if max(gain, abs(free)) <= CLOSE * abs(now - first) + LEAST:
+        # A regularized step gains little anywhere: the free step decides whether this is an equilibrium.
+        if max(gain, abs(free)) <= CLOSE * abs(now - first) + MIN_WORK:
             trial.data = u - step
             if math.isfinite(_value(problem, trial)):
                 u.data = trial
@@ -104,27 +103,26 @@ def _newton(problem: Problem) -> tuple[int, str]:
         else:
             return k, "no step lowers the energy"
         u.data, now = trial, value
-    return MOST, f"Newton's method did not converge in {MOST} steps"
+    return MAX_STEPS, f"Newton's method did not converge in {MAX_STEPS} steps"
 
 
 def _value(problem: Problem, vector: Any) -> float:
-    """Energy of a state [J], after what was condensed has settled in it."""
+    """Return the energy of a state [J] after setting its condensed unknowns."""
     if problem.settle is not None:
         problem.settle(vector)
     return float(problem.energy.Energy(vector))
 
 
 def _direction(problem: Problem, slope: Any, step: Any) -> tuple[float, float]:
-    """Solve for Newton's step; return by how much it, and the step that is free, lower the energy to first order [J].
+    """Solve for Newton's step; return the first-order decrease of energy [J] of this step and of the free step.
 
-    Where the tangent is indefinite (a body that is about to buckle), a term that holds the step back is added until the
-    step goes downhill; the free step has no such term.
+    An indefinite tangent (before buckling) is regularized until the step descends; the free step is without.
     """
     tangent, held, free = problem.energy.mat, 0.0, math.nan
     for k in range(HOLDS + 1):
         if k:
             hold = HOLD * problem.shear * 10 ** (k - 1)
-            squares = _squares(problem)  # its vector lives no longer than the matrix
+            squares = _squares(problem)  # keeps the matrix alive as long as its vector
             tangent.AsVector().data += (hold - held) * squares.AsVector()
             held = hold
         step.data = tangent.Inverse(problem.free, inverse="sparsecholesky") * slope
@@ -136,12 +134,12 @@ def _direction(problem: Problem, slope: Any, step: Any) -> tuple[float, float]:
 
 
 def _squares(problem: Problem) -> Any:
-    """Matrix of the squared state, integrated, of the tangent's pattern."""
+    """Return the mass matrix in the tangent's pattern."""
     import ngsolve as ngs
 
     space = problem.state.space
     squares = ngs.BilinearForm(space, symmetric=True, condense=problem.settle is not None)
     trials, tests = (part if isinstance(part, (tuple, list)) else (part,) for part in space.TnT())
-    for trial, test in zip(trials, tests, strict=True):  # all: what is condensed must not be singular
+    for trial, test in zip(trials, tests, strict=True):  # all, so that condensed unknowns are not singular
         squares += ngs.InnerProduct(trial, test) * ngs.dx
     return squares.Assemble().mat

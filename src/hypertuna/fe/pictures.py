@@ -1,7 +1,7 @@
-"""Pictures of a soft joint under pressure, deformed and colored by stress or strain, from the files of `fe_fields`.
+"""Pictures of a soft joint under pressure, deformed and colored by stress or strain, from the files of fields.py.
 
-Two views: the drive units inside a body of glass, and the lower half cut open at its middle plane. Both are seen from
-the same place at all pressures, in the same colors.
+Two views: the drive units inside a glass body, and the lower half cut at the middle plane. Camera and colors are the
+same at all pressures.
 """
 
 from __future__ import annotations
@@ -52,27 +52,27 @@ PARTS = {
     "plate": ("plate_outer",),
     "plate_cut": ("plate_symmetry",),
 }
-VIEWS = {"units": (0.35, -0.75, 0.60), "cut": (0.45, -0.70, 1.20)}  # from where the body is seen, x y z
-SAME = 1e-7  # m, within which two points of neighboring faces are one
-MOST = 0.98  # of the walls under pressure, whose values the colors tell apart
-ROOM = 1.05  # around the body, in heights of it
+VIEWS = {"units": (0.35, -0.75, 0.60), "cut": (0.45, -0.70, 1.20)}  # direction to the camera, x y z
+SAME = 1e-7  # m, tolerance of equal points of neighboring faces
+QUANTILE = 0.98  # of the walls under pressure, upper end of the colors
+MARGIN = 1.05  # height of the view over that of the body
 PIXELS = 640  # height of a rendered view
-FRAMES, FEWEST, FILM_DPI = 4, 3, 140  # of a filmstrip; fewer frames are no larger
-PALETTE = 256  # colors of a written picture, mixed by dots: files stay small
+FRAMES, FEWEST, FILM_DPI = 4, 3, 140  # of a filmstrip; fewer frames are not larger
+PALETTE = 256  # colors of a written picture, dithered: small files
 
 GLASS, LINE = "#8A99A3", 3.0
-THIN, THICK, FADED = 0.13, 0.3, 0.45  # opacity of glass, and of what has no pressure
-DEPTH = 6  # layers of glass that may lie one behind the other
+THIN, THICK, FADED = 0.13, 0.3, 0.45  # opacity of glass, and of parts without pressure
+DEPTH = 6  # layers of glass
 MATT: dict[str, Any] = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.56, "specular": 0.1, "specular_power": 15}
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What the colors show."""
+    """A quantity shown by colors."""
 
     field: str  # name in the files
-    label: str  # with the unit of the color bar
-    unit: float  # that unit, in SI
+    label: str  # of the color bar, with unit
+    unit: float  # unit of the label in SI
 
 
 QUANTITIES = {
@@ -83,28 +83,27 @@ QUANTITIES = {
 
 @dataclass(frozen=True)
 class Film:
-    """A joint at several pressures, as read from the files of a finished run."""
+    """A joint at several pressures, read from the files of a finished run."""
 
     title: str
-    side: str  # that has the pressure
-    pressure: Array  # (n,) Gauge pressure [Pa] and bend toward its side [rad]
-    angle: Array  # (n,) Gauge pressure [Pa] and bend toward its side [rad]
-    # at each pressure, the faces of the upper half by kind, `pyvista.PolyData` with points at rest
-    faces: tuple[dict[str, Any], ...]
+    side: str  # with the pressure
+    pressure: Array  # (n,) gauge pressure [Pa]
+    angle: Array  # (n,) bend toward the side [rad]
+    faces: tuple[dict[str, Any], ...]  # faces of the upper half by kind, pyvista.PolyData with points at rest
 
     def text(self, k: int) -> str:
-        """Pressure and bend in words."""
+        """Return pressure and bend as text."""
         return f"{self.pressure[k] / 1e3:.4g} kPa: {np.degrees(self.angle[k]):.1f} deg"
 
     def top(self, quantity: str) -> float:
-        """Upper end of the colors, in SI: what nearly all of the walls under pressure stay below at the last."""
+        """Return the upper end of the colors, in SI, from the last pressure."""
         shown = QUANTITIES[quantity]
-        largest = float(np.quantile(self.faces[-1][self.side][shown.field], MOST)) / shown.unit
+        largest = float(np.quantile(self.faces[-1][self.side][shown.field], QUANTILE)) / shown.unit
         return _round_up(largest) * shown.unit
 
 
 def read_film(folder: str | Path, *, title: str = "", chosen: Sequence[int] | None = None) -> Film:
-    """Read a finished run, whose folder has `SUMMARY` and a file of fields for each pressure."""
+    """Read a finished run: `SUMMARY` and a file of fields for each pressure."""
     need_pictures()
     summary = Path(folder) / SUMMARY
     try:
@@ -123,7 +122,7 @@ def read_film(folder: str | Path, *, title: str = "", chosen: Sequence[int] | No
 
 @styled
 def draw_step(film: Film, k: int, quantity: str) -> Figure:
-    """Draw a pressure in both views."""
+    """Draw both views at a pressure."""
     figure = Figure(figsize=(WIDTH, 0.5 * WIDTH), layout="constrained")
     left, right = figure.subplots(1, 2)
     for axes, view, text in (
@@ -139,7 +138,7 @@ def draw_step(film: Film, k: int, quantity: str) -> Figure:
 
 @styled
 def draw_filmstrip(film: Film, *, width: float = WIDTH) -> Figure:
-    """Draw all pressures side by side, cut open: a row for each of `QUANTITIES`. `width` [inch]."""
+    """Draw the cut view at all pressures, a row for each of `QUANTITIES`; `width` in inches."""
     count, rows = len(film.faces), len(QUANTITIES)
     figure = Figure(figsize=(width, 0.4 + rows * (width / max(count, FEWEST) + 0.55)), layout="constrained")
     panels = figure.subplots(rows, count, squeeze=False)
@@ -162,7 +161,7 @@ def write_filmstrip(folder: str | Path, path: str | Path, *, title: str = "", co
 
 
 def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
-    """Write a figure as a PNG file of few colors, whole or not at all."""
+    """Write a figure as a PNG file of 256 colors, whole or not at all."""
     from PIL import Image
 
     figure.set_dpi(dpi)
@@ -175,7 +174,7 @@ def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
 
 
 def _show(axes: Axes, picture: NDArray[np.uint8]) -> None:
-    """Put a rendered view onto axes."""
+    """Show a rendered view on axes."""
     axes.imshow(picture, interpolation="antialiased")
     axes.set_axis_off()
 
@@ -189,7 +188,7 @@ def _bar(figure: Figure, axes: list[Axes], film: Film, quantity: str, **place: A
 
 
 def _round_up(value: float) -> float:
-    """Round up to a number that reads well on a color bar; 1 for nothing."""
+    """Round up to a round number for a color bar; 1 for zero."""
     if value <= 0:
         return 1.0
     power = 10.0 ** math.floor(math.log10(value))
@@ -197,12 +196,12 @@ def _round_up(value: float) -> float:
 
 
 def _faces(path: Path) -> dict[str, Any]:
-    """Read the faces of the upper half by kind, neighbors joined."""
+    """Read the faces of the upper half by kind."""
     import pyvista as pv
 
     if not path.is_file():
         fix = "remove the folder and run `hypertuna fe bend` again"
-        raise InputError("must be there: pictures are drawn from it", file=str(path), fix=fix)
+        raise InputError("is missing for the pictures", file=str(path), fix=fix)
     whole = pv.read(path)
     number = np.rint(whole.point_data_to_cell_data()[FACE]).astype(int)
 
@@ -215,7 +214,7 @@ def _faces(path: Path) -> dict[str, Any]:
 
 
 def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
-    """Render a view of a pressure: an array of pixels, shape (height, width, 3)."""
+    """Render a view at a pressure: pixels (height, width, 3)."""
     import pyvista as pv
 
     _hush()
@@ -241,14 +240,14 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
 
 
 def _colored(shape: dict[str, Any], view: str, side: str) -> list[tuple[Any, float]]:
-    """List what has colors in a view, with its opacity: drive units without pressure do not hide those with it."""
+    """List the colored parts of a view with their opacity: faded drive units do not hide those under pressure."""
     if view == "units":
         return [(_whole(shape[name]), 1.0 if name == side else FADED) for name in ("left", "right")]
     return [*((_mirrored(shape[name]), 1.0) for name in ("left", "right", "outer")), (shape["cut"], 1.0)]
 
 
 def _gray(shape: dict[str, Any], view: str) -> list[tuple[Any, float]]:
-    """List what is glass or plate in a view, with its opacity."""
+    """List glass and plates of a view with their opacity."""
     if view == "units":
         return [(_whole(shape["outer"]), THIN), (_whole(shape["plate"]), THICK), (_whole(shape["caps"]), 1.0)]
     lower = [*((_mirrored(shape[name]), 1.0) for name in ("plate", "caps")), (shape["plate_cut"], 1.0)]
@@ -256,7 +255,7 @@ def _gray(shape: dict[str, Any], view: str) -> list[tuple[Any, float]]:
 
 
 def _camera(film: Film, view: str) -> tuple[tuple[int, int], list[tuple[float, ...]], float]:
-    """Frame the body at rest and at the last pressure: size of the picture, place of the camera, and its scale."""
+    """Return size of the picture, camera and scale that frame the body at rest and at the last pressure."""
     away = np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
     right = np.cross((0.0, 0.0, 1.0), away)
     right /= np.linalg.norm(right)
@@ -268,11 +267,11 @@ def _camera(film: Film, view: str) -> tuple[tuple[int, int], list[tuple[float, .
     wide, high = np.diff(ends).ravel()
     far = middle + 10 * max(wide, high) * away
     size = (round(PIXELS * wide / high), PIXELS)
-    return size, [tuple(far), tuple(middle), tuple(up)], float(ROOM * high / 2)
+    return size, [tuple(far), tuple(middle), tuple(up)], float(MARGIN * high / 2)
 
 
 def _deformed(part: Any) -> Any:
-    """Move a part to where it is under pressure."""
+    """Return a part displaced by the pressure."""
     shape = part.copy()
     shape.points = part.points + part[DISPLACEMENT]
     return shape
@@ -291,7 +290,7 @@ def _whole(part: Any) -> Any:
 
 
 def _outlines(faces: dict[str, Any]) -> list[Any]:
-    """Return edges of the body at rest: its ends and its cut."""
+    """Return the edges of the body at rest: ends and cut."""
     options = {"feature_edges": False, "manifold_edges": False, "non_manifold_edges": False}
     return [
         part.extract_feature_edges(boundary_edges=True, **options) for part in (_whole(faces["outer"]), faces["cut"])
@@ -299,7 +298,7 @@ def _outlines(faces: dict[str, Any]) -> list[Any]:
 
 
 def _hush() -> None:
-    """Keep VTK from telling that there is no screen: it finds another way."""
+    """Silence the warning of VTK that there is no screen."""
     if not os.environ.get("DISPLAY"):
         from vtkmodules.vtkCommonCore import vtkLogger
 

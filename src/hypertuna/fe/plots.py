@@ -12,7 +12,7 @@ from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 __all__ = ["plot_fe_bend"]
 
 KILO, MILLILITER = 1e3, 1e-6
-NARROW = 6.0  # inch: below, the legend's texts stand one below the other
+NARROW = 6.0  # inch, below which the legend has one column
 DASHED = (0, (5, 2))
 
 
@@ -29,7 +29,8 @@ def plot_fe_bend(
 ) -> Figure:
     """Plot bend over pressure, and pressure over the oil taken in.
 
-    `pressure`, `angle` (n,) [Pa], `oil` (n,) [m^3], `analytic` (m,), `published` [Pa, rad], `width` [inch].
+    `pressure` (n,) [Pa], `angle` (n,) [rad], `oil` (n,) [m^3]; `analytic` has the same three, (m,); `published` is a
+    pressure and an angle; `width` in inches.
     """
     figure = Figure(figsize=(width, 0.4 * width + 0.5), layout="constrained")
     panels = figure.subplots(1, 1 if oil is None else 2, squeeze=False)[0]
@@ -53,5 +54,5 @@ def plot_fe_bend(
 def _curves(axes: Axes, x: ArrayLike, y: ArrayLike, analytic: tuple[ArrayLike, ArrayLike] | None) -> None:
     """Draw finite elements as a line with points, the analytic model dashed."""
     if analytic is not None:
-        axes.plot(*analytic, color=FAINT, lw=1.2, ls=DASHED, label="analytic model (friction, on the way up)")
+        axes.plot(*analytic, color=FAINT, lw=1.2, ls=DASHED, label="analytic model (friction, rising pressure)")
     axes.plot(x, y, "o-", color=COLORS[1], label="finite elements", zorder=3, **POINTS)

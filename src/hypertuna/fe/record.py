@@ -1,4 +1,4 @@
-"""Results of finite elements as records and tables, units in the names: what `--json` prints and files store."""
+"""Results of finite elements as records and tables with units in the names, for `--json` and files."""
 
 from __future__ import annotations
 
@@ -16,16 +16,13 @@ from hypertuna.fe.measure import Measured
 
 __all__ = ["SUMMARY", "bend_csv", "bend_record", "measured_record", "oil_taken"]
 
-SUMMARY = "bend.json"  # file of the record, in the folder of a run
+SUMMARY = "bend.json"  # file of the record in the folder of a run
 
 
 def oil_taken(found: FeBend) -> NDArray[np.float64]:
-    """Compute what oil the side with the pressure has taken in since rest.
+    """Return the oil taken in since rest by the side with the pressure (n,) [m^3].
 
-    By how much the volume inside the braids has grown, over that of the same mesh at rest: a mesh' channels are round
-    but for some 1e-4, which must not count as oil.
-
-    Returns [m^3].
+    It is the growth of the volume in the braids over the same mesh at rest: channels of a mesh are round to 1e-4 only.
     """
     group, actuator = joint_group(found.robot, found.joint)
     inside = math.pi * (drive_unit(found.robot).outer_diameter / 2) ** 2 * sum(actuator.segment_length)
@@ -34,7 +31,7 @@ def oil_taken(found: FeBend) -> NDArray[np.float64]:
 
 
 def bend_record(found: FeBend) -> dict[str, Any]:
-    """Say a bend by finite elements, for programs."""
+    """Return the JSON record of a bend."""
     options, straight = found.options, found.r_squared()
     facts = {
         "ngsolve_version": ngsolve_version(),
@@ -65,7 +62,7 @@ def bend_record(found: FeBend) -> dict[str, Any]:
 
 
 def measured_record(found: Measured) -> dict[str, float]:
-    """Say what was measured of one equilibrium."""
+    """Return the JSON record of a state."""
     record = {f"tip_{axis}_mm": 1e3 * place for axis, place in zip("xy", found.tip, strict=True)}
     record |= {"length_mm": 1e3 * found.length}
     for side, volume, swelling in zip(("left", "right"), found.volume, found.swelling, strict=True):
@@ -79,7 +76,7 @@ def measured_record(found: Measured) -> dict[str, float]:
 
 
 def bend_csv(found: FeBend, command: str) -> str:
-    """Write a bend as comma-separated values, a row per pressure, below comments that say what made them."""
+    """Return a bend as CSV, a row per pressure, below comments with its provenance."""
     record = bend_record(found)
     steps = record.pop("steps")
     facts = {key: value for key, value in (record | {"command": command}).items() if value is not None}

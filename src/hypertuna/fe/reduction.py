@@ -1,13 +1,12 @@
-"""Reduced joint: finite elements on a grid of pressures and couples, and the table of the twin that is nearest to them.
+"""Reduced joint: finite elements on a grid of pressures and couples, and the twin's table that fits them best.
 
-At an angle alpha and pressures P the body settles where its energy is least. What is left of it is one potential,
+At an angle alpha and pressures P the body settles at its minimum of energy, which leaves one potential,
 
     Pi(alpha, P) = min over u of W - sum_s P_s V_s,    M = dPi/dalpha,    V_s = -dPi/dP_s
 
-with M the moment from outside. fe_potential.py says what the twin's table can be of it. A body in three dimensions also
-gets shorter, with the sum of its pressures and nearly whatever its angle, and no table over the angle knows how short
-it is. Two sides that share their oil keep that sum, so by default the right side has what the pumps leave it: twice the
-fill pressure less the pressure of the left.
+with M the external moment; potential.py fits the twin's table to it. A body in three dimensions also shortens, with the
+sum of its pressures and nearly independent of its angle, which no table over the angle can represent. Two sides that
+share their oil keep that sum: by default the right pressure is twice the fill pressure minus the left pressure.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.fe.bend import ngsolve_version
 from hypertuna.fe.measure import measure
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
-from hypertuna.fe.potential import Left, Potential, Samples, best_potential, left
+from hypertuna.fe.potential import Potential, Residual, Samples, best_potential, residual
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import dataset
 
@@ -50,34 +49,33 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-ANGLES = 49  # rows of a table: a spline through them is the polynomials that were fitted, to 1e-5
-STRONGEST = 0.5  # largest couple without choice, in units of what the largest pressure does to the straight joint
+ANGLES = 49  # rows of a table: a spline through them is the fitted polynomials to 1e-5
+STRONGEST = 0.5  # largest couple by default, over the moment of the largest pressure on the straight joint
 
 
 @dataclass(frozen=True)
 class ReducedJoint:
-    """A joint by finite elements, and the table of the twin that is nearest to it."""
+    """A joint by finite elements, and the twin's table that fits it best."""
 
     robot: Robot
     joint: str
     options: FeOptions
-    pressure: Array  # (n, 2) Of the left and the right side [Pa]
-    couple: Array  # (m,) On the tip plate; the moment is its part cos(angle) [N m]
-    angle: Array  # (m, n) [rad], [N m]; not a number where it was not found
-    moment: Array  # (m, n) [rad], [N m]; not a number where it was not found
-    volume: Array  # (m, n, 2) Oil in the drive units of either side [m^3]
-    # the table, as long as the largest angle that was found. Its compliance c is what a side takes for its own
-    # pressure at an angle, its cross d what it takes for the other side's. Where the sum of both stays, c - d is
-    # what the line's ``compliance_m3_pa`` stands for; for d there is nothing in the twin
+    pressure: Array  # (n, 2) of the left and right side [Pa]
+    couple: Array  # (m,) on the tip plate; the moment is couple x cos(angle) [N m]
+    angle: Array  # (m, n) NaN for points without equilibrium [rad]
+    moment: Array  # (m, n) the same [N m]
+    volume: Array  # (m, n, 2) oil in the drive units of each side [m^3]
+    # Its compliance c is the volume of a side per own pressure, its cross d per pressure of the other side. At a
+    # constant sum of both, c - d is the line's ``compliance_m3_pa``; the twin has no counterpart of d.
     potential: Potential
-    left: Left  # what the table leaves unexplained of the points, and of couples that it was not fitted to
-    left_new: Left  # what the table leaves unexplained of the points, and of couples that it was not fitted to
-    status: str  # "converged", or "partial" where points were not found, and a sentence
-    status_text: str  # "converged", or "partial" where points were not found, and a sentence
+    residual: Residual  # of the fit
+    residual_new: Residual  # of couples left out of the fit
+    status: str  # "converged", or "partial" without equilibrium at some points
+    status_text: str  # sentence
     seconds: float  # processor time of all points [s]
 
     def table(self, angles: int = ANGLES) -> dict[str, list[float]]:
-        """Write the table ``[joints.reduced]`` of a description."""
+        """Return the table ``[joints.reduced]`` of a description."""
         half = np.linspace(math.degrees(self.potential.reach), 0, angles // 2, endpoint=False)
         degrees = np.concatenate([-half, np.zeros(angles % 2), half[::-1]]).round(6)
         angle = np.radians(degrees)
@@ -86,24 +84,21 @@ class ReducedJoint:
         return {key: [float(f"{x:.9g}") for x in column] for key, column in zip(keys, columns, strict=True)}
 
     def over_angle(self, angle: ArrayLike) -> tuple[Array, Array]:
-        """Tabulate moment and volumes over angle and pressure: of the points themselves, not of the twin's table.
-
-        `angle` (k,) [rad]; returns [N m], [m^3].
-        """
-        from scipy.interpolate import PchipInterpolator  # here, because it takes longer to import than a table takes
+        """Interpolate the points at angles (k,) [rad]: moment (k, n) [N m] and volumes (k, n, 2) [m^3]."""
+        from scipy.interpolate import PchipInterpolator  # slow to import
 
         where = np.asarray(angle, dtype=np.float64)
-        found = np.full((len(where), len(self.pressure), 3), np.nan)
+        values = np.full((len(where), len(self.pressure), 3), np.nan)
         for p in range(len(self.pressure)):
             known = np.flatnonzero(np.isfinite(self.angle[:, p]))
             order = known[np.argsort(self.angle[known, p])]
             if len(order) > 1:
-                values = np.column_stack([self.moment[order, p], self.volume[order, p]])
-                found[:, p] = PchipInterpolator(self.angle[order, p], values, extrapolate=False)(where)
-        return found[..., 0], found[..., 1:]
+                points = np.column_stack([self.moment[order, p], self.volume[order, p]])
+                values[:, p] = PchipInterpolator(self.angle[order, p], points, extrapolate=False)(where)
+        return values[..., 0], values[..., 1:]
 
     def dataset(self) -> xr.Dataset:
-        """Label the numbers. Returns [rad]."""
+        """Return all numbers as a labeled dataset."""
         grid, table = ("couple", "pressure"), np.linspace(-self.potential.reach, self.potential.reach, ANGLES)
         moment, volume = self.over_angle(table)
         variables = {
@@ -122,8 +117,8 @@ class ReducedJoint:
             "side": ("side", ["left", "right"]),
             "table": ("table", table, {"units": "rad", "long_name": "angle of the table"}),
         }
-        made = provenance(self.robot, water=False) | {"joint": self.joint, "source": self.source}
-        return dataset(variables, coordinates, made)
+        facts = provenance(self.robot, water=False) | {"joint": self.joint, "source": self.source}
+        return dataset(variables, coordinates, facts)
 
     @property
     def material(self) -> str:
@@ -132,13 +127,13 @@ class ReducedJoint:
 
     @property
     def source(self) -> str:
-        """Where the table is from: a sentence for the description."""
+        """Source of the table, a sentence for the description."""
         options, form = self.options, "mixed form" if self.options.mixed else "displacements alone"
         return (
             f"joint {self.joint}: finite elements, mesh {options.mesh}, {form}, material set {self.material}, law "
             f"{options.law}, nu = {options.poisson:g}, {np.isfinite(self.angle).sum()} points up to "
-            f"{self.pressure.max() / 1e3:g} kPa; not explained are {1e3 * self.left.moment:.2g} mN m and "
-            f"{1e6 * self.left.volume:.2g} ml rms"
+            f"{self.pressure.max() / 1e3:g} kPa; residuals of {1e3 * self.residual.moment:.2g} mN m and "
+            f"{1e6 * self.residual.volume:.2g} ml rms"
         )
 
 
@@ -156,7 +151,8 @@ def reduce_joint(
 ) -> ReducedJoint:
     """Solve a joint on a grid of pressures and couples, and fit the twin's table to it.
 
-    `pressure` (n,) [Pa], `couple` (m,) [N m], `fill` [Pa].
+    `pressure` (n,) of the left side [Pa]; `couple` (m,) [N m] and `fill` [Pa] have defaults. The journal `checkpoint`
+    resumes the work; `solve` replaces the finite elements.
     """
     group, _ = joint_group(robot, joint)
     options = options or FeOptions()
@@ -167,29 +163,29 @@ def reduce_joint(
     solve = solve or joint_by_elements(robot, joint, options)
     facts = asdict(options) | {"material": options.material or drive_unit(robot).material_set}
     facts |= {"joint": group.name, "pressure": pairs, "couple": turns, "ngsolve": ngsolve_version()}
-    found: list[dict[str, Any]] = []
+    points: list[dict[str, Any]] = []
     with Journal(checkpoint, journal_header("fe reduce", robot, facts)) as journal:
         for c, p in itertools.product(range(len(turns)), range(len(pairs))):
 
             def point(c: int = c, p: int = p) -> dict[str, Any]:
                 return _point(solve, float(turns[c]), pairs[: p + 1])
 
-            found.append(journal.answer([c, p], point))
+            points.append(journal.answer([c, p], point))
             if progress is not None:
-                progress(len(found), len(turns) * len(pairs))
-    return _reduced(robot, group.name, options, np.array(pairs), turns, found)
+                progress(len(points), len(turns) * len(pairs))
+    return _reduced(robot, group.name, options, np.array(pairs), turns, points)
 
 
 def couples(robot: Robot, joint: str | int, pairs: Sequence[Pair], count: int = 5) -> Array:
-    """Choose couples that bend a joint about as far as its pressures do. `pairs` [Pa]; returns [N m]."""
+    """Return couples [N m] that bend a joint about as far as pairs of pressures [Pa] do."""
     name = joint_group(robot, joint)[0].name
     table = next(table for table in joint_tables(robot) if table.name == name)
-    most = STRONGEST * max(map(max, pairs)) * table.at([0.0])["slope"][0, 0]
-    return np.linspace(-1, 1, count) * float(f"{most:.2g}")
+    largest = STRONGEST * max(map(max, pairs)) * table.at([0.0])["slope"][0, 0]
+    return np.linspace(-1, 1, count) * float(f"{largest:.2g}")
 
 
 def with_reduced(robot: Robot, reduced: ReducedJoint) -> Robot:
-    """Return a robot whose twin has a reduced joint. Returns [joints.reduced]."""
+    """Return a robot with the reduced joint in its tables ``[joints.reduced]`` and ``[sources]``."""
     joint_group(robot, reduced.joint)
     document = robot.document()
     next(group for group in document["joints"] if group["name"] == reduced.joint)["reduced"] = reduced.table()
@@ -206,18 +202,17 @@ def write_reduced(robot: str | Path, reduced: ReducedJoint, output: str | Path) 
 
 
 def _point(solve: Joint, couple: float, path: Sequence[Pair]) -> dict[str, Any]:
-    """Find a point, and the time that it took."""
+    """Solve a point and measure its processor time."""
     start = time.process_time()
-    found = dict(solve(couple, path))
-    return found | {"seconds": time.process_time() - start}
+    return dict(solve(couple, path)) | {"seconds": time.process_time() - start}
 
 
 def _pairs(pressure: ArrayLike, fill: float) -> list[Pair]:
-    """Check the pressures, and give the right side its own."""
+    """Check the pressures and return them with those of the right side."""
     rising = _numbers(pressure, "pressure", "Pa")
     for key, lowest in (("pressure", float(rising.min())), ("fill", fill)):
         if not 0 <= lowest < math.inf:
-            value, fix = f"{lowest / 1e3:g} kPa", "couples bend the joint the other way"
+            value, fix = f"{lowest / 1e3:g} kPa", "use couples to bend the joint the other way"
             raise InputError("must not be negative", key=key, value=value, fix=fix)
     if (np.diff(rising) <= 0).any() or not rising.max() > 0:
         fix = "sort them, and end above 0"
@@ -228,38 +223,36 @@ def _pairs(pressure: ArrayLike, fill: float) -> list[Pair]:
 def _numbers(values: ArrayLike, key: str, unit: str) -> Array:
     """Check a list of numbers."""
     try:
-        found = np.atleast_1d(np.asarray(values, dtype=np.float64))
+        array = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError):
-        found = np.array([math.nan])
-    if found.ndim != 1 or not len(found) or not np.isfinite(found).all():
+        array = np.array([math.nan])
+    if array.ndim != 1 or not len(array) or not np.isfinite(array).all():
         rule, fix = "must be a list of finite numbers", f"give them in a row, in {unit}"
         raise InputError(rule, key=key, value=shown(values), fix=fix)
-    return found
+    return array
 
 
 def _reduced(
-    robot: Robot, joint: str, options: FeOptions, pressure: Array, couple: Array, found: Sequence[Mapping[str, Any]]
+    robot: Robot, joint: str, options: FeOptions, pressure: Array, couple: Array, points: Sequence[Mapping[str, Any]]
 ) -> ReducedJoint:
-    """Put the points in order and fit the table."""
+    """Arrange the points and fit the table."""
     shape = len(couple), len(pressure)
     none = {"angle": math.nan, "volume": [math.nan, math.nan]}
-    sound = [none if point["fault"] else point for point in found]
+    sound = [none if point["fault"] else point for point in points]
     angle = np.array([point["angle"] for point in sound]).reshape(shape)
     volume = np.array([point["volume"] for point in sound]).reshape(*shape, 2)
     moment = couple[:, None] * np.cos(angle)
     c, p = np.nonzero(np.isfinite(angle))
-    groups = c if len(couple) > 2 else p  # fits without a group still have to know how moments turn the joint
+    groups = c if len(couple) > 2 else p  # fits without one group still need moments that turn the joint
     samples = Samples(groups, angle[c, p], moment[c, p], pressure[p], volume[c, p]).with_mirror()
-    best, new = best_potential(samples)
-    faults = [point["fault"].rstrip(".") for point in found if point["fault"]]
-    text = f"All {angle.size} points were found."
+    best, residual_new = best_potential(samples)
+    faults = [point["fault"].rstrip(".") for point in points if point["fault"]]
+    text = f"All {angle.size} points have an equilibrium."
     if faults:
-        text = f"{len(faults)} of {angle.size} points were not found; the first: {faults[0]}."
+        text = f"{len(faults)} of {angle.size} points have no equilibrium; the first: {faults[0]}."
     if best.reach < (bend_max := joint_group(robot, joint)[0].bend_max or 0.0):
-        ends = (
-            f"The table ends at {math.degrees(best.reach):.3g} deg, short of bend_max_deg = {math.degrees(bend_max):g}"
-        )
-        text += f" {ends}: take stronger couples."
+        reach, wanted = math.degrees(best.reach), math.degrees(bend_max)
+        text += f" The table ends at {reach:.3g} deg, short of bend_max_deg = {wanted:g}: use larger couples."
     return ReducedJoint(
         robot=robot,
         joint=joint,
@@ -270,27 +263,22 @@ def _reduced(
         moment=moment,
         volume=volume,
         potential=best,
-        left=left(best, samples),
-        left_new=new,
+        residual=residual(best, samples),
+        residual_new=residual_new,
         status="partial" if faults else "converged",
         status_text=text,
-        seconds=float(sum(point["seconds"] for point in found)),
+        seconds=float(sum(point["seconds"] for point in points)),
     )
 
 
 Pair = tuple[float, float]
-# Answers for a couple [N m]: the joint under the last of the pairs of pressures [Pa] after having gone through those
-# before: angle [rad], volume [m^3] of either side, fault (a sentence, empty where there is none).
+# Solves a joint under a couple [N m] at the end of a path of pairs of pressures [Pa]: angle [rad], volume [m^3] of
+# each side, fault (a sentence, empty without one).
 Joint = Callable[[float, Sequence[Pair]], Mapping[str, Any]]
 
 
 def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None = None) -> Joint:
-    """Make a joint of finite elements that answers point by point.
-
-    It goes on from where it is where a path only grows longer, and begins at rest where it does not.
-
-    Returns [N m].
-    """
+    """Return the finite elements of a joint; they continue a path that only grows, and restart any other at rest."""
     model: Any = None
     place: tuple[float, tuple[Pair, ...]] | None = None
 
@@ -304,9 +292,9 @@ def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None 
             _rest(model)
         place = None
         for pair in steps:
-            ended = equilibrium(model, pressure=pair, couple=couple)
-            if not ended.converged:
-                return {"fault": ended.text}
+            result = equilibrium(model, pressure=pair, couple=couple)
+            if not result.converged:
+                return {"fault": result.text}
         place = couple, tuple(path)
         measured = measure(model)
         return {"angle": measured.angle, "volume": list(measured.volume), "fault": measured.fault}
@@ -315,7 +303,7 @@ def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None 
 
 
 def _rest(model: Any) -> None:
-    """Take all loads and all displacement from a model."""
+    """Set loads and displacements of a model to zero."""
     for given in model.problem.loads:
         given.Set(0.0)
     model.displacement.vec[:] = 0.0

@@ -1,9 +1,8 @@
 """A joint without ends: one section in uniform bending, by finite elements in its plane.
 
-Where a body is long, every section does the same: it moves to y + u_y, z + u_z in its plane, and its fibers along x
-stretch by l - k (y + u_y), with the stretch of the axis l and the curvature k per length at rest. With these two as
-unknowns beside u, energies, pressure and braids are those of the body (fe_model), at a hundredth of the cost. What the
-body does less than its sections is the work of its ends, which plates hold.
+In a long body all sections deform alike: to y + u_y, z + u_z in the plane, with the stretch l - k (y + u_y) along x, l
+the stretch of the axis and k the curvature per length at rest. With these two unknowns beside u, energies, pressure and
+braids are those of the body (model.py), at a hundredth of the cost. The body bends less because plates hold its ends.
 """
 
 from __future__ import annotations
@@ -31,17 +30,15 @@ Array = NDArray[np.float64]
 ORDER = 3  # of displacements and curved elements
 AROUND = 0.8  # size of edges on the channels over their radius
 INSIDE = 1e-9  # mm: points on the edge of a mesh may belong to no element
-FIRST = 5e3  # Pa, first step: slack braids
+FIRST = 5e3  # Pa, first step, because of slack braids
 
 
 @dataclass(frozen=True)
 class Section:
-    """What sections of a joint do at rising pressures."""
+    """Deformation of the sections of a joint at rising pressures."""
 
-    # (n,) Of the joint toward the side with the pressure, were it all as its sections are [rad]; NaN from where
-    # Newton's method did not converge
-    angle: Array
-    axis: Array  # (n,) Mean stretch of the line that is y = z = 0 at rest [1]
+    angle: Array  # (n,) of a joint of such sections, toward the side with the pressure [rad]; NaN without convergence
+    axis: Array  # (n,) mean stretch of the line y = z = 0 at rest [1]
 
 
 def section_bend(
@@ -53,7 +50,10 @@ def section_bend(
     options: FeOptions | None = None,
     segments: bool = True,
 ) -> Section:
-    """Bend the sections of a joint by the pressure of one side, without friction. `pressure` (n,) [Pa]."""
+    """Bend the sections of a joint at pressures (n,) [Pa] of one side, without friction.
+
+    Without `segments`, one mean section stands for all.
+    """
     check_side(side)
     need_fe()
     options = options or FeOptions()
@@ -64,15 +64,15 @@ def section_bend(
     if not segments:
         major, minor = (np.array([np.average(half, weights=lengths)]) for half in (major, minor))
         lengths = lengths.sum(keepdims=True)
-    found = [_bent(robot, joint, rising, side, (a, b), options) for a, b in zip(major, minor, strict=True)]
-    axis, curvature = np.moveaxis(np.array(found), 2, 0)  # each of shape (segments, n)
+    states = [_bent(robot, joint, rising, side, (a, b), options) for a, b in zip(major, minor, strict=True)]
+    axis, curvature = np.moveaxis(np.array(states), 2, 0)  # each of shape (segments, n)
     return Section(lengths @ curvature, lengths @ axis / lengths.sum())
 
 
 def _bent(
     robot: Robot, joint: str | int, rising: Array, side: str, half: tuple[float, float], options: FeOptions
 ) -> Array:
-    """Stretch of the axis [1] and curvature toward a side per length at rest [1/m] of a section, shape (n, 2)."""
+    """Return stretch of the axis [1] and curvature toward a side per length at rest [1/m] of a section, (n, 2)."""
     import ngsolve as ngs
 
     matrix, in_m = soft_parts(robot, options)
@@ -84,15 +84,15 @@ def _bent(
     scale = MM * half[1]
     energy = _energy(space, matrix, wall, load, side, scale)
     problem = Problem(energy, ngs.GridFunction(space), (load,), matrix.shear)
-    found = np.full((len(rising), 2), math.nan)
+    states = np.full((len(rising), 2), math.nan)
     lead(problem, (min(FIRST, float(rising[0])),))
     for k, value in enumerate(rising):
         if not lead(problem, (float(value),)).converged:
             break
         axis, turn = (problem.state.components[c].vec[0] for c in (2, 3))
-        moved = problem.state.components[0](mesh(0.0, INSIDE))  # mm along y, of the middle from where the pin left it
-        found[k] = 1 + axis - turn / scale * moved, (1 - 2 * SIDES.index(side)) * turn / half[1]
-    return found
+        moved = problem.state.components[0](mesh(0.0, INSIDE))  # mm along y, of the middle relative to the pin
+        states[k] = 1 + axis - turn / scale * moved, (1 - 2 * SIDES.index(side)) * turn / half[1]
+    return states
 
 
 def _mesh(robot: Robot, joint: str | int, half: tuple[float, float]) -> Any:
@@ -112,11 +112,8 @@ def _mesh(robot: Robot, joint: str | int, half: tuple[float, float]) -> Any:
         if abs(low.y) < 1e-4 and abs(high.y) < 1e-4:
             edge.name = "symmetry"
         for channel in body.upper:
-            near = (
-                max(abs(p.x - MM * channel.y) for p in (low, high)),
-                max(abs(p.y - MM * channel.z) for p in (low, high)),
-            )
-            if max(near) < 1.001 * r:
+            away = max(max(abs(p.x - MM * channel.y), abs(p.y - MM * channel.z)) for p in (low, high))
+            if away < 1.001 * r:
                 edge.name, edge.maxh = ("wall_left", "wall_right")[channel.side], AROUND * r
     min(face.vertices, key=lambda corner: corner.p.x).name = "pin"
     mesh = ngs.Mesh(OCCGeometry(face, dim=2).GenerateMesh(maxh=b / 2, grading=0.5))
@@ -125,7 +122,7 @@ def _mesh(robot: Robot, joint: str | int, half: tuple[float, float]) -> Any:
 
 
 def _energy(space: Any, matrix: Solid, wall: Wall, load: Any, side: str, scale: float) -> Any:
-    """Energy of half a section per length, in Pa mm^2."""
+    """Return the energy of half a section per length [Pa mm^2]."""
     import ngsolve as ngs
 
     uy, uz, axis, turn = space.TrialFunction()
@@ -141,14 +138,14 @@ def _energy(space: Any, matrix: Solid, wall: Wall, load: Any, side: str, scale: 
     energy += ngs.Variation(solid_energy(matrix, F).Compile() * ngs.dx)
     Fs = in_plane(ngs.grad(uy).Trace(), ngs.grad(uz).Trace())
     outward = ngs.specialcf.normal(2)
-    # Netgen turns the normals of a plane mesh' edges as its curves run: the channels' area must come out positive.
+    # Netgen orients normals of plane edges along its curves: the channels' area must be positive.
     sign = 1.0 if ngs.Integrate(-ngs.x * outward[0] * ngs.ds(f"wall_{side}"), space.mesh) > 0 else -1.0
     normal = sign * outward
     around = Fs * ngs.CF((-normal[1], normal[0]))
     Caa, Chh = stretch * stretch, ngs.InnerProduct(around, around)
     walls = hose_energy(wall, Caa, Chh, ngs.CF(0.0)) + braid_energy(wall, Caa, Chh, ngs.CF(0.0))
     energy += ngs.Variation(walls.Compile() * ngs.ds("wall_.*"))
-    # Volume per length at rest: the stretch integrated over the channel, as a flux of its antiderivative along y.
+    # Volume per length at rest: the stretch integrated over the channel, as the flux of its antiderivative along y.
     flux = ((1 + axis) * y - turn / (2 * scale) * y * y) * (Fs[1, 1] * normal[0] - Fs[1, 0] * normal[1])
     energy += ngs.Variation((load * flux).Compile() * ngs.ds(f"wall_{side}"))
     return energy

@@ -107,10 +107,10 @@ def _record(reduced: ReducedJoint, output: str | None) -> dict[str, Any]:
         "terms": {"elastic": len(fit.elastic_terms), "volume": len(fit.volume_terms)},
         "compliance_m3_pa": fit.compliance,
         "cross_compliance_m3_pa": fit.cross,
-        "moment_rms_n_m": reduced.left.moment,
-        "volume_rms_ml": 1e6 * reduced.left.volume,
-        "moment_rms_left_out_n_m": reduced.left_new.moment,
-        "volume_rms_left_out_ml": 1e6 * reduced.left_new.volume,
+        "moment_rms_n_m": reduced.residual.moment,
+        "volume_rms_ml": 1e6 * reduced.residual.volume,
+        "moment_rms_left_out_n_m": reduced.residual_new.moment,
+        "volume_rms_left_out_ml": 1e6 * reduced.residual_new.volume,
         "seconds": reduced.seconds,
         "output": output,
         "status": reduced.status,
@@ -129,8 +129,8 @@ def _lines(reduced: ReducedJoint) -> Iterator[Any]:
         rows.append([f"{left:.4g}", f"{right:.4g}", *cells])
     yield f"{reduced.robot.name}: joint {reduced.joint}, mesh {reduced.options.mesh}", "bold"
     yield table(heads, rows, left=())
-    rms = f"{1e3 * reduced.left.moment:.3g} mN m and {1e6 * reduced.left.volume:.2g} ml"
-    new = f"{1e3 * reduced.left_new.moment:.3g} and {1e6 * reduced.left_new.volume:.2g}"
+    rms = f"{1e3 * reduced.residual.moment:.3g} mN m and {1e6 * reduced.residual.volume:.2g} ml"
+    new = f"{1e3 * reduced.residual_new.moment:.3g} and {1e6 * reduced.residual_new.volume:.2g}"
     yield f"table to {np.degrees(fit.reach):.1f} deg either way; residuals {rms} rms ({new} of couples not fitted)"
     give, cross = fit.compliance, fit.cross
     text = f"angle held, a side takes {give:.2g} m^3/Pa for its own pressure, {cross:.2g} for that of the other side"
