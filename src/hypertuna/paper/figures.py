@@ -1,11 +1,12 @@
-"""Figures of the report: maps of the tank tests, named numbers on one scale."""
+"""Figures of the ledger."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -17,22 +18,38 @@ from hypertuna.swimming.swim import Swim
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "plot_against",
-    "plot_changes",
-    "plot_descent",
-    "plot_dots",
-    "plot_intervals",
-    "plot_map",
-    "plot_normalized",
-    "plot_paths",
-    "plot_start",
-]
+__all__ = ["plot_against", "plot_changes", "plot_descent", "plot_dots", "plot_intervals", "plot_map"]
+__all__ += ["plot_normalized", "plot_paths", "plot_start"]
+
+
+LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))
+
+# Color, marker and filling of each kind of number.
+KINDS = {
+    "other": (FAINT, "o", FAINT),
+    "fish": (COLORS[2], "D", "none"),
+    "measured": (INK, "s", INK),
+    "computed": (COLORS[0], "s", "none"),
+}
+
+
+def _single(width: float, height: float) -> tuple[Figure, Axes]:
+    """Return a figure of one plot [inch]."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, figure.subplots()
+
+
+def _name_rows(axes: Axes, names: Sequence[str]) -> None:
+    """Name the rows of a plot, from top to bottom."""
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.grid(axis="y", visible=False)
+    axes.tick_params(axis="y", length=0)
 
 
 @styled
 def plot_map(
-    found: xr.Dataset,
+    grid: xr.Dataset,
     quantity: str,
     label: str,
     levels: Mapping[str, float | None],
@@ -40,20 +57,23 @@ def plot_map(
     lowest: bool = False,
     width: float = WIDTH,
 ) -> Figure:
-    """Map a quantity over frequency and phase difference, one panel for each amplitude."""
-    found = found.isel(bias=0).where(found.settled.isel(bias=0))
-    values = found[quantity].transpose("amplitude", "phase", "frequency").values
-    frequency = found.frequency.values
-    phase = np.degrees(found[[str(name) for name in found.coords if str(name).startswith("phase_")][-1]].values)
+    """Map a quantity over frequency and phase difference, a panel for each amplitude; dots mark the best phases.
+
+    `levels` has the published best phase of each amplitude [deg].
+    """
+    grid = grid.isel(bias=0).where(grid.settled.isel(bias=0))
+    values = grid[quantity].transpose("amplitude", "phase", "frequency").values
+    frequency = grid.frequency.values
+    phase = np.degrees(grid[[str(name) for name in grid.coords if str(name).startswith("phase_")][-1]].values)
     figure = Figure(figsize=(width, 0.75 * width), layout="constrained")
     panels = figure.subplots(1, len(levels), sharex=True, sharey=True)
     norm = Normalize(0, np.nanmax(values))
-    for axes, part, (level, told) in zip(panels, values, levels.items(), strict=True):
+    for axes, part, (level, published) in zip(panels, values, levels.items(), strict=True):
         axes.pcolormesh(frequency, phase, part, norm=norm, cmap=SEQUENCE, shading="nearest", ec="white", lw=0.4)
         best = np.nanargmin(part, axis=0) if lowest else np.nanargmax(part, axis=0)
         axes.plot(frequency, phase[best], "o", color="white", mec=INK, mew=0.7, ms=4)
-        if told is not None and not lowest:
-            axes.axhline(told, color=INK, lw=1.1, ls=(0, (4, 2)))
+        if published is not None and not lowest:
+            axes.axhline(published, color=INK, lw=1.1, ls=(0, (4, 2)))
         axes.set_title(level)
         axes.grid(visible=False)
         axes.set(xticks=frequency[1::2], yticks=phase[::2])
@@ -63,22 +83,10 @@ def plot_map(
     return figure
 
 
-LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))
-
-# Color, marker and filling of what stands among others.
-KINDS = {
-    "other": (FAINT, "o", FAINT),
-    "fish": (COLORS[2], "D", "none"),
-    "measured": (INK, "s", INK),
-    "computed": (COLORS[0], "s", "none"),
-}
-
-
 @styled
 def plot_dots(rows: Sequence[tuple[str, float, str]], label: str, *, log: bool = False, width: float = WIDTH) -> Figure:
     """Draw named numbers as dots on one scale."""
-    figure = Figure(figsize=(width, 0.235 * len(rows) + 0.6), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = _single(width, 0.235 * len(rows) + 0.6)
     if log:
         axes.set_xscale("log")
     low = 0.6 * min(value for _, value, _ in rows) if log else 0.0
@@ -88,20 +96,16 @@ def plot_dots(rows: Sequence[tuple[str, float, str]], label: str, *, log: bool =
         axes.plot(value, k, marker, mec=color, mfc=fill, ms=6, mew=1.4)
         text = f"{value:.3g}" if value < 1000 else f"{value:.0f}"
         axes.annotate(text, (value, k), (6, 0), "data", "offset points", va="center", color=INK, fontsize=8.5)
-    axes.set_yticks(range(len(rows)), [name for name, _, _ in rows])
+    _name_rows(axes, [name for name, _, _ in rows])
     axes.set(xlabel=label, xlim=(low, (6 if log else 1.15) * max(value for _, value, _ in rows)))
-    axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.grid(axis="y", visible=False)
     axes.spines["left"].set_visible(False)
-    axes.tick_params(axis="y", length=0)
     return figure
 
 
 @styled
 def plot_start(swims: Mapping[str, Swim], *, width: float = WIDTH) -> Figure:
     """Plot the forward speed from rest: at every instant, and its mean over each beat."""
-    figure = Figure(figsize=(width, 0.62 * width), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = _single(width, 0.62 * width)
     for k, (name, swim) in enumerate(swims.items()):
         motion, steps = swim.trajectory, swim.steps
         time, speed = motion.time.values, motion.forward_speed.values
@@ -120,8 +124,7 @@ def plot_against(
     published: ArrayLike, computed: Mapping[str, ArrayLike], *, within: float = 0.05, width: float = WIDTH
 ) -> Figure:
     """Plot computed against published speeds."""
-    figure = Figure(figsize=(width, 0.8 * width), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = _single(width, 0.8 * width)
     truth = np.asarray(published, dtype=np.float64)
     ends = np.array([0.9 * truth.min(), 1.05 * truth.max()])
     band = f"within {100 * within:g} %"
@@ -143,8 +146,7 @@ def plot_normalized(
     width: float = WIDTH,
 ) -> Figure:
     """Plot normalized cost of transport against frequency."""
-    figure = Figure(figsize=(width, 0.62 * width), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = _single(width, 0.62 * width)
     for k, (name, values) in enumerate(cost.items()):
         axes.plot(frequency, values, color=COLORS[k], marker=SHAPES[k], **POINTS, label=f"{name}, mechanical")
     for hertz, value, name in published:
@@ -157,13 +159,12 @@ def plot_normalized(
 
 @styled
 def plot_descent(curves: Mapping[str, ArrayLike], label: str, *, lowest: float = 1e-7, width: float = WIDTH) -> Figure:
-    """Plot how searches come down to their optimum, on a logarithmic scale."""
-    figure = Figure(figsize=(width, 0.68 * width), layout="constrained")
-    axes = figure.subplots()
+    """Plot the distance of searches from their optimum over iterations, on a logarithmic scale."""
+    figure, axes = _single(width, 0.68 * width)
     for k, (name, values) in enumerate(curves.items()):
         value = np.asarray(values, dtype=np.float64)
-        shown = np.where(np.isfinite(value) & (value > lowest), value, np.nan)
-        axes.semilogy(np.arange(1, len(value) + 1), shown, color=COLORS[k], ls=LINES[k % len(LINES)], label=name)
+        visible = np.where(np.isfinite(value) & (value > lowest), value, np.nan)
+        axes.semilogy(np.arange(1, len(value) + 1), visible, color=COLORS[k], ls=LINES[k % len(LINES)], label=name)
     axes.set(xlabel="iteration", ylabel=label)
     axes.legend(loc="upper right", ncols=2)
     return figure
@@ -172,33 +173,20 @@ def plot_descent(curves: Mapping[str, ArrayLike], label: str, *, lowest: float =
 @styled
 def plot_changes(names: Sequence[str], bars: Mapping[str, Sequence[float]], *, width: float = WIDTH) -> Figure:
     """Draw changes in percent as groups of bars."""
-    figure = Figure(figsize=(width, 0.2 * len(bars) * len(names) + 1.3), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = _single(width, 0.2 * len(bars) * len(names) + 1.3)
     rows, high = np.arange(len(names)), 0.8 / len(bars)
     for k, (name, values) in enumerate(bars.items()):
         at = rows + (k - (len(bars) - 1) / 2) * high
         color = (INK, *COLORS)[k]
         axes.barh(at, values, 0.85 * high, color=color, label=name)
         for y, value in zip(at, values, strict=True):
-            side = 1 if value >= 0 else -1
-            text = f"{value:+.1f}"
-            axes.annotate(
-                text,
-                (value, y),
-                (3 * side, 0),
-                "data",
-                "offset points",
-                va="center",
-                ha="left" if side > 0 else "right",
-                color=INK,
-                fontsize=8,
-            )
+            offset, side = (3, "left") if value >= 0 else (-3, "right")
+            style: dict[str, Any] = {"va": "center", "ha": side, "color": INK, "fontsize": 8}
+            axes.annotate(f"{value:+.1f}", (value, y), (offset, 0), textcoords="offset points", **style)
     axes.axvline(0, color=FAINT, lw=0.8)
-    axes.set_yticks(rows, names)
     axes.margins(x=0.16)
-    axes.set(xlabel="change by optimization [%]", ylim=(len(names) - 0.5, -0.5))
-    axes.grid(axis="y", visible=False)
-    axes.tick_params(axis="y", length=0)
+    axes.set(xlabel="change by optimization [%]")
+    _name_rows(axes, names)
     figure.legend(loc="outside upper left", ncols=2, **TIGHT)
     return figure
 
@@ -208,33 +196,30 @@ def plot_intervals(
     names: Sequence[str],
     bounds: tuple[ArrayLike, ArrayLike],
     published: ArrayLike,
-    found: Mapping[str, tuple[ArrayLike, ArrayLike, ArrayLike]],
+    identified: Mapping[str, tuple[ArrayLike, ArrayLike, ArrayLike]],
     *,
     width: float = WIDTH,
 ) -> Figure:
     """Draw coefficients and their intervals between their bounds."""
     low, high = (np.asarray(side, dtype=np.float64) for side in bounds)
-    figure = Figure(figsize=(width, 0.38 * len(names) + 1.1), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = _single(width, 0.38 * len(names) + 1.1)
     rows = np.arange(len(names))
-    for k, (name, columns) in enumerate(found.items()):
+    for k, (name, columns) in enumerate(identified.items()):
         value, lower, upper = ((np.asarray(column, dtype=np.float64) - low) / (high - low) for column in columns)
-        at = rows + 0.26 * (k - (len(found) - 1) / 2)
+        at = rows + 0.26 * (k - (len(identified) - 1) / 2)
         axes.hlines(at, lower, upper, color=COLORS[k], lw=2.4, alpha=0.45)
         axes.plot(value, at, SHAPES[k], color=COLORS[k], ms=6, mec="white", mew=0.6, label=name, clip_on=False)
     axes.plot((np.asarray(published) - low) / (high - low), rows, "|", color=INK, ms=16, mew=2.4, label="published")
-    axes.set_yticks(rows, names)
-    axes.set(xlabel="place between the bounds of Table III", xlim=(0, 1), ylim=(len(names) - 0.5, -0.5))
+    _name_rows(axes, names)
+    axes.set(xlabel="place between the bounds of Table III", xlim=(0, 1))
     axes.set_xticks([0, 0.5, 1], ["lower", "middle", "upper"])
-    axes.grid(axis="y", visible=False)
-    axes.tick_params(axis="y", length=0)
     figure.legend(loc="outside upper left", ncols=3, **TIGHT)
     return figure
 
 
 @styled
 def plot_paths(paths: Mapping[str, ArrayLike], names: Sequence[str], *, width: float = WIDTH) -> Figure:
-    """Plot how coefficients move as they are identified: a column of panels for each model, a row for each kind."""
+    """Plot coefficients over iterations, as places between their bounds [1]: a column for each model, a row a kind."""
     kinds = [name.partition("[")[0] for name in names]
     links = [name.partition("[")[2].rstrip("]") for name in names]
     rows, lines = list(dict.fromkeys(kinds)), list(dict.fromkeys(links))

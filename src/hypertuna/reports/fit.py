@@ -1,4 +1,4 @@
-"""The page on a fit: what was found, how certain it is, and how it was made."""
+"""The page on a fit: coefficients, their uncertainty, residuals, and how the fit was made."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ __all__ = ["fit_sections", "write_fit"]
 def write_fit(
     fits: Mapping[str, Fit], best: str, path: str | Path, *, sampled: Posterior | None = None, command: str = ""
 ) -> Path:
-    """Write a page on a fit, or on several of different water laws."""
+    """Write a page on the best of several fits with different water laws."""
     fit = fits[best]
-    judged = fit.validation or fit.train
-    told = "runs that it had not seen" if fit.validation else "the runs that it was fitted to"
+    errors = fit.validation or fit.train
+    runs = "runs that were not fitted" if fit.validation else "the fitted runs"
     facts = [
-        Fact(f"{LABELS[key][2] * value:.2g} {LABELS[key][1]}", f"rms error of {LABELS[key][0]} in {told}")
-        for key, value in judged.rms.items()
+        Fact(f"{LABELS[key][2] * value:.2g} {LABELS[key][1]}", f"rms error of {LABELS[key][0]} in {runs}")
+        for key, value in errors.rms.items()
     ]
     known = sum(d.determined for d in fit.uncertainty.directions)
     facts.append(Fact(f"{known} of {len(fit.free)}", "directions that the runs determine"))
@@ -42,8 +42,8 @@ def write_fit(
 
 
 def fit_sections(fit: Fit, *, sampled: Posterior | None = None, command: str = "") -> list[Section]:
-    """Write the sections of a page on a fit."""
-    return [_values(fit, sampled), _open(fit), _agreement(fit), _made(fit, sampled, command)]
+    """Return the sections of a page on a fit."""
+    return [_values(fit, sampled), _directions(fit), _residuals(fit), _provenance(fit, sampled, command)]
 
 
 def _laws(fits: Mapping[str, Fit], best: str) -> Section:
@@ -68,7 +68,7 @@ def _criteria(fit: Fit) -> list[str]:
 
 
 def _values(fit: Fit, sampled: Posterior | None) -> Section:
-    """Values and intervals."""
+    """Show values and intervals."""
     sure = fit.uncertainty
     columns = ["coefficient", "value", "95 % interval", "unit", ""]
     rows: list[list[str | float]] = []
@@ -94,24 +94,24 @@ def _values(fit: Fit, sampled: Posterior | None) -> Section:
     return Section("Coefficients", [*parts, *fit.warnings])
 
 
-def _open(fit: Fit) -> Section:
-    """Say what the runs determine, and what not."""
+def _directions(fit: Fit) -> Section:
+    """Show which directions the runs determine."""
     rows: list[list[str | float]] = [
         [d.sentence, "yes" if d.determined else "no", d.singular_value] for d in fit.uncertainty.directions
     ]
     missing = sum(not d.determined for d in fit.uncertainty.directions)
     text = (
-        "Every direction is determined: no combination of coefficients is left open by the runs."
+        "Every direction is determined: the runs identify all combinations of the coefficients."
         if not missing
-        else f"{missing} of {len(rows)} directions are open: along them coefficients can move together, and the runs "
-        "would look the same within their noise. Single values are then no properties of the water."
+        else f"{missing} of {len(rows)} directions are unidentifiable: coefficients can move together along them, "
+        "and the runs would look the same within their noise. Single values are then no properties of the water."
     )
-    shows = "Directions in the space of the coefficients, from the best known to the least known."
+    shows = "Directions in the space of the coefficients, from the best to the least determined."
     made = "Singular value decomposition of the weighted Jacobian; each is the inverse of a standard deviation."
     picture = Picture(
         "correlation",
         plot_correlation(fit, width=WIDTH),
-        "Correlation of the coefficients' errors: near 1 or -1, the runs know only a combination of the two.",
+        "Correlation of the coefficients' errors: near 1 or -1, the runs determine only a combination of the two.",
         "From the covariance of the linearized fit.",
     )
     return Section(
@@ -120,12 +120,12 @@ def _open(fit: Fit) -> Section:
     )
 
 
-def _agreement(fit: Fit) -> Section:
-    """Put computed beside measured."""
+def _residuals(fit: Fit) -> Section:
+    """Show computed beside measured."""
     parts: list[Part] = []
     if any(trials.steady for trials in fit.trials):
         shows = "Computed against measured: on the line they agree."
-        made = "Settled beats with the fitted coefficients; validation runs were not seen by the fit."
+        made = "Settled beats with the fitted coefficients; validation runs were not fitted."
         parts.append(Picture("measured", plot_measured(fit, width=WIDTH), shows, made))
     shows = "Error of every run."
     made = "Computed minus measured; of tracked runs the rms over all frames, seen from each run's first frame."
@@ -136,7 +136,7 @@ def _agreement(fit: Fit) -> Section:
     for key, (name, unit, factor) in LABELS.items():
         if key in fit.train.rms:
             both = [part for part in (fit.train, fit.validation) if part is not None]
-            cells = [factor * found.get(key, np.nan) for part in both for found in (part.rms, part.max)]
+            cells = [factor * errors.get(key, np.nan) for part in both for errors in (part.rms, part.max)]
             rows.append([f"{name} ({unit})", *cells])
     parts.append(Table(columns, rows, "Errors of all runs together."))
     parts.append(_runs(fit))
@@ -152,12 +152,12 @@ def _tracked(fit: Fit) -> list[Part]:
         by_name[recording.name] = replace(recording, tracks=tracks)
     recordings = [with_fitted_clock(fit.robot, recording) for recording in by_name.values()]
     replayed = [(recording, replay_recording(fit.robot, recording)) for recording in recordings]
-    sound = [pair for pair in replayed if pair[1].attrs["status"] == "completed"]
-    if not sound:
+    complete = [pair for pair in replayed if pair[1].attrs["status"] == "completed"]
+    if not complete:
         return []
     shows = "Tracked runs and the fitted model: the pose of the head's center, seen from its start."
     made = "Replay of the measured joint angles from rest, with the fitted coefficients and time offsets."
-    recordings, results = [pair[0] for pair in sound], [pair[1] for pair in sound]
+    recordings, results = [pair[0] for pair in complete], [pair[1] for pair in complete]
     return [Picture("tracked", plot_recordings(fit.robot, recordings, results, width=WIDTH), shows, made)]
 
 
@@ -166,22 +166,22 @@ def _runs(fit: Fit) -> Table:
     parts = {"training": fit.train} | ({"validation": fit.validation} if fit.validation else {})
     keys = [key for key in LABELS if any(key in part.rms for part in parts.values())]
     rms = {key: fit.train.rms.get(key) or 1.0 for key in keys}
-    found: list[tuple[float, list[str | float]]] = []
+    ranked: list[tuple[float, list[str | float]]] = []
     for name, part in parts.items():
         for run in part.runs:
             error = {key: run.get(key, run.get(f"{key}_rms", np.nan)) for key in keys}
             badness = max((abs(e) / rms[key] for key, e in error.items() if np.isfinite(e)), default=np.inf)
             cells = [LABELS[key][2] * error[key] for key in keys]
-            found.append((badness, [run["run"], f"{name}{', ' * ('status' in run)}{run.get('status', '')}", *cells]))
+            ranked.append((badness, [run["run"], f"{name}{', ' * ('status' in run)}{run.get('status', '')}", *cells]))
     columns = ["run", "part", *(f"{LABELS[key][0]} ({LABELS[key][1]})" for key in keys)]
-    rows = [row for _, row in sorted(found, key=lambda pair: -pair[0])]
+    rows = [row for _, row in sorted(ranked, key=lambda pair: -pair[0])]
     shows = "Error of every run, the worst first."
     made = "Computed minus measured; of tracked runs the rms over all frames."
     return Table(columns, rows, shows, made, folded=f"All {len(rows)} runs, the worst first")
 
 
-def _made(fit: Fit, sampled: Posterior | None, command: str) -> Section:
-    """How the fit was made."""
+def _provenance(fit: Fit, sampled: Posterior | None, command: str) -> Section:
+    """Show how the fit was made."""
     runs = [len(trials.runs) for trials in fit.trials]
     noise = ", ".join(
         f"{LABELS[ERRORS[name]][2] * level:.2g} {LABELS[ERRORS[name]][1]} ({LABELS[ERRORS[name]][0]})"
@@ -190,14 +190,14 @@ def _made(fit: Fit, sampled: Posterior | None, command: str) -> Section:
         for name, level in fit.noise.items()
     )
     texts: list[Part] = [
-        f"{runs[0]} runs for the fit, {runs[1]} drawn at random (seed {fit.seed}) for validation; loss {fit.loss}. "
+        f"{runs[0]} runs for the fit, {runs[1]} chosen at random (seed {fit.seed}) for validation; loss {fit.loss}. "
         f"{fit.stop}",
-        f"Noise estimated from the residuals: {noise}." if noise else "The trials tell the noise of every run.",
+        f"Noise estimated from the residuals: {noise}." if noise else "The trials have the noise of every run.",
     ]
     if sampled is not None:
         texts.append(
-            f"Posterior: {sampled.walkers} walkers of {sampled.steps} steps, {100 * sampled.acceptance:.0f} % of them "
-            f"taken. {sampled.sentence}"
+            f"Posterior: {sampled.walkers} walkers of {sampled.steps} steps, {100 * sampled.acceptance:.0f} % "
+            f"accepted. {sampled.sentence}"
         )
     aicc, bic = _criteria(fit)
     if fit.criteria["samples"] is not None:  # a loss that is no likelihood has no criteria

@@ -1,4 +1,4 @@
-"""One page on results of any kind: swims, runs of the twin, fits, optima and Pareto fronts."""
+"""One page on results of any kind: swims, runs of the twin, posture tests, fits, optima and Pareto fronts."""
 
 from __future__ import annotations
 
@@ -49,26 +49,26 @@ def report(results: Result | Sequence[Result], path: str | Path, *, title: str =
     """
     every = [results] if isinstance(results, Result) else list(results)
     if not every:
-        raise InputError("must hold one result at least", key="results", value="empty", fix="give a swim, or a fit")
-    sections = [_apart(section, k) for k, result in enumerate(every) for section in _sections(result)]
+        raise InputError("must hold at least one result", key="results", value="empty", fix="give a swim, or a fit")
+    sections = [_renamed(section, k) for k, result in enumerate(every) for section in _sections(result)]
     robots = dict.fromkeys(result.robot.description for result in every)
     title = title or " and ".join(dict.fromkeys(result.robot.name for result in every))
     return write_page(title, sections, path, lede="\n\n".join(f"{text}." for text in robots))
 
 
 def posture_table(test: PostureTest) -> Table:
-    """Tabulate when peak bends settled, and the largest amplitude that was held."""
-    far = {(one.joint, one.frequency): one for one in test.reach}
+    """Tabulate settling times of peak bends, and the largest amplitude that was held."""
+    reach = {(one.joint, one.frequency): one for one in test.reach}
     eased = {(one.joint, one.frequency): one for one in test.eased}
     rows: list[list[str | float]] = []
     for one in test.held:
         key = (one.joint, one.frequency)
         row = [f"{one.frequency:g} Hz", one.name, f"{np.degrees(one.angle):.4g}", _settles(one)]
         if test.reach:
-            row += [f"{np.degrees(far[key].amplitude):.1f}", spelled_limits(far[key].limits)]
+            row += [f"{np.degrees(reach[key].amplitude):.1f}", spelled_limits(reach[key].limits)]
         if test.eased:
-            less = eased.get(key)
-            row.append("" if less is None else f"{_settles(less)} at {np.degrees(less.angle):.1f} deg")
+            within = eased.get(key)
+            row.append("" if within is None else f"{_settles(within)} at {np.degrees(within.angle):.1f} deg")
         rows.append([*row])
     columns = ["frequency", "joint", "set [deg]", "settles [s]"]
     columns += ["holds up to [deg]", "then stopped by"] if test.reach else []
@@ -81,43 +81,44 @@ def posture_table(test: PostureTest) -> Table:
 
 
 def spelled_limits(names: Sequence[str]) -> str:
-    """List the names of limits as words."""
+    """Return the names of limits as words; a dash for none."""
     return ", ".join(name.replace("_", " ") for name in names) or "–"
 
 
 def _settles(one: Held) -> str:
-    """Write a settling time [s], or the end of the run that was not long enough."""
+    """Return a settling time [s], or the end of the run that was too short."""
     return f"> {one.time[-1]:.1f}" if one.settling is None else f"{one.settling:.2f}"
 
 
 def _sections(result: Result) -> list[Section]:
-    """Tell of one result."""
-    if isinstance(result, Swim):
-        return [_swim(result)]
-    if isinstance(result, TwinRun):
-        return [_twin(result)]
-    if isinstance(result, PostureTest):
-        return [_posture(result)]
-    if isinstance(result, Fit):
-        from hypertuna.reports.fit import fit_sections
+    """Return the sections of one result."""
+    match result:
+        case Swim():
+            return [_swim(result)]
+        case TwinRun():
+            return [_twin(result)]
+        case PostureTest():
+            return [_posture(result)]
+        case Fit():
+            from hypertuna.reports.fit import fit_sections
 
-        return fit_sections(result)
-    if isinstance(result, Optimum):
-        return [_optimum(result)]
-    if isinstance(result, Front):
-        return [_front(result)]
+            return fit_sections(result)
+        case Optimum():
+            return [_optimum(result)]
+        case Front():
+            return [_front(result)]
     rule = "must be a Swim, TwinRun, PostureTest, Fit, Optimum or Front"
     raise InputError(rule, key="results", value=type(result).__name__, fix="leave it out")
 
 
-def _apart(section: Section, k: int) -> Section:
-    """Give the pictures of a result names of their own."""
+def _renamed(section: Section, k: int) -> Section:
+    """Give the pictures of result k unique names."""
     parts = [replace(p, name=f"result-{k}-{p.name}") if isinstance(p, Picture) else p for p in section.parts]
     return Section(section.title, parts)
 
 
 def _swim(swim: Swim) -> Section:
-    """Tell how a gait swims."""
+    """Show how a gait swims."""
     from hypertuna.swimming.animation import slowed, swimming_svg
 
     parts: list[Part] = [_numbers(swim)]
@@ -130,7 +131,7 @@ def _swim(swim: Swim) -> Section:
 
 
 def _twin(run: TwinRun) -> Section:
-    """Tell how the twin ran."""
+    """Show a run of the twin."""
     from hypertuna.simulation.plots import plot_twin
 
     rows: list[list[str | float]] = [*_gait_rows(run.gait)]
@@ -142,18 +143,20 @@ def _twin(run: TwinRun) -> Section:
     if run.fish_in == "water":
         rows.append(["cost of transport", run.cost_of_transport, "J/(kg m)"])
     rows.append(["largest pressure in a pump", float(run.pressure_max.max()) / 1e3, "kPa"])
-    shows = f"What {run.robot.name} was told and did, over the last whole beats."
-    table = Table(["quantity", "value", "unit"], rows, shows, f"{run.duration:g} s in {run.fish_in} from {run.start}.")
-    drawn = "Bend of the joints beside what was set, pressures in the pumps, electrical power"
-    drawn += ", speed and path." if run.fish_in == "water" else "."
+    summary = f"Command and response of {run.robot.name}, over the last whole beats."
+    table = Table(
+        ["quantity", "value", "unit"], rows, summary, f"{run.duration:g} s in {run.fish_in} from {run.start}."
+    )
+    shows = "Bend of the joints beside its setpoint, pressures in the pumps, electrical power"
+    shows += ", speed and path." if run.fish_in == "water" else "."
     loop = "Closed loop" if run.closed_loop else "Open loop"
-    picture = Picture("twin", plot_twin(run, width=WIDTH), drawn, f"{loop}, seed {run.seed}.")
+    picture = Picture("twin", plot_twin(run, width=WIDTH), shows, f"{loop}, seed {run.seed}.")
     title = f"The twin at {run.gait.frequency:.4g} Hz"
     return Section(title, ["\n\n".join(run.sentences), table, picture])
 
 
 def _posture(test: PostureTest) -> Section:
-    """Tell how the posture control settles."""
+    """Show how the posture control settles."""
     from hypertuna.simulation.plots import plot_posture
 
     shows = "Bend from rest to the set angle, error of the peak bends beat by beat, and the largest amplitude held."
@@ -164,7 +167,7 @@ def _posture(test: PostureTest) -> Section:
 
 
 def _motion(swim: Swim) -> Picture:
-    """Draw a swim."""
+    """Return the figure of a swim."""
     from hypertuna.swimming.plots import plot_swim
 
     how = "The settled beat." if swim.duration is None else f"From rest, {swim.duration:g} s."
@@ -195,7 +198,7 @@ def _numbers(swim: Swim) -> Table:
 
 
 def _gait_rows(gait: Gait) -> list[list[str | float]]:
-    """Write a gait."""
+    """Return rows with a gait."""
     rows: list[list[str | float]] = [["frequency", gait.frequency, "Hz"]]
     for name in ("amplitude", "phase", "bias"):
         angles = np.degrees(getattr(gait, name))
@@ -205,7 +208,7 @@ def _gait_rows(gait: Gait) -> list[list[str | float]]:
 
 
 def _optimum(best: Optimum) -> Section:
-    """Tell of an optimum."""
+    """Show an optimum."""
     ends = ", ".join(f"`{name}` at its {side} bound" for name, side in best.bounds.items())
     text = [
         f"{best.stop} {best.evaluations} gaits were swum, seed {best.seed}.",
@@ -215,12 +218,12 @@ def _optimum(best: Optimum) -> Section:
     parts: list[Part] = ["\n\n".join(filter(None, text))]
     if best.swim is not None:
         parts += [_numbers(best.swim), _motion(best.swim)]
-    wish = best.objective.name if best.objective.expected is None else f"{best.objective.expected:g} m/s"
-    return Section(f"The best gait for {wish.replace('_', ' ')}, by {best.method}", parts)
+    name = best.objective.name if best.objective.expected is None else f"{best.objective.expected:g} m/s"
+    return Section(f"The best gait for {name.replace('_', ' ')}, by {best.method}", parts)
 
 
 def _front(front: Front) -> Section:
-    """Tell of a Pareto front."""
+    """Show a Pareto front."""
     from hypertuna.optimization.plots import plot_pareto
 
     names = " and ".join(name.replace("_", " ") for name in front.objectives)
