@@ -94,5 +94,5 @@ def test_a_robot_without_gaits_is_drawn_straight() -> None:
 def test_a_drawing_that_cannot_be_written_leaves_nothing(path: str, tmp_path: Path) -> None:
     result = run("show", "hypertuna", "--plot", str(tmp_path / path))
     assert isinstance(result.exception, InputError)
-    assert str(result.exception).startswith("plot ")
+    assert str(result.exception).startswith("--plot ")
     assert list(tmp_path.iterdir()) == []

@@ -14,10 +14,10 @@ from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.experiment_design import InformationGain, information_gain
 from hypertuna.characterization.fit import BenchFit, fit_bench
 from hypertuna.characterization.unknowns import BORDER, FACTORS, Unknown
+from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.console import counted, progress_bar, table
 from hypertuna.cli.emit import emit
-from hypertuna.cli.options import AsJson, Loss, Plot, RobotName, RobotOutput, Seed, Starts, number, option, text
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.description.writer import write_robot
@@ -53,8 +53,8 @@ def silicone_command(
             "Engineering Stress (MPa), (kPa) or (Pa)."
         ),
     ],
-    up_to: Annotated[float, number("--up-to", "percent", "Maximum strain to fit, in percent.")] = 100 * UP_TO,
-    as_json: AsJson = False,
+    up_to: Annotated[float, opt.number("--up-to", "percent", "Maximum strain to fit, in percent.")] = 100 * UP_TO,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Fit the elastic constants of a silicone, C1 and C2 of Mooney and Rivlin, to a tensile test."""
     test = read_tensile(file)
@@ -117,18 +117,18 @@ def fit_command(
             "(up to about the number of unknowns)."
         ),
     ],
-    robot: RobotName,
-    free: Annotated[str | None, text("--free", "Unknowns to fit, such as lever,friction. (default: all)")] = None,
+    robot: opt.RobotName,
+    free: Annotated[str | None, opt.text("--free", "Unknowns to fit, such as lever,friction. (default: all)")] = None,
     bounds: Annotated[
         list[Any] | None,
-        option(("--bounds",), "Prior bounds of an unknown in mm, deg or 1; repeatable.", "NAME=LOW:HIGH", _bound),
+        opt.option(("--bounds",), "Prior bounds of an unknown in mm, deg or 1; repeatable.", "NAME=LOW:HIGH", _bound),
     ] = None,
-    loss: Loss = "soft_l1",
-    starts: Starts = 3,
-    seed: Seed = 0,
-    plot: Plot = None,
-    output: RobotOutput = None,
-    as_json: AsJson = False,
+    loss: opt.Loss = "soft_l1",
+    starts: opt.Starts = 3,
+    seed: opt.Seed = 0,
+    plot: opt.Plot = None,
+    output: opt.RobotOutput = None,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Identify the unknowns of an actuator from pressures and bends of a bench, and name those that stay free.
 

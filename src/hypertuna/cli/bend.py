@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import MATERIAL_SETS, Bend, Step, bend, misprints, mooney
 from hypertuna.characterization.data import joint_index
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.options import AsJson, Joint, Plot, Pressures, RobotName, Side, TableOutput, text
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.io.files import rows_csv
@@ -38,22 +38,24 @@ class Bends:
 
 
 def bend_command(
-    robot: RobotName,
-    joint: Joint,
-    pressure: Pressures = PRESSURES,
-    side: Side = "left",
+    robot: opt.RobotName,
+    joint: opt.Joint,
+    pressure: opt.Pressures = PRESSURES,
+    side: opt.Side = "left",
     unload: Annotated[bool, typer.Option("--unload", help="Unload too: the other branch of the hysteresis.")] = False,
     material: Annotated[
         str | None,
-        text("--material", f"{', '.join(MATERIAL_SETS)}, or all of them and their spread. (default: the robot's)"),
+        opt.text("--material", f"{', '.join(MATERIAL_SETS)}, or all of them and their spread. (default: the robot's)"),
     ] = None,
-    law: Annotated[str, text("--law", "corrected, or as_printed: Eqs 4-18 as they stand in the paper.")] = "corrected",
+    law: Annotated[
+        str, opt.text("--law", "corrected, or as_printed: Eqs 4-18 as they stand in the paper.")
+    ] = "corrected",
     no_friction: Annotated[bool, typer.Option("--no-friction", help="Leave out the friction of the braids.")] = False,
-    plot: Plot = None,
-    output: TableOutput = None,
-    as_json: AsJson = False,
+    plot: opt.Plot = None,
+    output: opt.TableOutput = None,
+    as_json: opt.AsJson = False,
 ) -> None:
-    """Bend a soft joint in air by the pressure of one side: angle over pressure, up and down."""
+    """Bend a soft joint in air: angle over pressure, up and down."""
     fish, path = load(robot), 1e3 * np.array(pressure)
     number = joint_index(joint, fish)
 

@@ -8,22 +8,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import gait_degrees, gait_text, one_gait
-from hypertuna.cli.options import (
-    Amplitude,
-    AsJson,
-    Bias,
-    Frequency,
-    GaitName,
-    Phase,
-    Plot,
-    RobotName,
-    Seed,
-    TableOutput,
-    number,
-)
 from hypertuna.description.robot import load
 from hypertuna.io.files import columns_csv
 from hypertuna.simulation.dive import Dive, dive
@@ -32,21 +20,21 @@ __all__ = ["dive_command"]
 
 
 def dive_command(
-    robot: RobotName,
-    gait: GaitName = None,
-    frequency: Frequency = None,
-    amplitude: Amplitude = None,
-    phase: Phase = None,
-    bias: Bias = None,
+    robot: opt.RobotName,
+    gait: opt.GaitName = None,
+    frequency: opt.Frequency = None,
+    amplitude: opt.Amplitude = None,
+    phase: opt.Phase = None,
+    bias: opt.Bias = None,
     fins: Annotated[
-        float, number("--fins", "degrees", "Angle of the pectoral fins in degrees: down by it, then up.")
+        float, opt.number("--fins", "degrees", "Angle of the pectoral fins in degrees: down by it, then up.")
     ] = 45,
-    duration: Annotated[float, number("--duration", "seconds", "Duration of both halves together in s.")] = 30,
-    depth: Annotated[float, number("--depth", "m", "Depth at the start in m.")] = 2,
-    seed: Seed = 0,
-    plot: Plot = None,
-    output: TableOutput = None,
-    as_json: AsJson = False,
+    duration: Annotated[float, opt.number("--duration", "seconds", "Duration of both halves together in s.")] = 30,
+    depth: Annotated[float, opt.number("--depth", "m", "Depth at the start in m.")] = 2,
+    seed: opt.Seed = 0,
+    plot: opt.Plot = None,
+    output: opt.TableOutput = None,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Dive with the pectoral fins down for half of the time, then rise with them up.
 

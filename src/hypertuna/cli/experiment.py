@@ -8,23 +8,11 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from hypertuna.cli import options as opt
+from hypertuna.cli import search
 from hypertuna.cli.console import print_json, print_lines, print_written, table
 from hypertuna.cli.gait import gait_record
-from hypertuna.cli.options import AsJson, Bounds, Seed, file, text
 from hypertuna.cli.parsing import numbers
-from hypertuna.cli.search import (
-    Iterations,
-    Maximize,
-    Method,
-    Minimize,
-    Particles,
-    Rate,
-    Reach,
-    SearchRobot,
-    Speed,
-    Weight,
-    limits_of,
-)
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
@@ -36,30 +24,30 @@ from hypertuna.trials.steady import COLUMNS, SteadyRun, read_steady
 
 __all__ = ["ask_command", "tell_command"]
 
-State = Annotated[str, text("--state", "File that keeps the search; made by the first ask.", "FILE")]
+State = Annotated[str, opt.text("--state", "File that keeps the search; made by the first ask.", "FILE")]
 MEASURED = (COLUMNS["speed"], COLUMNS["cost_of_transport"])
 
 
 def ask_command(
     context: typer.Context,
     state: State,
-    robot: SearchRobot = None,
-    maximize: Maximize = None,
-    minimize: Minimize = None,
-    speed: Speed = None,
-    weight: Weight = None,
-    method: Method = "pso",
-    particles: Particles = None,
-    iterations: Iterations = None,
-    bounds: Bounds = None,
-    seed: Seed = 1,
-    max_joint_rate: Rate = None,
-    amplitude_by_bandwidth: Reach = False,
+    robot: search.SearchRobot = None,
+    maximize: search.Maximize = None,
+    minimize: search.Minimize = None,
+    speed: search.Speed = None,
+    weight: search.Weight = None,
+    method: search.Method = "pso",
+    particles: search.Particles = None,
+    iterations: search.Iterations = None,
+    bounds: opt.Bounds = None,
+    seed: opt.Seed = 1,
+    max_joint_rate: search.Rate = None,
+    amplitude_by_bandwidth: search.Reach = False,
     output: Annotated[
         str | None,
-        file("-o", "--output", help="Write the gaits to this .csv file, to be filled in.", suffixes=(".csv",)),
+        opt.file("-o", "--output", help="Write the gaits to this .csv file, to be filled in.", suffixes=(".csv",)),
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Print the next gaits for the tank; after the last batch, why the search stopped and the best gait.
 
@@ -68,22 +56,22 @@ def ask_command(
     """
     if robot is None:
         _check_later(context)
-    search = None
+    options = None
     if robot is not None:
-        search = TankOptions(
+        options = TankOptions(
             robot=robot,
             maximize=maximize,
             minimize=minimize,
             speed=speed,
             weight=weight,
             bounds={name: (low, high) for name, low, high in bounds or []},
-            limits=limits_of(load(robot), max_joint_rate, reach=amplitude_by_bandwidth),
+            limits=search.limits_of(load(robot), max_joint_rate, reach=amplitude_by_bandwidth),
             method=method,
             particles=particles,
             iterations=iterations,
             seed=seed,
         )
-    with TankSearch(state, search) as experiment:
+    with TankSearch(state, options) as experiment:
         _print_state(experiment, as_json)
         if output is not None and experiment.stop is None:
             write_atomically(output, _csv(experiment).encode())
@@ -109,9 +97,9 @@ def tell_command(
     ] = None,
     value: Annotated[
         list[str] | None,
-        text("--value", "Speed in m/s, or SPEED,COST_OF_TRANSPORT, of one gait after the other as asked."),
+        opt.text("--value", "Speed in m/s, or SPEED,COST_OF_TRANSPORT, of one gait after the other as asked."),
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Enter how gaits of the batch swam: all of them, or some now and the others later."""
     with TankSearch(state) as experiment:

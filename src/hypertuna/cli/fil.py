@@ -8,9 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna import _core
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.options import AsJson, Seed, file, text, whole_number, word
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import BOARDS, missing
@@ -24,26 +24,30 @@ ROBOT = "hypertuna"  # that flies scenarios without a robot of their own
 
 
 def fil_command(
-    board: Annotated[str, word("--board", tuple(BOARDS), "pc, or qemu for an emulated Cortex-M7.")] = "pc",
+    board: Annotated[str, opt.word("--board", tuple(BOARDS), "pc, or qemu for an emulated Cortex-M7.")] = "pc",
     scenario: Annotated[
         str,
-        text("--scenario", "A mission or its file, gait:NAME, lost:NAME, afloat, or random messages without a twin."),
+        opt.text(
+            "--scenario", "A mission or its file, gait:NAME, lost:NAME, afloat, or random messages without a twin."
+        ),
     ] = "random",
     robot: Annotated[
-        str | None, text("--robot", "Robot that the firmware is built for. (default: the mission's)")
+        str | None, opt.text("--robot", "Robot that the firmware is built for. (default: the mission's)")
     ] = None,
     ticks: Annotated[
         int | None,
-        whole_number("--ticks", "Maximum run in control ticks. (default: until the mission is complete, or 6000)"),
+        opt.whole_number("--ticks", "Maximum run in control ticks. (default: until the mission is complete, or 6000)"),
     ] = None,
-    seed: Seed = 0,
+    seed: opt.Seed = 0,
     radio: Annotated[
         int | None,
-        whole_number("--radio", "Port of 127.0.0.1 for MAVLink: a pc speaks to it by UDP, qemu listens there for TCP."),
+        opt.whole_number(
+            "--radio", "Port of 127.0.0.1 for MAVLink: a pc speaks to it by UDP, qemu listens there for TCP."
+        ),
     ] = None,
     air: Annotated[
         str | None,
-        text(
+        opt.text(
             "--air",
             "Parameters of a modeled radio between the robot and the port of --radio (then UDP for every board), such "
             "as rate=4800,loss=0.3. (default: a cable)",
@@ -52,12 +56,12 @@ def fil_command(
     real_time: Annotated[bool, typer.Option("--real-time", help="Run no faster than the clock.")] = False,
     black_box: Annotated[
         str | None,
-        file("--black-box", help="Write the black box of the board to this .bin file.", suffixes=(".bin",)),
+        opt.file("--black-box", help="Write the black box of the board to this .bin file.", suffixes=(".bin",)),
     ] = None,
     firmware: Annotated[
-        str | None, text("--firmware", "Folder of the programs. (default: build/firmware)", "FOLDER")
+        str | None, opt.text("--firmware", "Folder of the programs. (default: build/firmware)", "FOLDER")
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Run the firmware in the loop: the twin at sea and the firmware on a board, in lock-step.
 

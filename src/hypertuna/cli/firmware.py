@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna import _core
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import print_json, print_lines, print_written, table
 from hypertuna.cli.emit import made_by
-from hypertuna.cli.options import AsJson, RobotName, file, text
 from hypertuna.description.robot import load
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table, header
 from hypertuna.io.files import write_atomically
@@ -28,15 +28,16 @@ firmware_app = typer.Typer(
 
 @firmware_app.command()
 def params(
-    robot: RobotName,
+    robot: opt.RobotName,
     output: Annotated[
         str | None,
-        file("-o", "--output", help="Write the C++ header of the firmware to this .hpp file.", suffixes=(".hpp",)),
+        opt.file("-o", "--output", help="Write the C++ header of the firmware to this .hpp file.", suffixes=(".hpp",)),
     ] = None,
     check: Annotated[
-        str | None, text("--check", "Compare this .hpp file with the description; exit code 1 if it differs.", "FILE")
+        str | None,
+        opt.text("--check", "Compare this .hpp file with the description; exit code 1 if it differs.", "FILE"),
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """List the parameters that the radio may set on a robot, and write all that its firmware is built with.
 
@@ -62,7 +63,7 @@ def params(
 
 
 @firmware_app.command()
-def faults(as_json: AsJson = False) -> None:
+def faults(as_json: opt.AsJson = False) -> None:
     """List the faults that the supervisor on board detects, and how the robot answers to each."""
     keys = ("name", "sentence", "answer", "latched", "forbids_arming")
     rows: list[dict[str, Any]] = [dict(zip(keys, row, strict=True)) for row in _core.fault_table()]

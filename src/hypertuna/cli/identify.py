@@ -12,26 +12,10 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.console import command_line, counted, progress_bar, table
 from hypertuna.cli.emit import emit
-from hypertuna.cli.options import (
-    Areas,
-    AsJson,
-    Checkpoint,
-    JointLaw,
-    Loss,
-    RobotName,
-    RobotOutput,
-    Seed,
-    Starts,
-    Threads,
-    file,
-    number,
-    option,
-    text,
-    whole_number,
-)
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.description.schema.water import LAWS
@@ -88,35 +72,37 @@ def identify_command(
     trials: Annotated[
         list[str], typer.Argument(help="CSV files of steady runs, TOML manifests of recordings, or published folders.")
     ],
-    robot: RobotName,
-    free: Annotated[str, text("--free", "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth.")],
+    robot: opt.RobotName,
+    free: Annotated[str, opt.text("--free", "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth.")],
     water: Annotated[
-        str | None, text("--water", f"Water law: {', '.join(LAWS)}, or several with commas to compare them.")
+        str | None, opt.text("--water", f"Water law: {', '.join(LAWS)}, or several with commas to compare them.")
     ] = None,
-    joints: JointLaw = None,
-    areas: Areas = None,
-    validate: Annotated[float, number("--validate", "parts of 1", "Part of the runs kept for validation.")] = 0.2,
-    seed: Seed = 0,
-    loss: Loss = "soft_l1",
-    starts: Starts = 4,
+    joints: opt.JointLaw = None,
+    areas: opt.Areas = None,
+    validate: Annotated[float, opt.number("--validate", "parts of 1", "Part of the runs kept for validation.")] = 0.2,
+    seed: opt.Seed = 0,
+    loss: opt.Loss = "soft_l1",
+    starts: opt.Starts = 4,
     bounds: Annotated[
         list[Any] | None,
-        option(("--bounds",), "Bounds of a coefficient; repeatable. (default: Table III's)", "NAME=LOW:HIGH", _bound),
+        opt.option(
+            ("--bounds",), "Bounds of a coefficient; repeatable. (default: Table III's)", "NAME=LOW:HIGH", _bound
+        ),
     ] = None,
-    log: Annotated[list[str] | None, text("--log", "Coefficient to fit in log scale; repeatable.", "NAME")] = None,
+    log: Annotated[list[str] | None, opt.text("--log", "Coefficient to fit in log scale; repeatable.", "NAME")] = None,
     start: Annotated[
-        list[Any] | None, option(("--start",), "Value of the first start; repeatable.", "NAME=VALUE", _start)
+        list[Any] | None, opt.option(("--start",), "Value of the first start; repeatable.", "NAME=VALUE", _start)
     ] = None,
     samples: Annotated[
-        int | None, whole_number("--posterior", "Sample the posterior with this many steps of each walker.")
+        int | None, opt.whole_number("--posterior", "Sample the posterior with this many steps of each walker.")
     ] = None,
-    threads: Threads = None,
-    checkpoint: Checkpoint = None,
-    output: RobotOutput = None,
+    threads: opt.Threads = None,
+    checkpoint: opt.Checkpoint = None,
+    output: opt.RobotOutput = None,
     report: Annotated[
-        str | None, file("--report", help="Write a page on the fit to this .html file.", suffixes=(".html",))
+        str | None, opt.file("--report", help="Write a page on the fit to this .html file.", suffixes=(".html",))
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Fit coefficients of a robot to measured runs, with their uncertainty.
 

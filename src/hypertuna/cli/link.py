@@ -13,8 +13,8 @@ from typing import Annotated, Any
 
 import typer
 
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import print_json, print_lines, print_written, progress_bar, table
-from hypertuna.cli.options import AsJson, file, number, numbers, setting, text
 from hypertuna.cli.parsing import Setting
 from hypertuna.cli.parsing import number as read_number
 from hypertuna.errors import InputError
@@ -37,8 +37,8 @@ link_app = typer.Typer(
 )
 
 PLACES = "udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600."
-Connect = Annotated[str, text("--connect", PLACES, "PLACE")]
-Key = Annotated[str | None, text("--key", "File of 32 bytes to sign with.", "FILE")]
+Connect = Annotated[str, opt.text("--connect", PLACES, "PLACE")]
+Key = Annotated[str | None, opt.text("--key", "File of 32 bytes to sign with.", "FILE")]
 FLUSH = 2.0  # s of a log that a crash may cost
 SAMPLING = 2.0  # s of readings that one reference is taken over
 
@@ -61,12 +61,14 @@ def read_key(path: str | None) -> bytes | None:
 @link_app.command("params")
 def params_command(
     place: Connect,
-    settings: Annotated[list[Any] | None, setting("--set", "SI", "Parameter to set, in SI units; repeatable.")] = None,
+    settings: Annotated[
+        list[Any] | None, opt.setting("--set", "SI", "Parameter to set, in SI units; repeatable.")
+    ] = None,
     output: Annotated[
-        str | None, file("-o", "--output", help="Write the parameters to this .csv file.", suffixes=(".csv",))
+        str | None, opt.file("-o", "--output", help="Write the parameters to this .csv file.", suffixes=(".csv",))
     ] = None,
     key: Key = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Read the parameters of a robot, or set some. The robot keeps them; it must be disarmed for that."""
     need_radio()
@@ -90,10 +92,10 @@ def params_command(
 @link_app.command("log")
 def log_command(
     place: Connect,
-    output: Annotated[str, file("-o", "--output", help="Log to write, .mcap.", suffixes=(".mcap",))],
-    duration: Annotated[float | None, number("--duration", "s", "Duration in s. (default: until Ctrl-C)")] = None,
+    output: Annotated[str, opt.file("-o", "--output", help="Log to write, .mcap.", suffixes=(".mcap",))],
+    duration: Annotated[float | None, opt.number("--duration", "s", "Duration in s. (default: until Ctrl-C)")] = None,
     key: Key = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Record all that a robot and its tank's camera send, for Foxglove, `identify` and `actuator fit`."""
     need_radio()
@@ -141,7 +143,7 @@ def mission_command(
     place: Connect,
     mission: Annotated[str, typer.Argument(metavar="MISSION", help="Mission file, or name of one that comes along.")],
     key: Key = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Send a mission to a robot: it keeps the stored mission until it has all of the new one."""
     need_radio()
@@ -156,19 +158,19 @@ def mission_command(
 
 @link_app.command("calibrate")
 def calibrate_command(
-    csv: Annotated[str | None, text("--csv", "Rows of sensor, counts, reference.", "FILE")] = None,
-    sensor: Annotated[str | None, text("--sensor", "Live: bend_0, pressure_3, current_1, servo_5.")] = None,
+    csv: Annotated[str | None, opt.text("--csv", "Rows of sensor, counts, reference.", "FILE")] = None,
+    sensor: Annotated[str | None, opt.text("--sensor", "Live: bend_0, pressure_3, current_1, servo_5.")] = None,
     reference: Annotated[
         Sequence[float] | None,
-        numbers(
+        opt.numbers(
             "--at",
             "deg, kPa or A",
             "Live: references such as -20,0,20 in deg, kPa or A; a servo's neutral angle.",
         ),
     ] = None,
-    place: Annotated[str | None, text("--connect", "Robot that stores the calibration, and is read live.")] = None,
+    place: Annotated[str | None, opt.text("--connect", "Robot that stores the calibration, and is read live.")] = None,
     key: Key = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Calibrate bend, pressure and current sensors and servos' zeros, from a CSV file or live, step by step."""
     if (csv is None) == (sensor is None):

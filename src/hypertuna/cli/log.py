@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, print_json, print_lines, print_written, progress_bar, summary_table
 from hypertuna.cli.emit import draw, emit
-from hypertuna.cli.options import FIGURES, AsJson, RobotName, file, text, whole_number
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.firmware.black_box import mission_record, read_black_box
@@ -37,11 +37,11 @@ LogFile = Annotated[str, typer.Argument(metavar="FILE.mcap", help="A log that hy
 
 def _output(*suffixes: str) -> Any:
     """Declare the option --output."""
-    return file("-o", "--output", help=f"Write this {' or '.join(suffixes)} file.", suffixes=suffixes)
+    return opt.file("-o", "--output", help=f"Write this {' or '.join(suffixes)} file.", suffixes=suffixes)
 
 
 @log_app.command("info")
-def info_command(log: LogFile, as_json: AsJson = False) -> None:
+def info_command(log: LogFile, as_json: opt.AsJson = False) -> None:
     """Summarize a log: mission, times, topics, distance, energy, and whether it is complete.
 
     The exit code is 0 for a complete log, 1 for one that is cut short or damaged (the rest is still summarized), 2 for
@@ -52,7 +52,7 @@ def info_command(log: LogFile, as_json: AsJson = False) -> None:
 
 
 @log_app.command("plot")
-def plot_command(log: LogFile, output: Annotated[str, _output(*FIGURES)], as_json: AsJson = False) -> None:
+def plot_command(log: LogFile, output: Annotated[str, _output(*opt.FIGURES)], as_json: opt.AsJson = False) -> None:
     """Plot the track on a plan, depth and energy."""
     content = read_log(log)
     draw("hypertuna.mission.plots:plot_mission", output, content.record)
@@ -60,7 +60,7 @@ def plot_command(log: LogFile, output: Annotated[str, _output(*FIGURES)], as_jso
 
 
 @log_app.command("to-csv")
-def csv_command(log: LogFile, output: Annotated[str, _output(".csv")], as_json: AsJson = False) -> None:
+def csv_command(log: LogFile, output: Annotated[str, _output(".csv")], as_json: opt.AsJson = False) -> None:
     """Write every number of a log to a table, one row per time."""
     content = read_log(log)
     write_atomically(output, _csv(content.record, complete=content.complete).encode())
@@ -68,7 +68,7 @@ def csv_command(log: LogFile, output: Annotated[str, _output(".csv")], as_json: 
 
 
 @log_app.command("to-gpx")
-def gpx_command(log: LogFile, output: Annotated[str, _output(".gpx")], as_json: AsJson = False) -> None:
+def gpx_command(log: LogFile, output: Annotated[str, _output(".gpx")], as_json: opt.AsJson = False) -> None:
     """Write the track of a log for maps."""
     content = read_log(log)
     try:
@@ -84,14 +84,14 @@ def gpx_command(log: LogFile, output: Annotated[str, _output(".gpx")], as_json: 
 def black_box_command(
     box: Annotated[str, typer.Argument(metavar="FILE.bin", help="Black box, from the robot's card.")],
     output: Annotated[str, _output(".mcap")],
-    robot: RobotName = "hypertuna",
+    robot: opt.RobotName = "hypertuna",
     mission: Annotated[
-        str | None, text("--mission", "Mission that it swam, or its file: its waypoints and origin.")
+        str | None, opt.text("--mission", "Mission that it swam, or its file: its waypoints and origin.")
     ] = None,
     boot: Annotated[
-        int | None, whole_number("--boot", "Number of the boot, counted from 1. (default: the last)")
+        int | None, opt.whole_number("--boot", "Number of the boot, counted from 1. (default: the last)")
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Convert what the firmware recorded in every tick to a .mcap log, for the other commands and Foxglove.
 

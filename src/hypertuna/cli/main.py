@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from hypertuna.errors import InputError
@@ -27,24 +27,36 @@ COMMANDS = {
     "sweep": ("sweep:sweep_command", "Swim every combination of frequencies, amplitudes, phases and biases."),
     "replay": ("replay:replay_command", "Swim measured joint angles, and compare the head's track with tracked poses."),
     "turn": ("turn:turn_command", "Turn by a one-sided beat: radius against phase, bias and frequency."),
-    "twin": ("twin:twin_command", "Simulate the whole robot: controller, servos, pumps, oil, tail, water, sensors."),
+    "twin": (
+        "twin:twin_command",
+        "Simulate the whole robot: controller, servos, pumps, oil, muscles, tail, water, sensors.",
+    ),
     "dive": ("dive:dive_command", "Dive with the pectoral fins down for half of the time, then rise with them up."),
     "mission": ("mission:mission_command", "Fly a mission on the twin at sea, under its pilot."),
     "drive": ("drive:drive_command", "Drive a robot by keyboard or gamepad, with a live view."),
-    "posture-test": ("posture:posture_command", "Test the posture control from rest to a set peak bend (Fig. 8)."),
+    "posture-test": ("posture:posture_command", "Test the posture control from rest to a set peak bend."),
     "identify": ("identify:identify_command", "Fit coefficients of a robot to measured runs, with their uncertainty."),
     "reproduce": ("reproduce:reproduce_command", "Compute the paper's numbers beside the published ones."),
-    "optimize": ("optimize:optimize_app", "Find the best gait: the fastest, or one of a given speed at low cost."),
+    "optimize": (
+        "optimize:optimize_app",
+        "Find the best gait for an objective: speed, or an expected speed at low cost.",
+    ),
     "pareto": ("pareto:pareto_command", "Find the Pareto front of gaits: NSGA-II, polished by exact gradients."),
     "bend": ("bend:bend_command", "Bend a soft joint in air: angle over pressure, up and down."),
-    "fil": ("fil:fil_command", "Run the firmware in the loop: the twin at sea and a board, in lock-step."),
+    "fil": (
+        "fil:fil_command",
+        "Run the firmware in the loop: the twin at sea and the firmware on a board, in lock-step.",
+    ),
     "actuator": (
         "actuator:actuator_app",
         "Characterize an actuator: silicone from a tensile test, unknowns from a bench.",
     ),
     "fe": ("fe.app:fe_app", "The soft joints by finite elements; needs the extra fe."),
     "firmware": ("firmware:firmware_app", "Firmware: its parameters from a robot's description, its faults."),
-    "pump": ("pump:pump_command", "Size the pump: its servos, the oil lines, the bend that remains."),
+    "pump": (
+        "pump:pump_command",
+        "Size the pump: torque, speed and stroke of its servos, drop and bandwidth of the lines.",
+    ),
     "range": ("range:range_command", "Compute range and endurance on one battery charge."),
     "log": ("log:log_app", "Logs of missions and black boxes: summary, plot, table, track; needs the extra log."),
     "link": ("link:link_app", "A robot over the radio; needs the extra radio, and log for logs."),
@@ -54,6 +66,21 @@ COMMANDS = {
 }
 
 
+class _Help:
+    """A help option that is False, not None, when it is absent: typer need not import pydantic to read it."""
+
+    def get_help_option(self, context: Any) -> Any:
+        """Return the option --help."""
+        option = super().get_help_option(context)  # type: ignore[misc]  # of typer's command, mixed in below
+        if option is not None:
+            option.default = False
+        return option
+
+
+class Command(_Help, TyperCommand):
+    """A command."""
+
+
 class _Commands(Mapping[str, Any]):
     """The commands by name, each imported when it is asked for."""
 
@@ -61,7 +88,7 @@ class _Commands(Mapping[str, Any]):
         target = pkgutil.resolve_name(f"hypertuna.cli.{COMMANDS[name][0]}")
         if not isinstance(target, typer.Typer):
             function, target = target, typer.Typer(add_completion=False, rich_markup_mode=None)
-            target.command(name)(function)
+            target.command(name, cls=Command)(function)
         command: Any = get_command(target)
         command.name = name
         return command
@@ -73,7 +100,7 @@ class _Commands(Mapping[str, Any]):
         return len(COMMANDS)
 
 
-class Program(TyperGroup):
+class Program(_Help, TyperGroup):
     """The group of all commands: lists them without importing them."""
 
     def __init__(self, **options: Any) -> None:

@@ -11,9 +11,9 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, summary_table, table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.options import AsJson, Checkpoint, Plot, Threads, file, number, option, text, whole_number
 from hypertuna.cli.parsing import whole_number as read_whole_number
 from hypertuna.control.guidance import gait_table
 from hypertuna.description.robot import Robot, load
@@ -53,37 +53,39 @@ def mission_command(
     mission: Annotated[
         str, typer.Argument(metavar="FILE.toml", help=f"A mission, or one that comes along: {', '.join(missions())}.")
     ],
-    robot: Annotated[str | None, text("--robot", "Robot to send. (default: the file's)")] = None,
+    robot: Annotated[str | None, opt.text("--robot", "Robot to send. (default: the file's)")] = None,
     seed: Annotated[
         int | None,
-        whole_number("--seed", "Seed of noise and of what the file randomizes; 0 randomizes nothing. (default: 0)"),
+        opt.whole_number("--seed", "Seed of noise and of what the file randomizes; 0 randomizes nothing. (default: 0)"),
     ] = None,
     seeds: Annotated[
         Sequence[int] | None,
-        option(("--seeds",), "Fly many seeds, FROM:TO without the last, such as 0:100.", "FROM:TO", _seeds),
+        opt.option(("--seeds",), "Fly many seeds, FROM:TO without the last, such as 0:100.", "FROM:TO", _seeds),
     ] = None,
-    threads: Threads = None,
+    threads: opt.Threads = None,
     fault: Annotated[
         list[str] | None,
-        text("--fault", "Fault of a sensor or a fin's servo, such as depth:nan@100 or fin-port:stuck@100; repeatable."),
+        opt.text(
+            "--fault", "Fault of a sensor or a fin's servo, such as depth:nan@100 or fin-port:stuck@100; repeatable."
+        ),
     ] = None,
     duration: Annotated[
         float | None,
-        number("--duration", "seconds", "Give up after this many s. (default: 10 min after the expected end)"),
+        opt.number("--duration", "seconds", "Give up after this many s. (default: 10 min after the expected end)"),
     ] = None,
-    checkpoint: Checkpoint = None,
-    plot: Plot = None,
-    gpx: Annotated[str | None, file("--gpx", help="Write the track to this .gpx file.", suffixes=(".gpx",))] = None,
+    checkpoint: opt.Checkpoint = None,
+    plot: opt.Plot = None,
+    gpx: Annotated[str | None, opt.file("--gpx", help="Write the track to this .gpx file.", suffixes=(".gpx",))] = None,
     output: Annotated[
         str | None,
-        file(
+        opt.file(
             "-o",
             "--output",
             help="Write the log to this .mcap file, or with --seeds a table to .csv.",
             suffixes=(".mcap", ".csv"),
         ),
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Fly a mission on the twin at sea, under its pilot.
 

@@ -8,29 +8,12 @@ from typing import Any
 import numpy as np
 import typer
 
+from hypertuna.cli import options as opt
+from hypertuna.cli import search
 from hypertuna.cli.console import command_line, progress_bar, summary_table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.experiment import ask_command, tell_command
 from hypertuna.cli.gait import KINDS, gait_record
-from hypertuna.cli.options import Areas, AsJson, Bounds, Checkpoint, JointLaw, Plot, RobotOutput, Seed, WaterLaw
-from hypertuna.cli.search import (
-    Iterations,
-    Maximize,
-    Method,
-    Minimize,
-    MinSpeed,
-    Particles,
-    Rate,
-    Reach,
-    Robust,
-    Samples,
-    SearchRobot,
-    Speed,
-    Strouhal,
-    Torque,
-    Weight,
-    limits_of,
-)
 from hypertuna.description.robot import Robot, load, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
@@ -50,32 +33,32 @@ optimize_app.command("tell")(tell_command)
 @optimize_app.callback()
 def optimize_command(
     context: typer.Context,
-    robot: SearchRobot = None,
-    maximize: Maximize = None,
-    minimize: Minimize = None,
-    speed: Speed = None,
-    weight: Weight = None,
-    method: Method = "pso",
-    particles: Particles = None,
-    iterations: Iterations = None,
-    bounds: Bounds = None,
-    robust: Robust = None,
-    samples: Samples = 32,
-    seed: Seed = 1,
-    max_joint_rate: Rate = None,
-    max_torque: Torque = None,
-    amplitude_by_bandwidth: Reach = False,
-    strouhal: Strouhal = None,
-    min_speed: MinSpeed = None,
-    joints: JointLaw = None,
-    areas: Areas = None,
-    water: WaterLaw = None,
-    checkpoint: Checkpoint = None,
-    plot: Plot = None,
-    output: RobotOutput = None,
-    as_json: AsJson = False,
+    robot: search.SearchRobot = None,
+    maximize: search.Maximize = None,
+    minimize: search.Minimize = None,
+    speed: search.Speed = None,
+    weight: search.Weight = None,
+    method: search.Method = "pso",
+    particles: search.Particles = None,
+    iterations: search.Iterations = None,
+    bounds: opt.Bounds = None,
+    robust: search.Robust = None,
+    samples: search.Samples = 32,
+    seed: opt.Seed = 1,
+    max_joint_rate: search.Rate = None,
+    max_torque: search.Torque = None,
+    amplitude_by_bandwidth: search.Reach = False,
+    strouhal: search.Strouhal = None,
+    min_speed: search.MinSpeed = None,
+    joints: opt.JointLaw = None,
+    areas: opt.Areas = None,
+    water: opt.WaterLaw = None,
+    checkpoint: opt.Checkpoint = None,
+    plot: opt.Plot = None,
+    output: opt.RobotOutput = None,
+    as_json: opt.AsJson = False,
 ) -> None:
-    """Find the best gait for an objective: the highest speed, or an expected speed at low cost of transport.
+    """Find the best gait for an objective: speed, or an expected speed at low cost of transport (Eq. 42).
 
     The exit code is 0 for a gait, 1 if none keeps all limits, 2 for bad input.
     """
@@ -85,7 +68,7 @@ def optimize_command(
     if robot is None:
         raise InputError("is missing", key="--robot", fix="give a robot's name or the path of its file")
     fish = load(robot).using(joints=joints, areas=areas, water=water)
-    limits = limits_of(fish, max_joint_rate, max_torque, amplitude_by_bandwidth, strouhal, min_speed)
+    limits = search.limits_of(fish, max_joint_rate, max_torque, amplitude_by_bandwidth, strouhal, min_speed)
     with progress_bar("optimizing") as progress:
         result = optimize(
             fish,

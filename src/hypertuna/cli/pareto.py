@@ -8,26 +8,11 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from hypertuna.cli import options as opt
+from hypertuna.cli import search
 from hypertuna.cli.console import command_line, progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import gait_record
-from hypertuna.cli.options import (
-    Areas,
-    AsJson,
-    Bounds,
-    Checkpoint,
-    JointLaw,
-    Plot,
-    RobotName,
-    Seed,
-    Steps,
-    TableOutput,
-    WaterLaw,
-    number,
-    text,
-    whole_number,
-)
-from hypertuna.cli.search import Rate, Reach, Robust, Samples, Strouhal, Torque, limits_of
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.io.files import rows_csv
@@ -61,33 +46,33 @@ NAMES = {quantity: name for name, quantity in SHOWN.items()}
 
 
 def pareto_command(
-    robot: RobotName,
+    robot: opt.RobotName,
     objectives: Annotated[
-        str, text("--objectives", f"Two or three of {', '.join(OBJECTIVES)}.")
+        str, opt.text("--objectives", f"Two or three of {', '.join(OBJECTIVES)}.")
     ] = "speed,cost_of_transport",
-    population: Annotated[int, whole_number("--population", "Gaits in a generation of NSGA-II.")] = 40,
-    generations: Annotated[int, whole_number("--generations", "Generations of NSGA-II.")] = 60,
-    bounds: Bounds = None,
-    max_joint_rate: Rate = None,
-    max_torque: Torque = None,
-    amplitude_by_bandwidth: Reach = False,
-    strouhal: Strouhal = None,
+    population: Annotated[int, opt.whole_number("--population", "Gaits in a generation of NSGA-II.")] = 40,
+    generations: Annotated[int, opt.whole_number("--generations", "Generations of NSGA-II.")] = 60,
+    bounds: opt.Bounds = None,
+    max_joint_rate: search.Rate = None,
+    max_torque: search.Torque = None,
+    amplitude_by_bandwidth: search.Reach = False,
+    strouhal: search.Strouhal = None,
     min_speed: Annotated[
         float | None,
-        number("--min-speed", "m/s", f"Minimum speed in m/s. (default: {SLOW:g} body lengths/s)"),
+        opt.number("--min-speed", "m/s", f"Minimum speed in m/s. (default: {SLOW:g} body lengths/s)"),
     ] = None,
-    robust: Robust = None,
-    samples: Samples = 32,
-    seed: Seed = 1,
+    robust: search.Robust = None,
+    samples: search.Samples = 32,
+    seed: opt.Seed = 1,
     no_polish: Annotated[bool, typer.Option("--no-polish", help="Do not polish the front of NSGA-II.")] = False,
-    joints: JointLaw = None,
-    areas: Areas = None,
-    water: WaterLaw = None,
-    steps: Steps = DEFAULT_STEPS,
-    checkpoint: Checkpoint = None,
-    plot: Plot = None,
-    output: TableOutput = None,
-    as_json: AsJson = False,
+    joints: opt.JointLaw = None,
+    areas: opt.Areas = None,
+    water: opt.WaterLaw = None,
+    steps: opt.Steps = DEFAULT_STEPS,
+    checkpoint: opt.Checkpoint = None,
+    plot: opt.Plot = None,
+    output: opt.TableOutput = None,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Find the Pareto front of gaits: NSGA-II, polished by exact gradients.
 
@@ -101,7 +86,7 @@ def pareto_command(
             population=population,
             generations=generations,
             bounds={name: (low, high) for name, low, high in bounds or []},
-            limits=limits_of(fish, max_joint_rate, max_torque, amplitude_by_bandwidth, strouhal),
+            limits=search.limits_of(fish, max_joint_rate, max_torque, amplitude_by_bandwidth, strouhal),
             min_speed=min_speed,
             polish=not no_polish,
             robust=robust,

@@ -11,21 +11,9 @@ import typer
 
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.options import (
-    AsJson,
-    Bore,
-    Duration,
-    Medium,
-    Plot,
-    RobotName,
-    Seed,
-    TableOutput,
-    Temperature,
-    numbers,
-    values,
-)
 from hypertuna.cli.twin import kelvin, robot_with
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import rows_csv
@@ -39,32 +27,32 @@ FREQUENCIES: Any = "1:6:6"  # as typed
 
 
 def posture_command(
-    robot: RobotName,
+    robot: opt.RobotName,
     frequency: Annotated[
-        Sequence[float], values("--frequency", "Hz", "Beat frequencies in Hz: values or ranges start:stop:count.")
+        Sequence[float], opt.values("--frequency", "Hz", "Beat frequencies in Hz: values or ranges start:stop:count.")
     ] = FREQUENCIES,
     angle: Annotated[
         Sequence[float] | None,
-        numbers(
+        opt.numbers(
             "--angle",
             "degrees",
             "Peak bend to hold in degrees, one per joint group; a single one is for those that bend so far. (default: "
             "20, or 9/10 of the maximum bend where that is less)",
         ),
     ] = None,
-    duration: Duration = 8,
-    medium: Medium = "air",
-    temperature: Temperature = None,
-    line_bore: Bore = None,
+    duration: opt.Duration = 8,
+    medium: opt.Medium = "air",
+    temperature: opt.Temperature = None,
+    line_bore: opt.Bore = None,
     no_limits: Annotated[
         bool, typer.Option("--no-limits", help="Do not search for the largest amplitude at each frequency.")
     ] = False,
-    seed: Seed = 0,
-    plot: Plot = None,
-    output: TableOutput = None,
-    as_json: AsJson = False,
+    seed: opt.Seed = 0,
+    plot: opt.Plot = None,
+    output: opt.TableOutput = None,
+    as_json: opt.AsJson = False,
 ) -> None:
-    """Test the posture control from rest to a set peak bend, and find the largest that each joint holds (Fig. 8).
+    """Test the posture control from rest to a set peak bend (Fig. 8), and find the largest that each joint holds.
 
     The exit code is 0 if every joint settles within half a degree, 1 if one does not, 2 for bad input.
     """

@@ -10,9 +10,9 @@ import numpy as np
 
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS, circuits
 from hypertuna.actuation.sizing import Size, largest_beat, size_pump
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.options import BORES, RANGE, ROBOTS, Amplitude, AsJson, GaitName, Plot, RobotName, TableOutput, axis
 from hypertuna.cli.twin import kelvin
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
@@ -59,23 +59,25 @@ MARGINS = {"torque": "torque", "servo_speed": "speed", "stroke": "stroke"}
 
 
 def pump_command(
-    robot: RobotName,
-    gait: GaitName = None,
+    robot: opt.RobotName,
+    gait: opt.GaitName = None,
     frequency: Annotated[
-        Sequence[float] | None, axis("--frequency", "Hz", f"{RANGE} of the beat in Hz. (default: the highest)")
+        Sequence[float] | None, opt.axis("--frequency", "Hz", f"{opt.RANGE} of the beat in Hz. (default: the highest)")
     ] = None,
-    amplitude: Amplitude = None,
+    amplitude: opt.Amplitude = None,
     bore: Annotated[
-        Sequence[float] | None, axis("--bore", "mm", f"{RANGE} of all lines' bore in mm. {ROBOTS}", **BORES)
+        Sequence[float] | None,
+        opt.axis("--bore", "mm", f"{opt.RANGE} of all lines' bore in mm. {opt.ROBOTS}", **opt.BORES),
     ] = None,
     temperature: Annotated[
-        Sequence[float] | None, axis("--temperature", "C", f"{RANGE} of the oil temperature in degrees C. {ROBOTS}")
+        Sequence[float] | None,
+        opt.axis("--temperature", "C", f"{opt.RANGE} of the oil temperature in degrees C. {opt.ROBOTS}"),
     ] = None,
-    plot: Plot = None,
-    output: TableOutput = None,
-    as_json: AsJson = False,
+    plot: opt.Plot = None,
+    output: opt.TableOutput = None,
+    as_json: opt.AsJson = False,
 ) -> None:
-    """Size the pump: torque, speed and stroke of its servos, drop and bandwidth of the lines, bend that remains.
+    """Size the pump: torque, speed and stroke of its servos, drop and bandwidth of the lines.
 
     Each joint beats alone, in air and without mass: what hydraulics alone can do. Without a gait, frequency and
     amplitude are the largest possible.

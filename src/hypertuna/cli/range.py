@@ -10,10 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna.actuation.battery import Range, range_of
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import print_json, print_lines
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import check_duration, gait_record
-from hypertuna.cli.options import Amplitude, AsJson, Duration, Frequency, GaitName, Phase, RobotName, number
 from hypertuna.cli.twin import BACKWARD, swims_forward
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
@@ -39,16 +39,18 @@ class Cruise:
 
 
 def range_command(
-    robot: RobotName,
-    gait: GaitName = None,
-    frequency: Frequency = None,
-    amplitude: Amplitude = None,
-    phase: Phase = None,
-    power: Annotated[float | None, number("--power", "W", "Mean power of the servos in W, instead of a gait.")] = None,
-    speed: Annotated[float | None, number("--speed", "m/s", "Speed in m/s, with --power.")] = None,
-    reserve: Annotated[float, number("--reserve", "parts of one", "Part of the charge that is kept, 0 to 1.")] = 0,
-    duration: Duration = 20,
-    as_json: AsJson = False,
+    robot: opt.RobotName,
+    gait: opt.GaitName = None,
+    frequency: opt.Frequency = None,
+    amplitude: opt.Amplitude = None,
+    phase: opt.Phase = None,
+    power: Annotated[
+        float | None, opt.number("--power", "W", "Mean power of the servos in W, instead of a gait.")
+    ] = None,
+    speed: Annotated[float | None, opt.number("--speed", "m/s", "Speed in m/s, with --power.")] = None,
+    reserve: Annotated[float, opt.number("--reserve", "parts of one", "Part of the charge that is kept, 0 to 1.")] = 0,
+    duration: opt.Duration = 20,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Compute range and endurance on one battery charge: at the twin's power and speed in a gait, or at given ones.
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, counted, table
 from hypertuna.cli.emit import emit
-from hypertuna.cli.options import AsJson, Plot, RobotName, WaterLaw, file, number, numbers, text
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
@@ -52,52 +52,54 @@ def replay_command(
             help="CSV file of measured joint angles; or a manifest (.toml) or folder of tracked recordings."
         ),
     ],
-    robot: RobotName,
+    robot: opt.RobotName,
     columns: Annotated[
-        str, text("--columns", "Columns of angles in a CSV file, one per joint group, separated by commas.")
+        str, opt.text("--columns", "Columns of angles in a CSV file, one per joint group, separated by commas.")
     ] = "",
-    time_column: Annotated[str, text("--time-column", "Column of time in s.")] = "time_s",
-    unit: Annotated[str, text("--unit", "Unit of the angles: deg or rad.")] = "deg",
+    time_column: Annotated[str, opt.text("--time-column", "Column of time in s.")] = "time_s",
+    unit: Annotated[str, opt.text("--unit", "Unit of the angles: deg or rad.")] = "deg",
     noise: Annotated[
         float | None,
-        number("--noise", "degrees", "Standard deviation of the angles in degrees. (default: estimated)"),
+        opt.number("--noise", "degrees", "Standard deviation of the angles in degrees. (default: estimated)"),
     ] = None,
     start: Annotated[
         Sequence[float],
-        numbers(
+        opt.numbers(
             "--start", "m, m and degrees", "x and y of the nose in m, and the angle from nose to tail in degrees.", 3
         ),
     ] = (0.0, 0.0, 0.0),
     step: Annotated[
-        float | None, number("--step", "seconds", "Maximum step in s. (default: half a median interval)")
+        float | None, opt.number("--step", "seconds", "Maximum step in s. (default: half a median interval)")
     ] = None,
     current: Annotated[
-        Sequence[float], numbers("--current", "m/s", "Velocity of the water along x and y in m/s.", 2)
+        Sequence[float], opt.numbers("--current", "m/s", "Velocity of the water along x and y in m/s.", 2)
     ] = (0.0, 0.0),
     time_offset: Annotated[
         float,
-        number("--time-offset", "seconds", "Seconds to add to the clock of the angles to obtain that of the poses."),
+        opt.number(
+            "--time-offset", "seconds", "Seconds to add to the clock of the angles to obtain that of the poses."
+        ),
     ] = 0,
-    water: WaterLaw = None,
+    water: opt.WaterLaw = None,
     poses: Annotated[
         list[str] | None,
-        text("--poses", "CSV file of tracked poses of the head link's center; repeatable.", "FILE"),
+        opt.text("--poses", "CSV file of tracked poses of the head link's center; repeatable.", "FILE"),
     ] = None,
     pose_columns: Annotated[
-        str, text("--pose-columns", "Columns of time, x, y, yaw and, where there are several, the run.")
+        str, opt.text("--pose-columns", "Columns of time, x, y, yaw and, where there are several, the run.")
     ] = "time_s,x_m,y_m,yaw_deg",
-    pose_units: Annotated[str, text("--pose-units", "Units of x and y, and of yaw.")] = "m,deg",
+    pose_units: Annotated[str, opt.text("--pose-units", "Units of x and y, and of yaw.")] = "m,deg",
     yaw_zero: Annotated[
-        float, number("--yaw-zero", "degrees", "Direction of yaw 0 in degrees, counter-clockwise from x.")
+        float, opt.number("--yaw-zero", "degrees", "Direction of yaw 0 in degrees, counter-clockwise from x.")
     ] = 0,
     clockwise: Annotated[bool, typer.Option("--yaw-clockwise", help="Yaw is clockwise, from y to x.")] = False,
-    plot: Plot = None,
+    plot: opt.Plot = None,
     output: Annotated[
-        str | None, file("-o", "--output", help="Write the trajectory to this .nc file.", suffixes=(".nc",))
+        str | None, opt.file("-o", "--output", help="Write the trajectory to this .nc file.", suffixes=(".nc",))
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
-    """Swim measured joint angles, and compare the track of the head with tracked poses.
+    """Swim measured joint angles, and compare the head's track with tracked poses.
 
     A manifest holds columns, units, axes, clocks and start; only --step, --water, --plot, --output and --json go with
     it. A time offset in the robot's [fit] replaces that of the recording. Exit code 1 means that a replay diverged.

@@ -7,25 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import gait_grid
-from hypertuna.cli.options import (
-    Amplitudes,
-    Areas,
-    AsJson,
-    Biases,
-    Frequencies,
-    GaitName,
-    JointLaw,
-    Phases,
-    Plot,
-    RobotName,
-    Steps,
-    TableOutput,
-    Threads,
-    WaterLaw,
-)
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.io.files import rows_csv
@@ -51,20 +36,20 @@ HEADS = {
 
 
 def sweep_command(
-    robot: RobotName,
-    gait: GaitName = None,
-    frequency: Frequencies = None,
-    amplitude: Amplitudes = None,
-    phase: Phases = None,
-    bias: Biases = None,
-    joints: JointLaw = None,
-    areas: Areas = None,
-    water: WaterLaw = None,
-    steps: Steps = DEFAULT_STEPS,
-    threads: Threads = None,
-    plot: Plot = None,
-    output: TableOutput = None,
-    as_json: AsJson = False,
+    robot: opt.RobotName,
+    gait: opt.GaitName = None,
+    frequency: opt.Frequencies = None,
+    amplitude: opt.Amplitudes = None,
+    phase: opt.Phases = None,
+    bias: opt.Biases = None,
+    joints: opt.JointLaw = None,
+    areas: opt.Areas = None,
+    water: opt.WaterLaw = None,
+    steps: opt.Steps = DEFAULT_STEPS,
+    threads: opt.Threads = None,
+    plot: opt.Plot = None,
+    output: opt.TableOutput = None,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Swim every combination of frequencies, amplitudes, phases and biases.
 

@@ -5,26 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import summary_table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import gait_degrees, gait_text, one_gait
-from hypertuna.cli.options import (
-    FIGURES,
-    Amplitude,
-    Areas,
-    AsJson,
-    Bias,
-    Frequency,
-    GaitName,
-    JointLaw,
-    Phase,
-    RobotName,
-    Steps,
-    WaterLaw,
-    file,
-    number,
-    numbers,
-)
 from hypertuna.description.robot import load
 from hypertuna.description.schema.water import LAWS
 from hypertuna.swimming.beat import DEFAULT_STEPS
@@ -34,32 +18,34 @@ __all__ = ["swim_command"]
 
 
 def swim_command(
-    robot: RobotName,
-    gait: GaitName = None,
-    frequency: Frequency = None,
-    amplitude: Amplitude = None,
-    phase: Phase = None,
-    bias: Bias = None,
-    joints: JointLaw = None,
-    areas: Areas = None,
-    water: WaterLaw = None,
+    robot: opt.RobotName,
+    gait: opt.GaitName = None,
+    frequency: opt.Frequency = None,
+    amplitude: opt.Amplitude = None,
+    phase: opt.Phase = None,
+    bias: opt.Bias = None,
+    joints: opt.JointLaw = None,
+    areas: opt.Areas = None,
+    water: opt.WaterLaw = None,
     from_rest: Annotated[
         float | None,
-        number("--from-rest", "seconds", "Integrate from rest for this many seconds instead of the settled beat."),
+        opt.number("--from-rest", "seconds", "Integrate from rest for this many seconds instead of the settled beat."),
     ] = None,
-    steps: Steps = DEFAULT_STEPS,
-    current: Annotated[Sequence[float], numbers("--current", "m/s", "Velocity of the water, X,Y in m/s.", count=2)] = (
+    steps: opt.Steps = DEFAULT_STEPS,
+    current: Annotated[
+        Sequence[float], opt.numbers("--current", "m/s", "Velocity of the water, X,Y in m/s.", count=2)
+    ] = (
         0.0,
         0.0,
     ),
     plot: Annotated[
         str | None,
-        file("--plot", help="Draw to this .svg, .png, .pdf or .gif file.", suffixes=(*FIGURES, ".gif")),
+        opt.file("--plot", help="Draw to this .svg, .png, .pdf or .gif file.", suffixes=(*opt.FIGURES, ".gif")),
     ] = None,
     output: Annotated[
-        str | None, file("-o", "--output", help="Write the motion to this .nc file.", suffixes=(".nc",))
+        str | None, opt.file("-o", "--output", help="Write the motion to this .nc file.", suffixes=(".nc",))
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Swim one gait: its settled beat, or from rest.
 

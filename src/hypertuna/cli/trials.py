@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import counted, print_written
 from hypertuna.cli.emit import emit, refused
-from hypertuna.cli.options import AsJson, RobotName, file, text
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.io.files import version, write_atomically
@@ -39,8 +39,8 @@ def check(
         list[str],
         typer.Argument(help="CSV files of steady runs, TOML manifests of tracked runs, folders of published ones."),
     ],
-    robot: RobotName,
-    as_json: AsJson = False,
+    robot: opt.RobotName,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Read trials, and summarize them: runs, ranges, repeatability of tracked runs."""
     with refused(as_json):
@@ -53,8 +53,10 @@ def check(
 @trials_app.command("import")
 def import_command(
     folder: Annotated[str, typer.Argument(help="Folder of published files; they stay where they are.")],
-    output: Annotated[str, file("-o", "--output", help="Write the manifest to this .toml file.", suffixes=(".toml",))],
-    format: Annotated[str, text("--format", "Format of the folder: rexeel.")] = "rexeel",
+    output: Annotated[
+        str, opt.file("-o", "--output", help="Write the manifest to this .toml file.", suffixes=(".toml",))
+    ],
+    format: Annotated[str, opt.text("--format", "Format of the folder: rexeel.")] = "rexeel",
 ) -> None:
     """Write a manifest for published files as they stand: columns, units, axes."""
     document = import_folder(folder, format, relative_to=Path(output).parent)

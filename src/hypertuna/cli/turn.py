@@ -8,26 +8,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, progress_bar, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import KINDS, gait_degrees, gait_grid, gait_text
-from hypertuna.cli.options import (
-    RANGE,
-    Areas,
-    AsJson,
-    Biases,
-    Frequencies,
-    GaitName,
-    JointLaw,
-    Phases,
-    Plot,
-    RobotName,
-    Steps,
-    TableOutput,
-    Threads,
-    WaterLaw,
-    ranges,
-)
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.io.files import rows_csv
@@ -44,23 +28,23 @@ ROWS = 40  # that the terminal shows
 
 
 def turn_command(
-    robot: RobotName,
-    gait: GaitName = None,
-    frequency: Frequencies = None,
+    robot: opt.RobotName,
+    gait: opt.GaitName = None,
+    frequency: opt.Frequencies = None,
     amplitude: Annotated[
         Sequence[tuple[float, ...]] | None,
-        ranges("--amplitude", "degrees", f"{RANGE} per joint group in degrees."),
+        opt.ranges("--amplitude", "degrees", f"{opt.RANGE} per joint group in degrees."),
     ] = None,
-    phase: Phases = None,
-    bias: Biases = None,
-    joints: JointLaw = None,
-    areas: Areas = None,
-    water: WaterLaw = None,
-    steps: Steps = DEFAULT_STEPS,
-    threads: Threads = None,
-    plot: Plot = None,
-    output: TableOutput = None,
-    as_json: AsJson = False,
+    phase: opt.Phases = None,
+    bias: opt.Biases = None,
+    joints: opt.JointLaw = None,
+    areas: opt.Areas = None,
+    water: opt.WaterLaw = None,
+    steps: opt.Steps = DEFAULT_STEPS,
+    threads: opt.Threads = None,
+    plot: opt.Plot = None,
+    output: opt.TableOutput = None,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Turn by a one-sided beat: radius against phase, bias and frequency, and a circle fitted to each path.
 

@@ -11,27 +11,10 @@ import typer
 
 from hypertuna.actuation.hydraulics import ZERO_CELSIUS
 from hypertuna.actuation.sizing import with_bore
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import summary_table, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import check_duration, gait_degrees, gait_text, one_gait
-from hypertuna.cli.options import (
-    Amplitude,
-    AsJson,
-    Bias,
-    Bore,
-    Duration,
-    Frequency,
-    GaitName,
-    Medium,
-    Phase,
-    Plot,
-    RobotName,
-    Seed,
-    TableOutput,
-    Temperature,
-    text,
-    word,
-)
 from hypertuna.description.robot import Robot, load
 from hypertuna.io.files import columns_csv
 from hypertuna.io.quantity import Quantity
@@ -46,16 +29,16 @@ BACKWARD = "The robot does not swim head first, or hardly moves: there is no cos
 
 
 def twin_command(
-    robot: RobotName,
-    gait: GaitName = None,
-    frequency: Frequency = None,
-    amplitude: Amplitude = None,
-    phase: Phase = None,
-    bias: Bias = None,
-    duration: Duration = 20,
+    robot: opt.RobotName,
+    gait: opt.GaitName = None,
+    frequency: opt.Frequency = None,
+    amplitude: opt.Amplitude = None,
+    phase: opt.Phase = None,
+    bias: opt.Bias = None,
+    duration: opt.Duration = 20,
     fault: Annotated[
         list[str] | None,
-        text(
+        opt.text(
             "--fault",
             "Fault of a sensor, CHANNEL:KIND@START or CHANNEL:KIND@START-END with times in s; repeatable. Channels: "
             "bend, pressure and current, each alone or with -JOINT, the last two also with -JOINT-left or "
@@ -64,18 +47,18 @@ def twin_command(
         ),
     ] = None,
     open_loop: Annotated[bool, typer.Option("--open-loop", help="Switch the posture control off.")] = False,
-    medium: Medium = "water",
-    temperature: Temperature = None,
-    line_bore: Bore = None,
-    seed: Seed = 0,
+    medium: opt.Medium = "water",
+    temperature: opt.Temperature = None,
+    line_bore: opt.Bore = None,
+    seed: opt.Seed = 0,
     start: Annotated[
-        str, word("--start", ("rest", "swimming"), "Start at rest, or swimming at the gait's settled speed.")
+        str, opt.word("--start", ("rest", "swimming"), "Start at rest, or swimming at the gait's settled speed.")
     ] = "rest",
-    plot: Plot = None,
-    output: TableOutput = None,
-    as_json: AsJson = False,
+    plot: opt.Plot = None,
+    output: opt.TableOutput = None,
+    as_json: opt.AsJson = False,
 ) -> None:
-    """Simulate the whole robot: controller, servos, pumps, oil, muscles, tail, water, and its sensors.
+    """Simulate the whole robot: controller, servos, pumps, oil, muscles, tail, water, sensors.
 
     The exit code is 0 for a run, 1 for one that diverged (its results until then are printed), 2 for bad input.
     """

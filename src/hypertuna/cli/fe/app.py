@@ -11,12 +11,12 @@ import typer
 
 from hypertuna.actuation.bending import bend
 from hypertuna.characterization.data import joint_index
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, counted, json_text, progress_bar, run_folder, table
 from hypertuna.cli.emit import draw, emit
 from hypertuna.cli.fe.compare import compare_command
 from hypertuna.cli.fe.options import Law, Material, Mesh, Mixed, Poisson, rising
 from hypertuna.cli.fe.reduce import reduce_command
-from hypertuna.cli.options import AsJson, Joint, Plot, Pressures, RobotName, Side, file
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.fe.bend import JOURNAL, FeBend, fe_bend
@@ -63,18 +63,18 @@ LEGEND = (
 
 @fe_app.command("geometry")
 def geometry_command(
-    robot: RobotName,
-    joint: Joint,
+    robot: opt.RobotName,
+    joint: opt.Joint,
     output: Annotated[
         str | None,
-        file(
+        opt.file(
             "-o",
             "--output",
             help="Write the body to this .step, .stp or .stl file, in mm.",
             suffixes=(".step", ".stp", ".stl"),
         ),
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Build the soft body of a joint from its description: sections, channels, plates."""
     fish = load(robot)
@@ -121,16 +121,16 @@ def _geometry_lines(robot: Robot, body: JointBody) -> Iterator[Any]:
 
 @fe_app.command("bend")
 def bend_command(
-    robot: RobotName,
-    joint: Joint,
-    pressure: Pressures = PRESSURES,
-    side: Side = "left",
+    robot: opt.RobotName,
+    joint: opt.Joint,
+    pressure: opt.Pressures = PRESSURES,
+    side: opt.Side = "left",
     material: Material = None,
     law: Law = FeOptions.law,
     poisson: Poisson = FeOptions.poisson,
     mixed: Mixed = FeOptions.mixed,
     mesh: Mesh = FeOptions.mesh,
-    plot: Plot = None,
+    plot: opt.Plot = None,
     output: Annotated[
         str | None,
         typer.Option(
@@ -141,7 +141,7 @@ def bend_command(
         ),
     ] = None,
     no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Write no PNG pictures.")] = False,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Bend a soft joint by finite elements: bend, oil, stretches, strain and stress at every pressure.
 

@@ -10,10 +10,10 @@ import numpy as np
 import typer
 
 from hypertuna.characterization.data import joint_index
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, json_text, print_json, print_lines, progress_bar, run_folder, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.fe.options import Law, Material, Mesh, Mixed, Poisson, rising
-from hypertuna.cli.options import AsJson, Joint, Pressures, RobotName, Side
 from hypertuna.description.robot import load
 from hypertuna.fe.bend import JOURNAL, fe_bend
 from hypertuna.fe.comparison import FeComparison, compare
@@ -43,10 +43,10 @@ LEGEND = (
 
 
 def compare_command(
-    robot: RobotName,
-    joint: Joint,
-    pressure: Pressures = PRESSURES,
-    side: Side = "left",
+    robot: opt.RobotName,
+    joint: opt.Joint,
+    pressure: opt.Pressures = PRESSURES,
+    side: opt.Side = "left",
     material: Material = None,
     law: Law = FeOptions.law,
     poisson: Poisson = FeOptions.poisson,
@@ -63,7 +63,7 @@ def compare_command(
             help=f"Folder for journal, states and {SUMMARY}; the same command resumes after the last pressure there.",
         ),
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Compare the analytic model of a soft joint with finite elements, on the same geometry.
 

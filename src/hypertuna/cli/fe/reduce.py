@@ -8,10 +8,10 @@ from typing import Annotated, Any
 import numpy as np
 
 from hypertuna.characterization.data import joint_index
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.fe.options import Law, Material, Mesh, Mixed, Poisson, rising
-from hypertuna.cli.options import AsJson, Checkpoint, Joint, Pressures, RobotName, RobotOutput, number, values
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.fe.bend import ngsolve_version
@@ -24,18 +24,18 @@ PRESSURES: Any = "0:250:6"  # kPa, as typed
 
 
 def reduce_command(
-    robot: RobotName,
-    joint: Joint,
-    pressure: Pressures = PRESSURES,
+    robot: opt.RobotName,
+    joint: opt.Joint,
+    pressure: opt.Pressures = PRESSURES,
     moment: Annotated[
         Sequence[float] | None,
-        values(
+        opt.values(
             "--moment", "N m", "Couples on the tip in N m. (default: 5, to half of the moment that the pressure makes)"
         ),
     ] = None,
     fill: Annotated[
         float | None,
-        number(
+        opt.number(
             "--fill",
             "kPa",
             "Fill pressure in kPa: the right side has twice that less the left pressure, or none; 0 for one side "
@@ -47,9 +47,9 @@ def reduce_command(
     poisson: Poisson = FeOptions.poisson,
     mixed: Mixed = FeOptions.mixed,
     mesh: Mesh = "coarse",
-    checkpoint: Checkpoint = None,
-    output: RobotOutput = None,
-    as_json: AsJson = False,
+    checkpoint: opt.Checkpoint = None,
+    output: opt.RobotOutput = None,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Reduce a joint of finite elements to a table of moment and volume for the twin.
 
