@@ -6,9 +6,8 @@ NB_MODULE(_core, m) {
     hypertuna::bind_model(m);
     hypertuna::bind_settle(m);
     hypertuna::bind_swimmer(m);
-    hypertuna::bind_actuator(m);
-    hypertuna::bind_hydraulics(m);
-    hypertuna::bind_controller(m);
+    hypertuna::bind_actuation(m);
+    hypertuna::bind_control(m);
     hypertuna::bind_pilot(m);
     hypertuna::bind_simulation(m);
     hypertuna::bind_firmware(m);

@@ -100,7 +100,7 @@ def test_options_reach_the_twin(run: Run, monkeypatch: pytest.MonkeyPatch, short
     more = ("--temperature", "5", "--line-bore", "2.5", "--start", "swimming", "--bias", "1,2")
     assert run(*SHORT, *options, *more)[0] == 0
     assert given["faults"] == ("bend-II:stuck@1", "imu:nan@2")
-    assert (given["closed_loop"], given["fish_in"], given["seed"]) == (False, "air", 7)
+    assert (given["closed_loop"], given["medium"], given["seed"]) == (False, "air", 7)
     assert (given["temperature"], given["start"], given["duration"]) == (278.15, "swimming", 3)
     assert given["bores"] == pytest.approx([0.0025, 0.0025])
     assert isinstance(given["gait"], Gait)

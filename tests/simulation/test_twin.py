@@ -82,7 +82,7 @@ def test_posture_control_reaches_what_the_pumps_alone_miss() -> None:
     """Hoses that give ten times as much as the controller believes cost half a degree and more, until it learns."""
     soft = other_lines(compliance_m3_pa=2e-11)
     closed, alone = (
-        twin(soft, SMALL, duration=12, start="swimming", believed=ROBOT, closed_loop=c) for c in (True, False)
+        twin(soft, SMALL, duration=12, start="swimming", controller_robot=ROBOT, closed_loop=c) for c in (True, False)
     )
     assert abs(closed.change) < 0.02
     assert closed.status == "completed"
@@ -121,8 +121,8 @@ def test_mirrored_gait_is_the_mirror_image() -> None:
 def test_half_the_step_changes_nothing_above_a_thousandth(gait: Any) -> None:
     """Servos told where to go: with the controller, noise of sensors would decide when a limit acts."""
     named = ht.Gait(gait.frequency, gait.amplitude, gait.phase)
-    heard = twin(noiseless(), named, duration=2, closed_loop=False)
-    coarse, fine = (driven(heard.data["servo_target"], steps) for steps in (30, 60))
+    commanded = twin(noiseless(), named, duration=2, closed_loop=False)
+    coarse, fine = (driven(commanded.data["servo_target"], steps) for steps in (30, 60))
     last = slice(100, None)
     for name in ("angle", "pump_pressure", "unit_pressure", "servo_angle", "surge"):
         a, b = coarse[name][last], fine[name][last]
@@ -143,7 +143,7 @@ def driven(target: Any, steps: int) -> dict[str, Any]:
 
 def test_in_air_the_head_stays_and_the_joints_bend_easier() -> None:
     gait = ht.Gait.from_degrees(frequency=4, amplitude=(8, 15), phase=(0, 0))
-    air, water = (twin(ROBOT, gait, duration=4, fish_in=medium) for medium in ("air", "water"))
+    air, water = (twin(ROBOT, gait, duration=4, medium=medium) for medium in ("air", "water"))
     assert np.isnan(air.speed)
     assert np.isnan(air.cost_of_transport)
     assert not air.data["x"].any()
@@ -158,7 +158,7 @@ def test_cold_oil_needs_more_pressure() -> None:
 
 
 def test_without_commands_the_tail_comes_to_rest() -> None:
-    run = twin(ROBOT, SMALL, duration=6, heard=3.0)
+    run = twin(ROBOT, SMALL, duration=6, command_lost_at=3.0)
     angle = np.degrees(abs(run.data["angle"]))
     assert angle[:300].max() > 4
     assert angle[-50:].max() < 0.5
@@ -187,7 +187,7 @@ def test_hinge_softens_the_fin() -> None:
 def test_believing_in_another_robot_shows() -> None:
     """A controller that takes the lines for wider than they are pumps the same volumes, and sees other pressures."""
     narrow = other_lines(bore_m=0.003)
-    knows, believes = (twin(narrow, SMALL, duration=4, believed=robot) for robot in (None, ROBOT))
+    knows, believes = (twin(narrow, SMALL, duration=4, controller_robot=robot) for robot in (None, ROBOT))
     assert (knows.data["servo_target"] != believes.data["servo_target"]).any()
     assert believes.pressure_max.max() > small_run().pressure_max.max()
 
@@ -226,7 +226,7 @@ def test_a_command_at_the_controllers_bounds_is_taken() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"fish_in": "milk"}, "fish_in must be water or air, but is 'milk'"),
+        ({"medium": "milk"}, "medium must be water or air, but is 'milk'"),
         ({"start": "resting"}, "did you mean rest?"),
         ({"duration": 0.0}, "duration must be from 0.01 to"),
         ({"duration": float("nan")}, "duration must be a finite number"),
@@ -237,7 +237,7 @@ def test_a_command_at_the_controllers_bounds_is_taken() -> None:
         ({"seed": 1.5}, "seed must be a whole number, but is 1.5"),
         ({"duration": "3"}, "duration must be a finite number, but is '3'"),
         ({"temperature": "cold"}, "temperature must be a finite number, but is 'cold'"),
-        ({"heard": float("nan")}, "heard must be a finite number, but is nan"),
+        ({"command_lost_at": float("nan")}, "command_lost_at must be a finite number, but is nan"),
         ({"step": True}, "step must be a finite number, but is true"),
         ({"faults": [3]}, "faults[0] must be text, but is 3: spell them as"),
         ({"robot": changed("hinge", link=7, stiffness_n_m_per_rad=1e12)}, "hinge.stiffness_n_m_per_rad must not be so"),

@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from sensitivity import FACTORS, influence, spread
 
 import hypertuna as ht
 from hypertuna.cli.console import progress_bar
 from hypertuna.description.robot import parse
-from hypertuna.simulation.sensitivity import FACTORS, influence, spread
 
 study = runpy.run_path(str(Path(__file__).with_name("study.py")))
 GAITS, PUBLISHED, ROBOT, eight, main = (study[name] for name in ("GAITS", "PUBLISHED", "ROBOT", "eight", "main"))

@@ -102,7 +102,7 @@ def speeds() -> Iterator[str]:
     yield row("as shipped", shipped)
     yield row("open loop", eight(closed_loop=False))
     unlimited = changed(controller__pressure_soft_pa=2e6, controller__pressure_hard_pa=3e6)
-    yield row("no pressure limit", eight(believed=unlimited, closed_loop=False))
+    yield row("no pressure limit", eight(controller_robot=unlimited, closed_loop=False))
     for bore in (3, 4, 6):
         yield row(f"lines of {bore} mm", eight(changed(line__bore_m=bore / 1e3)))
     for celsius in (10, 30):
@@ -119,9 +119,9 @@ def speeds() -> Iterator[str]:
     yield ""
 
 
-def driven(robot: ht.Robot, frequency: float, amplitude: Any, fish_in: str) -> tuple[Any, Any]:
+def driven(robot: ht.Robot, frequency: float, amplitude: Any, medium: str) -> tuple[Any, Any]:
     """Amplitude [deg] and largest pump pressure [kPa] of both joints, servos driven by the inverse volumes."""
-    parts, tables, oil = parts_of(robot, fish_in, None), joint_tables(robot), circuits(robot)
+    parts, tables, oil = parts_of(robot, medium, None), joint_tables(robot), circuits(robot)
     t = np.arange(400) * 0.01
     target = np.zeros((len(t), 4))
     for j in range(2):
@@ -129,7 +129,7 @@ def driven(robot: ht.Robot, frequency: float, amplitude: Any, fish_in: str) -> t
         gained = tables[j].at(bend)["volume"] - tables[j].at([0.0])["volume"][0]
         for side in range(2):
             target[:, 2 * j + side] = servo_angle(oil, gained[:, side], 2 * j + side)
-    world = _core.World({"clamped": fish_in == "air"})
+    world = _core.World({"clamped": medium == "air"})
     target = np.nan_to_num(target, nan=1.2)
     out = _core.simulate(parts.plant, target, world, twist=np.zeros(6), tick=0.01, steps=20)
     last = slice(200, 400)

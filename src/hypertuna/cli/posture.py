@@ -63,7 +63,7 @@ def posture_command(
             frequencies=list(frequency),
             angle=_angles(fish, angle),
             duration=duration,
-            fish_in=medium,
+            medium=medium,
             temperature=kelvin(temperature),
             seed=seed,
             limits=not no_limits,
@@ -129,7 +129,7 @@ def _record(result: PostureTest) -> dict[str, Any]:
         for one in result.held
     ]
     return {
-        "medium": result.fish_in,
+        "medium": result.medium,
         "duration_s": result.duration,
         "seed": result.seed,
         "within_deg": np.degrees(CLOSE),
@@ -149,7 +149,7 @@ def _csv(result: PostureTest) -> str:
         angles = np.degrees(np.column_stack([one.peaks, one.error, one.measured_error]))
         for beat in np.column_stack([one.time, angles]):
             rows.append(test | {name: f"{value:.6g}" for name, value in zip(names, beat, strict=True)})
-    return rows_csv(made_by(result.robot, medium=result.fish_in, seed=result.seed), rows)
+    return rows_csv(made_by(result.robot, medium=result.medium, seed=result.seed), rows)
 
 
 def _first(limits: list[str]) -> str:
@@ -177,7 +177,7 @@ def _lines(result: PostureTest) -> Iterator[Any]:
         cells += [f"{row['error_deg']:.2f}", _first(row["limits"])]
         cells += [f"{row['largest_amplitude_deg']:.1f}", _first(row["stopped_by"])] if result.reach else []
         rows.append(cells)
-    yield f"{result.robot.name}, posture control in {result.fish_in}, {result.duration:g} s from rest", "bold"
+    yield f"{result.robot.name}, posture control in {result.medium}, {result.duration:g} s from rest", "bold"
     yield table(heads, rows, left=(1, 5, 7))
     for sentence in _sentences(result):
         yield sentence, "dim"

@@ -69,7 +69,7 @@ def twin_command(
         fish,
         beat,
         duration=duration,
-        fish_in=medium,
+        medium=medium,
         faults=tuple(fault or ()),
         seed=seed,
         closed_loop=not open_loop,
@@ -148,7 +148,7 @@ def _record(run: TwinRun) -> dict[str, Any]:
         | {"joints": _joints(run), "circuits": _circuits(run), "limits": list(run.limits), "faults": list(run.faults)}
         | {"status": run.status, "status_text": _sentences(run), "settled": run.settled}
         | gait_degrees(run.gait)
-        | {"duration_s": run.duration, "medium": run.fish_in, "start": run.start, "seed": run.seed}
+        | {"duration_s": run.duration, "medium": run.medium, "start": run.start, "seed": run.seed}
         | {"closed_loop": run.closed_loop, "oil_temperature_c": run.temperature - ZERO_CELSIUS}
         | made
     )
@@ -186,7 +186,7 @@ def _lines(run: TwinRun) -> Iterator[Any]:
     loop = "closed loop" if run.closed_loop else "open loop"
     oil = f"oil at {run.temperature - ZERO_CELSIUS:.3g} C"
     yield f"{run.robot.name}, {gait_text(run.gait)}", "bold"
-    yield f"{run.duration:g} s in {run.fish_in} from {run.start}, {loop}, {oil}", "dim"
+    yield f"{run.duration:g} s in {run.medium} from {run.start}, {loop}, {oil}", "dim"
     summary = run.summary()
     if not swims_forward(run):
         summary["cost_of_transport_j_per_kg_m"] = Quantity("–", "", "cost of transport")

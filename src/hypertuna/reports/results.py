@@ -75,7 +75,7 @@ def posture_table(test: PostureTest) -> Table:
     columns += ["settles [s] within reach"] if test.eased else []
     shows = "When all peak bends are within half a degree of the set angle and stay there"
     shows += ", the largest amplitude that is held, and what stops more." if test.reach else "."
-    made = f"In {test.fish_in}, from rest."
+    made = f"In {test.medium}, from rest."
     made += " The largest amplitude to half a degree." if test.reach else ""
     return Table(columns, rows, shows, made)
 
@@ -135,20 +135,18 @@ def _twin(run: TwinRun) -> Section:
     from hypertuna.simulation.plots import plot_twin
 
     rows: list[list[str | float]] = [*_gait_rows(run.gait)]
-    if run.fish_in == "water":
+    if run.medium == "water":
         rows += [["speed", run.speed, "m/s"], ["speed", run.speed_bl, "body lengths/s"]]
     for name, swing in zip(run.joints, np.degrees(run.swing), strict=True):
         rows.append([f"amplitude reached, joint {name}", float(swing), "deg"])
     rows.append(["electrical power", run.power, "W"])
-    if run.fish_in == "water":
+    if run.medium == "water":
         rows.append(["cost of transport", run.cost_of_transport, "J/(kg m)"])
     rows.append(["largest pressure in a pump", float(run.pressure_max.max()) / 1e3, "kPa"])
     summary = f"Command and response of {run.robot.name}, over the last whole beats."
-    table = Table(
-        ["quantity", "value", "unit"], rows, summary, f"{run.duration:g} s in {run.fish_in} from {run.start}."
-    )
+    table = Table(["quantity", "value", "unit"], rows, summary, f"{run.duration:g} s in {run.medium} from {run.start}.")
     shows = "Bend of the joints beside its setpoint, pressures in the pumps, electrical power"
-    shows += ", speed and path." if run.fish_in == "water" else "."
+    shows += ", speed and path." if run.medium == "water" else "."
     loop = "Closed loop" if run.closed_loop else "Open loop"
     picture = Picture("twin", plot_twin(run, width=WIDTH), shows, f"{loop}, seed {run.seed}.")
     title = f"The twin at {run.gait.frequency:.4g} Hz"
@@ -160,9 +158,7 @@ def _posture(test: PostureTest) -> Section:
     from hypertuna.simulation.plots import plot_posture
 
     shows = "Bend from rest to the set angle, error of the peak bends beat by beat, and the largest amplitude held."
-    picture = Picture(
-        "posture", plot_posture(test, width=WIDTH), shows, f"In {test.fish_in}, {test.duration:g} s each."
-    )
+    picture = Picture("posture", plot_posture(test, width=WIDTH), shows, f"In {test.medium}, {test.duration:g} s each.")
     return Section("Posture control", [picture, posture_table(test)])
 
 

@@ -64,9 +64,9 @@ class Parts:
     temperature: float  # of the oil [K]
 
 
-def parts_of(robot: Robot, fish_in: str, temperature: float | None) -> Parts:
+def parts_of(robot: Robot, medium: str, temperature: float | None) -> Parts:
     """Build plant and sensors of a robot in water or air, at a temperature of its oil [K]."""
-    return cached(robot, ("plant", fish_in, temperature), lambda: _make_parts(robot, fish_in, temperature))
+    return cached(robot, ("plant", medium, temperature), lambda: _make_parts(robot, medium, temperature))
 
 
 def controller_of(robot: Robot) -> dict[str, list[float]]:
@@ -74,9 +74,9 @@ def controller_of(robot: Robot) -> dict[str, list[float]]:
     return cached(robot, "controller", lambda: controller_columns(robot))
 
 
-def _make_parts(robot: Robot, fish_in: str, temperature: float | None) -> Parts:
+def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
     oil, tables = circuits(robot, temperature), joint_tables(robot)
-    model = core_model(robot) if fish_in == "water" else core_model(robot, _without_water(robot))
+    model = core_model(robot) if medium == "water" else core_model(robot, _without_water(robot))
     battery = battery_columns(robot)
     columns: dict[str, Any] = {
         "share": _shares(robot),
@@ -92,7 +92,7 @@ def _make_parts(robot: Robot, fish_in: str, temperature: float | None) -> Parts:
     if robot.spatial is not None and robot.fins is not None:
         columns |= space_columns(robot)
     plant = _core.Plant(model, columns)
-    fastest, stiffest = _fastest(robot, plant, fish_in == "air", oil, tables)
+    fastest, stiffest = _fastest(robot, plant, medium == "air", oil, tables)
     return Parts(plant, fastest, stiffest, sensor_columns(robot), oil.temperature)
 
 

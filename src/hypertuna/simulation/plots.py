@@ -31,7 +31,7 @@ SIDES = ("-", (0, (4, 1.5)))  # lines of left and right circuits
 def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
     """Plot a run of the twin: `width` [inch]."""
     beside = width > 6
-    water = run.fish_in == "water"
+    water = run.medium == "water"
     kinds = [_draw_angles, _draw_pressures, _draw_power, _draw_speed if water else _draw_peaks]
     kinds += [_draw_path] if water else []
     rows = (len(kinds) + 1) // 2 if beside else len(kinds)
@@ -75,7 +75,7 @@ def _caption(run: TwinRun) -> str:
     """Say what was run."""
     gait = run.gait
     angles, lags = (", ".join(f"{a:.3g}" for a in np.degrees(part).round(9)) for part in (gait.amplitude, gait.phase))
-    told = f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, phase {lags}°, in {run.fish_in}"
+    told = f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, phase {lags}°, in {run.medium}"
     if any(gait.bias):
         told += f", bias {', '.join(f'{a:.3g}' for a in np.degrees(gait.bias))}°"
     return told if run.closed_loop else f"{told}, open loop"

@@ -90,7 +90,7 @@ class PostureTest:
     """The paper's Fig. 8, computed: joints that are told to beat with a set angle, at several frequencies."""
 
     robot: Robot
-    fish_in: str  # "air" or "water"
+    medium: str  # "air" or "water"
     angle: Array  # (groups,) Set angle of each joint group [rad]; those with 0 stay straight
     duration: float  # Of each run [s]
     held: tuple[Held, ...]  # One for each frequency and moving joint group, by frequency
@@ -132,7 +132,7 @@ class PostureTest:
                 "set_angle": ("joint", self.angle[joints], {"units": "rad"}),
                 "side": ("side", ["left", "right"]),
             },
-            provenance(self.robot) | {"medium": self.fish_in, "duration_s": self.duration, "seed": self.seed},
+            provenance(self.robot) | {"medium": self.medium, "duration_s": self.duration, "seed": self.seed},
         )
 
 
@@ -142,7 +142,7 @@ def posture_test(
     frequencies: Sequence[float],
     angle: Sequence[float],
     duration: float = 8.0,
-    fish_in: str = "air",
+    medium: str = "air",
     temperature: float | None = None,
     seed: int = 0,
     limits: bool = True,
@@ -154,7 +154,7 @@ def posture_test(
     """
     _check(robot, frequencies, angle, duration)
     moving = [joint for joint, value in enumerate(angle) if value > 0]
-    conditions: Any = {"fish_in": fish_in, "temperature": temperature, "seed": seed}
+    conditions: Any = {"medium": medium, "temperature": temperature, "seed": seed}
     held: list[Held] = []
     far: list[Reach] = []
     eased: list[Held] = []
@@ -169,7 +169,7 @@ def posture_test(
         if progress is not None:
             progress(done + 1, len(frequencies))
     return PostureTest(
-        robot, fish_in, np.array(angle), duration, tuple(held), tuple(far), tuple(eased), seed, held[0].run.temperature
+        robot, medium, np.array(angle), duration, tuple(held), tuple(far), tuple(eased), seed, held[0].run.temperature
     )
 
 
@@ -179,13 +179,13 @@ def hold(
     angle: Sequence[float],
     *,
     duration: float,
-    fish_in: str,
+    medium: str,
     temperature: float | None,
     seed: int,
 ) -> list[Held]:
     """Let joints beat with set angles at one frequency, and look at their peak bends."""
     gait = Gait(frequency, tuple(angle), (0.0,) * len(angle))
-    run = twin(robot, gait, duration=duration, fish_in=fish_in, temperature=temperature, seed=seed)
+    run = twin(robot, gait, duration=duration, medium=medium, temperature=temperature, seed=seed)
     found = []
     for joint in (joint for joint, value in enumerate(angle) if value > 0):
         time, peaks = peak_bends(run.time, run.data["angle"][:, joint], frequency)
@@ -199,7 +199,7 @@ def reach(
     joint: int,
     frequency: float,
     *,
-    fish_in: str = "air",
+    medium: str = "air",
     temperature: float | None = None,
     seed: int = 0,
 ) -> Reach:
@@ -212,7 +212,7 @@ def reach(
     `frequency` [Hz].
     """
     group = robot.joints[joint]
-    conditions: Any = {"fish_in": fish_in, "temperature": temperature, "seed": seed}
+    conditions: Any = {"medium": medium, "temperature": temperature, "seed": seed}
     low, high = 0.0, math.inf
     trial = group.bend_max or group.amplitude_max or MOST_BEND
     stopped: tuple[str, ...] = ()

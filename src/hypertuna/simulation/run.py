@@ -75,7 +75,7 @@ class TwinRun:
         What was commanded.
     duration : float
         Of the run as asked for [s].
-    fish_in : str
+    medium : str
         "water" or "air".
     closed_loop : bool
     seed : int
@@ -98,7 +98,7 @@ class TwinRun:
     robot: Robot = field(repr=False)
     gait: Gait
     duration: float
-    fish_in: str
+    medium: str
     closed_loop: bool
     seed: int
     temperature: float
@@ -140,7 +140,7 @@ class TwinRun:
     @cached_property
     def speeds(self) -> Array:
         """Speed of each of the last beats, length of the nose's way over T, negative if the tail leads [m/s]."""
-        if self.fish_in == "air" or not self.beat_count:
+        if self.medium == "air" or not self.beat_count:
             return np.full(max(1, self.beat_count), math.nan)
         last = self.time[-1]
         ends = last - np.arange(self.beat_count, -1, -1) / self.gait.frequency
@@ -166,13 +166,13 @@ class TwinRun:
     def change(self) -> float:
         """Relative change per beat, beyond noise, of what changes most: speed, or a joint's swing [1]."""
         found = [_trend(swing) for swing in self._swings.T if swing.size > 1 and swing.mean() > 1e-3]
-        if self.fish_in == "water":
+        if self.medium == "water":
             found.append(_trend(self.speeds))
         return max(found, key=abs, default=math.nan)
 
     def summary(self) -> dict[str, Quantity]:
         """Return speed, power and cost of transport, by the names of the JSON record; in air power alone is shown."""
-        wet = self.fish_in == "water"
+        wet = self.medium == "water"
         return {
             "speed_m_s": Quantity(
                 self.speed, "m/s" + ", still changing" * (not self.settled), "speed" if wet else None
@@ -326,7 +326,7 @@ class TwinRun:
             "amplitude_deg": np.degrees(gait.amplitude).tolist(),
             "phase_deg": np.degrees(gait.phase).tolist(),
             "bias_deg": np.degrees(gait.bias).tolist(),
-            "fish_in": self.fish_in,
+            "medium": self.medium,
             "closed_loop": int(self.closed_loop),
             "seed": self.seed,
             "oil_temperature_k": self.temperature,

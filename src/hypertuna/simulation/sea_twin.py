@@ -62,7 +62,7 @@ def twin_at_sea(
     closed_loop: bool = True,
     temperature: float | None = None,
     step: float | None = None,
-    heard: float = math.inf,
+    command_lost_at: float = math.inf,
     every: int = 1,
 ) -> SeaRun:
     """Run the robot's twin in space under one command.
@@ -96,7 +96,7 @@ def twin_at_sea(
         Of the oil [K].
     step : float, optional
         Of the inner integration, as in `twin` [s].
-    heard : float
+    command_lost_at : float
         Time from which no command comes any more [s].
     every : int
         Ticks from one row of the record to the next.
@@ -135,7 +135,9 @@ def twin_at_sea(
     command = command_columns(gait) | {"fin": _fin_angles(fins, ticks, tick, control)}
     record = _core.simulate(
         parts.plant,
-        _core.GaitCommand(_core.Controller(columns if closed_loop else open_loop(columns)), command, lost_at=heard),
+        _core.GaitCommand(
+            _core.Controller(columns if closed_loop else open_loop(columns)), command, lost_at=command_lost_at
+        ),
         world,
         sensors=_core.Sensors(parts.sensors, checked_seed(seed)),
         faults=found_faults(given, robot, duration),

@@ -50,15 +50,15 @@ def twin(
     gait: Gait,
     *,
     duration: float,
-    fish_in: str = "water",
+    medium: str = "water",
     faults: str | Iterable[str] = (),
     seed: int = 0,
     closed_loop: bool = True,
     temperature: float | None = None,
     start: str = "rest",
     step: float | None = None,
-    heard: float = math.inf,
-    believed: Robot | None = None,
+    command_lost_at: float = math.inf,
+    controller_robot: Robot | None = None,
 ) -> TwinRun:
     """Run the robot's twin: command in, servo pulses, oil, bending tail, water, sensors, controller.
 
@@ -71,7 +71,7 @@ def twin(
         The command, from the first tick on.
     duration : float
         Of the run [s].
-    fish_in : str
+    medium : str
         ``"water"``: swimming freely. ``"air"``: the head held still, without water.
     faults : str or iterable of str
         Sensor faults as on the command line: ``"bend-II:stuck@5"``.
@@ -86,9 +86,9 @@ def twin(
     step : float, optional
         Of the inner Runge-Kutta integration [s]; it is rounded so that it divides the control tick. Left out, `STEP`,
         or less where the plant is stiffer: little air and compliance, wide lines, light rotors.
-    heard : float
+    command_lost_at : float
         Time from which no command comes any more [s].
-    believed : Robot, optional
+    controller_robot : Robot, optional
         Robot that the controller takes this one for; itself if left out.
 
     Returns
@@ -110,29 +110,29 @@ def twin(
     'completed'
     """
     check_gait(gait, robot)
-    _check_choice("fish_in", fish_in, MEDIA)
+    _check_choice("medium", medium, MEDIA)
     _check_choice("start", start, STARTS)
     if temperature is not None:
         temperature = FINITE.check(temperature, "temperature", "give the temperature of the oil in K")
-    if heard != math.inf:
-        FINITE.check(heard, "heard", "leave it out for a command without end")
+    if command_lost_at != math.inf:
+        FINITE.check(command_lost_at, "command_lost_at", "leave it out for a command without end")
     control = require(robot.controller, "controller", robot)
     tick = 1 / control.rate
     ticks = ticks_of(duration, tick)
-    parts = parts_of(robot, fish_in, temperature)
+    parts = parts_of(robot, medium, temperature)
     steps = steps_needed(tick, parts, robot) if step is None else steps_of(tick, step)
-    columns = controller_of(robot if believed is None else believed)
+    columns = controller_of(robot if controller_robot is None else controller_robot)
     check_command(robot, gait, columns)
     if not closed_loop:
         columns = open_loop(columns)
     given = listed(faults)
     record = _core.simulate(
         parts.plant,
-        _core.GaitCommand(_core.Controller(columns), command_columns(gait), lost_at=heard),
-        _core.World({"clamped": fish_in == "air"}),
+        _core.GaitCommand(_core.Controller(columns), command_columns(gait), lost_at=command_lost_at),
+        _core.World({"clamped": medium == "air"}),
         sensors=_core.Sensors(parts.sensors, checked_seed(seed)),
         faults=found_faults(given, robot, duration),
-        twist=_first_twist(robot, gait, start, fish_in),
+        twist=_first_twist(robot, gait, start, medium),
         ticks=ticks,
         steps=steps,
     )
@@ -141,7 +141,7 @@ def twin(
         robot=robot,
         gait=gait,
         duration=duration,
-        fish_in=fish_in,
+        medium=medium,
         closed_loop=closed_loop,
         seed=seed,
         temperature=parts.temperature,
@@ -186,9 +186,9 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
         return list(pool.map(one, runs))
 
 
-def _first_twist(robot: Robot, gait: Gait, start: str, fish_in: str) -> Array:
+def _first_twist(robot: Robot, gait: Gait, start: str, medium: str) -> Array:
     """Twist of the head at the start."""
-    if start == "rest" or fish_in == "air":
+    if start == "rest" or medium == "air":
         return np.zeros(6)
     return np.array([-settled_speed(robot, gait), 0.0, 0.0, 0.0, 0.0, 0.0])
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sensitivity as sobol
+from sensitivity import FACTORS, influence, spread
 
 import hypertuna as ht
-from hypertuna.simulation import sensitivity as sobol
-from hypertuna.simulation.sensitivity import FACTORS, influence, spread
 
 ROBOT = ht.load("hypertuna")
 GAIT = ht.Gait.from_degrees(frequency=3, amplitude=(6, 9), phase=(0, 30))

@@ -125,7 +125,7 @@ def influence(
         raise InputError("must be a power of two", key="samples", value=str(samples), fix="give 64, say")
     outputs = (*(f"amplitude of joint {group.name} [deg]" for group in robot.joints), "speed [m/s]")
     total, done = samples * (len(factors) + 2), 0
-    believed: dict[tuple[float, ...], Robot] = {}
+    controllers: dict[tuple[float, ...], Robot] = {}
     everything: list[Array] = []
 
     def evaluate(parts: Array) -> Array:
@@ -133,7 +133,7 @@ def influence(
         columns = []
         for start in range(0, parts.shape[1], 16 * threads):
             block = parts[:, start : start + 16 * threads]
-            runs = [_options(robot, gait, factors, part, believed, seconds) for part in block.T]
+            runs = [_options(robot, gait, factors, part, controllers, seconds) for part in block.T]
             columns += twins(runs, measure=_outputs, threads=threads)
             done += block.shape[1]
             if progress is not None:
@@ -179,10 +179,10 @@ def spread(
     from scipy.stats import qmc
 
     parts = qmc.Sobol(len(factors), rng=np.random.default_rng(seed)).random(draws)
-    believed: dict[tuple[float, ...], Robot] = {}
+    controllers: dict[tuple[float, ...], Robot] = {}
     speeds = np.full((draws, len(gaits)), np.nan)
     for k, part in enumerate(parts):
-        runs = [_options(robot, gait, factors, part, believed, seconds) for gait in gaits.values()]
+        runs = [_options(robot, gait, factors, part, controllers, seconds) for gait in gaits.values()]
         speeds[k] = twins(runs, measure=lambda run: _outputs(run)[-1], threads=threads)
         if progress is not None:
             progress((k + 1) * len(gaits), draws * len(gaits))
@@ -206,16 +206,16 @@ def _options(
     gait: Gait,
     factors: Sequence[Factor],
     part: Array,
-    believed: dict[tuple[float, ...], Robot],
+    controllers: dict[tuple[float, ...], Robot],
     seconds: float,
 ) -> dict[str, Any]:
     """Options of one run: the robot is another one, its controller knows only its own limits."""
     changes = {factor: float(factor.change(value)) for factor, value in zip(factors, part, strict=True)}
     own = {factor: change for factor, change in changes.items() if factor.key.startswith("controller.")}
     key = tuple(own.values())
-    if key not in believed:
-        believed[key] = varied(robot, own)
-    options = {"robot": varied(robot, changes), "believed": believed[key], "gait": gait}
+    if key not in controllers:
+        controllers[key] = varied(robot, own)
+    options = {"robot": varied(robot, changes), "controller_robot": controllers[key], "gait": gait}
     return options | {"duration": seconds, "start": "swimming"}
 
 

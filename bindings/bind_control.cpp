@@ -91,7 +91,7 @@ static Row sense_row(LiveSensors& senses, const Row& truth, const std::vector<Fa
     return columns_of(sensed.readings, senses.model.joints);
 }
 
-void bind_controller(nb::module_& m) {
+void bind_control(nb::module_& m) {
     m.attr("MOST_JOINTS") = most_joints;
     m.def("fault_kinds", &fault_kinds, "Kinds of sensor faults, none first.");
     m.def(
