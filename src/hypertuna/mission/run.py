@@ -20,7 +20,14 @@ from hypertuna.control.sensors import FOREVER, pilot_sensor_columns
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, POSITIVE_WHOLE
-from hypertuna.simulation.plant import checked_seed, controller_of, found_faults, listed, parts_of, steps_needed
+from hypertuna.simulation.plant import (
+    checked_seed,
+    controller_of,
+    fault_list,
+    parts_of,
+    read_sensor_faults,
+    steps_needed,
+)
 from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import Motion
 
@@ -173,7 +180,7 @@ def mission_start(
     if not tick <= most <= LONGEST:
         rule = f"must be from {tick:g} to {LONGEST:g} s"
         raise InputError(rule, key="duration", value=f"{most:g}", fix="give the seconds after which to give up")
-    given = listed(faults)
+    given = fault_list(faults)
     fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
     sensors = tuple(fault for fault in given if fault not in fins)
     at = dict(zip(battery_columns(robot).columns, battery_columns(robot).values.tolist(), strict=True))
@@ -183,7 +190,7 @@ def mission_start(
         "command": _core.Pilot(controller, pilot_columns(robot, table), mission_columns(mission)),
         "world": world_at_sea(robot, _sea(mission), mission.gaps),
         "sensors": _core.Sensors(pilot_sensor_columns(robot), checked_seed(seed)),
-        "faults": found_faults(sensors, robot, most),
+        "faults": read_sensor_faults(sensors, robot, most),
         "fin_faults": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
         "twist": np.zeros(6),
         "pose": _pose(mission),

@@ -28,31 +28,15 @@ RESTING = 0.05  # of the speed: a robot that goes up or down by less does neithe
 
 @dataclass(frozen=True)
 class Leg:
-    """One half of a dive, measured over its last half.
+    """One half of a dive, measured over its last half."""
 
-    Attributes
-    ----------
-    fins : float
-        Angle that both fins were told, leading edge up [rad].
-    rate : float
-        Rate at which the depth grows [m/s].
-    pitch, pitch_range : float
-        Mean, nose up, and range of the mean over beats [rad].
-    roll : float
-        Largest magnitude over the beats [rad].
-    speed : float
-        Mean through the water, ahead [m/s].
-    depth : tuple of float
-        Of the nose at the start and the end of the whole leg [m].
-    """
-
-    fins: float
-    rate: float
-    pitch: float
-    pitch_range: float
-    roll: float
-    speed: float
-    depth: tuple[float, float]
+    fins: float  # target angle of both fins, leading edge up [rad]
+    rate: float  # at which the depth grows [m/s]
+    pitch: float  # mean, nose up [rad]
+    pitch_range: float  # of the mean over beats [rad]
+    roll: float  # largest magnitude over the beats [rad]
+    speed: float  # mean through the water, ahead [m/s]
+    depth: tuple[float, float]  # of the nose at the start and the end of the whole leg [m]
 
     @property
     def steady(self) -> bool:
@@ -67,20 +51,11 @@ class Leg:
 
 @dataclass(frozen=True)
 class Dive:
-    """A dive and the run behind it.
-
-    Attributes
-    ----------
-    run : SeaRun
-    switch : float
-        Time at which the fins turn from down to up [s].
-    angle : float
-        Of the fins [rad].
-    """
+    """A dive and its run."""
 
     run: SeaRun
-    switch: float
-    angle: float
+    switch: float  # time at which the fins turn from down to up [s]
+    angle: float  # of the fins [rad]
 
     @cached_property
     def legs(self) -> tuple[Leg, ...]:
@@ -91,7 +66,7 @@ class Dive:
 
     @property
     def symmetry(self) -> float:
-        """Rate up over rate down, one if they are alike [1]; not a number without both."""
+        """Rate up over rate down, one if they are alike [1]; NaN without both."""
         return -self.legs[1].rate / self.legs[0].rate if len(self.legs) == 2 else math.nan
 
     @property
@@ -99,8 +74,7 @@ class Dive:
         """What happened, in words."""
         run = self.run
         if run.status == "diverged":
-            end = f"The run diverged after {len(run.time) * run.tick:.2f} s: the plant's state is no longer a robot's."
-            return (end,)
+            return (run.divergence,)
         found = []
         for leg, way in zip(self.legs, ("dives", "floats"), strict=True):
             told = f"With its fins at {math.degrees(leg.fins):+.3g} deg it"

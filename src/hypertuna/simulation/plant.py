@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,7 @@ from hypertuna.actuation.hydraulics import Circuits, circuits
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.sensors import Fault, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
-from hypertuna.description.robot import Robot, cached
+from hypertuna.description.robot import Robot, cached, require
 from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE, WHOLE
@@ -34,10 +34,11 @@ __all__ = [
     "checked_seed",
     "command_columns",
     "controller_of",
-    "found_faults",
-    "listed",
+    "fault_list",
     "open_loop",
     "parts_of",
+    "read_sensor_faults",
+    "run_command",
     "settled_speed",
     "steps_needed",
     "steps_of",
@@ -177,7 +178,7 @@ def settled_speed(robot: Robot, gait: Gait) -> float:
     return speed if math.isfinite(speed) else 0.0
 
 
-def found_faults(given: tuple[str, ...], robot: Robot, duration: float) -> list[Fault]:
+def read_sensor_faults(given: tuple[str, ...], robot: Robot, duration: float) -> list[Fault]:
     """Read the faults; each must begin within the run."""
     found = read_faults(given, robot)
     for fault, text in zip(found, given, strict=True):
@@ -187,7 +188,7 @@ def found_faults(given: tuple[str, ...], robot: Robot, duration: float) -> list[
     return list(found)
 
 
-def listed(faults: str | Iterable[str]) -> tuple[str, ...]:
+def fault_list(faults: str | Iterable[str]) -> tuple[str, ...]:
     """Return the faults as they are spelled."""
     fix = "spell them as on the command line, bend-II:stuck@5"
     try:
@@ -250,3 +251,81 @@ def checked_seed(seed: int) -> int:
     if not 0 <= seed < 2**64:
         raise InputError("must be from 0 to 2^64 - 1", key="seed", value=shown(seed), fix="give a whole number")
     return seed
+
+
+def run_command(
+    robot: Robot,
+    gait: Gait,
+    world: _core.World,
+    *,
+    medium: str,
+    duration: float,
+    faults: str | Iterable[str],
+    seed: int,
+    closed_loop: bool,
+    temperature: float | None,
+    step: float | None,
+    command_lost_at: float,
+    speed: float | None,
+    controller_robot: Robot | None = None,
+    pose: Array | None = None,
+    fins: Callable[[int, float], Array] | None = None,
+    every: int = 1,
+) -> dict[str, Any]:
+    """Simulate a command and return the fields of a `Run`; `speed` [m/s] None is that of the settled beat.
+
+    `fins` returns the fins' angles (ticks, 2) [rad] of a number of ticks of a length [s].
+    """
+    if temperature is not None:
+        temperature = FINITE.check(temperature, "temperature", "give the temperature of the oil in K")
+    if command_lost_at != math.inf:
+        FINITE.check(command_lost_at, "command_lost_at", "leave it out for a command without end")
+    tick = 1 / require(robot.controller, "controller", robot).rate
+    ticks = ticks_of(duration, tick)
+    parts = parts_of(robot, medium, temperature)
+    steps = steps_needed(tick, parts, robot) if step is None else steps_of(tick, step)
+    columns = controller_of(robot if controller_robot is None else controller_robot)
+    check_command(robot, gait, columns)
+    fault_texts = fault_list(faults)
+    controller = _core.Controller(columns if closed_loop else open_loop(columns))
+    command = command_columns(gait) | ({} if fins is None else {"fin": fins(ticks, tick)})
+    ahead = settled_speed(robot, gait) if speed is None else speed
+    record = _core.simulate(
+        parts.plant,
+        _core.GaitCommand(controller, command, lost_at=command_lost_at),
+        world,
+        sensors=_core.Sensors(parts.sensors, checked_seed(seed)),
+        faults=read_sensor_faults(fault_texts, robot, duration),
+        twist=np.array([0.0 - ahead, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        pose=pose,
+        ticks=ticks,
+        steps=steps,
+        every=every,
+    )
+    made = int(record.pop("ticks")[0])
+    rows = -(-made // every)
+    return {
+        "robot": robot,
+        "gait": gait,
+        "duration": duration,
+        "closed_loop": closed_loop,
+        "seed": seed,
+        "temperature": parts.temperature,
+        "faults_given": fault_texts,
+        "step": tick / steps,
+        "time": np.arange(rows, dtype=np.float64) * tick * every,
+        "data": _named(record, rows, len(robot.joints)),
+        "status": "completed" if made == ticks else "diverged",
+    }
+
+
+def _named(record: dict[str, Array], rows: int, joints: int) -> dict[str, Array]:
+    """Cut the record to its rows, with the hinge apart from the joints and the speed positive ahead."""
+    data = {name: column[:rows] for name, column in record.items()}
+    if "surge" in data:
+        data["speed"] = -data.pop("surge")
+    for name in ("angle", "rate", "moment"):
+        if data[name].shape[1] > joints:
+            data[f"hinge_{name}"] = data[name][:, joints]
+            data[name] = data[name][:, :joints]
+    return data

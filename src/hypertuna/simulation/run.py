@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, require
 from hypertuna.io.files import dataset
 from hypertuna.io.quantity import Quantity
 from hypertuna.swimming.gait import Gait
@@ -20,7 +20,7 @@ from hypertuna.swimming.gait import Gait
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["TwinRun"]
+__all__ = ["Run", "TwinRun"]
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,8 @@ DRY = 0.02  # a pressure this near to the oil's cavitation pressure, relative, i
 FINER = 8  # instants between two ticks where a peak is looked for
 
 # Dimension beside time, unit and meaning of everything that is recorded.
-VARIABLES: dict[str, tuple[str, str, str]] = {
+Variables = dict[str, tuple[str, str, str]]
+VARIABLES: Variables = {
     "x": ("", "m", "position of the nose"),
     "y": ("", "m", "position of the nose"),
     "heading": ("", "rad", "angle of the head's axis (nose to tail) from x, counter-clockwise"),
@@ -65,49 +66,20 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
 
 
 @dataclass(frozen=True)
-class TwinRun:
-    """A run of the twin; means and amplitudes are over its last whole beats.
-
-    Attributes
-    ----------
-    robot : Robot
-    gait : Gait
-        What was commanded.
-    duration : float
-        Of the run as asked for [s].
-    medium : str
-        "water" or "air".
-    closed_loop : bool
-    seed : int
-    temperature : float
-        Of the oil [K].
-    start : str
-        "rest" or "swimming".
-    faults_given : tuple of str
-    step : float
-        Of the inner integration [s].
-    time : ndarray, shape (T,)
-        Start of every control tick [s].
-    data : dict of ndarray
-        What was recorded, by the names of `VARIABLES`, each (T,) or (T, joints, circuits or servos); ``status_at``
-        (T, conditions) has the places of every condition as bits.
-    status : str
-        "completed" or "diverged".
-    """
+class Run:
+    """A run of the twin, in the plane or at sea."""
 
     robot: Robot = field(repr=False)
-    gait: Gait
-    duration: float
-    medium: str
+    gait: Gait  # command
+    duration: float  # [s] as requested
     closed_loop: bool
     seed: int
-    temperature: float
-    start: str
-    faults_given: tuple[str, ...]
-    step: float
-    time: Array = field(repr=False)
-    data: dict[str, Array] = field(repr=False)
-    status: str
+    temperature: float  # of the oil [K]
+    faults_given: tuple[str, ...]  # as on the command line
+    step: float  # of the inner integration [s]
+    time: Array = field(repr=False)  # (T,) start of every recorded control tick [s]
+    data: dict[str, Array] = field(repr=False)  # by the names of VARIABLES, (T,) or (T, n) [SI]; status_at has bits
+    status: str  # "completed" or "diverged"
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -122,8 +94,42 @@ class TwinRun:
     @cached_property
     def tick(self) -> float:
         """Control tick [s]."""
-        assert self.robot.controller is not None  # else there was no run
-        return 1 / self.robot.controller.rate
+        return 1 / require(self.robot.controller, "controller", self.robot).rate
+
+    @property
+    def divergence(self) -> str:
+        """Sentence of a run that diverged."""
+        seconds = self.time.size * self.tick
+        return f"The run diverged after {seconds:.2f} s: the plant's state is no longer a robot's."
+
+    def _labeled(self, names: Variables, coordinates: dict[str, list[str]], attributes: dict[str, Any]) -> xr.Dataset:
+        """Label the record: units and meaning of every variable, names along every dimension."""
+        bits = {name: 1 << bit for bit, (name, _, _) in enumerate(_core.condition_table())}
+        variables = {}
+        for name, (dim, unit, text) in names.items():
+            values = self.data[name].astype(np.int64) if name == "status" else self.data[name]
+            labels: dict[str, Any] = {"units": unit, "long_name": text}
+            if name == "status":
+                labels |= {"flag_masks": list(bits.values()), "flag_meanings": " ".join(bits)}
+            variables[name] = (("time", dim) if dim else ("time",), values, labels)
+        circuits = list(self.circuits)
+        places = {"joint": list(self.joints), "circuit": circuits, "servo": [*circuits, "fin 1", "fin 2"]} | coordinates
+        return dataset(
+            variables,
+            {
+                "time": ("time", self.time, {"units": "s", "long_name": "start of the control tick"}),
+                **{name: (name, labels) for name, labels in places.items()},
+            },
+            provenance(self.robot) | attributes,
+        )
+
+
+@dataclass(frozen=True)
+class TwinRun(Run):
+    """A run of the twin in the plane; means and amplitudes are over its last whole beats."""
+
+    medium: str  # "water" or "air"
+    start: str  # "rest" or "swimming"
 
     @cached_property
     def beat_count(self) -> int:
@@ -254,8 +260,7 @@ class TwinRun:
         """Part of the last beats' ticks in which each condition held, cavitation among them [1]."""
         flags = self.data["status"][self.beats].astype(np.int64)
         found = {name: float((flags >> bit & 1).mean()) for bit, (name, _, _) in enumerate(_core.condition_table())}
-        assert self.robot.oil is not None
-        limit = self.robot.oil.cavitation * (1 - DRY)
+        limit = require(self.robot.oil, "oil", self.robot).cavitation * (1 - DRY)
         found["cavitation"] = float((self.data["pump_pressure_low"][self.beats].min(axis=1) < limit).mean())
         return {name: part for name, part in found.items() if part > 0}
 
@@ -274,8 +279,7 @@ class TwinRun:
     @cached_property
     def sentences(self) -> tuple[str, ...]:
         """One sentence for the run, and one for each condition that held in it, with where and how often."""
-        end = f"The run diverged after {self.time.size * self.tick:.2f} s: the plant's state is no longer a robot's."
-        first = end if self.status == "diverged" else self._steadiness()
+        first = self.divergence if self.status == "diverged" else self._steadiness()
         flags, places = self.data["status"].astype(np.int64), self.data["status_at"].astype(np.int64)
         names = {"joint": self.joints, "circuit": self.circuits, "servo": (*self.circuits, "fin 1", "fin 2")}
         found = []
@@ -305,23 +309,8 @@ class TwinRun:
         -------
         xarray.Dataset
         """
-        bits = {name: 1 << bit for bit, (name, _, _) in enumerate(_core.condition_table())}
-        variables = {}
-        for name, (dim, unit, text) in VARIABLES.items():
-            values = self.data[name].astype(np.int64) if name == "status" else self.data[name]
-            dims = ("time", dim) if dim else ("time",)
-            attributes: dict[str, Any] = {"units": unit, "long_name": text}
-            if name == "status":
-                attributes |= {"flag_masks": list(bits.values()), "flag_meanings": " ".join(bits)}
-            variables[name] = (dims, values, attributes)
-        coordinates = {
-            "time": ("time", self.time, {"units": "s", "long_name": "start of the control tick"}),
-            "joint": ("joint", list(self.joints)),
-            "circuit": ("circuit", list(self.circuits)),
-            "servo": ("servo", [*self.circuits, "fin 1", "fin 2"]),
-        }
         gait = self.gait
-        made = provenance(self.robot) | {
+        attributes = {
             "frequency_hz": gait.frequency,
             "amplitude_deg": np.degrees(gait.amplitude).tolist(),
             "phase_deg": np.degrees(gait.phase).tolist(),
@@ -334,7 +323,7 @@ class TwinRun:
             "step_s": self.step,
             "run_status": self.status,
         }
-        return dataset(variables, coordinates, made)
+        return self._labeled(VARIABLES, {}, attributes)
 
     @cached_property
     def _rates(self) -> dict[str, Array]:

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna import _core
-from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot
 from hypertuna.frames import angles_of, rotation_of
-from hypertuna.io.files import dataset
 from hypertuna.simulation.run import VARIABLES as INNER
+from hypertuna.simulation.run import Run, Variables
 from hypertuna.simulation.sea import Sea
-from hypertuna.swimming.gait import Gait
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,20 +21,20 @@ __all__ = ["Motion", "SeaRun"]
 
 Array = NDArray[np.float64]
 
-PLANAR = ("x", "y", "heading", "speed", "sway", "yaw")  # of the twin in the plane, told otherwise in space
+PLANAR = ("x", "y", "heading", "speed", "sway", "yaw")  # of the head in the plane
 
 # Dimension beside time, unit and meaning of what is recorded of the head; the rest is as in the plane.
-VARIABLES: dict[str, tuple[str, str, str]] = {
+VARIABLES: Variables = {
     "position": ("axis", "m", "position of the nose: east, north, up, the surface at zero"),
     "attitude": ("quaternion", "1", "unit quaternion w, x, y, z from body axes to east, north, up"),
     "velocity": ("axis", "m/s", "velocity of the nose through the water in body axes: aft, starboard, up"),
     "turn_rate": ("axis", "rad/s", "rate of turn of the head in body axes"),
     "fin": ("side", "rad", "angle of the pectoral fins, leading edge up"),
-    "fin_target": ("side", "rad", "angle that the fins' servos are told"),
+    "fin_target": ("side", "rad", "target angle of the fins' servos"),
     "rate_measured": ("axis", "rad/s", "reading of the gyroscope"),
     "acceleration_measured": ("axis", "m/s^2", "reading of the accelerometer"),
     "charge": ("", "C", "charge taken from the battery, at the end of the control tick"),
-    **{name: told for name, told in INNER.items() if name not in PLANAR},
+    **{name: label for name, label in INNER.items() if name not in PLANAR},
 }
 
 
@@ -91,45 +87,10 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class SeaRun(Motion):
-    """A run of the twin at sea.
+class SeaRun(Run, Motion):
+    """A run of the twin at sea."""
 
-    Attributes
-    ----------
-    robot : Robot
-    gait : Gait
-        What was commanded.
-    sea : Sea
-    duration : float
-        Of the run as asked for [s].
-    seed : int
-    closed_loop : bool
-    temperature : float
-        Of the oil [K].
-    faults_given : tuple of str
-    step : float
-        Of the inner integration [s].
-    time : ndarray, shape (T,)
-        Start of every control tick that was recorded [s].
-    data : dict of ndarray
-        What was recorded, by the names of `VARIABLES`, each (T,) or (T, n) [SI]; ``status_at`` (T, conditions) has the
-        places of every condition as bits.
-    status : str
-        "completed" or "diverged".
-    """
-
-    robot: Robot = field(repr=False)
-    gait: Gait
     sea: Sea
-    duration: float
-    seed: int
-    closed_loop: bool
-    temperature: float
-    faults_given: tuple[str, ...]
-    step: float
-    time: Array = field(repr=False)
-    data: dict[str, Array] = field(repr=False)
-    status: str
 
     @cached_property
     def sink(self) -> Array:
@@ -141,12 +102,6 @@ class SeaRun(Motion):
     def energy(self) -> float:
         """Electrical energy of all servos [J]."""
         return float(self.data["power"].mean() * len(self.time) * self.tick * self.every)
-
-    @cached_property
-    def tick(self) -> float:
-        """Control tick [s]."""
-        assert self.robot.controller is not None  # else there was no run
-        return 1 / self.robot.controller.rate
 
     @property
     def every(self) -> int:
@@ -180,23 +135,6 @@ class SeaRun(Motion):
         -------
         xarray.Dataset
         """
-        bits = {name: 1 << bit for bit, (name, _, _) in enumerate(_core.condition_table())}
-        variables = {}
-        for name, (dim, unit, text) in VARIABLES.items():
-            values = self.data[name].astype(np.int64) if name == "status" else self.data[name]
-            attributes: dict[str, Any] = {"units": unit, "long_name": text}
-            if name == "status":
-                attributes |= {"flag_masks": list(bits.values()), "flag_meanings": " ".join(bits)}
-            variables[name] = (("time", dim) if dim else ("time",), values, attributes)
-        joints = [group.name for group in self.robot.joints]
-        circuits = [f"{joint}-{side}" for joint in joints for side in ("left", "right")]
-        coordinates = {
-            "time": ("time", self.time, {"units": "s", "long_name": "start of the control tick"}),
-            "joint": ("joint", joints),
-            "circuit": ("circuit", circuits),
-            "servo": ("servo", [*circuits, "fin 1", "fin 2"]),
-            "side": ("side", ["port", "starboard"]),
-            "quaternion": ("quaternion", ["w", "x", "y", "z"]),
-        }
-        made = provenance(self.robot) | {"frequency_hz": self.gait.frequency, "seed": self.seed, "status": self.status}
-        return dataset(variables, coordinates, made)
+        labels = {"side": ["port", "starboard"], "quaternion": ["w", "x", "y", "z"]}
+        attributes = {"frequency_hz": self.gait.frequency, "seed": self.seed, "status": self.status}
+        return self._labeled(VARIABLES, labels, attributes)

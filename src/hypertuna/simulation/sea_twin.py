@@ -12,29 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna import _core
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, shown
 from hypertuna.frames import attitude_of
 from hypertuna.ranges import FINITE, POSITIVE_WHOLE
-from hypertuna.simulation.plant import (
-    EXACT,
-    check_command,
-    checked_seed,
-    command_columns,
-    controller_of,
-    found_faults,
-    listed,
-    open_loop,
-    parts_of,
-    settled_speed,
-    steps_needed,
-    steps_of,
-    ticks_of,
-)
+from hypertuna.simulation.plant import EXACT, run_command
 from hypertuna.simulation.sea import Sea, world_at_sea
-from hypertuna.simulation.sea_run import VARIABLES, SeaRun
+from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.swimming.gait import Gait, check_gait
 
 __all__ = ["twin_at_sea"]
@@ -121,58 +106,24 @@ def twin_at_sea(
     """
     check_gait(gait, robot)
     control = require(robot.controller, "controller", robot)
-    world = world_at_sea(robot, sea)
-    tick = 1 / control.rate
-    ticks, every = ticks_of(duration, tick), _every(every)
-    parts = parts_of(
-        robot, "water", None if temperature is None else FINITE.check(temperature, "temperature", "give it in K")
-    )
-    steps = steps_needed(tick, parts, robot) if step is None else steps_of(tick, step)
-    columns = controller_of(robot)
-    check_command(robot, gait, columns)
-    given = listed(faults)
-    start = settled_speed(robot, gait) if speed is None else FINITE.check(speed, "speed", "give it in m/s")
-    command = command_columns(gait) | {"fin": _fin_angles(fins, ticks, tick, control)}
-    record = _core.simulate(
-        parts.plant,
-        _core.GaitCommand(
-            _core.Controller(columns if closed_loop else open_loop(columns)), command, lost_at=command_lost_at
-        ),
-        world,
-        sensors=_core.Sensors(parts.sensors, checked_seed(seed)),
-        faults=found_faults(given, robot, duration),
-        twist=np.array([-start, 0.0, 0.0, 0.0, 0.0, 0.0]),
-        pose=_pose(depth, roll, pitch, heading, sea),
-        ticks=ticks,
-        steps=steps,
-        every=every,
-    )
-    done = int(record.pop("ticks")[0])
-    rows = -(-done // every)
-    return SeaRun(
-        robot=robot,
-        gait=gait,
-        sea=sea,
+    fields = run_command(
+        robot,
+        gait,
+        world_at_sea(robot, sea),
+        medium="water",
         duration=duration,
+        faults=faults,
         seed=seed,
         closed_loop=closed_loop,
-        temperature=parts.temperature,
-        faults_given=given,
-        step=tick / steps,
-        time=np.arange(rows, dtype=np.float64) * tick * every,
-        data=_data(record, rows, len(robot.joints)),
-        status="completed" if done == ticks else "diverged",
+        temperature=temperature,
+        step=step,
+        command_lost_at=command_lost_at,
+        speed=None if speed is None else FINITE.check(speed, "speed", "give it in m/s"),
+        pose=_pose(depth, roll, pitch, heading, sea),
+        fins=lambda ticks, tick: _fin_angles(fins, ticks, tick, control),
+        every=_every(every),
     )
-
-
-def _data(record: dict[str, Array], rows: int, joints: int) -> dict[str, Array]:
-    """Name and cut what was recorded."""
-    data = {name: record[name][:rows] for name in (*VARIABLES, "status_at")}
-    for name in ("angle", "rate", "moment"):
-        if data[name].shape[1] > joints:
-            data[f"hinge_{name}"] = data[name][:, joints]
-            data[name] = data[name][:, :joints]
-    return data
+    return SeaRun(**fields, sea=sea)
 
 
 def _every(every: int) -> int:
@@ -192,15 +143,15 @@ def _pose(depth: float, roll: float, pitch: float, heading: float, sea: Sea) -> 
 
 
 def _fin_angles(fins: Fins, ticks: int, tick: float, control: Controller) -> Array:
-    """Angles that both fins are told in every tick (ticks, 2) [rad]."""
-    told: list[Any] = [fins(tick * k) for k in range(ticks)] if callable(fins) else [fins]
+    """Target angles of both fins in every tick (ticks, 2) [rad]."""
+    pairs: list[Any] = [fins(tick * k) for k in range(ticks)] if callable(fins) else [fins]
     try:
-        angles = np.array([np.broadcast_to(np.asarray(pair, dtype=float), 2) for pair in told])
+        angles = np.array([np.broadcast_to(np.asarray(pair, dtype=float), 2) for pair in pairs])
     except (TypeError, ValueError):
         fix = "give one angle in radians, or two, port first"
-        raise InputError("must be one angle, or one for each fin", key="fins", value=shown(told[0]), fix=fix) from None
-    most = abs(angles).max()
-    if not most <= control.fin_max * (1 + EXACT):
+        raise InputError("must be one angle, or one for each fin", key="fins", value=shown(pairs[0]), fix=fix) from None
+    largest = abs(angles).max()
+    if not largest <= control.fin_max * (1 + EXACT):
         rule = f"must be at most {math.degrees(control.fin_max):g} deg, the controller.fin_max_deg"
-        raise InputError(rule, key="fins", value=f"{math.degrees(most):g} deg", fix="give less")
+        raise InputError(rule, key="fins", value=f"{math.degrees(largest):g} deg", fix="give less")
     return np.ascontiguousarray(np.broadcast_to(angles, (ticks, 2)))

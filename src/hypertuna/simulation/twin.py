@@ -14,25 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.description.robot import Robot, require
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.ranges import FINITE
-from hypertuna.simulation.plant import (
-    STEP,
-    check_command,
-    checked_seed,
-    command_columns,
-    controller_of,
-    found_faults,
-    listed,
-    open_loop,
-    parts_of,
-    settled_speed,
-    steps_needed,
-    steps_of,
-    ticks_of,
-)
-from hypertuna.simulation.run import VARIABLES, TwinRun
+from hypertuna.simulation.plant import STEP, run_command
+from hypertuna.simulation.run import TwinRun
 from hypertuna.swimming.gait import Gait, check_gait
 
 __all__ = ["STEP", "twin", "twins"]
@@ -42,7 +27,6 @@ T = TypeVar("T")
 
 MEDIA = ("water", "air")
 STARTS = ("rest", "swimming")
-CONDITIONS = "status_at"
 
 
 def twin(
@@ -112,46 +96,22 @@ def twin(
     check_gait(gait, robot)
     _check_choice("medium", medium, MEDIA)
     _check_choice("start", start, STARTS)
-    if temperature is not None:
-        temperature = FINITE.check(temperature, "temperature", "give the temperature of the oil in K")
-    if command_lost_at != math.inf:
-        FINITE.check(command_lost_at, "command_lost_at", "leave it out for a command without end")
-    control = require(robot.controller, "controller", robot)
-    tick = 1 / control.rate
-    ticks = ticks_of(duration, tick)
-    parts = parts_of(robot, medium, temperature)
-    steps = steps_needed(tick, parts, robot) if step is None else steps_of(tick, step)
-    columns = controller_of(robot if controller_robot is None else controller_robot)
-    check_command(robot, gait, columns)
-    if not closed_loop:
-        columns = open_loop(columns)
-    given = listed(faults)
-    record = _core.simulate(
-        parts.plant,
-        _core.GaitCommand(_core.Controller(columns), command_columns(gait), lost_at=command_lost_at),
+    fields = run_command(
+        robot,
+        gait,
         _core.World({"clamped": medium == "air"}),
-        sensors=_core.Sensors(parts.sensors, checked_seed(seed)),
-        faults=found_faults(given, robot, duration),
-        twist=_first_twist(robot, gait, start, medium),
-        ticks=ticks,
-        steps=steps,
-    )
-    done = int(record.pop("ticks")[0])
-    return TwinRun(
-        robot=robot,
-        gait=gait,
-        duration=duration,
         medium=medium,
-        closed_loop=closed_loop,
+        duration=duration,
+        faults=faults,
         seed=seed,
-        temperature=parts.temperature,
-        start=start,
-        faults_given=given,
-        step=tick / steps,
-        time=np.arange(done, dtype=np.float64) * tick,
-        data=_data(record, done, len(robot.joints)),
-        status="completed" if done == ticks else "diverged",
+        closed_loop=closed_loop,
+        temperature=temperature,
+        step=step,
+        command_lost_at=command_lost_at,
+        speed=0.0 if start == "rest" or medium == "air" else None,
+        controller_robot=controller_robot,
     )
+    return TwinRun(**fields, medium=medium, start=start)
 
 
 def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T], threads: int = 1) -> list[T]:
@@ -184,25 +144,6 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
         return [one(options) for options in runs]
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(one, runs))
-
-
-def _first_twist(robot: Robot, gait: Gait, start: str, medium: str) -> Array:
-    """Twist of the head at the start."""
-    if start == "rest" or medium == "air":
-        return np.zeros(6)
-    return np.array([-settled_speed(robot, gait), 0.0, 0.0, 0.0, 0.0, 0.0])
-
-
-def _data(record: dict[str, Array], done: int, joints: int) -> dict[str, Array]:
-    """Name and cut what was recorded."""
-    columns = {name: column[:done] for name, column in record.items()}
-    columns["speed"] = -columns.pop("surge")
-    data = {name: columns[name] for name in VARIABLES}
-    for name in ("angle", "rate", "moment"):
-        if columns[name].shape[1] > joints:
-            data[f"hinge_{name}"] = columns[name][:, joints]
-            data[name] = columns[name][:, :joints]
-    return data | {CONDITIONS: columns[CONDITIONS]}
 
 
 def _check_choice(key: str, value: str, known: Sequence[str]) -> None:
