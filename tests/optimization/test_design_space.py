@@ -91,7 +91,7 @@ def test_equal_bounds_fix_a_value(tuna: ht.Robot) -> None:
         ({"frequency": (1, 1), "amplitude": (5, 5), "phase": (0, 0)}, "must leave a value of the gait free"),
     ],
 )
-def test_bounds_that_cannot_be_used_are_told(
+def test_bounds_that_cannot_be_used_are_refused(
     tuna: ht.Robot, bounds: dict[str, tuple[float, float]], sentence: str
 ) -> None:
     with pytest.raises(InputError, match=sentence):

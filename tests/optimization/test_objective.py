@@ -144,7 +144,7 @@ def test_threads_and_batches_do_not_change_what_is_found(tuna: ht.Robot, points:
         ),
     ],
 )
-def test_wishes_that_make_no_sense_are_told(tuna: ht.Robot, make: Any, sentence: str) -> None:
+def test_objectives_that_make_no_sense_are_refused(tuna: ht.Robot, make: Any, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         make(tuna)
 
@@ -157,7 +157,7 @@ def test_largest_rate_of_the_gait_is_that_of_its_swim(tuna: ht.Robot, points: np
         assert np.maximum(rates["rate_I"], rates["rate_II"]) == pytest.approx(swum["rate_peak"], rel=1e-12)
 
 
-def test_quantities_without_derivatives_are_told(tuna: ht.Robot, points: np.ndarray) -> None:
+def test_quantities_without_derivatives_are_refused(tuna: ht.Robot, points: np.ndarray) -> None:
     problem = Problem(tuna, gait_bounds(tuna), (objective("efficiency"),))
     assert np.isfinite(problem.evaluate(points).value).all()
     with pytest.raises(InputError, match="efficiency has no derivatives: choose a method without gradients"):

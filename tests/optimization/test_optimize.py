@@ -1,4 +1,4 @@
-"""From a wish to a gait: what the methods agree on, what limits do, and that a search survives its end."""
+"""From an objective to a gait: what the methods agree on, what limits do, and that a search survives its end."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def test_torque_limit_holds_the_torque_of_the_swim(tuna: ht.Robot, fastest: dict
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_impossible_wishes_are_told_and_nothing_is_returned(tuna: ht.Robot, method: str) -> None:
+def test_impossible_limits_are_reported_and_nothing_is_returned(tuna: ht.Robot, method: str) -> None:
     limits = gait_limits(tuna, speed=2.0)
     best = optimize(tuna, maximize="speed", limits=limits, method=method, particles=4, iterations=8)
     assert best.gait is None
@@ -175,7 +175,7 @@ def test_progress_counts_gaits(tuna: ht.Robot) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_resumed_search_ends_the_same(tuna: ht.Robot, method: str, tmp_path: Path) -> None:
-    wishes: dict[str, Any] = {"speed": 0.4, "method": method, "particles": 5, "iterations": 6}
+    arguments: dict[str, Any] = {"speed": 0.4, "method": method, "particles": 5, "iterations": 6}
     path = tmp_path / "run.jsonl"
 
     class EndError(Exception):
@@ -186,10 +186,10 @@ def test_resumed_search_ends_the_same(tuna: ht.Robot, method: str, tmp_path: Pat
             raise EndError
 
     with pytest.raises(EndError):
-        optimize(tuna, **wishes, checkpoint=path, progress=end)
+        optimize(tuna, **arguments, checkpoint=path, progress=end)
     known = len(path.read_text().splitlines()) - 1
     assert 0 < known < 6
-    resumed, straight = optimize(tuna, **wishes, checkpoint=path), optimize(tuna, **wishes)
+    resumed, straight = optimize(tuna, **arguments, checkpoint=path), optimize(tuna, **arguments)
     assert resumed.gait == straight.gait
     assert resumed.history.tolist() == straight.history.tolist()
     assert resumed.evaluations == straight.evaluations
@@ -237,7 +237,7 @@ def test_a_gait_that_does_not_settle_is_not_returned(tuna: ht.Robot) -> None:
 
 
 @pytest.mark.parametrize(
-    ("wishes", "sentence"),
+    ("arguments", "sentence"),
     [
         ({}, "objective must be one of maximize, minimize and speed, but is none"),
         ({"maximize": "speed", "speed": 0.4}, "but is maximize and speed"),
@@ -255,6 +255,6 @@ def test_a_gait_that_does_not_settle_is_not_returned(tuna: ht.Robot) -> None:
         ({"maximize": "efficiency", "method": "gradient"}, "without derivatives, which efficiency does not have"),
     ],
 )
-def test_wishes_that_cannot_be_used_are_told(tuna: ht.Robot, wishes: dict[str, Any], sentence: str) -> None:
+def test_arguments_that_cannot_be_used_are_refused(tuna: ht.Robot, arguments: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
-        optimize(tuna, **wishes)
+        optimize(tuna, **arguments)

@@ -179,7 +179,7 @@ def test_points_are_told_in_the_order_asked(make: Make) -> None:
     assert optimizer.evaluations == len(asked)
 
 
-def test_best_value_never_rises_and_the_end_is_told(make: Make) -> None:
+def test_best_value_never_rises_and_the_end_has_a_reason(make: Make) -> None:
     toy = Toy(least=1.5)
     optimizer = run(make(1, toy), toy)
     values = np.array(optimizer.history)

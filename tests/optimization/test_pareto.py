@@ -313,7 +313,7 @@ def test_same_seed_same_front_through_an_interruption(tuna: ht.Robot, front: Fro
         ({"bounds": {"frequenzy_hz": (1, 2)}}, "did you mean frequency"),
     ],
 )
-def test_bad_input_is_told(tuna: ht.Robot, arguments: dict, sentence: str) -> None:
+def test_bad_input_is_refused(tuna: ht.Robot, arguments: dict, sentence: str) -> None:
     with pytest.raises(InputError) as error:
         pareto(tuna, **arguments)
     assert sentence in str(error.value)

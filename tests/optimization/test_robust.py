@@ -101,7 +101,7 @@ def test_worst_is_no_better_than_mean(problem: Problem, robots: list[ht.Robot]) 
     assert (worst > mean).any()
 
 
-def test_bad_input_is_told(problem: Problem, tuna: ht.Robot) -> None:
+def test_bad_input_is_refused(problem: Problem, tuna: ht.Robot) -> None:
     with pytest.raises(InputError, match="robust must be mean or worst5, but is 'median'"):
         robust_problem(problem, [tuna], "median")
     with pytest.raises(InputError, match="must hold at least one robot"):
@@ -184,7 +184,7 @@ def test_robust_margins_are_those_of_the_robot_nearest_to_the_limit(fitted: ht.R
     assert margin.margin == pytest.approx(1 - torque / 0.5)
 
 
-def test_bad_draws_are_told(tuna: ht.Robot, problem: Problem) -> None:
+def test_bad_draws_are_refused(tuna: ht.Robot, problem: Problem) -> None:
     with pytest.raises(InputError, match="hypertuna identify"):
         over_fit(problem, "mean", samples=4, seed=1)
     with pytest.raises(InputError, match="samples must be from 1 to 10000, but is 0"):

@@ -165,11 +165,11 @@ def test_the_fastest_gait_lies_where_table_iv_has_it(ledger: Ledger) -> None:
 
 
 def test_optima_reach_their_objectives(ledger: Ledger) -> None:
-    for (model, wish, method), best in ledger.results["optima"].best.items():
+    for (model, target, method), best in ledger.results["optima"].best.items():
         assert best.swim is not None
-        if wish != "max":
-            assert best.speed == pytest.approx(float(wish), rel=0.01)
-            before = ledger.trials[model].gaits[f"optimised-{wish}"]
+        if target != "max":
+            assert best.speed == pytest.approx(float(target), rel=0.01)
+            before = ledger.trials[model].gaits[f"optimised-{target}"]
             if before.speed <= best.speed:  # slower and yet dearer
                 assert best.cost_of_transport < before.cost_of_transport, method
 
@@ -305,12 +305,12 @@ def test_tables_say_what_the_ledger_says(ledger: Ledger, sections: list[Section]
         assert row[2] == f"{entry['published']:g}"
         assert row[-1] == f"{entry['interval'][0]:.3g} to {entry['interval'][1]:.3g}"
     four = next(table for table in tables if table.columns[0] == "objective")
-    for wish in ("0.3", "0.4", "0.5"):
-        told = [row for row in four.rows if wish in str(row[0])]
+    for target in ("0.3", "0.4", "0.5"):
+        told = [row for row in four.rows if target in str(row[0])]
         for row, model in ((told[2], PAPER), (told[3], OURS)):
             keys = ("amplitude-I", "amplitude-II", "frequency", "phase")
-            assert row[2:6] == [f"{record[f'optimum/{wish}/{key}', model]['computed']:.4g}" for key in keys]
-        assert told[1][4] == f"{record[f'optimum/{wish}/frequency', OURS]['published']:g}"
+            assert row[2:6] == [f"{record[f'optimum/{target}/{key}', model]['computed']:.4g}" for key in keys]
+        assert told[1][4] == f"{record[f'optimum/{target}/frequency', OURS]['published']:g}"
 
 
 def test_the_page_escapes_what_it_shows(ledger: Ledger, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -101,8 +101,8 @@ def test_tables_say_what_the_runs_did(twins: Twins) -> None:
         for group, told, lag, made in zip(twins.robot.joints, row[1::2], row[2::2], run.amplitude, strict=False):
             assert told == f"{np.degrees(made):.1f}"
             assert group.bandwidth is not None
-            wished = run.gait.amplitude[twins.robot.joints.index(group)]
-            left = np.degrees(wished) / np.sqrt(1 + (run.gait.frequency / group.bandwidth) ** 2)
+            setpoint = run.gait.amplitude[twins.robot.joints.index(group)]
+            left = np.degrees(setpoint) / np.sqrt(1 + (run.gait.frequency / group.bandwidth) ** 2)
             assert lag == f"{left:.1f}"
 
 

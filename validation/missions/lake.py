@@ -1,4 +1,4 @@
-"""Store what the ledger tells of the lake: the mission `lake` with seed 0, about a minute on one core.
+"""Store the flight of the ledger: the mission `lake` with seed 0, about a minute on one core.
 
     python validation/missions/lake.py             # fly, and write data/missions/lake.json
     python validation/missions/lake.py --check     # fly, and compare with it
@@ -20,7 +20,7 @@ from hypertuna.io.files import write_atomically
 from hypertuna.paper.chapters.lake import STORED, fly_lake, read_lake
 
 PATH = Path(__file__).resolve().parents[2] / "data" / STORED
-CLOSE = 0.01  # relative: what another machine or version may differ by
+CLOSE = 0.01  # max relative difference on another machine or version
 
 
 def main() -> None:
@@ -37,10 +37,10 @@ def main() -> None:
     if stored.record is None or record is None:
         sys.exit(stored.reason)
     for name in ("distance_m", "servo_energy_wh", "battery_energy_wh"):
-        apart = record[name] / stored.record[name] - 1
+        difference = record[name] / stored.record[name] - 1
         print(f"{name}: {record[name]:.5g}, stored {stored.record[name]:.5g}")
-        if abs(apart) > CLOSE:
-            sys.exit(f"{name} is {100 * apart:.2g} % from the stored one")
+        if abs(difference) > CLOSE:
+            sys.exit(f"{name} is {100 * difference:.2g} % from the stored one")
 
 
 if __name__ == "__main__":

@@ -162,22 +162,12 @@ def pareto(
     problem = Problem(robot, gait_bounds(robot, bounds), targets, (*limits, *slowest), steps, threads)
     if robust is not None:
         problem = over_fit(problem, robust, samples=samples, seed=seed)
-    options = {
-        "objectives": names,
-        "population": population,
-        "generations": generations,
-        "low": problem.space.low,
-        "high": problem.space.high,
-        "limits": [(limit.quantity, limit.limit, limit.upper) for limit in problem.limits],
-        "polish": polish,
-        "robust": robust,
-        "samples": samples if robust else 0,
-        "seed": seed,
-        "steps": steps,
-    }
+    sizes = {"population": population, "generations": generations, "seed": seed}
+    options = _journal_options(problem, names) | sizes | {"polish": polish}
+    options |= {"robust": robust, "samples": samples if robust else 0}
     with Journal(checkpoint, journal_header("pareto", robot, options)) as journal:
         recorded = _Recorded(problem, journal, progress or (lambda count, total: None), generations)
-        evolved, stop = _evolve(recorded, population, generations, seed)
+        evolved, stop = _evolve(recorded, **sizes)
         rough = problem.non_differentiable
         polished = _polished(recorded, evolved) if polish and not rough and len(evolved.x) else evolved
         front = polished.rows(np.argsort(-polished.value[:, 0], kind="stable"))
@@ -250,6 +240,17 @@ def _check_sizes(population: int, generations: int, seed: int) -> None:
     for key, (value, low, high) in (ranges | {"seed": (seed, 0, 2**32 - 1)}).items():
         if not low <= value <= high:
             raise InputError(f"must be from {low} to {high}", key=key, value=str(value), fix="or leave it out")
+
+
+def _journal_options(problem: Problem, names: Sequence[str]) -> dict[str, Any]:
+    """Return the part of the journal's header that describes the problem."""
+    return {
+        "objectives": names,
+        "low": problem.space.low,
+        "high": problem.space.high,
+        "limits": [(limit.quantity, limit.limit, limit.upper) for limit in problem.limits],
+        "steps": problem.steps,
+    }
 
 
 def _evolve(problem: _Recorded, population: int, generations: int, seed: int) -> tuple[Evaluation, str]:

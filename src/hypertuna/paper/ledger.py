@@ -68,7 +68,7 @@ RULES = (
     Rule("optimum/*", "*", 0.10, False, "many gaits have nearly the same speed and cost"),
     Rule("cost-of-transport/model-error", "*", 0.0, False, "an upper bound is kept or not", bound=True),
     Rule("turning/radius-bl", "*", 0.10, False, "measured in snapshots of one turn"),
-    Rule("lake/*", "*", 0.15, False, "told as approximate: a track by a phone on a boat, on water that moves"),
+    Rule("lake/*", "*", 0.15, False, "published as approximate: a track by a phone on a boat, on moving water"),
     Rule("bending/*", "*", 0.01, False, "the actuator's estimated geometry was made to meet both: it must"),
     Rule(
         "fe/bending-*",
