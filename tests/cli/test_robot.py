@@ -9,7 +9,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from hypertuna.cli.robot import robot_app
-from hypertuna.description.robot import json_schema, load, parse, robots
+from hypertuna.description.reference import json_schema
+from hypertuna.description.robot import load, parse, robots
 from hypertuna.errors import InputError
 from hypertuna.figures import save
 from hypertuna.swimming.drawing import draw, midline

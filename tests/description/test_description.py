@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from hypertuna.description.robot import Robot, cached, json_schema, load, parse, reference
+from hypertuna.description.reference import json_schema, reference
+from hypertuna.description.robot import Robot, cached, load, parse
 from hypertuna.description.schema.guidance import Guidance
 from hypertuna.errors import InputError
 
@@ -287,7 +288,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     for path, rule in (
         (missing, "does not exist"),
         (folder, "is a folder"),
-        (binary, "must be a readable text file"),
+        (binary, "must be readable"),
         (broken, "must be valid TOML, but is not (Invalid value (at line 2, column 7))"),
         (huge, "must be valid TOML"),
     ):

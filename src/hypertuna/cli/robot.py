@@ -10,7 +10,8 @@ import typer
 from hypertuna.cli.console import counted, print_json, table
 from hypertuna.cli.emit import emit, refused
 from hypertuna.cli.options import AsJson, Plot
-from hypertuna.description.robot import Entry, Robot, json_schema, load
+from hypertuna.description.reference import json_schema
+from hypertuna.description.robot import Entry, Robot, load
 
 __all__ = ["robot_app"]
 

@@ -1,4 +1,4 @@
-"""The page that documents a schema."""
+"""The pages that document a schema."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-__all__ = ["markdown"]
+from hypertuna.description.robot import Robot
+
+__all__ = ["json_schema", "markdown", "reference"]
 
 _NOUNS = {
     "number": ("number", "numbers"),
@@ -15,6 +17,21 @@ _NOUNS = {
     "boolean": ("`true` or `false`", "`true` or `false`"),
 }
 _LIMITS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a robot file: keys with description and ``unit``."""
+    schema = Robot.model_json_schema(by_alias=True)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | schema
+
+
+def reference() -> str:
+    """Return docs/description.md: every key of a robot file with unit, rule and meaning."""
+    introduction = (
+        "Every key of `robots/NAME.toml`, generated from the schema that `hypertuna robot schema` prints.\n"
+        "Numbers must be finite; a list has one value per link, or per joint group in a gait."
+    )
+    return markdown(json_schema(), title="Robot description", introduction=introduction)
 
 
 def markdown(schema: Mapping[str, Any], *, title: str, introduction: str) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import re
-import tomllib
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +14,6 @@ from typing import Any, Literal, NamedTuple, Self, TypeVar
 
 from pydantic import PrivateAttr, ValidationError, model_validator
 
-from hypertuna.description.reference import markdown
 from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
 from hypertuna.description.schema.base import Part, Text, entry, same_length, unique
 from hypertuna.description.schema.body import (
@@ -35,8 +34,9 @@ from hypertuna.description.schema.water import LAWS, Choice, Water
 from hypertuna.description.validation import Place, field_at, fix_for, translate, unit_of, written
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
+from hypertuna.io.tables import read_toml
 
-__all__ = ["Entry", "Robot", "cached", "json_schema", "load", "parse", "reference", "require", "robot_path", "robots"]
+__all__ = ["Entry", "Robot", "cached", "load", "parse", "require", "robot_path", "robots"]
 
 T = TypeVar("T")
 
@@ -265,29 +265,15 @@ def load(robot: str | Path) -> Robot:
     InputError
         If the file is missing or invalid: one sentence with file, key, rule, value and fix.
     """
-    path = Path(robot)
-    by_name = path.suffix != ".toml" and len(path.parts) == 1
+    by_name = not str(robot).endswith(".toml") and len(Path(robot).parts) == 1
     file = f"robots/{robot}.toml" if by_name else str(robot)
-    if by_name:
-        path = shipped("robots") / f"{robot}.toml"
-    try:
-        content = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        if Path(robot).is_dir():
-            raise InputError("is a folder", file=str(robot), fix="give the path of a TOML file") from None
-        if not isinstance(error, FileNotFoundError):
-            rule = "must be a readable text file"
-            raise InputError(rule, file=file, value=f"not ({error.strerror})", fix="check its permissions") from None
+    path = shipped("robots") / f"{robot}.toml" if by_name else Path(robot)
+    if by_name and os.path.isdir(robot):
+        raise InputError("is a folder", file=str(robot), fix="give the path of a TOML file")
+    if not os.path.exists(path):
         fix = did_you_mean(str(robot), robots()) if by_name else "give a robot's name or the path of its TOML file"
-        raise InputError("does not exist", file=file, fix=fix) from None
-    except ValueError as error:
-        rule = "must be a readable text file"
-        raise InputError(rule, file=file, value=f"not ({error})", fix="save it as UTF-8") from None
-    try:
-        document = tomllib.loads(content)
-    except (ValueError, RecursionError) as error:
-        raise InputError("must be valid TOML", file=file, value=f"not ({error})", fix="correct that line") from None
-    return parse(document, file=file)
+        raise InputError("does not exist", file=file, fix=fix)
+    return parse(read_toml(path, file=file), file=file)
 
 
 def robot_path(file: str) -> Path:
@@ -305,21 +291,6 @@ def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:
         raise translate(error, document, Robot, file or None) from None
     robot._file = file
     return robot
-
-
-def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a robot file: keys with description and ``unit``."""
-    schema = Robot.model_json_schema(by_alias=True)
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | schema
-
-
-def reference() -> str:
-    """Return docs/description.md: every key of a robot file with unit, rule and meaning."""
-    introduction = (
-        "Every key of `robots/NAME.toml`, generated from the schema that `hypertuna robot schema` prints.\n"
-        "Numbers must be finite; a list has one value per link, or per joint group in a gait."
-    )
-    return markdown(json_schema(), title="Robot description", introduction=introduction)
 
 
 def _check_body(robot: Robot) -> None:

@@ -1,20 +1,22 @@
-"""Text files and tables of comma-separated values."""
+"""Text files: TOML and tables of comma-separated values."""
 
 from __future__ import annotations
 
 import csv
 import os
+import tomllib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from hypertuna.errors import InputError
 
-__all__ = ["check_width", "read_rows", "read_text"]
+__all__ = ["check_width", "read_rows", "read_text", "read_toml"]
 
 
-def read_text(path: str | Path, kind: str) -> str:
-    """Read a text file in UTF-8; `kind` names it in errors: "a CSV file"."""
-    file = str(path)
+def read_text(path: str | Path, kind: str, *, file: str | None = None) -> str:
+    """Read a text file in UTF-8; errors name it by `file`, the path by default, and `kind`: "a CSV file"."""
+    file = file or str(path)
     try:
         return Path(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError:
@@ -24,6 +26,16 @@ def read_text(path: str | Path, kind: str) -> str:
             raise InputError("is a folder", file=file, fix=f"give the path of {kind}") from None
         value = f"not ({error.strerror if isinstance(error, OSError) else type(error).__name__})"
         raise InputError("must be readable", file=file, value=value, fix=f"give {kind} in UTF-8") from None
+
+
+def read_toml(path: str | Path, *, file: str | None = None) -> dict[str, Any]:
+    """Read a TOML file; errors name it by `file`, the path by default."""
+    content = read_text(path, "a TOML file", file=file)
+    try:
+        return tomllib.loads(content)
+    except (ValueError, RecursionError) as error:
+        fix = "correct that line"
+        raise InputError("must be valid TOML", file=file or str(path), value=f"not ({error})", fix=fix) from None
 
 
 def read_rows(path: str | Path) -> list[tuple[int, list[str]]]:

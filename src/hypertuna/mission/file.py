@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
@@ -21,7 +20,7 @@ from hypertuna.description.validation import translate
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.frames import pose_from
 from hypertuna.io.files import shipped
-from hypertuna.io.tables import read_text
+from hypertuna.io.tables import read_toml
 from hypertuna.mission.geodesy import FARTHEST, to_local
 from hypertuna.mission.schema import Document, Place, Scatter, too_far
 
@@ -91,12 +90,7 @@ def read_mission(path: str | Path) -> MissionFile:
             raise InputError("must be a .toml file or a mission that comes with hypertuna", key="mission",
                              value=shown(name), fix=did_you_mean(name, missions()))  # fmt: skip
         path, file = shipped("missions") / f"{name}.toml", f"missions/{name}.toml"
-    content = read_text(path, "a TOML file")
-    try:
-        document = tomllib.loads(content)
-    except (ValueError, RecursionError) as error:
-        fix = "correct that line"
-        raise InputError("must be valid TOML", file=file, value=f"not ({error})", fix=fix) from None
+    document = read_toml(path, file=file)
     return parse_mission(document, file=file)
 
 

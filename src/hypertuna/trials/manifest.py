@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.description.schema.base import Count, Degrees, Flag, NotNegativeDegrees, Part, Real, Text, entry, unique
 from hypertuna.description.validation import translate
 from hypertuna.errors import InputError, shown
-from hypertuna.io.tables import read_text
+from hypertuna.io.tables import read_toml
 from hypertuna.trials.replay import Pose
 from hypertuna.trials.steady import SteadyRun, read_steady
 from hypertuna.trials.tracks import JointSeries, Track, read_joints, read_tracks
@@ -121,12 +120,7 @@ class Recording:
 
 def read_manifest(path: str | Path, robot: Robot) -> tuple[tuple[SteadyRun, ...], tuple[Recording, ...]]:
     """Read a TOML manifest and the files that it names."""
-    content = read_text(path, "a TOML file")
-    try:
-        document = tomllib.loads(content)
-    except (ValueError, RecursionError) as error:
-        fix = "correct that line"
-        raise InputError("must be valid TOML", file=str(path), value=f"not ({error})", fix=fix) from None
+    document = read_toml(path)
     return parse_manifest(document, robot, folder=Path(path).parent, file=str(path))
 
 
