@@ -1,4 +1,4 @@
-"""Bench runs: what is read, what a fit finds, how honest its intervals are, and what another measurement is worth."""
+"""Bench runs: reading, fits, coverage of intervals, and the information gain of another measurement."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_joints_are_found_by_name_or_number_and_columns_in_any_order(tuna: ht.Ro
         (HEAD + "I,left,load,100\n", "line 2 must have 5 cells"),
     ],
 )
-def test_a_bad_bench_is_told_by_line_and_column(tuna: ht.Robot, tmp_path: Path, text: str, sentence: str) -> None:
+def test_a_bad_bench_is_reported_by_line_and_column(tuna: ht.Robot, tmp_path: Path, text: str, sentence: str) -> None:
     path = written(tmp_path, text)
     with pytest.raises(ht.InputError, match=re.escape(sentence)) as error:
         read_bench(path, tuna)
@@ -103,14 +103,14 @@ def test_angles_in_radians_are_warned_of(tuna: ht.Robot, tmp_path: Path) -> None
     assert "measured in radians" in bench.warnings[0]
 
 
-def test_a_robot_without_an_actuator_is_told_which_table_it_lacks(tmp_path: Path) -> None:
+def test_a_robot_without_an_actuator_is_reported_which_table_it_lacks(tmp_path: Path) -> None:
     eel = ht.load("rexeel-theory") if "rexeel-theory" in ht.robots() else ht.load("rexeel")
     bench = read_bench(written(tmp_path, f"{HEAD}1,left,load,100,5\n"), eel)
     with pytest.raises(ht.InputError, match=r"\[drive_unit\] is needed to identify an actuator"):
         fit_bench(eel, bench)
 
 
-def test_a_material_without_the_constants_in_use_is_told(tuna: ht.Robot, tmp_path: Path) -> None:
+def test_a_material_without_the_constants_in_use_is_reported(tuna: ht.Robot, tmp_path: Path) -> None:
     document = tuna.document() | {"sources": {}}
     document["drive_unit"]["material_set"] = "fe"
     del document["materials"]["DR10"]["modulus_fe_pa"]
@@ -196,7 +196,7 @@ def test_bad_options_of_a_fit(tuna: ht.Robot, tmp_path: Path, options: dict[str,
 # --- fits
 
 
-def test_progress_is_told_from_the_first_slopes_on(tuna: ht.Robot, tmp_path: Path) -> None:
+def test_progress_is_reported_from_the_first_slopes_on(tuna: ht.Robot, tmp_path: Path) -> None:
     told: list[tuple[int, int]] = []
     fit_bench(
         tuna,
@@ -311,7 +311,7 @@ def test_the_example_s_combinations_hold_its_truth(
     assert ((example.low <= values) & (values <= example.high)).sum() >= len(values) - 1
 
 
-def test_worth_of_a_measurement(example: BenchFit) -> None:
+def test_information_gain_of_a_measurement(example: BenchFit) -> None:
     found = {one.text: one for one in information_gain(example)}
     caliper = found["outer diameter of the hose, by caliper"]
     assert caliper.value == pytest.approx(1e3 * example.robot.drive_unit.outer_diameter)
@@ -326,8 +326,8 @@ def test_worth_of_a_measurement(example: BenchFit) -> None:
     assert "oil volume of joint I at 250 kPa, by syringe" not in found  # it was measured
 
 
-def test_a_measurement_is_worth_what_it_was_said_to_be(tuna: ht.Robot, tmp_path: Path) -> None:
-    """The oil volume of a joint, foretold and then measured: the interval of the outer diameter."""
+def test_the_information_gain_is_that_of_the_measurement_once_made(tuna: ht.Robot, tmp_path: Path) -> None:
+    """The oil volume of a joint, predicted and then measured: the interval of the outer diameter."""
     names, bench = "outer_diameter,lever,friction", loops(tuna, tmp_path, sd="0.1")
     fit = fit_bench(tuna, bench, names, starts=1, loss="linear")
     told = next(one for one in information_gain(fit) if one.text.startswith("outer diameter"))

@@ -128,7 +128,7 @@ def test_a_run_that_does_not_settle_counts_as_far_off(tuna: ht.Robot) -> None:
     assert not found.jacobian.any()
 
 
-def test_what_the_runs_cannot_tell_is_flagged_and_values_on_bounds_too(tuna: ht.Robot) -> None:
+def test_unidentifiable_directions_and_values_on_bounds_are_reported(tuna: ht.Robot) -> None:
     fit = identify(tuna, steady(tuna, FEW, noise=0.01, cost=False), NINE, validate=0, starts=1)
     assert not all(d.determined for d in fit.uncertainty.directions)
     assert any(f.startswith("The runs leave some coefficients unidentifiable") for f in fit.warnings)
@@ -358,7 +358,7 @@ def test_one_text_of_names_and_paths_of_trials() -> None:
         (MODELS["hypertuna-lumped"], Trials(), 3, "free must be names of coefficients, but is a int"),
     ],
 )
-def test_wrong_types_are_told(robot: object, trials: object, names: object, sentence: str) -> None:
+def test_wrong_types_are_reported(robot: object, trials: object, names: object, sentence: str) -> None:
     for fit in (lambda: identify(robot, trials, names), lambda: compare(robot, trials, names, ["lumped"])):  # type: ignore[arg-type]
         with pytest.raises(ht.InputError, match=sentence):
             fit()

@@ -1,4 +1,4 @@
-"""Certainty: intervals, open directions and criteria of problems whose answers are known."""
+"""Uncertainty: intervals, unidentifiable directions and criteria of problems with known answers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ T95 = 2.0452  # Student's t, 29 degrees of freedom, from a table
 
 @cache
 def some_runs(count: int) -> tuple[ht.Robot, Trials]:
-    """So many runs, whose speeds do not matter."""
+    """Runs whose speeds do not matter."""
     tuna = ht.load("hypertuna")
     return tuna, steady(tuna, grid([2.0], [(16, 25)], np.linspace(0, 90, count)), cost=False)
 
@@ -51,17 +51,17 @@ def test_intervals_of_a_straight_line() -> None:
     """Var a = sd^2 / n and var b = sd^2 / sum t^2, uncorrelated: with residuals of exactly the stated noise."""
     noise = 0.1 * np.resize([1.0, -1.0], 31)
     data, frees, found, values = straight_line(noise)
-    sure = uncertainty(data, frees, values, found, {}, "linear")
+    result = uncertainty(data, frees, values, found, {}, "linear")
     t = np.linspace(-1, 1, 31)
     expected = np.array([0.1 / math.sqrt(31), 0.1 / math.sqrt((t**2).sum())])
-    assert sure.freedom == 29
-    assert sure.sd == pytest.approx(sure.factor * expected, rel=1e-12)
-    assert sure.factor == pytest.approx(math.sqrt(31 / 29), rel=1e-2)  # the line takes two degrees of freedom
-    assert sure.high - sure.low == pytest.approx(2 * T95 * sure.sd, rel=1e-4)
-    assert sure.correlation == pytest.approx(np.eye(2), abs=1e-12)
-    assert [d.determined for d in sure.directions] == [True, True]
-    assert np.exp(np.log([d.singular_value for d in sure.directions]).sum()) == pytest.approx(
-        np.prod(sure.unit / sure.sd)
+    assert result.freedom == 29
+    assert result.sd == pytest.approx(result.factor * expected, rel=1e-12)
+    assert result.factor == pytest.approx(math.sqrt(31 / 29), rel=1e-2)  # the line takes two degrees of freedom
+    assert result.high - result.low == pytest.approx(2 * T95 * result.sd, rel=1e-4)
+    assert result.correlation == pytest.approx(np.eye(2), abs=1e-12)
+    assert [d.determined for d in result.directions] == [True, True]
+    assert np.exp(np.log([d.singular_value for d in result.directions]).sum()) == pytest.approx(
+        np.prod(result.unit / result.sd)
     )
 
 
@@ -78,36 +78,36 @@ def test_intervals_hold_the_truth_in_19_of_20_cases() -> None:
     held = 0
     for _ in range(400):
         data, frees, found, values = straight_line(0.1 * rng.standard_normal(31))
-        sure = uncertainty(data, frees, values, found, {}, "linear")
-        held += ((sure.low <= [1.0, 0.5]) & (sure.high >= [1.0, 0.5])).sum()
+        result = uncertainty(data, frees, values, found, {}, "linear")
+        held += ((result.low <= [1.0, 0.5]) & (result.high >= [1.0, 0.5])).sum()
     assert 0.927 < held / 800 < 0.985
 
 
-def test_two_coefficients_that_do_the_same_cannot_be_told_apart() -> None:
+def test_two_coefficients_of_the_same_effect_cannot_be_distinguished() -> None:
     data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
     same = Prediction(found.computed, found.jacobian[:, :1].repeat(2, axis=1), found.failed, found.unstable, {})
-    sure = uncertainty(data, frees, np.array([1.0, 1.0]), same, {}, "linear")
-    assert [d.determined for d in sure.directions] == [True, False]
-    assert sure.directions[1].singular_value < 1e-6
-    assert sure.directions[1].sentence == (
+    result = uncertainty(data, frees, np.array([1.0, 1.0]), same, {}, "linear")
+    assert [d.determined for d in result.directions] == [True, False]
+    assert result.directions[1].singular_value < 1e-6
+    assert result.directions[1].sentence == (
         "water.lumped.drag[0] and water.lumped.drag[7] cannot be distinguished from speed alone; "
         "other gaits, or recordings of transients, may."
     )
-    assert np.isinf(sure.sd).all()
-    assert (sure.low == 0).all()
-    assert (sure.high == 30).all()
-    assert sure.correlation[0, 1] == pytest.approx(-1)
+    assert np.isinf(result.sd).all()
+    assert (result.low == 0).all()
+    assert (result.high == 30).all()
+    assert result.correlation[0, 1] == pytest.approx(-1)
 
 
-def test_a_coefficient_without_effect_is_open() -> None:
+def test_a_coefficient_without_effect_is_unidentifiable() -> None:
     data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
     idle = Prediction(found.computed, found.jacobian * [1.0, 0.0], found.failed, found.unstable, {})
-    sure = uncertainty(data, frees, np.array([1.0, 1.0]), idle, {}, "linear")
-    assert sure.determined == (True, False)
-    assert sure.directions[1].sentence.startswith("water.lumped.drag[7] is not determined by speed alone")
+    result = uncertainty(data, frees, np.array([1.0, 1.0]), idle, {}, "linear")
+    assert result.determined == (True, False)
+    assert result.directions[1].sentence.startswith("water.lumped.drag[7] is not determined by speed alone")
 
 
-def test_values_on_their_bounds_are_told() -> None:
+def test_values_on_their_bounds_are_reported() -> None:
     data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
     assert uncertainty(data, frees, np.array([0.0, 30.0]), found, {}, "linear").bound == ("lower", "upper")
     assert uncertainty(data, frees, np.array([0.1, 29.9]), found, {}, "linear").bound == (None, None)
@@ -119,13 +119,13 @@ def test_added_mass_and_mass_of_the_tail(tuna: ht.Robot) -> None:
     values = np.array([f.start for f in frees])
     data = experiment(tuna, steady(tuna, grid([2, 4, 6], [(16, 25)], [0, 30, 60]), cost=False), frees)
     found = predict(data, frees, values)
-    sure = uncertainty(data, frees, values, found, {"speed": 0.01}, "linear")
-    assert not sure.directions[1].determined
-    assert sure.directions[1].sentence.startswith(
+    result = uncertainty(data, frees, values, found, {"speed": 0.01}, "linear")
+    assert not result.directions[1].determined
+    assert result.directions[1].sentence.startswith(
         "water.lumped.added_mass[7] and links.mass[7] cannot be distinguished from speed alone"
     )
     mass, added = tuna.links.mass[7], values[0]
-    along = sure.directions[1].vector * sure.unit
+    along = result.directions[1].vector * result.unit
     assert along[1] * (1 + added) / (mass * along[0]) == pytest.approx(-1, abs=0.1)  # m (1 + c_m) stays
 
 
@@ -137,8 +137,8 @@ def test_a_measurement_that_would_help_is_named(tuna: ht.Robot) -> None:
     sentences = []
     for cost in (False, True):
         data = experiment(robot, steady(robot, grid(np.arange(2, 6, 0.5), [(16, 25)], [40]), cost=cost), frees)
-        sure = uncertainty(data, frees, values, predict(data, frees, values), levels, "linear")
-        sentences.append(sure.directions[1].sentence)
+        result = uncertainty(data, frees, values, predict(data, frees, values), levels, "linear")
+        sentences.append(result.directions[1].sentence)
     assert sentences[0].endswith(
         "cannot be distinguished from speed alone; the cost of transport of the same runs, known to 2 %, "
         "would determine them."
@@ -214,13 +214,13 @@ def test_residuals_thirty_times_the_stated_noise_make_intervals_thirty_times_as_
     """Whatever the loss: what is an outlier is told by the noise that there is."""
     noise = np.random.default_rng(2).normal(scale=0.1, size=31)
 
-    def sure(scale: float):
+    def result(scale: float):
         data, frees, found, values = straight_line(scale * noise)
         return uncertainty(data, frees, values, found, {}, loss)
 
-    assert sure(300.0).residual_scale == pytest.approx(10 * sure(30.0).residual_scale, rel=1e-4)
-    assert sure(30.0).residual_scale == pytest.approx(30, rel=0.3)
-    assert sure(30.0).factor / sure(30.0).residual_scale == pytest.approx(1.1, abs=0.25)
+    assert result(300.0).residual_scale == pytest.approx(10 * result(30.0).residual_scale, rel=1e-4)
+    assert result(30.0).residual_scale == pytest.approx(30, rel=0.3)
+    assert result(30.0).factor / result(30.0).residual_scale == pytest.approx(1.1, abs=0.25)
 
 
 def test_more_runs_of_one_recording_do_not_hide_that_the_model_is_off() -> None:
@@ -233,17 +233,17 @@ def test_more_runs_of_one_recording_do_not_hide_that_the_model_is_off() -> None:
             assert lack_of_fit(data, z) == pytest.approx(runs * off**2, abs=1e-9)
 
 
-def test_draws_keep_what_few_runs_determine() -> None:
-    """Nine coefficients from three speeds: six directions are open, and yet every draw swims those three speeds."""
+def test_samples_keep_what_few_runs_determine() -> None:
+    """Nine coefficients from three speeds: six directions are unidentifiable, but every sample swims those speeds."""
     tuna = ht.load("hypertuna")
     runs = steady(tuna, grid([2.0, 4.0, 6.0], [(16, 25)], [20.0]), noise=0.01, cost=False, told=True)
     fit = ht.identify(tuna, runs, NINE, validate=0, starts=1)
     measured = np.array([run.speed for run in runs.steady])
     gaits = [run.gait for run in runs.steady]
-    swum = np.array([ht.sweep(drawn, gaits, threads=1)["speed"] for drawn in sample_robots(fit.robot, 24, 1)])
+    swum = np.array([ht.sweep(robot, gaits, threads=1)["speed"] for robot in sample_robots(fit.robot, 24, 1)])
     assert np.sqrt(np.mean((swum / measured - 1) ** 2)) < 0.04
-    spread = np.array([drawn.water.lumped.drag[0] for drawn in sample_robots(fit.robot, 24, 1)])
-    assert np.ptp(spread) > 10  # the open ones go from bound to bound
+    spread = np.array([robot.water.lumped.drag[0] for robot in sample_robots(fit.robot, 24, 1)])
+    assert np.ptp(spread) > 10  # unidentifiable directions extend from bound to bound
 
 
 def test_units_of_offsets_are_absolute() -> None:

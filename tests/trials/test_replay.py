@@ -221,7 +221,7 @@ def test_start_pose_current_and_clock(eel, gait):
     assert np.allclose(moved.y.to_numpy(), start.y + s * x + c * y - 0.2 * passed, atol=1e-12)
 
 
-def test_divergence_is_told(eel, gait):
+def test_divergence_is_reported(eel, gait):
     wild = JointSeries(np.arange(40) / 44, 100 * sampled(gait, 39 / 44).angle)
     result = replay(eel, wild, step=0.5, twist=(1e2, 1e2, 1e2))
     assert result.status == "diverged"
@@ -339,7 +339,7 @@ def changed(line, old, new):
         ),
     ],
 )
-def test_bad_series_are_told_by_line(tmp_path, gait, change, sentence):
+def test_bad_series_are_reported_by_line(tmp_path, gait, change, sentence):
     path = write(tmp_path / "angles.csv", change(table(gait)))
     with pytest.raises(ht.InputError) as error:
         read(path)
@@ -347,7 +347,7 @@ def test_bad_series_are_told_by_line(tmp_path, gait, change, sentence):
     assert "\n" not in str(error.value)
 
 
-def test_bad_use_is_told(tmp_path, eel, gait):
+def test_bad_use_is_reported(tmp_path, eel, gait):
     path = write(tmp_path / "angles.csv", table(gait))
     with pytest.raises(ht.InputError, match=r"nowhere\.csv must be a file, but is missing: check the path\."):
         read(tmp_path / "nowhere.csv")

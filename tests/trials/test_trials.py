@@ -118,7 +118,7 @@ def test_names_of_joint_groups_win_over_their_numbers(tmp_path, tuna):
         ),
     ],
 )
-def test_bad_rows_are_told_by_line(tmp_path, tuna, row, sentence):
+def test_bad_rows_are_reported_by_line(tmp_path, tuna, row, sentence):
     path = write(tmp_path / "tank.csv", HEAD, "6,16,25,40,0.58", row)
     assert told(read_steady, path, tuna).startswith(f"{path}: {sentence}")
 
@@ -142,13 +142,13 @@ def test_bad_rows_are_told_by_line(tmp_path, tuna, row, sentence):
         ),
     ],
 )
-def test_bad_optional_cells_are_told(tmp_path, tuna, columns, cells, sentence):
+def test_bad_optional_cells_are_reported(tmp_path, tuna, columns, cells, sentence):
     first = "one" if columns == "run" else "1" if columns == "repeats" else ""
     path = write(tmp_path / "tank.csv", f"{HEAD},{columns}", f"6,16,25,40,0.58,{first}", f"6,16,25,40,0.58,{cells}")
     assert told(read_steady, path, tuna).startswith(f"{path}: {sentence}")
 
 
-def test_many_bad_rows_are_told_together(tmp_path, tuna):
+def test_many_bad_rows_are_reported_together(tmp_path, tuna):
     path = write(tmp_path / "tank.csv", HEAD, "6,16,25,40,0.58", *["6,x,25,40,0.58"] * 6, "0,16,25,40,0.58")
     sentence = told(read_steady, path, tuna)
     assert sentence.startswith(
@@ -186,12 +186,12 @@ def test_many_bad_rows_are_told_together(tmp_path, tuna):
         ),
     ],
 )
-def test_bad_files_are_told(tmp_path, tuna, lines, sentence):
+def test_bad_files_are_reported(tmp_path, tuna, lines, sentence):
     path = write(tmp_path / "tank.csv", *lines)
     assert told(read_steady, path, tuna).removeprefix(str(path)).lstrip(": ").startswith(sentence)
 
 
-def test_what_is_no_text_file_is_told(tmp_path, tuna):
+def test_what_is_no_text_file_is_reported(tmp_path, tuna):
     (tmp_path / "words.csv").write_bytes("Frequenz;Höhe".encode("utf-16"))
     (tmp_path / "folder.csv").mkdir()
     assert "words.csv must be readable, but is not (UnicodeDecodeError)" in told(
@@ -358,11 +358,11 @@ def with_recording(**changes):
         ),
     ],
 )
-def test_bad_manifests_are_told(tuna, whole, sentence):
+def test_bad_manifests_are_reported(tuna, whole, sentence):
     assert told(parsed, whole, tuna).removeprefix("tank.toml: ").startswith(sentence)
 
 
-def test_broken_toml_is_told(tmp_path, tuna):
+def test_broken_toml_is_reported(tmp_path, tuna):
     path = write(tmp_path / "tank.toml", "format = 1", "steady = [")
     assert told(read_manifest, path, tuna).startswith(
         f"{path} must be valid TOML, but is not (Invalid value (at end of"

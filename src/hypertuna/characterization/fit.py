@@ -260,10 +260,10 @@ def _with_sources(fit: BenchFit) -> Robot:
     files = ", ".join(dict.fromkeys(fit.bench.files))
     texts: dict[str, list[str]] = {}
     for one, value, low, high, narrowing in zip(fit.free, fit.values, fit.low, fit.high, fit.narrowing, strict=True):
-        sure = "" if narrowing >= DETERMINED else "; free by itself, the bench determines combinations only"
+        note = "" if narrowing >= DETERMINED else "; free by itself, the bench determines combinations only"
         ends = f"95 % from {low / one.described:.3g} to {high / one.described:.3g}"
         for key in keys_of(fit.described, one):
-            texts.setdefault(key, []).append(f"{one.name} {value / one.described:.3g} ({ends}{sure})")
+            texts.setdefault(key, []).append(f"{one.name} {value / one.described:.3g} ({ends}{note})")
     given = _given(fit.described)
     for key, parts in texts.items():
         before = fit.described.source(key) if key in given else None

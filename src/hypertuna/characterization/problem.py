@@ -87,12 +87,12 @@ class BenchProblem:
         An unknown of one joint moves no row of another.
         """
         step, columns = ROUGH_STEP if rough else STEP, []
-        here = self.residual(z, levels) if rough else None
+        center = self.residual(z, levels) if rough else None
         for k, one in enumerate(self.free):
             change = np.zeros(len(z))
             change[k] = step / one.prior_sd
             up = self.residual(z + change, levels, one.joint)
-            down = self.residual(z - change, levels, one.joint) if here is None else here
+            down = self.residual(z - change, levels, one.joint) if center is None else center
             column = (up - down) / (change[k] * (1 if rough else 2))
             columns.append(np.where(np.isnan(column), 0.0, column))
         return np.stack(columns, axis=1)

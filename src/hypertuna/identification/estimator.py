@@ -174,13 +174,13 @@ def estimate(
     floor = MIN_SINGULAR * max(float(singular[0]), 1.0)
     direction_sd = 1 / np.sqrt(np.maximum(prior + singular**2, floor**2))
     if profile is not None:
-        residual, slope = profile
+        residual, profile_jacobian = profile
         ends = (np.minimum(lower - x, 0.0) / unit, np.maximum(upper - x, 0.0) / unit)
 
         def at(u: Array) -> Array:
             return residual(np.clip(x + unit * u, lower, upper))
 
-        direction_sd = profile_sd(Optimum(at, slope, *ends, vectors, direction_sd, quantile))
+        direction_sd = profile_sd(Optimum(at, profile_jacobian, *ends, vectors, direction_sd, quantile))
     covariance = np.outer(unit, unit) * (vectors.T * direction_sd**2 @ vectors)
     sd = np.sqrt(np.diag(covariance))
     low, high = (np.clip(x + side * quantile * sd, lower, upper) for side in (-1, 1))

@@ -270,7 +270,7 @@ def _result(
     options: dict[str, Any] = {"steps": search.steps, "gradient_steps": search.steps, "threads": search.threads}
     prediction = predict(data, frees, values, **options)
     profile = (search.subset, partial(predict, search.subset, frees, **options))
-    sure = uncertainty(data, frees, values, prediction, levels, search.loss, profile=profile)
+    intervals = uncertainty(data, frees, values, prediction, levels, search.loss, profile=profile)
     validation = None
     if trials[1].runs:
         unseen = experiment(robot, trials[1], frees)
@@ -278,14 +278,16 @@ def _result(
     named = [run.file for t in trials for run in t.steady] + [part.file for t in trials for part in t.recordings]
     files = list(dict.fromkeys(Path(file).name or "memory" for file in named))
     text = f"identified by hypertuna {version()} from {len(trials[0].runs)} runs of {', '.join(files)}"
-    covariance = sure.bounded_covariance
-    warnings = warnings_of(data, frees, values, sure.bound, sure.directions, sure.residual_scale, prediction)
+    covariance = intervals.bounded_covariance
+    warnings = warnings_of(
+        data, frees, values, intervals.bound, intervals.directions, intervals.residual_scale, prediction
+    )
     return Fit(
         robot=with_fit(robot, frees, values, covariance=covariance, trials=", ".join(files), seed=seed, text=text),
         described=robot,
         free=frees,
         values=values,
-        uncertainty=sure,
+        uncertainty=intervals,
         noise=levels,
         train=errors(data, prediction),
         validation=validation,

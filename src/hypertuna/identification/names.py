@@ -44,14 +44,14 @@ def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
     other = LAWS.keys() - {robot.model.water}
     known = known_columns(robot)
 
-    def mine(name: str) -> bool:
+    def applies(name: str) -> bool:
         column = name.partition("[")[0]
         if column.split(".")[0] != "water" or column in known:
             return True
         law, _, last = column.removeprefix("water.").rpartition(".")
         return law not in other and (bool(law) or f"water.{robot.model.water}.{last}" in known)
 
-    return tuple(name for name in names if mine(name))
+    return tuple(name for name in names if applies(name))
 
 
 @cache
@@ -159,13 +159,13 @@ def members(index: str) -> tuple[int, ...]:
 
 def check_once(places: Sequence[tuple[str, str]]) -> None:
     """Check that no parameter is free twice."""
-    taken: dict[tuple[str, Any], str] = {}
+    taken: set[tuple[str, str | int]] = set()
     for column, index in places:
         for i in [index] if column in NUISANCES else members(index or "0"):
             if (column, i) in taken:
                 name = f"{column}[{i}]" if index else column
                 raise InputError("must be free once", key=name, value="named twice", fix="remove it from one")
-            taken[column, i] = index
+            taken.add((column, i))
 
 
 def covered(

@@ -1,4 +1,4 @@
-"""Figures of a fit: its coefficients with intervals, their correlation, computed against measured, errors of runs."""
+"""Figures of a fit: coefficients with intervals, correlation, computed against measured values, errors of runs."""
 
 from __future__ import annotations
 
@@ -12,33 +12,31 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
-from hypertuna.identification.coefficients import Free, to_scale
+from hypertuna.identification.coefficients import Free, bounds_of, to_scale
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.posterior import Posterior
-from hypertuna.identification.residuals import Errors
+from hypertuna.identification.residuals import LABELS, Errors
 
 __all__ = ["plot_correlation", "plot_errors", "plot_intervals", "plot_measured", "short_names"]
 
 Array = NDArray[np.float64]
 
-DARK = 0.85  # correlation beyond which a cell is so dark that its number reads better in the color of the paper
+DARK = 0.85  # correlation above which the text of a cell is white
 PARTS = {"training": (COLORS[1], "o"), "validation": (COLORS[0], "s")}
 AXES = {"speed": ("speed", "m/s"), "cost_of_transport": ("cost of transport", "J/(kg m)")}
-RELATIVE = {"speed_relative": "speed", "cost_of_transport_relative": "cost of transport"}
-TRACKED = {"x_m": ("x", 100.0, "cm"), "y_m": ("y", 100.0, "cm"), "yaw_deg": ("yaw", 1.0, "deg")}
 
 
 def short_names(frees: Sequence[Free]) -> list[str]:
-    """Return names of coefficients without what they share."""
+    """Return names of coefficients without their tables, unless two names are then equal."""
     short = [f"{f.column.rpartition('.')[2]}{f.name.removeprefix(f.column)}" for f in frees]
     return short if len(set(short)) == len(short) else [f.name for f in frees]
 
 
 @styled
 def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float = WIDTH) -> Figure:
-    """Draw every coefficient with its 95 % interval within its bounds: `width` [inch]."""
-    frees, sure = fit.free, fit.uncertainty
-    lower, upper = (to_scale(frees, [getattr(f, side) for f in frees]) for side in ("lower", "upper"))
+    """Plot every coefficient with its 95 % interval between its bounds; width [inch]."""
+    frees, fitted = fit.free, fit.uncertainty
+    lower, upper = bounds_of(frees)
 
     def place(values: Array) -> Array:
         return np.asarray((to_scale(frees, values) - lower) / (upper - lower))
@@ -46,13 +44,13 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
     rows = np.arange(len(frees))[::-1]
     figure = Figure(figsize=(width, 0.36 * len(frees) + 1.0), layout="constrained")
     axes = figure.subplots()
-    colors = [COLORS[1] if known else COLORS[0] for known in sure.determined]
-    axes.hlines(rows, place(sure.low), place(sure.high), colors=colors, lw=4, alpha=0.45)
+    colors = [COLORS[1] if known else COLORS[0] for known in fitted.determined]
+    axes.hlines(rows, place(fitted.low), place(fitted.high), colors=colors, lw=4, alpha=0.45)
     for known, label in ((True, "determined"), (False, "not determined")):
-        mine = np.array(sure.determined) == known
-        if mine.any():
+        own = np.array(fitted.determined) == known
+        if own.any():
             color, marker = (COLORS[1], "o") if known else (COLORS[0], "s")
-            axes.plot(place(fit.values)[mine], rows[mine], marker, color=color, label=label, **POINTS)
+            axes.plot(place(fit.values)[own], rows[own], marker, color=color, label=label, **POINTS)
     if sampled is not None:
         axes.hlines(rows - 0.25, place(sampled.low), place(sampled.high), colors=INK, lw=1.2, label="posterior")
     axes.set(xlim=(-0.02, 1.02), ylim=(-0.7, len(frees) - 0.4), xlabel="between its bounds")
@@ -69,12 +67,12 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
 
 @styled
 def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
-    """Draw the correlation of the coefficients' errors: `width` [inch]."""
+    """Plot the correlation of the coefficients; width [inch]."""
     matrix, names = fit.uncertainty.correlation, short_names(fit.free)
     n = len(names)
     figure = Figure(figsize=(width, 0.85 * width), layout="constrained")
     axes = figure.subplots()
-    # clear in the middle: it stands on any paper
+    # transparent in the middle, for any background
     shades = [to_rgba(COLORS[0]), to_rgba(COLORS[0], 0.0), to_rgba(COLORS[1], 0.0), to_rgba(COLORS[1])]
     colors = LinearSegmentedColormap.from_list("correlation", list(zip([0, 0.5, 0.5, 1], shades, strict=True)))
     mesh = axes.pcolormesh(matrix, cmap=colors, vmin=-1, vmax=1, edgecolors="none")
@@ -96,7 +94,7 @@ def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
 
 @styled
 def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
-    """Draw computed against measured speed and cost of transport, of training and of validation: `width` [inch]."""
+    """Plot computed against measured speed and cost of transport, of training and validation; width [inch]."""
     kinds = [
         kind for kind in AXES if any(f"{kind}_measured" in run for part in _parts(fit).values() for run in part.runs)
     ]
@@ -122,46 +120,36 @@ def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
 
 @styled
 def plot_errors(fit: Fit, *, width: float = WIDTH) -> Figure:
-    """Draw the error of every run: relative for steady ones, the rms over all frames along each axis for tracked ones.
-
-    `width` [inch].
-    """
+    """Plot the error of every run: relative of steady runs, rms over the frames of tracked ones; width [inch]."""
     parts = _parts(fit)
-    relative = {key: text for key, text in RELATIVE.items() if any(key in part.rms for part in parts.values())}
-    tracked = {key: told for key, told in TRACKED.items() if any(key in part.rms for part in parts.values())}
-    order = {run: k for k, run in enumerate(_order(fit))}
-    panels = [*relative, *tracked]
+    panels = [key for key in LABELS if any(key in part.rms for part in parts.values())]
+    order = {run: k for k, run in enumerate(run for trials in fit.trials for run in trials.runs)}
     figure = Figure(figsize=(width, 1.5 * len(panels) + 0.7), layout="constrained")
     for row, (axes, key) in enumerate(zip(figure.subplots(len(panels), 1, squeeze=False)[:, 0], panels, strict=True)):
-        for name, part in parts.items():
-            field, factor = (key, 100.0) if key in relative else (f"{key}_rms", TRACKED[key][1])
-            found = [(order[run["run"]], factor * run[field]) for run in part.runs if field in run]
-            _draw_errors(axes, found, name, labeled=row == 0)
-        label = f"{relative[key]} (%)" if key in relative else f"{tracked[key][0]}, rms ({tracked[key][2]})"
-        axes.set_ylabel(label)
-        if key in relative:
+        name, unit, factor = LABELS[key]
+        relative = key.endswith("_relative")
+        field = key if relative else f"{key}_rms"
+        for part, errors in parts.items():
+            points = [(order[run["run"]], factor * run[field]) for run in errors.runs if field in run]
+            _plot_points(axes, points, part, labeled=row == 0)
+        axes.set_ylabel(f"{name} ({unit})" if relative else f"{name}, rms ({unit})")
+        if relative:
             axes.axhline(0, color=FAINT, lw=1, zorder=0)
     axes.set_xlabel("run: training, then validation")
     figure.legend(loc="outside upper left", ncols=2, **TIGHT)
     return figure
 
 
-def _draw_errors(axes: Axes, found: Sequence[tuple[int, float]], name: str, *, labeled: bool) -> None:
-    """Draw the errors of some runs as points on stems."""
-    if not found:
-        return
-    color, marker = PARTS[name]
-    at, error = np.array(found).T
-    axes.vlines(at, 0, error, colors=[color], lw=0.8, alpha=0.5)
-    shape: dict[str, Any] = POINTS | {"ms": 3.2}
-    axes.plot(at, error, marker, color=color, label=name if labeled else None, **shape)
+def _plot_points(axes: Axes, points: Sequence[tuple[int, float]], part: str, *, labeled: bool) -> None:
+    """Plot the errors of runs as points on stems."""
+    if points:
+        color, marker = PARTS[part]
+        at, error = np.array(points).T
+        axes.vlines(at, 0, error, colors=[color], lw=0.8, alpha=0.5)
+        shape: dict[str, Any] = POINTS | {"ms": 3.2}
+        axes.plot(at, error, marker, color=color, label=part if labeled else None, **shape)
 
 
 def _parts(fit: Fit) -> dict[str, Errors]:
-    """Training and, if there is one, validation."""
+    """Return the errors of training and, if there are any, of validation."""
     return {"training": fit.train} | ({} if fit.validation is None else {"validation": fit.validation})
-
-
-def _order(fit: Fit) -> list[str]:
-    """List the runs: those of training, then those of validation."""
-    return [run for trials in fit.trials for run in trials.runs]

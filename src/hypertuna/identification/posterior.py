@@ -91,14 +91,14 @@ def posterior(
     accepted, at = 0.0, {"x": begin, "log": None}
     with Journal(checkpoint, header) as journal:
         for first in range(0, steps, BLOCK):
-            here = min(BLOCK, steps - first)
-            work = partial(_block, sampler, at, here, fit.seed + first)
-            block = journal.answer({"first": first, "steps": here, "x": at["x"]}, work)
+            count = min(BLOCK, steps - first)
+            work = partial(_block, sampler, at, count, fit.seed + first)
+            block = journal.answer({"first": first, "steps": count, "x": at["x"]}, work)
             chain += block["chain"]
             accepted += block["accepted"]
             at = {"x": np.array(block["chain"][-1]), "log": np.array(block["log"])}
             if progress is not None:
-                progress(first + here, steps)
+                progress(first + count, steps)
     return _posterior(fit, np.array(chain), accepted / (steps * walkers))
 
 

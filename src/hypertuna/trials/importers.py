@@ -35,11 +35,11 @@ def manifest_text(document: Mapping[str, Any], comment: str) -> str:
     """Return the document of a manifest as TOML."""
     import tomlkit  # imported here: slow to import
 
-    whole = tomlkit.document()
-    whole.add(tomlkit.comment(comment))
+    toml = tomlkit.document()
+    toml.add(tomlkit.comment(comment))
     for key, value in document.items():
-        whole.add(key, tomlkit.item(value))
-    return tomlkit.dumps(whole)
+        toml.add(key, tomlkit.item(value))
+    return tomlkit.dumps(toml)
 
 
 def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:
