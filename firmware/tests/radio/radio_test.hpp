@@ -1,0 +1,113 @@
+/// A robot on the bench and a ground station that writes frames, for the tests of the radio.
+#pragma once
+
+#include "../../../core/tests/check.hpp"
+#include "app/radio/dispatch.hpp"
+#include "bench_board.hpp"
+
+using namespace hypertuna;
+using namespace hypertuna::firmware;
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// A robot on the bench, and a ground station that writes frames.
+struct Bench {
+    App app{};
+    BenchBoard board{};
+    Sender ground{255, 190, 0};
+    Signing key{};
+
+    Bench() {
+        boot(app, robot::description, board);
+        run(60);
+    }
+    template <class Message>
+    Bytes frame(const Message& m) {
+        Bytes bytes(max_frame);
+        int length =
+            write_frame(bytes.data(), kind_of<Message>, reinterpret_cast<const std::uint8_t*>(&m), ground, key.on);
+        if (key.on) length = sign(key, bytes.data(), length);
+        bytes.resize(std::size_t(length));
+        return bytes;
+    }
+    void hear(const Bytes& bytes) { board.heard.insert(board.heard.end(), bytes.begin(), bytes.end()); }
+    void run(int ticks) {
+        for (int k = 0; k < ticks; ++k) tick(app, board);
+    }
+    /// Say something, and let the robot answer.
+    template <class Message>
+    void say(const Message& m, int ticks = 40) {
+        hear(frame(m));
+        run(ticks);
+    }
+    const Vehicle& vehicle() const { return app.vehicle; }
+};
+
+/// Every frame that the robot has sent of a kind. Its frames are read as a client's would be.
+template <class Message>
+std::vector<Message> said(const Bytes& bytes) {
+    std::vector<Message> found;
+    for (std::size_t at = 0; at + head_length < bytes.size();) {
+        const std::size_t length = bytes[at + 1];
+        CHECK(bytes[at] == frame_mark);
+        if (id_of(&bytes[at]) == kind_of<Message>.id) {
+            Message m{};
+            std::memcpy(static_cast<void*>(&m), &bytes[at + head_length], length);
+            found.push_back(m);
+        }
+        at += head_length + length + crc_length + (bytes[at + 2] ? signature_length : 0);
+    }
+    return found;
+}
+
+inline mavlink_command_long_t command(int what, float first = 0, float second = 0) {
+    mavlink_command_long_t m{};
+    m.command = std::uint16_t(what), m.param1 = first, m.param2 = second, m.target_system = 1;
+    return m;
+}
+
+inline Refusal last_answer(Bench& bench) {
+    const auto acks = said<mavlink_command_ack_t>(bench.board.said);
+    CHECK(!acks.empty());
+    return acks.empty() ? Refusal::count : Refusal(acks.back().result_param2);
+}
+
+/// How often a reason was told.
+inline int told(const Bench& bench, Refusal refusal) {
+    int count = 0;
+    for (const auto& m : said<mavlink_statustext_t>(bench.board.said))
+        count += std::strncmp(m.text, sentence(refusal), sizeof m.text) == 0;
+    return count;
+}
+
+/// Answer the robot's requests for items as a ground station does.
+inline std::uint8_t upload(Bench& bench, std::vector<mavlink_mission_item_int_t> items, std::size_t from = 0) {
+    mavlink_mission_count_t count{};
+    count.count = std::uint16_t(items.size()), count.target_system = 1;
+    bench.board.said.clear();
+    bench.say(count);
+    for (std::size_t k = from; k < items.size(); ++k) {
+        items[k].seq = std::uint16_t(k), items[k].target_system = 1;
+        bench.say(items[k]);
+    }
+    const auto acks = said<mavlink_mission_ack_t>(bench.board.said);
+    return acks.empty() ? 255 : acks.back().type;
+}
+
+inline mavlink_mission_item_int_t item(int what, float north, float east, float z, float first = 0, float second = 0) {
+    mavlink_mission_item_int_t m{};
+    m.command = std::uint16_t(what), m.frame = MAV_FRAME_LOCAL_NED, m.z = z, m.param1 = first, m.param2 = second;
+    m.x = std::int32_t(north * 1e4f), m.y = std::int32_t(east * 1e4f);
+    return m;
+}
+
+inline std::vector<mavlink_mission_item_int_t> box() {
+    std::vector<mavlink_mission_item_int_t> items = {item(HYPERTUNA_CMD_BOUNDS, 1e-4f, 0.025f, 0.4f, 4, 0.2f),
+                                                     item(MAV_CMD_DO_SET_HOME, 1, 2, 0)};
+    for (int k = 0; k < 4; ++k)
+        items.push_back(item(MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, k < 2 ? -50.0f : 50.0f,
+                             k % 3 == 0 ? -50.0f : 50.0f, 0, 4));
+    items.push_back(item(MAV_CMD_DO_CHANGE_SPEED, 0, 0, 0, 0, 0.35f));
+    for (int k = 0; k < 3; ++k) items.push_back(item(MAV_CMD_NAV_WAYPOINT, 10.0f * float(k), 20, 1.5f, 0, 2));
+    return items;
+}

@@ -1,0 +1,113 @@
+/// Signing: unsigned, wrongly signed and recorded frames are rejected.
+#include "radio_test.hpp"
+
+static void test_signing() {
+    Bench bench;
+    std::uint8_t key[key_length];
+    for (int k = 0; k < key_length; ++k) key[k] = std::uint8_t(k + 1);
+    mavlink_setup_signing_t setup{};
+    setup.target_system = 1, setup.initial_timestamp = 1'000'000'000;
+    std::memcpy(setup.secret_key, key, key_length);
+    bench.say(setup);
+    CHECK(bench.app.radio.signing.on);
+
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));  // without a signature
+    CHECK(!snapshot(bench.vehicle()).armed && bench.app.radio.not_signed == 1);
+    begin_signing(bench.key, key, 2'000'000'000);
+    bench.key.key[5] ^= 1;  // a key that is not the robot's
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    CHECK(!snapshot(bench.vehicle()).armed);
+    bench.key.key[5] ^= 1;
+
+    const Bytes arm = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    bench.hear(arm), bench.run(40);
+    CHECK(snapshot(bench.vehicle()).armed);
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 0));
+    bench.run(2000);  // however long after: a recording is not believed
+    bench.hear(arm), bench.run(40);
+    CHECK(!snapshot(bench.vehicle()).armed);
+
+    // It lasts over a boot, and what the robot says is signed, too.
+    boot(bench.app, robot::description, bench.board);
+    bench.board.said.clear();
+    bench.run(200);
+    CHECK(bench.app.radio.signing.on && bench.board.said[2] == signed_flag);
+    bench.key.on = false;
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    CHECK(!snapshot(bench.vehicle()).armed);
+}
+
+/// After a restart no recording is believed, not even the last one; the owner is, who hears the robot's stamps.
+static void test_a_recording_after_a_restart() {
+    Bench bench;
+    mavlink_setup_signing_t setup{};
+    setup.target_system = 1, setup.secret_key[3] = 5, setup.initial_timestamp = 1'000'000'000;
+    bench.say(setup);
+    begin_signing(bench.key, setup.secret_key, setup.initial_timestamp);
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    CHECK(snapshot(bench.vehicle()).armed);
+    bench.key.stamp += 100 * stamp_minute;  // a clock that is far ahead
+    const Bytes recorded = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    bench.hear(recorded), bench.run(40);
+    const std::uint64_t kept = bench.vehicle().stamp;
+    CHECK(kept > bench.key.stamp && kept <= bench.key.stamp + stamp_minute + 100'000);
+    int writes = 0;
+    for (int k = 0; k < 6500; ++k) {
+        const std::uint32_t turn = bench.vehicle().stamps.turn;
+        bench.run(1);
+        writes += bench.vehicle().stamps.turn != turn;
+    }
+    CHECK(writes == 1);  // in 65 s
+
+    for (int restart = 0; restart < 2; ++restart) {
+        boot(bench.app, robot::description, bench.board);
+        bench.run(60);
+        bench.hear(recorded), bench.run(40);
+        CHECK(!snapshot(bench.vehicle()).armed && bench.app.radio.not_signed == 1);
+        bench.key.stamp = bench.app.radio.signing.stamp;  // as the robot's own frames say
+        bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+        CHECK(snapshot(bench.vehicle()).armed);
+    }
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 0));
+    setup.secret_key[3] = 6, setup.initial_timestamp = 1000;  // with another key another time may begin
+    bench.say(setup);
+    CHECK(bench.vehicle().stamp < 2 * stamp_minute);
+}
+
+/// The parameter that asks for signatures needs a key, and counts at once.
+static void test_signing_by_parameter() {
+    Bench bench;
+    mavlink_param_set_t sign{};
+    sign.target_system = 1, sign.param_type = MAV_PARAM_TYPE_REAL32, sign.param_value = 1;
+    put_text(sign.param_id, "SIGN");
+    bench.say(sign);
+    CHECK(!bench.app.radio.signing.on && told(bench, Refusal::inconsistent) == 1);
+    mavlink_setup_signing_t setup{};
+    setup.target_system = 1, setup.secret_key[3] = 5, setup.initial_timestamp = std::uint64_t(1) << 48;
+    bench.say(setup);
+    CHECK(!bench.app.radio.signing.on && told(bench, Refusal::out_of_range) == 1);  // a stamp has 48 bits
+    setup.initial_timestamp = 1000;
+    bench.say(setup);
+    CHECK(bench.app.radio.signing.on);
+    begin_signing(bench.key, setup.secret_key, 2000);
+    sign.param_value = 0;
+    bench.say(sign);
+    CHECK(!bench.app.radio.signing.on);
+    bench.key.on = false, sign.param_value = 1;
+    bench.run(100), bench.say(sign);
+    CHECK(bench.app.radio.signing.on);
+    bench.key.on = true;
+    setup.secret_key[3] = 0;  // a key of zeros ends it, and is none
+    bench.say(setup), bench.run(100);
+    CHECK(!bench.app.radio.signing.on && key(bench.vehicle()) == nullptr);
+    bench.key.on = false;
+    bench.say(sign);
+    CHECK(!bench.app.radio.signing.on);
+}
+
+int main() {
+    test_signing();
+    test_a_recording_after_a_restart();
+    test_signing_by_parameter();
+    return failures();
+}

@@ -1,0 +1,210 @@
+/// Faults: what each failure leads to.
+#include "vehicle_test.hpp"
+
+/// A mission goes on without the ground, and after the second time-out comes home.
+static void silence_on_a_mission() {
+    begin_armed();
+    CHECK(set_mission(v, plan()) == Refusal::none);
+    CHECK(set_control(v, Control::mission) == Refusal::none);
+    CHECK(set_mission(v, plan()) == Refusal::busy && clear_mission(v) == Refusal::busy);
+    float_on(v, board, 1000);
+    CHECK(snapshot(v).faults.has(Fault::link_lost) && snapshot(v).control == Control::mission);
+    CHECK(!snapshot(v).reasons.has(Reason::recalled));
+    float_on(v, board, 5100);
+    CHECK(snapshot(v).reasons.has(Reason::recalled) && snapshot(v).reasons.end());
+    // It was a gait when the ground went: the mission on board takes it home.
+    begin_armed();
+    CHECK(set_mission(v, plan()) == Refusal::none && set_gait(v, beat()) == Refusal::none);
+    float_on(v, board, 6100);
+    CHECK(snapshot(v).control == Control::mission && snapshot(v).reasons.has(Reason::recalled));
+}
+
+static void faults_and_responses() {
+    begin_armed();
+    CHECK(set_mission(v, plan()) == Refusal::none && set_control(v, Control::mission) == Refusal::none);
+    board.raw.leak = true;
+    float_on(v, board, 90);
+    CHECK(!snapshot(v).faults.has(Fault::leak));
+    float_on(v, board, 20);
+    CHECK(snapshot(v).faults.has(Fault::leak) && snapshot(v).answer == Answer::home);
+    float_on(v, board, 20);
+    CHECK(snapshot(v).reasons.has(Reason::recalled));
+    arm(v, false), float_on(v, board, 5);
+    CHECK(arm(v, true) == Refusal::faulty);
+
+    // On its side: the tail rests while it lies, and goes on when it stands again.
+    begin_armed();
+    CHECK(set_gait(v, beat()) == Refusal::none);
+    v.memory.tilted = 0;
+    for (int k = 0; k < 2000; ++k) {
+        on_ground_contact(v);
+        float_upright(board, v, int(snapshot(v).tick));
+        std::swap(board.raw.channel[hypertuna::first_channel("acceleration") + 1],
+                  board.raw.channel[hypertuna::first_channel("acceleration") + 2]);
+        tick(v, board);
+    }
+    CHECK(snapshot(v).faults.has(Fault::tilt) && snapshot(v).answer == Answer::rest && !beats() && snapshot(v).armed);
+
+    // An empty battery ends it.
+    begin_armed();
+    CHECK(set_gait(v, beat()) == Refusal::none);
+    const hypertuna::firmware::Calibration& c = v.model.calibration;
+    for (int k = 0; k < 1500; ++k) {
+        on_ground_contact(v);
+        float_upright(board, v, int(snapshot(v).tick));
+        board.raw.channel[hypertuna::first_channel("voltage")] = {};
+        board.raw.channel[hypertuna::first_channel("voltage")].add(
+            std::int32_t(11.0f / c.scale[hypertuna::first_channel("voltage")] +
+                         c.zero[hypertuna::first_channel("voltage")]) +
+            k % 3);
+        tick(v, board);
+    }
+    CHECK(snapshot(v).faults.has(Fault::empty_battery) && !snapshot(v).armed);
+    CHECK(arm(v, true) == Refusal::faulty);
+    CHECK(snapshot(v).battery_left == 0);
+}
+
+static void a_watchdog_and_a_slow_tick() {
+    begin();
+    board.reset = true;
+    boot(v, robot::description, board);
+    float_on(v, board, 100);
+    CHECK(snapshot(v).faults.has(Fault::watchdog) && !snapshot(v).armed && board.fed == 100);
+    CHECK(arm(v, true) == Refusal::none);
+    float_on(v, board, 2);
+    CHECK(!snapshot(v).faults.has(Fault::watchdog) && !snapshot(v).faults.has(Fault::overrun));
+    board.ticking = 400;  // of the tick's 1000, at every look at the clock
+    float_on(v, board, 2);
+    CHECK(snapshot(v).faults.has(Fault::overrun));
+}
+
+/// Silent or wild sensors are told, and forbid arming until they are good again.
+static void sensors_fail() {
+    begin();
+    const auto fail = [&](int channel, int ticks) {
+        for (int k = 0; k < ticks; ++k) {
+            float_upright(board, v, int(snapshot(v).tick));
+            board.raw.channel[channel] = {};
+            tick(v, board);
+        }
+    };
+    float_on(v, board, 100);
+    const struct {
+        int channel;
+        Fault fault;
+    } kinds[] = {{hypertuna::first_channel("bend") + 1, Fault::bend_sensor},
+                 {hypertuna::first_channel("pressure"), Fault::pressure_sensor},
+                 {hypertuna::first_channel("current") + 3, Fault::current_sensor},
+                 {hypertuna::first_channel("rate") + 2, Fault::imu},
+                 {hypertuna::first_channel("voltage"), Fault::battery_sensor}};
+    for (const auto& kind : kinds) {
+        fail(kind.channel, 30);
+        CHECK(snapshot(v).faults.has(kind.fault));
+        CHECK((arm(v, true) == Refusal::faulty) == fault_texts[int(kind.fault)].forbids_arming);
+        arm(v, false);
+        float_on(v, board, 400);
+        CHECK(!snapshot(v).faults.has(kind.fault));
+    }
+}
+
+/// Arming anew forgets what called it home, in the same tick already: it does not set out once more.
+static void arming_again_after_a_call_home() {
+    for (int between : {0, 5}) {
+        begin();
+        CHECK(set_mission(v, plan()) == Refusal::none);
+        float_on(v, board, 100);
+        CHECK(arm(v, true) == Refusal::none);
+        float_on(v, board, 6100);
+        CHECK(snapshot(v).faults.has(Fault::link_gone) && snapshot(v).control == Control::mission);
+        arm(v, false), float_on(v, board, between);
+        on_ground_contact(v);
+        CHECK(arm(v, true) == Refusal::none);
+        on_ground_contact(v), float_on(v, board, 3);
+        CHECK(snapshot(v).armed && snapshot(v).control == Control::gait && snapshot(v).answer == Answer::warn);
+        CHECK(set_gait(v, beat()) == Refusal::none);
+    }
+    // A battery that was empty, and is not any more: the first order to arm counts.
+    begin_armed();
+    v.memory.latched.set(Fault::empty_battery, true);
+    float_on(v, board, 3);
+    CHECK(!snapshot(v).armed && arm(v, true) == Refusal::none);
+    float_on(v, board, 3);
+    CHECK(snapshot(v).armed);
+}
+
+/// Called home without a mission: from deeper than rise_depth it comes up, slowly, and rests there; in a tank it rests.
+static void ascent_without_a_mission() {
+    for (float deep : {1.2f, 3.0f}) {
+        begin_armed();
+        board.depth = deep;
+        float_on(v, board, 5990);
+        CHECK(!beats());
+        float_on(v, board, 300);
+        CHECK(snapshot(v).answer == Answer::home && !v.has_mission && snapshot(v).armed);
+        CHECK(beats() == (deep > 1.5f) && (snapshot(v).command.fin[0] > 0.1f) == (deep > 1.5f));
+        CHECK(snapshot(v).mode == (deep > 1.5f ? Mode::home : Mode::idle));
+    }
+    CHECK_NEAR(snapshot(v).command.frequency, 2 * 0.25 / 0.3, 0.6);  // a slow one
+    CHECK(set_gait(v, beat()) == Refusal::faulty && mission(v).waypoints == 0);
+    board.depth = 0.5f, float_on(v, board, 200);
+    CHECK(beats());  // once on its way it comes up
+    board.depth = 0.05f, float_on(v, board, 300);
+    CHECK(!beats() && snapshot(v).mode == Mode::idle && snapshot(v).command.fin[0] == 0);
+    board.depth = 1.0f, float_on(v, board, 300);
+    CHECK(!beats());
+    board.depth = 2.0f, float_on(v, board, 300);
+    CHECK(beats());  // it sank
+    on_ground_contact(v);
+    CHECK(set_mission(v, plan()) == Refusal::none);  // then that is the way home
+    float_on(v, board, 20);
+    CHECK(snapshot(v).control == Control::mission && v.ascent == Ascent::none);
+
+    // A leak at depth, and the depth cannot be read any more: up for as long as the way may take, then it rests.
+    begin_armed();
+    board.depth = 3, float_on(v, board, 200);
+    board.raw.leak = true;
+    const auto blind = [](int ticks) {
+        for (int k = 0; k < ticks; ++k) {
+            on_ground_contact(v), float_upright(board, v, int(snapshot(v).tick));
+            board.raw.leak = true, board.raw.channel[hypertuna::first_channel("depth")] = {};
+            tick(v, board);
+        }
+    };
+    blind(300);
+    CHECK(snapshot(v).faults.has(Fault::leak) && beats() && snapshot(v).command.fin[0] > 0.1f);
+    blind(int(v.ascent_deadline - snapshot(v).tick) - 10);
+    CHECK(beats() && 10'000 < snapshot(v).tick && snapshot(v).tick < 60'000);
+    blind(100);
+    CHECK(!beats() && v.ascent == Ascent::failed && snapshot(v).armed);
+    blind(1000);
+    CHECK(!beats());
+}
+
+/// On its back it is no more upright than on its side.
+static void upside_down() {
+    begin_armed();
+    for (int k = 0; k < 4000; ++k) {
+        on_ground_contact(v);
+        float_upright(board, v, int(snapshot(v).tick));
+        for (int axis : {1, 2}) {
+            auto& raw = board.raw.channel[hypertuna::first_channel("acceleration") + axis];
+            raw.sum = -raw.sum, raw.min = raw.max = raw.sum;
+            auto& field = board.raw.channel[hypertuna::first_channel("field") + axis];
+            field.sum = -field.sum, field.min = field.max = field.sum;
+        }
+        tick(v, board);
+    }
+    CHECK(snapshot(v).faults.has(Fault::tilt) && snapshot(v).answer == Answer::rest);
+}
+
+int main() {
+    silence_on_a_mission();
+    faults_and_responses();
+    a_watchdog_and_a_slow_tick();
+    sensors_fail();
+    arming_again_after_a_call_home();
+    ascent_without_a_mission();
+    upside_down();
+    CHECK(allocations == 0);
+    return failures();
+}

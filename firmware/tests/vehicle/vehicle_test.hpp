@@ -1,0 +1,72 @@
+/// A vehicle on a board of memory, for the tests: booted, armed, with gaits and missions.
+#pragma once
+
+#include "../../../core/tests/allocations.hpp"
+#include "../../../core/tests/check.hpp"
+#include "memory_board.hpp"
+
+using namespace hypertuna::firmware;
+using hypertuna::Command;
+using hypertuna::Mission;
+using hypertuna::Mode;
+using hypertuna::Reason;
+using hypertuna::Waypoint;
+
+inline Vehicle v;
+inline MemoryBoard board;
+
+inline void begin() {
+    board = {}, board.power = -1, board.card = 1 << 16;
+    boot(v, robot::description, board);
+}
+
+/// Afloat, and armed.
+inline void begin_armed() {
+    begin();
+    float_on(v, board, 100);
+    CHECK(arm(v, true) == Refusal::none);
+}
+
+inline int index_of(const char* name) {
+    for (int k = 0; k < parameter_count(v); ++k)
+        if (std::strcmp(parameter(v, k).name, name) == 0) return k;
+    return -1;
+}
+
+inline Command<float> beat(float frequency = 2) {
+    Command<float> c = rest();
+    c.frequency = frequency, c.amplitude[0] = 0.2f, c.amplitude[1] = 0.3f;
+    return c;
+}
+
+/// Largest amplitude that the controller is on its way to.
+inline bool beats() { return 0.1f < v.state.controller.wish.amplitude[0]; }
+
+inline Waypoint<float> way[2] = {{0, -40, 0, 0.3f, 2}, {0, -80, 0, 0.3f, 2}};
+inline Mission<float> plan() {
+    Mission<float> m{};
+    m.waypoint = way, m.waypoints = 2;
+    m.home_radius = 3, m.home_speed = 0.3f, m.depth_most = 4, m.reserve = 0.1f;
+    return m;
+}
+
+/// A mission with its fence, every number of it another one than those of the other.
+inline Mission<float> numbered(int which) {
+    static Waypoint<float> to[max_waypoints];
+    static hypertuna::Corner<float> corner[max_corners];
+    Mission<float> m = plan();
+    m.waypoint = to, m.corner = corner;
+    m.waypoints = 3 + 40 * which, m.corners = 4 + which, m.stay = which == 1;
+    m.home = {1.0f + float(which), 2.0f + float(which)}, m.reserve = 0.2f + 0.1f * float(which);
+    for (int k = 0; k < m.waypoints; ++k)
+        to[k] = {float(k + which), float(2 * k - which), 1.0f + float(which), 0.3f, 2.0f + float(which)};
+    for (int k = 0; k < m.corners; ++k) corner[k] = {float(50 * k + which), float(k * k + which)};
+    return m;
+}
+
+inline bool same(const Mission<float>& a, const Mission<float>& b) {
+    return a.waypoints == b.waypoints && a.corners == b.corners && a.stay == b.stay && a.home.x == b.home.x &&
+           a.home.y == b.home.y && a.reserve == b.reserve && a.depth_most == b.depth_most &&
+           std::memcmp(a.waypoint, b.waypoint, sizeof(a.waypoint[0]) * std::size_t(a.waypoints)) == 0 &&
+           std::memcmp(a.corner, b.corner, sizeof(a.corner[0]) * std::size_t(a.corners)) == 0;
+}
