@@ -25,37 +25,14 @@ DEGREES = 1e7  # counts of the satellite receiver
 FIXED, LEAK, GROUND, LAST, STACK = 1, 2, 4, 8, 16  # flags
 ORDERS = ("none", "arm", "gait", "manual", "control", "origin", "begin", "waypoint", "corner", "end", "parameter")
 
-TO_BOARD = np.dtype(
-    [
-        ("sample", "<i4", SAMPLES),
-        ("fix", "<i4", 2),
-        ("flags", "u1"),
-        ("order", "u1"),
-        ("which", "u1"),
-        ("spare", "u1"),
-        ("number", "<f4", NUMBERS),
-    ]
-)
-SAME: list[Any] = [
-    ("tick", "<u4"),
-    ("pulse", "<f4", SERVOS_MAX),
-    ("quaternion", "<f4", 4),
-    ("position", "<f4", 2),
-    ("depth", "<f4"),
-    ("speed", "<f4"),
-    ("position_error", "<f4"),
-    ("status", "<u4"),
-    ("reasons", "<u4"),
-    ("faults", "<u4"),
-    ("mode", "u1"),
-    ("control", "u1"),
-    ("armed", "u1"),
-    ("answer", "u1"),
-    ("refusal", "u1"),
-    ("leg", "u1"),
-    ("spare", "<u2"),
-    ("digest", "<u4"),
-]
+REQUEST: list[Any] = [("sample", "<i4", SAMPLES), ("fix", "<i4", 2)]
+REQUEST += [(name, "u1") for name in ("flags", "order", "which", "spare")]
+TO_BOARD = np.dtype([*REQUEST, ("number", "<f4", NUMBERS)])
+SAME: list[Any] = [("tick", "<u4"), ("pulse", "<f4", SERVOS_MAX), ("quaternion", "<f4", 4), ("position", "<f4", 2)]
+SAME += [(name, "<f4") for name in ("depth", "speed", "position_error")]
+SAME += [(name, "<u4") for name in ("status", "reasons", "faults")]
+SAME += [(name, "u1") for name in ("mode", "control", "armed", "answer", "refusal", "leg")]
+SAME += [("spare", "<u2"), ("digest", "<u4")]
 # Board-specific.
 OWN: list[Any] = [(name, "<u4") for name in ("controller", "pilot", "whole", "radio", "stack")]
 FROM_BOARD = np.dtype(SAME + OWN)

@@ -81,6 +81,12 @@ class _Rule(NamedTuple):
     whole: bool = False
 
 
+PILOT = (  # columns of the pilot that may be set
+    "heading_rate", "heading_integral", "rate_gain", "turn_most", "curvature", "lookahead", "depth_lookahead",
+    "depth_integral", "climb_lead", "climb_gain", "pitch_damping", "speed_least", "surface_depth", "fence_margin",
+    "error_most", "fix_timeout",
+)  # fmt: skip
+
 # Over the radio a limit may only become tighter, and a gain may be halved or doubled.
 RULES = (
     _Rule("proportional", "controller", "proportional", 0.0, 1.0, bounds=True),
@@ -99,27 +105,7 @@ RULES = (
     _Rule("pulse_min", "controller", "pulse_least", 1.0, 1.5),
     _Rule("pulse_max", "controller", "pulse_most", 0.75, 1.0),
     _Rule("slew", "controller", "slew", 0.1, 1.0),
-    *(
-        _Rule(name.replace("_most", "_max").replace("_least", "_min"), "pilot", name)
-        for name in [
-            "heading_rate",
-            "heading_integral",
-            "rate_gain",
-            "turn_most",
-            "curvature",
-            "lookahead",
-            "depth_lookahead",
-            "depth_integral",
-            "climb_lead",
-            "climb_gain",
-            "pitch_damping",
-            "speed_least",
-            "surface_depth",
-            "fence_margin",
-            "error_most",
-            "fix_timeout",
-        ]
-    ),
+    *(_Rule(name.replace("_most", "_max").replace("_least", "_min"), "pilot", name) for name in PILOT),
     *(
         rule
         for name in ANALOG
@@ -230,45 +216,51 @@ def header(table: FirmwareTable) -> str:
     """Return the C++ header firmware/robots/NAME.hpp of a robot."""
     robot = table.robot
     wired = require(robot.firmware, "firmware", robot)
-    lines = [
-        f"/// {robot.name}: written by `hypertuna firmware params` from its description. Do not edit.",
-        "#pragma once",
-        "",
-        '#include "app/vehicle/parameters.hpp"',
-        "",
-        "// clang-format off",
-        "namespace hypertuna::firmware::robot {",
-        "",
-        "inline constexpr float values[] = {",
-    ]
-    for (part, name, k), value in zip(table.fields, table.values, strict=True):
-        lines.append(f"    {_literal(value)},  // {part} {name}[{k}]")
-    lines += ["};", "", "inline constexpr ParameterInfo parameters[] = {"]
-    for p in table.parameters:
-        numbers = ", ".join(_literal(x) for x in (p.low, p.high, p.standard))
-        lines.append(f'    {{"{p.name}", {numbers}, {"true" if p.whole else "false"}, {p.field}}},')
-    lines += [
-        "};",
-        "",
-        "inline constexpr Description description = {",
-        f'    "{robot.name}", {len(robot.joints)}, {table.gaits}, values, {len(table.values)}, parameters, '
-        f"{len(table.parameters)}, {table.layout:#010x}}};",
-        "",
-        "inline constexpr struct {",
-        *(f"    int {name}[{len(pins)}];" for name, pins in _pins(wired).items()),
-        "    int imu_serial, position_serial, radio_serial, radio_baud;",
-        "    float watchdog;  // s",
-        "} wiring = {",
-        *(f"    {{{', '.join(map(str, pins))}}}," for pins in _pins(wired).values()),
-        f"    {wired.imu_serial}, {wired.position_serial}, {wired.radio_serial}, {wired.radio_baud},",
-        f"    {_literal(wired.watchdog)},",
-        "};",
-        "",
-        "}  // namespace hypertuna::firmware::robot",
-        "// clang-format on",
-        "",
-    ]
-    return "\n".join(lines)
+    rows = zip(table.fields, table.values, strict=True)
+    values = "\n".join(f"    {_literal(value)},  // {part} {name}[{k}]" for (part, name, k), value in rows)
+    parameters = "\n".join(_row(parameter) for parameter in table.parameters)
+    pins = _pins(wired)
+    arrays = "\n".join(f"    int {name}[{len(numbers)}];" for name, numbers in pins.items())
+    numbers = "\n".join(f"    {{{', '.join(map(str, numbers))}}}," for numbers in pins.values())
+    return f"""/// {robot.name}: written by `hypertuna firmware params` from its description. Do not edit.
+#pragma once
+
+#include "app/vehicle/parameters.hpp"
+
+// clang-format off
+namespace hypertuna::firmware::robot {{
+
+inline constexpr float values[] = {{
+{values}
+}};
+
+inline constexpr ParameterInfo parameters[] = {{
+{parameters}
+}};
+
+inline constexpr Description description = {{
+    "{robot.name}", {len(robot.joints)}, {table.gaits}, values, {len(table.values)}, parameters, \
+{len(table.parameters)}, {table.layout:#010x}}};
+
+inline constexpr struct {{
+{arrays}
+    int imu_serial, position_serial, radio_serial, radio_baud;
+    float watchdog;  // s
+}} wiring = {{
+{numbers}
+    {wired.imu_serial}, {wired.position_serial}, {wired.radio_serial}, {wired.radio_baud},
+    {_literal(wired.watchdog)},
+}};
+
+}}  // namespace hypertuna::firmware::robot
+// clang-format on
+"""
+
+
+def _row(parameter: Parameter) -> str:
+    """Return a parameter's row of the header."""
+    numbers = ", ".join(_literal(x) for x in (parameter.low, parameter.high, parameter.standard))
+    return f'    {{"{parameter.name}", {numbers}, {str(parameter.whole).lower()}, {parameter.field}}},'
 
 
 def _pins(wired: Firmware) -> dict[str, tuple[int, ...]]:
