@@ -24,8 +24,8 @@ from .simulation.dive import dive as dive
 from .simulation.run import TwinRun as TwinRun
 from .simulation.sea import Sea as Sea
 from .simulation.sea_run import SeaRun as SeaRun
-from .simulation.sea_twin import twin_at_sea as twin_at_sea
 from .simulation.twin import twin as twin
+from .simulation.twin import twin_at_sea as twin_at_sea
 from .simulation.twin import twins as twins
 from .swimming.gait import Gait as Gait
 from .swimming.gait import named_gait as named_gait

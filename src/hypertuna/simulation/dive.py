@@ -14,7 +14,7 @@ from hypertuna.errors import InputError
 from hypertuna.ranges import FINITE
 from hypertuna.simulation.sea import Sea
 from hypertuna.simulation.sea_run import SeaRun
-from hypertuna.simulation.sea_twin import STILL, twin_at_sea
+from hypertuna.simulation.twin import STILL, twin_at_sea
 from hypertuna.swimming.gait import Gait
 
 __all__ = ["Dive", "Leg", "dive"]

@@ -51,7 +51,7 @@ STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above
 STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable
 SHORTEST = 1e-6  # s, of a step: below it a second takes minutes
 EXACT = 1e-9  # relative: a command may be off its bound so far by the way from degrees
-MOST_TICKS = 1_000_000  # of a run: a gigabyte of record
+MAX_TICKS = 1_000_000  # of a run: a gigabyte of record
 
 
 @dataclass(frozen=True)
@@ -219,8 +219,8 @@ def ticks_of(duration: float, tick: float) -> int:
     """Count the ticks of a run."""
     duration = FINITE.check(duration, "duration", "give the seconds to run")
     ticks = duration / tick * (1 + 1e-12)
-    if not 1 <= ticks < MOST_TICKS + 1:
-        rule = f"must be from {tick:g} to {MOST_TICKS * tick:g} s"
+    if not 1 <= ticks < MAX_TICKS + 1:
+        rule = f"must be from {tick:g} to {MAX_TICKS * tick:g} s"
         raise InputError(rule, key="duration", value=f"{duration:g}", fix="give the seconds to run")
     return int(ticks)
 

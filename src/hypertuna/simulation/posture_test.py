@@ -30,10 +30,10 @@ Array = NDArray[np.float64]
 CLOSE = math.radians(0.5)  # error of a peak bend that counts as none
 RESOLUTION = math.radians(0.5)  # to which the largest amplitude is sought
 TRIAL, TRIAL_BEATS = 8.0, 8  # s and beats: whichever is longer, an amplitude is tried so long
-MOST_BEND = math.radians(45)  # is tried where the description has no largest bend
+MAX_BEND = math.radians(45)  # is tried where the description has no largest bend
 EASED = 0.9  # of the largest amplitude: what is set where the set angle is not reached
 STEP_DOWN = 0.8  # from a trial that failed to the next, at least
-MOST_FREQUENCIES = 100
+MAX_FREQUENCIES = 100
 LONGEST = 600.0  # s
 
 
@@ -87,7 +87,7 @@ class Reach(NamedTuple):
 
 @dataclass(frozen=True)
 class PostureTest:
-    """The paper's Fig. 8, computed: joints that are told to beat with a set angle, at several frequencies."""
+    """The paper's Fig. 8, computed: joints commanded to a set angle at several frequencies."""
 
     robot: Robot
     medium: str  # "air" or "water"
@@ -173,52 +173,32 @@ def posture_test(
     )
 
 
-def hold(
-    robot: Robot,
-    frequency: float,
-    angle: Sequence[float],
-    *,
-    duration: float,
-    medium: str,
-    temperature: float | None,
-    seed: int,
-) -> list[Held]:
-    """Let joints beat with set angles at one frequency, and look at their peak bends."""
+def hold(robot: Robot, frequency: float, angle: Sequence[float], *, duration: float, **options: Any) -> list[Held]:
+    """Run joints at set angles and one frequency, and measure their peak bends; options are those of `twin`."""
     gait = Gait(frequency, tuple(angle), (0.0,) * len(angle))
-    run = twin(robot, gait, duration=duration, medium=medium, temperature=temperature, seed=seed)
-    found = []
+    run = twin(robot, gait, duration=duration, **options)
+    held = []
     for joint in (joint for joint, value in enumerate(angle) if value > 0):
         time, peaks = peak_bends(run.time, run.data["angle"][:, joint], frequency)
         _, measured = peak_bends(run.time, run.data["angle_measured"][:, joint], frequency)
-        found.append(Held(joint, frequency, angle[joint], time, peaks, measured, run.limits, run))
-    return found
+        held.append(Held(joint, frequency, angle[joint], time, peaks, measured, run.limits, run))
+    return held
 
 
-def reach(
-    robot: Robot,
-    joint: int,
-    frequency: float,
-    *,
-    medium: str = "air",
-    temperature: float | None = None,
-    seed: int = 0,
-) -> Reach:
-    """Find the largest amplitude that a joint group holds at a frequency, the others kept straight.
+def reach(robot: Robot, joint: int, frequency: float, *, medium: str = "air", **options: Any) -> Reach:
+    """Find the largest amplitude that a joint group holds at a frequency [Hz], the others kept straight.
 
-    An amplitude is held if in a run of 8 s (and 8 beats) the mean peak bend of the last second (and beat) is within
-    0.5 deg of it. The largest bend of the description is asked first, then what was reached, and so on down to one that
-    is held; between that one and the last that was not, it is sought by bisection.
-
-    `frequency` [Hz].
+    An amplitude is held if in a run of 8 s and 8 beats the mean peak bend of the last second and beat is within 0.5 deg
+    of it. Trials start from the largest bend of the description and step down to one that is held; bisection follows.
     """
     group = robot.joints[joint]
-    conditions: Any = {"medium": medium, "temperature": temperature, "seed": seed}
     low, high = 0.0, math.inf
-    trial = group.bend_max or group.amplitude_max or MOST_BEND
+    trial = group.bend_max or group.amplitude_max or MAX_BEND
     stopped: tuple[str, ...] = ()
     while high - low > RESOLUTION and trial > RESOLUTION:
         angle = [trial if j == joint else 0.0 for j in range(len(robot.joints))]
-        (one,) = hold(robot, frequency, angle, duration=max(TRIAL, TRIAL_BEATS / frequency), **conditions)
+        seconds = max(TRIAL, TRIAL_BEATS / frequency)
+        (one,) = hold(robot, frequency, angle, duration=seconds, medium=medium, **options)
         reached = float(one.peaks[one.time >= one.time[-1] - max(1.0, 1.5 / frequency)].mean())
         if one.run.status != "diverged" and abs(reached - trial) < CLOSE:
             low = trial
@@ -264,7 +244,7 @@ def _worst(error: Array) -> Array:
 
 def _settling(time: Array, error: Array) -> float | None:
     """Time of the last beat whose error is too large, counted at its end; None if that is the last one of all."""
-    late = np.flatnonzero(~(error < CLOSE))  # what is not a number is late, too
+    late = np.flatnonzero(~(error < CLOSE))  # NaN is late, too
     first = late[-1] + 1 if late.size else 0
     return None if first == len(time) else float(time[first])
 
@@ -282,8 +262,8 @@ def _check(robot: Robot, frequencies: Sequence[float], angle: Sequence[float], d
         if group.bend_max is not None and bend > group.bend_max * (1 + EXACT):
             rule = f"must be at most {math.degrees(group.bend_max):g} deg, the bend_max_deg of joint {group.name}"
             raise InputError(rule, key="angle", value=f"{math.degrees(bend):g} deg", fix="give less")
-    if not 1 <= len(frequencies) <= MOST_FREQUENCIES:
-        rule = f"must be 1 to {MOST_FREQUENCIES} values"
+    if not 1 <= len(frequencies) <= MAX_FREQUENCIES:
+        rule = f"must be 1 to {MAX_FREQUENCIES} values"
         raise InputError(rule, key="frequency", value=f"{len(frequencies)} long", fix="ask for fewer")
     for frequency in frequencies:
         if not frequency > 0:

@@ -177,7 +177,13 @@ class TwinRun(Run):
         return max(found, key=abs, default=math.nan)
 
     def summary(self) -> dict[str, Quantity]:
-        """Return speed, power and cost of transport, by the names of the JSON record; in air power alone is shown."""
+        """Summarize speed, power and cost of transport; in air power alone has a label.
+
+        Returns
+        -------
+        dict of str to Quantity
+            By the keys of the JSON record.
+        """
         wet = self.medium == "water"
         return {
             "speed_m_s": Quantity(

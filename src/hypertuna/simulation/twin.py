@@ -1,6 +1,6 @@
-"""Twin: the whole robot closed loop, from a command through servos, oil and silicone to the wake.
+"""Twin: the whole robot in closed loop, from a command through servos, oil and silicone to the wake.
 
-The equations stand in core tail.hpp, plant.hpp and twin.hpp; docs/twin.md tells what the twin shows.
+The equations are in core tail.hpp, body6.hpp, plant.hpp and twin.hpp, with docs/twin.md and docs/spatial.md.
 """
 
 from __future__ import annotations
@@ -11,22 +11,29 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, require
+from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.simulation.plant import STEP, run_command
+from hypertuna.frames import attitude_of
+from hypertuna.ranges import FINITE, POSITIVE_WHOLE
+from hypertuna.simulation.plant import EXACT, STEP, run_command
 from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.sea import Sea, world_at_sea
+from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.swimming.gait import Gait, check_gait
 
-__all__ = ["STEP", "twin", "twins"]
+__all__ = ["STEP", "STILL", "twin", "twin_at_sea", "twins"]
 
 Array = NDArray[np.float64]
+Fins = float | ArrayLike | Callable[[float], ArrayLike]
 T = TypeVar("T")
 
 MEDIA = ("water", "air")
 STARTS = ("rest", "swimming")
+STILL = Sea()
 
 
 def twin(
@@ -52,28 +59,27 @@ def twin(
         With the tables drive_unit, pump, oil, battery, servos, sensors, controller and, in each joint group, actuator
         and line.
     gait : Gait
-        The command, from the first tick on.
+        Command from the first tick on.
     duration : float
-        Of the run [s].
+        Length of the run [s].
     medium : str
         ``"water"``: swimming freely. ``"air"``: the head held still, without water.
     faults : str or iterable of str
         Sensor faults as on the command line: ``"bend-II:stuck@5"``.
     seed : int
-        Of the sensors' noise; the same seed gives the same run to the last bit.
+        Seed of the sensor noise; the same seed repeats a run to the last bit.
     closed_loop : bool
-        Whether posture control corrects amplitude and bias; else the pumps' inverse maps alone.
+        Whether posture control corrects amplitude and bias; otherwise the inverse pump maps act alone.
     temperature : float, optional
-        Of the oil [K]. The controller goes on counting on the robot's own.
+        Temperature of the oil [K]; the controller stays configured for the robot's own.
     start : str
         ``"rest"``, or ``"swimming"``: at the speed of the settled beat of joints that lag by their bandwidth.
     step : float, optional
-        Of the inner Runge-Kutta integration [s]; it is rounded so that it divides the control tick. Left out, `STEP`,
-        or less where the plant is stiffer: little air and compliance, wide lines, light rotors.
+        Runge-Kutta step [s], rounded to divide the control tick; if left out, `STEP`, or less for a stiffer plant.
     command_lost_at : float
-        Time from which no command comes any more [s].
+        Time from which no command arrives [s].
     controller_robot : Robot, optional
-        Robot that the controller takes this one for; itself if left out.
+        Robot that the controller is configured for; this one if left out.
 
     Returns
     -------
@@ -114,6 +120,102 @@ def twin(
     return TwinRun(**fields, medium=medium, start=start)
 
 
+def twin_at_sea(
+    robot: Robot,
+    gait: Gait,
+    *,
+    duration: float,
+    fins: Fins = 0.0,
+    sea: Sea = STILL,
+    depth: float = 2.0,
+    roll: float = 0.0,
+    pitch: float = 0.0,
+    heading: float = 0.0,
+    speed: float | None = None,
+    faults: str | Iterable[str] = (),
+    seed: int = 0,
+    closed_loop: bool = True,
+    temperature: float | None = None,
+    step: float | None = None,
+    command_lost_at: float = math.inf,
+    every: int = 1,
+) -> SeaRun:
+    """Run the robot's twin in space under one command.
+
+    Parameters
+    ----------
+    robot : Robot
+        With the tables that `twin` needs, spatial and fins.
+    gait : Gait
+        Command from the first tick on.
+    duration : float
+        Length of the run [s].
+    fins : float, array_like or callable
+        Target angle of the pectoral fins, leading edge up: one, or one each, port first, or a function of time that
+        returns them [rad].
+    sea : Sea
+        Still, deep water if left out.
+    depth : float
+        Initial depth of the nose [m].
+    roll, pitch, heading : float
+        Initial angles: starboard down, nose up, clockwise from north [rad].
+    speed : float, optional
+        Initial speed through the water, ahead [m/s]; that of the settled planar beat if left out.
+    faults : str or iterable of str
+        Sensor faults as on the command line: ``"bend-II:stuck@5"``.
+    seed : int
+        Seed of the sensor noise.
+    closed_loop : bool
+        Whether posture control corrects amplitude and bias.
+    temperature : float, optional
+        Temperature of the oil [K].
+    step : float, optional
+        Runge-Kutta step, as in `twin` [s].
+    command_lost_at : float
+        Time from which no command arrives [s].
+    every : int
+        Control ticks per row of the record.
+
+    Returns
+    -------
+    SeaRun
+
+    Raises
+    ------
+    InputError
+        If the robot lacks a table, the command does not fit it, or an option is out of range.
+
+    Examples
+    --------
+    >>> import hypertuna as ht
+    >>> fish = ht.load("hypertuna")
+    >>> gait = ht.Gait.from_degrees(frequency=2, amplitude=(8, 12), phase=(0, 20))
+    >>> run = ht.twin_at_sea(fish, gait, duration=3, fins=-0.5, depth=1)
+    >>> bool(run.depth[-1] > 1)
+    True
+    """
+    check_gait(gait, robot)
+    control = require(robot.controller, "controller", robot)
+    fields = run_command(
+        robot,
+        gait,
+        world_at_sea(robot, sea),
+        medium="water",
+        duration=duration,
+        faults=faults,
+        seed=seed,
+        closed_loop=closed_loop,
+        temperature=temperature,
+        step=step,
+        command_lost_at=command_lost_at,
+        speed=None if speed is None else FINITE.check(speed, "speed", "give it in m/s"),
+        pose=_pose(depth, roll, pitch, heading, sea),
+        fins=lambda ticks, tick: _fin_angles(fins, ticks, tick, control),
+        every=POSITIVE_WHOLE.check(every, "every", "give a whole number of ticks"),
+    )
+    return SeaRun(**fields, sea=sea)
+
+
 def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T], threads: int = 1) -> list[T]:
     """Run many twins over threads.
 
@@ -122,9 +224,9 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
     runs : sequence of mapping
         Arguments of `twin` by name, robot and gait among them, one mapping per run.
     measure : callable
-        What to keep of each run; the whole record of one holds 1 MB per 10 s.
+        Result to keep of each run; a whole record takes 1 MB per 10 s.
     threads : int
-        The results do not depend on it.
+        Number of threads; results do not depend on it.
 
     Returns
     -------
@@ -144,6 +246,33 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
         return [one(options) for options in runs]
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(one, runs))
+
+
+def _pose(depth: float, roll: float, pitch: float, heading: float, sea: Sea) -> Array:
+    """Position, attitude and fins at the start."""
+    depth = FINITE.check(depth, "depth", "give the depth of the nose in m")
+    if not 0 <= depth < sea.bottom:
+        rule = f"must be from 0 to the bottom at {sea.bottom:g} m"
+        raise InputError(rule, key="depth", value=f"{depth:g}", fix="give the depth of the nose in m")
+    angles = {"roll": roll, "pitch": pitch, "heading": heading}
+    for key, angle in angles.items():
+        FINITE.check(angle, key, "give it in radians")
+    return np.concatenate([[0.0, 0.0, -depth], attitude_of(**angles), [0.0, 0.0]])
+
+
+def _fin_angles(fins: Fins, ticks: int, tick: float, control: Controller) -> Array:
+    """Target angles of both fins in every tick (ticks, 2) [rad]."""
+    pairs: list[Any] = [fins(tick * k) for k in range(ticks)] if callable(fins) else [fins]
+    try:
+        angles = np.array([np.broadcast_to(np.asarray(pair, dtype=float), 2) for pair in pairs])
+    except (TypeError, ValueError):
+        fix = "give one angle in radians, or two, port first"
+        raise InputError("must be one angle, or one for each fin", key="fins", value=shown(pairs[0]), fix=fix) from None
+    largest = abs(angles).max()
+    if not largest <= control.fin_max * (1 + EXACT):
+        rule = f"must be at most {math.degrees(control.fin_max):g} deg, the controller.fin_max_deg"
+        raise InputError(rule, key="fins", value=f"{math.degrees(largest):g} deg", fix="give less")
+    return np.ascontiguousarray(np.broadcast_to(angles, (ticks, 2)))
 
 
 def _check_choice(key: str, value: str, known: Sequence[str]) -> None:
