@@ -1,4 +1,4 @@
-"""Figure of a Pareto front: what the search found, what polishing made of it, and the robot's named gaits beside it."""
+"""Figures of a Pareto front, before and after polishing beside the robot's named gaits, and of convergence."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ __all__ = ["plot_convergence", "plot_pareto"]
 
 Array = NDArray[np.float64]
 
-NEAR = 0.18  # inch over the figure's width, of the largest value: points so near each other share a label
+NEAR = 0.18  # of the largest value over the figure's width in inch: distance of points that share a label
 
 
 @styled
 def plot_pareto(front: Front, *, width: float = WIDTH) -> Figure:
-    """Plot a front: its second objective against its first."""
+    """Plot the second objective of a front against its first, colored by the third or else by frequency."""
     figure = Figure(figsize=(width, 0.45 * width + 1.6), layout="constrained")
     axes = figure.subplots()
     third = len(front.objectives) > 2
     shade = front.values[:, 2] if third else front.space.gaits(front.x).frequency
     colors = Normalize(shade.min(), shade.max()) if len(shade) else Normalize(0, 1)
     labels = [f"{name.replace('_', ' ')} [{unit}]" for name, unit in zip(front.objectives, front.units, strict=True)]
-    _draw_named(axes, front, NEAR / width)
+    _plot_named(axes, front, NEAR / width)
     if front.polished:
         axes.plot(*front.evolved[:, :2].T, "x", color=FAINT, ms=4.5, mew=0.9, label="before polishing")
-    if not third:  # between two points of a curve lies more of it
+    if not third:  # the front is a curve
         axes.plot(*front.values[:, :2].T, color=SEQUENCE(0.5), lw=0.8, alpha=0.6, zorder=2.5)
     style: dict[str, Any] = {"s": 26, "linewidths": 0.5, "edgecolors": "white", "zorder": 3}
     axes.scatter(front.values[:, 0], front.values[:, 1], c=shade, cmap=SEQUENCE, norm=colors, **style)
@@ -50,24 +50,24 @@ def plot_pareto(front: Front, *, width: float = WIDTH) -> Figure:
     return figure
 
 
-def _draw_named(axes: Axes, front: Front, near: float) -> None:
-    """Draw the robot's named gaits without a bias, as its model swims them, with numbers that the legend explains."""
+def _plot_named(axes: Axes, front: Front, near: float) -> None:
+    """Plot the robot's named gaits without a bias, as its model swims them, by the numbers of the legend."""
     known = {name: gait for name, gait in front.robot.gaits.items() if not any(gait.bias)}
     if not known or front.robust is not None:
         return
     gaits = [Gait(gait.frequency, gait.amplitude, gait.phase) for gait in known.values()]
-    found = sweep(front.robot, gaits, threads=1)
-    points = np.stack([found[name].where(found.settled).values for name in front.objectives[:2]], axis=1)
+    swims = sweep(front.robot, gaits, threads=1)
+    points = np.stack([swims[name].where(swims.settled).values for name in front.objectives[:2]], axis=1)
     for k, (name, point) in enumerate(zip(known, points, strict=True), start=1):
         if np.isfinite(point).all():
             axes.plot(*point, "s", color=INK, mfc="none", ms=5.5, mew=1.1, zorder=4, label=f"{k}  {name}")
-    for place, numbers in _gathered(points, near):
+    for place, numbers in _shared_labels(points, near):
         text = ", ".join(map(str, numbers))
         axes.annotate(text, place, (-5, 3), textcoords="offset points", ha="right", fontsize=8, color=INK)
 
 
-def _gathered(points: Array, distance: float) -> list[tuple[tuple[float, float], list[int]]]:
-    """Gather the numbers of points that lie too near each other for numbers of their own, at their upper left."""
+def _shared_labels(points: Array, distance: float) -> list[tuple[tuple[float, float], list[int]]]:
+    """Return a place and the numbers of its points for every label; points near each other share one."""
     size = np.nanmax(points, axis=0)
     groups: list[list[int]] = []
     for k in np.flatnonzero(np.isfinite(points).all(axis=1)).tolist():
@@ -81,12 +81,12 @@ def _gathered(points: Array, distance: float) -> list[tuple[tuple[float, float],
 
 @styled
 def plot_convergence(runs: Sequence[Optimum]) -> Figure:
-    """Draw the best value so far against the gaits swum, as Fig. 13(a) of the paper does."""
+    """Plot the best value so far against the gaits swum, as Fig. 13(a) of the paper."""
     figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
     axes = figure.subplots()
     target = runs[0].objective
     name, factor = target.terms[0]
-    sign = np.sign(factor) if target.expected is None else 1.0  # a quantity to maximize is drawn as it is
+    sign = np.sign(factor) if target.expected is None else 1.0  # a quantity to maximize is plotted with its own sign
     for run, color in zip(runs, sequence(len(runs)), strict=True):
         label = f"{run.method}, seed {run.seed}: {run.evaluations} gaits"
         axes.step(run.swum, sign * run.history, where="post", color=color, label=label)
