@@ -8,6 +8,10 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --no-com
 # requirements of a table of pyproject.toml, one per line: $(call requirements,["project"]["dependencies"])
 requirements = $(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))$(1), sep="\n")'
 
+# all that the wheel is made of
+SOURCES := $(shell find src core/include bindings robots missions data firmware/mavlink CMakeLists.txt pyproject.toml \
+  -type f -not -name '*.pyc' -not -name '*.so')
+
 export PATH := $(abspath $(BIN)):$(PATH)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .NOTPARALLEL:
@@ -27,12 +31,21 @@ $(VENV)/.tools: pyproject.toml
 	  > "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/_tools_on_path.pth"
 	@touch $@
 
+# hypertuna is installed either as a wheel, to use it: compiled to bytecode, nothing checked on import; or editable, to
+# work on it: rebuilt on import. Each removes the stamp of the other, and both share one build folder.
+$(VENV)/.wheel: $(VENV)/.tools $(SOURCES)
+	@echo "make: hypertuna as a wheel" >&2
+	@rm -f $(VENV)/.installed
+	@$(filter-out --no-compile,$(PIP)) --no-build-isolation --config-settings=build-dir='build/{wheel_tag}' . >&2
+	@touch $@
+
 $(VENV)/.installed: $(VENV)/.tools
-	@echo "make: hypertuna and what it needs" >&2
+	@echo "make: hypertuna, editable" >&2
+	@rm -f $(VENV)/.wheel
 	@$(PIP) --no-build-isolation --editable . >&2
 	@touch $@
 
-$(VENV)/.installed-%: $(VENV)/.installed
+$(VENV)/.installed-%: $(VENV)/.tools | $(VENV)/.installed
 	@echo "make: what the extra '$*' needs" >&2
 	@$(call requirements,["project"]["optional-dependencies"]["$*"]) | $(PIP) -r /dev/stdin >&2
 	@touch $@
@@ -43,9 +56,9 @@ $(VENV)/.installed-%: $(VENV)/.installed
 
 .PHONY: dev demo test test-cpp test-sanitized test-python test-fe test-firmware bench bench-json firmware system-deps lint format stub
 .PHONY: docs clean
-dev: $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
+dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
-demo: $(VENV)/.installed ## the published gaits, computed beside published: demo/index.html
+demo: $(VENV)/.wheel ## the published gaits, computed beside published: demo/index.html
 	@$(BIN)/hypertuna reproduce -o demo
 
 test: test-cpp test-python ## C++ and Python tests
