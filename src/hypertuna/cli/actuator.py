@@ -25,12 +25,7 @@ from hypertuna.io.files import version
 
 __all__ = ["actuator_app"]
 
-actuator_app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    help="Characterize an actuator: silicone from a tensile test, unknowns from a bench.",
-)
+actuator_app = opt.group("Characterize an actuator: silicone from a tensile test, unknowns from a bench.")
 
 NOISE = {"angle": ("deg", 180 / math.pi), "volume": ("ml", 1e6)}
 COUNTED = {

@@ -94,5 +94,6 @@ def _write(result: Any, output: str, csv: Callable[[Any], str] | None, dataset: 
     if csv is not None and output.lower().endswith(".csv"):
         write_atomically(output, csv(result).encode())
         return
-    data = result.dataset() if dataset is None else dataset(result)
-    write_netcdf(data.assign_attrs(command=command_line()), output)
+    data = (result.dataset() if dataset is None else dataset(result)).copy()  # shallow: of a dataset, or a tree of them
+    data.attrs["command"] = command_line()
+    write_netcdf(data, output)

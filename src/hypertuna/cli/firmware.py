@@ -18,12 +18,7 @@ from hypertuna.io.files import write_atomically
 
 __all__ = ["firmware_app"]
 
-firmware_app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    help="Firmware: its parameters from a robot's description, its faults.",
-)
+firmware_app = opt.group("Firmware: its parameters from a robot's description, its faults.")
 
 
 @firmware_app.command()

@@ -29,12 +29,7 @@ from hypertuna.radio.parameters import read_parameter, read_parameters, set_para
 
 __all__ = ["FLUSH", "Connect", "Key", "link_app", "read_key"]
 
-link_app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    help="A robot over the radio; needs the extra radio, and log for logs.",
-)
+link_app = opt.group("A robot over the radio; needs the extra radio, and log for logs.")
 
 PLACES = "udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600."
 Connect = Annotated[str, opt.text("--connect", PLACES, "PLACE")]

@@ -25,12 +25,7 @@ from hypertuna.mission.record import MissionRecord, record_facts
 
 __all__ = ["log_app"]
 
-log_app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    help="Logs of missions and black boxes: summary, plot, table, track; needs the extra log.",
-)
+log_app = opt.group("Logs of missions and black boxes: summary, plot, table, track; needs the extra log.")
 
 LogFile = Annotated[str, typer.Argument(metavar="FILE.mcap", help="A log that hypertuna wrote.")]
 

@@ -51,6 +51,7 @@ __all__ = [
     "axis",
     "bounds",
     "file",
+    "group",
     "number",
     "numbers",
     "option",
@@ -80,6 +81,11 @@ def option(names: Sequence[str], help: str, metavar: str, read: Callable[[str, s
 def _as_typed(value: str) -> str:
     """Keep the text for the callback."""
     return value
+
+
+def group(help: str) -> typer.Typer:
+    """Make a group of commands."""
+    return typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None, help=help)
 
 
 def number(name: str, unit: str, help: str, *, low: float | None = None, high: float | None = None) -> Any:

@@ -7,20 +7,15 @@ from typing import Annotated, Any
 
 import typer
 
+from hypertuna.cli import options as opt
 from hypertuna.cli.console import counted, print_json, table
 from hypertuna.cli.emit import emit, refused
-from hypertuna.cli.options import AsJson, Plot
 from hypertuna.description.reference import json_schema
 from hypertuna.description.robot import Entry, Robot, load
 
 __all__ = ["robot_app"]
 
-robot_app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    help="Robot descriptions: print the format, check a file, show a robot.",
-)
+robot_app = opt.group("Robot descriptions: print the format, check a file, show a robot.")
 
 RobotFile = Annotated[
     str, typer.Argument(help="Name of a robot that comes with hypertuna, or path of a TOML file.", show_default=False)
@@ -34,7 +29,7 @@ def schema() -> None:
 
 
 @robot_app.command()
-def check(robot: RobotFile, as_json: AsJson = False) -> None:
+def check(robot: RobotFile, as_json: opt.AsJson = False) -> None:
     """Check a robot description, and list what is estimated and what has no source."""
     with refused(as_json):
         fish = load(robot)
@@ -42,7 +37,7 @@ def check(robot: RobotFile, as_json: AsJson = False) -> None:
 
 
 @robot_app.command()
-def show(robot: RobotFile, as_json: AsJson = False, plot: Plot = None) -> None:
+def show(robot: RobotFile, as_json: opt.AsJson = False, plot: opt.Plot = None) -> None:
     """Show every value of a robot with its unit and source, estimates marked."""
     emit(
         load(robot),

@@ -23,12 +23,7 @@ from hypertuna.trials.trials import Trials, read_trials
 
 __all__ = ["trials_app"]
 
-trials_app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    help="Tank trials: check them, import published ones.",
-)
+trials_app = opt.group("Tank trials: check them, import published ones.")
 
 AXES = {"x_cm": 100.0, "y_cm": 100.0, "yaw_deg": 180 / np.pi}  # of repeatability, per SI unit
 

@@ -30,12 +30,7 @@ from hypertuna.io.files import write_atomically, write_netcdf
 
 __all__ = ["fe_app"]
 
-fe_app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    help="The soft joints by finite elements; needs the extra fe.",
-)
+fe_app = opt.group("The soft joints by finite elements; needs the extra fe.")
 
 PRESSURES: Any = "0:250:6"  # kPa, as typed
 MM = 1e3  # per m
