@@ -1,1 +1,5 @@
-"""The digital twin in the plane and at sea; posture test, dive."""
+"""The twin: a robot simulated from servo pulses to wake, in the plane and at sea.
+
+In reading order: `sea` (water, bottom, current), `plant` (the core's objects of a robot), `run` and `sea_run` (records
+and what follows from them), `twin` (simulate a command), `dive` and `posture_test` (tests of the paper), `plots`.
+"""
