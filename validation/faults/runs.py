@@ -1,4 +1,4 @@
-"""Sensor faults at random in the twin, for README.md. Run: python validation/faults/runs.py [RUNS [FIRST_SEED]]."""
+"""Random sensor faults in the twin, for README.md. Run: python validation/faults/runs.py [RUNS [FIRST_SEED]]."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from hypertuna.simulation.run import TwinRun
 
 ROBOT = ht.load("hypertuna")
 THREADS = 2
-SECONDS = 10.0  # of each run; the fault comes in the second to the sixth
-HARD = 300e3 * 1.05  # Pa: no pressure may pass the hard limit by more than 5 %
-TOLD = {"bend": "bend_fault", "pressure": "pressure_fault", "current": "current_fault", "imu": "imu_fault"} | {
+SECONDS = 10.0  # duration of a run [s]; the fault starts between 1 and 6 s
+HARD = 300e3 * 1.05  # maximum pressure [Pa]: the hard limit and 5 %
+CONDITIONS = {"bend": "bend_fault", "pressure": "pressure_fault", "current": "current_fault", "imu": "imu_fault"} | {
     "battery": "battery_fault"
 }
-KEPT = 0.5  # of the healthy run's swing, of each joint: what counts as beating on
+SWING_MIN = 0.5  # minimum swing of each joint, relative to the healthy run
 
 
 class Result(NamedTuple):
-    """What is kept of a run."""
+    """Measures of a run."""
 
-    peak: float  # Pa, largest pressure of any cylinder or drive unit
+    peak: float  # maximum pressure of any cylinder or drive unit [Pa]
     finite: bool
-    pulses: bool  # within clamp and slew
-    swing: np.ndarray  # rad, half of peak to peak in the last beats
+    pulses: bool  # whether all pulses are within clamp and slew
+    swing: np.ndarray  # half of peak to peak in the last beats [rad]
     conditions: frozenset[str]
     limits: tuple[str, ...]
 
 
 def measure(run: TwinRun) -> Result:
-    """Keep what the issue asks of a run."""
+    """Measure a run."""
     control = run.robot.controller
     assert control is not None
     pulse, step = run.data["pulse"], control.slew * run.tick * control.pulse_per_rad
@@ -45,34 +45,36 @@ def measure(run: TwinRun) -> Result:
     return Result(run.pressure_peak, finite, bool(inside and slewed), run.swing, frozenset(names), run.limits)
 
 
-READ = ("angle_measured", "pressure_measured", "current")  # what a faulty sensor may show as no number
+READ = ("angle_measured", "pressure_measured", "current")  # a faulty sensor may read NaN
 
 
-def draw(seed: int) -> tuple[dict[str, Any], str]:
-    """Draw a run and its fault: any channel, kind, time, frequency, amplitudes, lag and seed of the noise."""
+def sample(seed: int) -> tuple[dict[str, Any], str]:
+    """Sample a run and its fault: channel, kind, time, frequency, amplitudes, lag and seed of the noise."""
     random = np.random.default_rng(seed)
     amplitude = (random.uniform(4, 16), random.uniform(6, 25))
     gait = ht.Gait.from_degrees(frequency=random.uniform(1, 6), amplitude=amplitude, phase=(0, random.uniform(0, 60)))
-    names = [name for name in channels(ROBOT) if name.split("-")[0] in TOLD]  # those that only the pilot reads are not
+    names = [
+        name for name in channels(ROBOT) if name.split("-")[0] in CONDITIONS
+    ]  # not those that only the pilot reads
     fault = f"{random.choice(names)}:{random.choice(KINDS)}@{random.uniform(1, 6):.2f}"
     return {"robot": ROBOT, "gait": gait, "duration": SECONDS, "seed": seed}, fault
 
 
 def both(seeds: range, threads: int = THREADS) -> list[tuple[str, dict[str, Any], Result, Result]]:
-    """Run every draw healthy and with its fault."""
-    drawn = [draw(seed) for seed in seeds]
-    healthy = ht.twins([run for run, _ in drawn], measure=measure, threads=threads)
-    faulty = ht.twins([run | {"faults": fault} for run, fault in drawn], measure=measure, threads=threads)
-    return [(fault, run, a, b) for (run, fault), a, b in zip(drawn, healthy, faulty, strict=True)]
+    """Run every sample healthy and with its fault."""
+    samples = [sample(seed) for seed in seeds]
+    healthy = ht.twins([run for run, _ in samples], measure=measure, threads=threads)
+    faulty = ht.twins([run | {"faults": fault} for run, fault in samples], measure=measure, threads=threads)
+    return [(fault, run, a, b) for (run, fault), a, b in zip(samples, healthy, faulty, strict=True)]
 
 
-def told(fault: str) -> str:
-    """Return the condition that must be told."""
-    return TOLD[fault.split(":")[0].split("-")[0]]
+def condition(fault: str) -> str:
+    """Return the condition that must be reported."""
+    return CONDITIONS[fault.split(":")[0].split("-")[0]]
 
 
 def main() -> None:
-    """Run and print what failed, and the table."""
+    """Run, and print failures and the summary."""
     count, first = (int(a) for a in (*sys.argv[1:], "500", "0")[:2]) if len(sys.argv) > 1 else (500, 0)
     rows = both(range(first, first + count))
     for k, (fault, run, healthy, faulty) in enumerate(rows):
@@ -81,10 +83,10 @@ def main() -> None:
             *(["pressure"] if faulty.peak > HARD or healthy.peak > HARD else []),
             *(["not finite"] if not faulty.finite else []),
             *(["pulses"] if not faulty.pulses else []),
-            *(["not told"] if told(fault) not in faulty.conditions else []),
+            *(["not reported"] if condition(fault) not in faulty.conditions else []),
             *(["false fault"] if any(c.endswith(("_fault", "_stop")) for c in healthy.conditions) else []),
             *(["stops"] if "hard_stop" in faulty.conditions else []),
-            *(["weak"] if part.min() < KEPT else []),
+            *(["weak"] if part.min() < SWING_MIN else []),
         ]
         if wrong:
             gist = f"{gait.frequency:.2f} Hz {np.degrees(gait.amplitude).round(1)} {fault}"
@@ -93,14 +95,17 @@ def main() -> None:
     peak = np.array([(h.peak, f.peak) for _, _, h, f in rows]) / 1e3
     part = np.array([f.swing / h.swing for _, _, h, f in rows]).min(axis=1)
     print(
-        f"{count} runs; largest pressure {peak[:, 0].max():.0f} kPa healthy, {peak[:, 1].max():.0f} kPa with the fault"
+        f"{count} runs; maximum pressure {peak[:, 0].max():.0f} kPa healthy, {peak[:, 1].max():.0f} kPa with the fault"
     )
-    print(f"told: {np.mean([told(fault) in f.conditions for fault, _, _, f in rows]):.1%}")
+    print(f"reported: {np.mean([condition(fault) in f.conditions for fault, _, _, f in rows]):.1%}")
     print(
         f"false faults in healthy runs: {sum(any(c.endswith('_fault') for c in h.conditions) for _, _, h, _ in rows)}"
     )
     print(f"hard stops: {sum('hard_stop' in f.conditions for _, _, _, f in rows)}")
-    print("swing over the healthy one, smallest, 1 %, 5 %, median:", np.quantile(part, [0, 0.01, 0.05, 0.5]).round(3))
+    print(
+        "swing relative to the healthy run, minimum, 1 %, 5 %, median:",
+        np.quantile(part, [0, 0.01, 0.05, 0.5]).round(3),
+    )
 
 
 if __name__ == "__main__":
