@@ -9,7 +9,7 @@
 
 namespace hypertuna::firmware {
 
-/// What is read as counts has its place among all channels of core readings.hpp.
+/// Channels that are read as counts, in the order of the core's readings.hpp.
 inline constexpr int channels = sensor_channels;
 
 /// Samples of a channel since the last tick. A sensor without samples does not answer.

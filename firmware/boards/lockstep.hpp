@@ -1,7 +1,7 @@
 /// Lock-step: a board whose sensors and servos are a twin at the other end of two pipes.
 ///
-/// Each tick waits for a request with what the sensors show and at most one order, and ends with a reply that has the
-/// pulses, what the vehicle thinks, and a digest of every bit that it computed. Little endian, no padding.
+/// Each tick waits for a request with the sensors' samples and at most one command, and ends with a reply that has the
+/// pulses, the vehicle's state, and a digest of every computed bit. Little endian, no padding.
 #pragma once
 
 #include "app/app.hpp"
@@ -10,7 +10,7 @@ namespace hypertuna::firmware {
 
 inline constexpr std::int32_t no_sample = INT32_MIN;
 
-/// What an order does; `which` and `number` say with what.
+/// Commands of a request, with the arguments `which` and `number`.
 enum class OrderKind : std::uint8_t {
     none,
     arm,       // number: 1 or 0
@@ -44,12 +44,12 @@ struct FromBoard {
     std::uint32_t status, reasons, faults;
     std::uint8_t mode, control, armed, answer, refusal, leg, spare[2];
     std::uint32_t digest;
-    // From here on boards may differ.
+    // Board-specific from here on.
     std::uint32_t controller, pilot, whole, radio, stack;  // counts of the clock; bytes of stack used so far
 };
 static_assert(sizeof(FromBoard) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 5));
 
-/// A mission that arrives in parts.
+/// A mission received in parts.
 struct Plan {
     Waypoint<float> waypoint[max_waypoints];
     Corner<float> corner[max_corners];
@@ -97,7 +97,7 @@ inline Command<float> command_of(int joints, const float* number) {
     return command;
 }
 
-/// Do what an order says.
+/// Execute the command of a request.
 [[gnu::cold]] inline Refusal execute(Vehicle& vehicle, Plan& plan, const ToBoard& request) {
     const float* number = request.number;
     const int joints = vehicle.model.pilot.controller.joints;
@@ -135,7 +135,7 @@ struct Digest {
     }
 };
 
-/// Every number that a tick computed: readings, estimate, command, output.
+/// Digest of every number of a tick: readings, estimate, command, output.
 [[gnu::cold]] inline std::uint32_t digest(const Snapshot& now) {
     Digest sum;
     const Estimate<float>& at = now.estimate;
@@ -205,7 +205,7 @@ struct Lockstep {
     }
 };
 
-/// Run until the twin has had enough.
+/// Run until the twin ends.
 template <class Wire>
 void run(App& app, Plan& plan, Lockstep<Wire>& board, const Description& robot) {
     boot(app, robot, board);

@@ -1,4 +1,4 @@
-/// Conversion: counts become SI units. What was sampled within a tick is averaged without its extremes; nothing is
+/// Conversion of counts to SI units. The samples of a tick are averaged without their extremes; nothing is
 /// filtered over ticks, so that the controller sees a sensor that is stuck or jumps.
 #pragma once
 

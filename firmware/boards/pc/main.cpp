@@ -40,7 +40,7 @@ struct Pipes {
         const ssize_t put = ::write(box, from, std::size_t(count));
         return put < 0 ? 0 : int(put);
     }
-    // What a tick takes here says nothing of the robot.
+    // Times on this machine are not those of the robot.
     std::uint32_t clock() { return 0; }
     std::uint32_t per_tick() { return 1; }
     std::uint32_t stack() { return 0; }

@@ -1,4 +1,4 @@
-/// The radio of a PC: a UDP socket. It speaks to 127.0.0.1:PORT, and from then on to whoever was heard last.
+/// The radio of a PC: a UDP socket that sends to 127.0.0.1:PORT first, then to the last sender.
 #pragma once
 
 #include <arpa/inet.h>
@@ -10,7 +10,7 @@
 namespace hypertuna::firmware {
 
 struct UdpRadio {
-    int line = -1;  // none until opened: then nothing is heard, and what is sent is gone
+    int line = -1;  // -1 until opened: nothing is received, and what is sent is lost
     sockaddr_in peer{};
 
     bool open(int port) {
@@ -18,7 +18,7 @@ struct UdpRadio {
         peer.sin_family = AF_INET, peer.sin_port = htons(std::uint16_t(port));
         return line >= 0 && ::inet_pton(AF_INET, "127.0.0.1", &peer.sin_addr) == 1;
     }
-    /// Whole datagrams: what does not fit is left for the next call.
+    /// Complete datagrams: the next call returns those that do not fit.
     int receive(std::uint8_t* to, int limit) {
         int count = 0;
         while (line >= 0 && count < limit) {

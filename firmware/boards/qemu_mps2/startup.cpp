@@ -16,7 +16,7 @@ int main();
     std::uint32_t* from = &data_image;
     for (std::uint32_t* to = &data_begin; to < &data_end;) *to++ = *from++;
     for (std::uint32_t* to = &bss_begin; to < &bss_end;) *to++ = 0;
-    // What of the stack keeps this pattern was never used.
+    // Unused words of the stack keep this pattern.
     const std::uint32_t* here = static_cast<std::uint32_t*>(__builtin_frame_address(0)) - 16;
     for (std::uint32_t* to = &stack_bottom; to < here;) *to++ = 0xa5a5a5a5;
     for (void (**constructor)() = &first_constructor; constructor < &last_constructor;) (*constructor++)();

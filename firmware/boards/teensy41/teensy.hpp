@@ -109,7 +109,7 @@ struct Teensy {
 #endif
 
   private:
-    /// What happens between two ticks.
+    /// Work between two ticks.
     void work() {
         take_imu();
         Fix fix;
