@@ -261,7 +261,7 @@ def test_numbers_of_the_radio() -> None:
         ("speed=1", r"air must be NAME=NUMBER of the radio, but is 'speed=1'"),
         ("loss", "NAME=NUMBER of the radio, but is 'loss': write loss=NUMBER"),
         ("loss=much", "air.loss must be a number, but is 'much'"),
-        ("loss=1.5", "loss must be from 0 to below 1"),
+        ("loss=1.5", "loss must be at least 0 and less than 1"),
         ("rate=nan", "air.rate must be"),
     ):
         with pytest.raises(InputError, match=told):

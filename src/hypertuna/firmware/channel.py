@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hypertuna.errors import InputError
+from hypertuna.ranges import POSITIVE, Range
 
 __all__ = ["Air", "RadioModel"]
 
@@ -36,15 +36,10 @@ class RadioModel:
 
     def __post_init__(self) -> None:
         for name in ("rate", "packet", "buffer"):
-            if not getattr(self, name) > 0:
-                fix = "give a positive number"
-                raise InputError("must be greater than 0", key=name, value=str(getattr(self, name)), fix=fix)
+            POSITIVE.check(getattr(self, name), name, "give a positive number")
         for name in ("loss", "damage", "late"):
-            if not 0 <= getattr(self, name) < 1:
-                fix = "give a fraction of the packets"
-                raise InputError("must be from 0 to below 1", key=name, value=str(getattr(self, name)), fix=fix)
-        if not self.burst >= 1:
-            raise InputError("must be at least 1", key="burst", value=str(self.burst), fix="give a number of packets")
+            Range(min=0, below=1).check(getattr(self, name), name, "give a fraction of the packets")
+        Range(min=1).check(self.burst, "burst", "give a number of packets")
 
     def airtime(self, payload: int) -> float:
         """Return the airtime of a packet [s]."""

@@ -25,6 +25,7 @@ from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.firmware.relay import Relay
 from hypertuna.firmware.scenario import Scenario, random_messages, scheduled_orders
 from hypertuna.mission.run import MissionRun, fly_part, joined, mission_start
+from hypertuna.ranges import Whole
 
 __all__ = ["FirmwareRun", "firmware_in_the_loop"]
 
@@ -35,7 +36,11 @@ CHUNK = 3000  # ticks that the twin simulates at a time
 PARTS = ("controller", "pilot", "radio", "whole")  # parts of a tick whose instructions are counted
 TICK = 0.01  # s
 DEFAULT_TICKS = 6000  # of a scenario that does not end by itself
-TICKS_MAX = 100_000_000  # eleven days
+RANGES = {
+    "ticks": Whole(min=1, max=100_000_000),  # up to eleven days
+    "seed": Whole(min=0, max=2**64 - 1),
+    "radio": Whole(min=1, max=65535),  # port
+}
 
 
 @dataclass(frozen=True)
@@ -110,9 +115,9 @@ def firmware_in_the_loop(
     With `radio` (a port), commands over the radio reach the board alone: the firmware on this machine does not run.
     `air` puts the modelled radio between board and ground. `ticks`: until the mission is done, or 6000, if omitted.
     """
-    _check_between(ticks, "ticks", 1, TICKS_MAX)
-    _check_between(seed, "seed", 0, 2**64 - 1)
-    _check_between(radio, "radio", 1, 65535)
+    for key, number in (("ticks", ticks), ("seed", seed), ("radio", radio)):
+        if number is not None:
+            RANGES[key].check(number, key)
     table = firmware_table(robot)
     firmware = _firmware(table, board, folder)
     reference = _firmware(table, "pc", folder) if radio is None else None
@@ -138,13 +143,6 @@ def firmware_in_the_loop(
     packets = {} if relay is None else {side: relay.air.counters(k) for k, side in enumerate(("robot", "ground"))}
     ticks_apart = np.array(mismatches, dtype=np.int64)
     return FirmwareRun(scenario, board, answers, ticks_apart, duration, run, radio is None, packets)
-
-
-def _check_between(number: int | None, key: str, low: int, high: int) -> None:
-    """Check the range of an optional whole number."""
-    if number is not None and not low <= number <= high:
-        fix = f"give {'less' if number > high else 'more'}"
-        raise InputError(f"must be from {low} to {high}", key=key, value=str(number), fix=fix)
 
 
 def _firmware(table: FirmwareTable, board: str, folder: str | Path | None) -> Path:
