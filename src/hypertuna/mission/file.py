@@ -33,33 +33,16 @@ TURN = 2 * math.pi
 
 @dataclass(frozen=True)
 class MissionFile:
-    """A mission as its file says it.
-
-    Attributes
-    ----------
-    name, description : str
-    robot : str or None
-        Name or path of the robot to send; None if the file leaves it open.
-    mission : Mission
-        In SI units and the frames of docs/conventions.md.
-    origin : tuple of float or None
-        Latitude and longitude that x and y are counted from [rad].
-    scatter : Scatter
-        What differs from seed to seed.
-    file : str
-        Where it was read from, empty if nowhere.
-    hash : str
-        Sha256 of all that can change a result.
-    """
+    """A mission as its file says it."""
 
     name: str
     description: str
-    robot: str | None
-    mission: Mission
-    origin: tuple[float, float] | None
-    scatter: Scatter
-    file: str
-    hash: str
+    robot: str | None  # name or path of the robot to send; None if the file leaves it open
+    mission: Mission  # in SI units and the frames of docs/conventions.md
+    origin: tuple[float, float] | None  # latitude and longitude that x and y are counted from [rad]
+    scatter: Scatter  # what differs from seed to seed
+    file: str  # where it was read from, empty if nowhere
+    hash: str  # sha256 of all that can change a result
 
 
 def missions() -> tuple[str, ...]:

@@ -38,63 +38,31 @@ MOST_SEEDS = 10_000
 
 @dataclass(frozen=True)
 class Flight:
-    """A mission as it was flown.
-
-    Attributes
-    ----------
-    file : MissionFile
-    robot : Robot
-    seed : int
-    record : MissionRecord
-    status : str
-        "done"; "home", but before it had reached all waypoints; "hold", "given up" or "diverged".
-    """
+    """A mission as it was flown."""
 
     file: MissionFile
     robot: Robot
     seed: int
     record: MissionRecord
-    status: str
+    status: str  # "done"; "home", but before it had reached all waypoints; "hold", "given up" or "diverged"
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a flight amounts to.
-
-    Attributes
-    ----------
-    seed : int
-    status : str
-    reached : int
-        Waypoints.
-    duration, distance : float
-        Of the flight [s]; over ground [m].
-    energy, charge_left : float
-        Taken from the battery [J]; part of the charge that is left [1].
-    depth_max : float
-        [m].
-    margin_min : float
-        Least distance to the fence, negative outside; infinite without a fence [m].
-    off_max : float
-        Farthest from where the robot believed to be [m].
-    home_distance : float
-        From home, or from the last waypoint of a mission that stays there, at the end [m].
-    reasons : dict of str to float
-        Why the pilot did what it did, and when each reason first held [s].
-    """
+    """What a flight amounts to."""
 
     seed: int
     status: str
-    reached: int
-    duration: float
-    distance: float
-    energy: float
-    charge_left: float
-    depth_max: float
-    margin_min: float
-    off_max: float
-    home_distance: float
-    reasons: dict[str, float]
+    reached: int  # waypoints
+    duration: float  # of the flight [s]; over ground [m]
+    distance: float  # of the flight [s]; over ground [m]
+    energy: float  # taken from the battery [J]; part of the charge that is left [1]
+    charge_left: float  # taken from the battery [J]; part of the charge that is left [1]
+    depth_max: float  # [m]
+    margin_min: float  # least distance to the fence, negative outside; infinite without a fence [m]
+    off_max: float  # farthest from where the robot believed to be [m]
+    home_distance: float  # from home, or from the last waypoint of a mission that stays there, at the end [m]
+    reasons: dict[str, float]  # why the pilot did what it did, and when each reason first held [s]
 
     def summary(self) -> dict[str, Quantity]:
         """Return the numbers of a flight, by the names of the JSON record."""
@@ -189,33 +157,7 @@ def fly_seeds(
     checkpoint: str | Path | None = None,
     report: Report | None = None,
 ) -> list[Outcome]:
-    """Fly a mission with many seeds.
-
-    Parameters
-    ----------
-    file : MissionFile
-    robot : Robot
-    seeds : sequence of int
-    threads : int, optional
-        All processors if left out; the result does not depend on it.
-    faults : iterable of str
-    duration : float, optional
-        After which a mission is given up [s].
-    checkpoint : str or Path, optional
-        Journal to resume from, one record for each seed.
-    report : callable, optional
-        Called with the number of seeds flown and their total.
-
-    Returns
-    -------
-    list of Outcome
-        In the order of the seeds.
-
-    Raises
-    ------
-    InputError
-        If something does not fit.
-    """
+    """Fly a mission with many seeds."""
     if not 1 <= len(seeds) <= MOST_SEEDS:
         rule = f"must be from 1 to {MOST_SEEDS} seeds"
         raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write from:to, as 0:100")
@@ -244,16 +186,7 @@ def fly_seeds(
 
 
 def outcome(flight: Flight) -> Outcome:
-    """Say what a flight amounts to.
-
-    Parameters
-    ----------
-    flight : Flight
-
-    Returns
-    -------
-    Outcome
-    """
+    """Say what a flight amounts to."""
     record, mission = flight.record, flight.record.mission
     place = record.data["position"][:, :2]
     off = np.hypot(*(record.data["position_estimated"] - place).T)
@@ -278,19 +211,7 @@ def outcome(flight: Flight) -> Outcome:
 
 
 def expected(mission: Mission, fastest: float = math.inf) -> float:
-    """Return how long a mission takes at its speeds through still water.
-
-    Parameters
-    ----------
-    mission : Mission
-    fastest : float
-        Of the robot's gaits [m/s]: it swims no faster, whatever the mission asks for.
-
-    Returns
-    -------
-    float
-        [s].
-    """
+    """Return how long a mission takes at its speeds through still water."""
     points, places = mission.waypoints, [mission.start, *(point[:2] for point in mission.waypoints)]
     speeds = [point.speed for point in points]
     if not mission.stay:

@@ -24,48 +24,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Log:
-    """A log as it was read.
+    """A log as it was read."""
 
-    Attributes
-    ----------
-    record : MissionRecord
-        Every time that all topics have.
-    complete : bool
-        Whether the file is whole and every checksum is right.
-    sentence : str
-        Says so, or what is missing.
-    messages : dict of str to int
-        Number of messages of each topic in whole chunks.
-    chunks, size : int
-        Whole chunks; bytes of the file.
-    """
-
-    record: MissionRecord
-    complete: bool
-    sentence: str
-    messages: dict[str, int]
-    chunks: int
-    size: int
+    record: MissionRecord  # every time that all topics have
+    complete: bool  # whether the file is whole and every checksum is right
+    sentence: str  # says so, or what is missing
+    messages: dict[str, int]  # number of messages of each topic in whole chunks
+    chunks: int  # whole chunks; bytes of the file
+    size: int  # whole chunks; bytes of the file
 
 
 def read_log(path: str | Path) -> Log:
-    """Read a log.
-
-    Parameters
-    ----------
-    path : str or Path
-        Of an MCAP file that hypertuna wrote.
-
-    Returns
-    -------
-    Log
-
-    Raises
-    ------
-    InputError
-        If the extra `log` is missing, there is no such file, it is no MCAP file or none of hypertuna's, or it was cut
-        short before its first whole chunk.
-    """
+    """Read a log."""
     file, size = str(path), Path(path).stat().st_size if Path(path).is_file() else 0
     pile = read_messages(path)
     if pile.metadata is not None and LINK in pile.metadata:

@@ -45,35 +45,22 @@ DISTANCE_STEP = 2.0  # s between the places that a distance is summed over: whol
 
 @dataclass(frozen=True)
 class MissionStart:
-    """A mission that is ready to be flown: all that the core takes of it.
-
-    Attributes
-    ----------
-    robot : Robot
-    mission : Mission
-    table : GaitTable
-    seed : int
-    faults : tuple of str
-        As they are spelled.
-    duration : float
-        After which it is given up [s].
-    every : int
-        Ticks from one row of the record to the next.
-    tick : float
-        Control tick [s].
-    core : dict
-        Arguments of `_core.simulate`.
-    """
+    """A mission that is ready to be flown: all that the core takes of it."""
 
     robot: Robot = field(repr=False)
     mission: Mission
     table: GaitTable
     seed: int
-    faults: tuple[str, ...]
-    duration: float
-    every: int
-    tick: float
-    core: dict[str, Any] = field(repr=False)
+    # as they are spelled
+    faults: tuple[str, ...]  # as they are spelled
+    # after which it is given up [s]
+    duration: float  # after which it is given up [s]
+    # ticks from one row of the record to the next
+    every: int  # ticks from one row of the record to the next
+    # control tick [s]
+    tick: float  # control tick [s]
+    # arguments of `_core.simulate`
+    core: dict[str, Any] = field(repr=False)  # arguments of `_core.run_mission`
 
     @property
     def ticks(self) -> int:
@@ -83,22 +70,16 @@ class MissionStart:
 
 @dataclass(frozen=True)
 class MissionRun(Motion):
-    """A mission as it was flown.
-
-    Attributes
-    ----------
-    start : MissionStart
-    time : ndarray, shape (T,)
-        Start of every control tick that was recorded [s].
-    data : dict of ndarray
-        What was recorded, as `_core.simulate` names it, each (T,) or (T, n) [SI].
-    status : str
-        "done"; "home", but before it had reached all waypoints; "hold", "given up" (out of time) or "diverged".
-    """
+    """A mission as it was flown."""
 
     start: MissionStart
-    time: Array = field(repr=False)
+    # (T,) Start of every control tick that was recorded [s]
+    time: Array = field(repr=False)  # (T,) Start of every control tick that was recorded [s]
+    # what was recorded, as `_core.run_mission` names it, each (T,) or (T, n) [SI]
+    # what was recorded, as `_core.simulate` names it, each (T,) or (T, n) [SI]
     data: dict[str, Array] = field(repr=False)
+    # "done"; "home", but before it had reached all waypoints; "hold", "given up" (out of time) or "diverged"
+    # "done"; "home", but before it had reached all waypoints; "hold", "given up" (out of time) or "diverged"
     status: str
 
     @property
@@ -141,35 +122,7 @@ def mission_start(
     every: int = 10,
     duration: float | None = None,
 ) -> MissionStart:
-    """Make a mission ready.
-
-    Parameters
-    ----------
-    robot : Robot
-        With all that `twin_at_sea` takes, the table ``[guidance]``, and sensors of depth, field and position.
-    mission : Mission
-    seed : int
-        Of the sensors' noise.
-    faults : str or iterable of str
-        As on the command line: of sensors, ``"depth:nan@100"``, and of the fins' servos, ``"fin-port:stuck@100"``; a
-        fin may be stuck, level, up or down.
-    table : GaitTable, optional
-        Gaits to swim with; those of ``[guidance]`` if left out.
-    every : int
-        Ticks from one row of the record to the next.
-    duration : float, optional
-        After which the mission is given up [s]. If it says nothing: ten minutes after the time at which it should be
-        home, or after twice what its way takes if that is more, but 100 000 s at most.
-
-    Returns
-    -------
-    MissionStart
-
-    Raises
-    ------
-    InputError
-        If the robot lacks a table, or something does not fit.
-    """
+    """Make a mission ready."""
     control = require(robot.controller, "controller", robot)
     tick = 1 / control.rate
     table = gait_table(robot) if table is None else table
@@ -202,28 +155,7 @@ def mission_start(
 
 
 def fly_part(start: MissionStart, ticks: int, state: bytes | None = None) -> tuple[dict[str, Array], bytes]:
-    """Fly a part of a mission.
-
-    Parameters
-    ----------
-    start : MissionStart
-    ticks : int
-        How long; a multiple of its `every`, but for the last part.
-    state : bytes, optional
-        That the part before left; from the start if left out.
-
-    Returns
-    -------
-    dict of ndarray
-        The record of this part; ``ticks`` says how many were made.
-    bytes
-        State at its end: of this build of the core on this kind of machine.
-
-    Raises
-    ------
-    ValueError
-        If the state is none of this mission's.
-    """
+    """Fly a part of a mission."""
     record, after = _core.simulate(**start.core, ticks=ticks, state=state)
     return record, after
 
@@ -239,34 +171,7 @@ def fly_mission(
     duration: float | None = None,
     report: Callable[[float, dict[str, Array]], None] | None = None,
 ) -> MissionRun:
-    """Fly a mission to its end.
-
-    Parameters
-    ----------
-    robot, mission
-        As `mission_start` takes them.
-    seed : int
-        Of the sensors' noise.
-    faults : str or iterable of str
-        Of sensors and fins, as `mission_start` takes them.
-    table : GaitTable, optional
-        Gaits to swim with.
-    every : int
-        Ticks from one row of the record to the next.
-    duration : float, optional
-        After which the mission is given up [s].
-    report : callable, optional
-        Is told the time [s] and the record after each part.
-
-    Returns
-    -------
-    MissionRun
-
-    Raises
-    ------
-    InputError
-        As `mission_start` does.
-    """
+    """Fly a mission to its end."""
     start = mission_start(robot, mission, seed=seed, faults=faults, table=table, every=every, duration=duration)
     ticks, length = start.ticks, part_ticks(start)
     records: list[dict[str, Array]] = []

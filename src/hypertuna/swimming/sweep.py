@@ -32,23 +32,14 @@ CHUNK = 16384  # gaits between two reports of progress: bounds the memory that i
 
 @dataclass(frozen=True)
 class Gaits:
-    """Many gaits: a list, or a grid.
+    """Many gaits: a list, or a grid."""
 
-    Attributes
-    ----------
-    frequency : ndarray, shape (gaits,)
-        [Hz].
-    amplitude, phase, bias : ndarray, shape (gaits, groups)
-        Of each joint group [rad].
-    shape : tuple of int
-        (gaits,) of a list; (frequencies, amplitudes, phases, biases) of a grid, whose gaits are in that order, the
-        last changing fastest.
-    """
-
-    frequency: Array
-    amplitude: Array
-    phase: Array
-    bias: Array
+    frequency: Array  # (gaits,) [Hz]
+    amplitude: Array  # (gaits, groups) Of each joint group [rad]
+    phase: Array  # (gaits, groups) Of each joint group [rad]
+    bias: Array  # (gaits, groups) Of each joint group [rad]
+    # (gaits,) of a list; (frequencies, amplitudes, phases, biases) of a grid, whose gaits are in that order,
+    # the last changing fastest
     shape: tuple[int, ...]
 
     def __post_init__(self) -> None:
@@ -235,25 +226,18 @@ def _dataset(robot: Robot, gaits: Gaits, found: dict[str, Any], how: dict[str, A
 
 @dataclass(frozen=True)
 class Gradient:
-    """Exact derivatives of a settled gait's results.
+    """Exact derivatives of a settled gait's results."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        The parameters, as attributes of gait and robot: ``gait.frequency`` [Hz], ``gait.amplitude[1]`` [rad],
-        ``joints.bandwidth[0]`` [Hz], ``links.mass[3]`` [kg], ``water.lumped.drag[7]`` ...
-    speed, cost_of_transport, power, power_positive, strouhal, torque_peak, rate_peak : ndarray, shape (parameters,)
-        Derivatives by them, in SI units of result per parameter.
-    """
-
+    # the parameters, as attributes of gait and robot: ``gait.frequency`` [Hz], ``gait.amplitude[1]`` [rad],
+    # ``joints.bandwidth[0]`` [Hz], ``links.mass[3]`` [kg], ``water.lumped.drag[7]``
     names: tuple[str, ...]
-    speed: Array
-    cost_of_transport: Array
-    power: Array
-    power_positive: Array
-    strouhal: Array
-    torque_peak: Array
-    rate_peak: Array
+    speed: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
+    cost_of_transport: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
+    power: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
+    power_positive: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
+    strouhal: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
+    torque_peak: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
+    rate_peak: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
 
 
 def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradient:

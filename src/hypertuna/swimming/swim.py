@@ -51,69 +51,42 @@ SUMMARY: dict[str, tuple[str, str, str | None]] = {
 
 @dataclass(frozen=True)
 class Swim:
-    """How a robot swims a gait. Means are over one beat: the settled one, or the last one from rest.
-
-    Attributes
-    ----------
-    robot : Robot
-    gait : Gait
-    speed : float
-        Along the mean path through the water, forward positive [m/s].
-    speed_bl : float
-        In body lengths per second [1/s].
-    cost_of_transport, cost_of_transport_positive : float
-        Mechanical power per mass and speed [J/(kg m)]: net, and with negative power of a joint group left out.
-    power, power_positive, loss : float
-        Mean mechanical power of the joints, its positive part, and the power that the water takes [W].
-    efficiency : float
-        Power to tow the straight body at this speed over mechanical power; not a number where no power is spent.
-    strouhal, stride_length : float
-        f A / U with the peak-to-peak excursion A of the tail tip, and U / (f L).
-    excursion : float
-        A [m].
-    torque_peak, rate_peak : float
-        Largest magnitude of any driven joint's torque [N m] and largest rate of any joint group [rad/s] over the beat.
-    turn_rate, turn_radius : float
-        Mean rate of turn [rad/s], counter-clockwise positive, and radius of the nose's mean path [m].
-    multipliers : ndarray of complex, shape (3,)
-        Eigenvalues of the monodromy matrix, largest first; not numbers from rest.
-    spectral_radius : float
-        Largest modulus of them: what a beat leaves of a disturbance.
-    status, status_text : str
-        "settled", "unsettled", "unstable" or "diverged", and a sentence.
-    distance : float
-        How far the motion is from settled, relative to the way of a beat.
-    change : float
-        Change of the motion from this beat to the next [body lengths or rad].
-    beats, steps : int
-        Beats integrated, Runge-Kutta steps per beat.
-    """
+    """How a robot swims a gait. Means are over one beat: the settled one, or the last one from rest."""
 
     robot: Robot
     gait: Gait
-    speed: float
-    speed_bl: float
-    power: float
+    speed: float  # along the mean path through the water, forward positive [m/s]
+    speed_bl: float  # in body lengths per second [1/s]
+    power: float  # mean mechanical power of the joints, its positive part, and the power that the water takes [W]
+    # mean mechanical power of the joints, its positive part, and the power that the water takes [W]
     power_positive: float
-    loss: float
+    loss: float  # mean mechanical power of the joints, its positive part, and the power that the water takes [W]
+    # mechanical power per mass and speed [J/(kg m)]: net, and with negative power of a joint group left out
     cost_of_transport: float
+    # mechanical power per mass and speed [J/(kg m)]: net, and with negative power of a joint group left out
     cost_of_transport_positive: float
+    # power to tow the straight body at this speed over mechanical power; not a number where no power is spent
     efficiency: float
-    strouhal: float
-    stride_length: float
-    excursion: float
+    strouhal: float  # f A / U with the peak-to-peak excursion A of the tail tip, and U / (f L)
+    stride_length: float  # f A / U with the peak-to-peak excursion A of the tail tip, and U / (f L)
+    excursion: float  # A [m]
+    # largest magnitude of any driven joint's torque [N m] and largest rate of any joint group [rad/s] over the
+    # beat
     torque_peak: float
+    # largest magnitude of any driven joint's torque [N m] and largest rate of any joint group [rad/s] over the
+    # beat
     rate_peak: float
-    turn_rate: float
-    turn_radius: float
-    spectral_radius: float
-    change: float
-    distance: float
-    beats: int
+    turn_rate: float  # mean rate of turn [rad/s], counter-clockwise positive, and radius of the nose's mean path [m]
+    turn_radius: float  # mean rate of turn [rad/s], counter-clockwise positive, and radius of the nose's mean path [m]
+    spectral_radius: float  # largest modulus of them: what a beat leaves of a disturbance
+    change: float  # change of the motion from this beat to the next [body lengths or rad]
+    distance: float  # how far the motion is from settled, relative to the way of a beat
+    beats: int  # beats integrated, Runge-Kutta steps per beat
+    # (3,) Eigenvalues of the monodromy matrix, largest first; not numbers from rest
     multipliers: NDArray[np.complex128]
-    status: str
-    status_text: str
-    steps: int
+    status: str  # "settled", "unsettled", "unstable" or "diverged", and a sentence
+    status_text: str  # "settled", "unsettled", "unstable" or "diverged", and a sentence
+    steps: int  # beats integrated, Runge-Kutta steps per beat
     current: tuple[float, float]
     duration: float | None
     _start: Array | None  # twist at the start of the trajectory; None from rest

@@ -65,23 +65,15 @@ class Tightest:
 
 @dataclass(frozen=True)
 class Turning:
-    """Turns of many gaits.
-
-    Attributes
-    ----------
-    robot : Robot
-    found : xarray.Dataset
-        As `sweep` returns it for a grid, with ``circle_radius`` and ``circle_residual`` [m] of the circle
-        fitted to each gait's path: not numbers where a gait is not settled, infinite and not a number where it swims
-        straight.
-    tightest, forward : Tightest or None
-        Of all settled gaits, and of those that swim head first; None where none turns.
-    """
+    """Turns of many gaits."""
 
     robot: Robot
+    # as `sweep` returns it for a grid, with ``circle_radius`` and ``circle_residual`` [m] of the circle fitted
+    # to each gait's path: not numbers where a gait is not settled, infinite and not a number where it swims
+    # straight
     found: xr.Dataset
-    tightest: Tightest | None
-    forward: Tightest | None
+    tightest: Tightest | None  # of all settled gaits, and of those that swim head first; None where none turns
+    forward: Tightest | None  # of all settled gaits, and of those that swim head first; None where none turns
 
 
 def fit_circle(points: Points) -> Circle:
@@ -91,13 +83,6 @@ def fit_circle(points: Points) -> Circle:
     search for the center (x, y) and the radius R that minimize the sum of (abs(p - center) - R)^2.
 
     `points` (K,) [m]; returns [m].
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> circle = fit_circle(2 + 1j + 0.5 * np.exp(1j * np.linspace(0, 2, 9)))
-    >>> np.round([circle.radius, circle.center.real, circle.center.imag], 9).tolist()
-    [0.5, 2.0, 1.0]
     """
     from scipy.optimize import least_squares
 
