@@ -29,7 +29,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 DEFAULT_STEPS = 128  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
-MOST_BEATS = 60  # of each stage of Newton's method
+MAX_BEATS = 60  # of each stage of Newton's method
 NEUTRAL = 1 + 1e-6  # a body that stands still keeps a disturbance as it is: its multipliers are 1 but for rounding
 STRAIGHT = 1e6  # a turning radius of so many body lengths is no turn
 
@@ -94,7 +94,7 @@ def settle(
     check_steps(steps)
     gaits = (frequency, amplitude, phase, bias)
     model = model or core_model(robot)
-    rows = _core.settle(model, *gaits, steps=steps, wait=wait, most_beats=MOST_BEATS, threads=threads)
+    rows = _core.settle(model, *gaits, steps=steps, wait=wait, max_beats=MAX_BEATS, threads=threads)
     return quantities(robot, frequency, rows)
 
 
