@@ -48,7 +48,7 @@ from hypertuna.reports.results import posture_table
 from hypertuna.simulation.dive import dive
 from hypertuna.simulation.plots import plot_dive
 from hypertuna.swimming.beat import QUANTITIES
-from hypertuna.swimming.drawing import draw
+from hypertuna.swimming.drawing import plot_robot
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.plots import plot_swim
 from hypertuna.swimming.swim import Swim, swim
@@ -337,7 +337,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/dive.svg": lambda: plot_dive(dive(load("hypertuna"), named_gait(load("hypertuna"), "unoptimised-0.4"))),
     "docs/pareto.svg": lambda: plot_pareto(front()),
     "docs/convergence.svg": lambda: plot_convergence([optimum(MODELS[1], m, speed=0.4) for m in METHODS]),
-    "docs/minnow.svg": lambda: draw(load(ROOT / "examples/minnow.toml")),
+    "docs/minnow.svg": lambda: plot_robot(load(ROOT / "examples/minnow.toml")),
 }
 
 # Other pages have a module of their own.

@@ -13,7 +13,7 @@ from hypertuna.description.reference import json_schema
 from hypertuna.description.robot import load, parse, robots
 from hypertuna.errors import InputError
 from hypertuna.figures import save
-from hypertuna.swimming.drawing import draw, midline
+from hypertuna.swimming.drawing import midline, plot_robot
 
 
 def run(*arguments: str) -> Result:
@@ -70,7 +70,7 @@ def test_midline_bends_by_the_whole_angle() -> None:
 @pytest.mark.parametrize("name", robots())
 def test_the_drawing_is_to_scale(name: str, tmp_path: Path) -> None:
     robot = load(name)
-    figure = draw(robot)
+    figure = plot_robot(robot)
     side, top = figure.axes
     gap = 0.002 * robot.body.length
     areas = [(box.get_width() + gap) * box.get_height() for box in side.patches]
@@ -87,7 +87,7 @@ def test_the_drawing_is_to_scale(name: str, tmp_path: Path) -> None:
 def test_a_robot_without_gaits_is_drawn_straight() -> None:
     document = load("rexeel").document()
     del document["gaits"], document["sources"]["gaits"]
-    top = draw(parse(document)).axes[1]
+    top = plot_robot(parse(document)).axes[1]
     assert all(math.isclose(y, 0) for line in top.lines for y in line.get_ydata())
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import hypertuna as ht
 from hypertuna.description.robot import parse
-from hypertuna.swimming.beat import STATUSES, settle, slopes
+from hypertuna.swimming.beat import STATUSES, directional_derivatives, settle
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.swimming.sweep import Gaits
 from models import MODELS, changed, fastest, turning
@@ -188,10 +188,10 @@ def test_slopes_along_directions_are_combinations_of_all_derivatives(every_model
     arrays = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
     found = settle(every_model, *arrays)
     count = len(parameter_names(every_model))
-    whole = slopes(every_model, *arrays, found, np.eye(count))
+    whole = directional_derivatives(every_model, *arrays, found, np.eye(count))
     directions = np.random.default_rng(0).normal(size=(count, 11))
-    along = slopes(every_model, *arrays, found, directions)
-    nowhere = slopes(every_model, *arrays, found, np.empty((count, 0)))
+    along = directional_derivatives(every_model, *arrays, found, directions)
+    nowhere = directional_derivatives(every_model, *arrays, found, np.empty((count, 0)))
     assert along.keys() == whole.keys() == nowhere.keys()
     for name, slope in along.items():
         assert nowhere[name].shape == (3, 0)
@@ -205,9 +205,9 @@ def test_slopes_of_another_model_are_that_model_s(tuna: ht.Robot) -> None:
     drag = [2 * drag for drag in tuna.water.lumped.drag]  # type: ignore[union-attr]
     by_all = np.eye(len(parameter_names(tuna)))
     model = core_model(tuna, {"water.lumped.drag": drag})
-    here = slopes(tuna, *arrays, settle(tuna, *arrays, model=model), by_all, model=model)
+    here = directional_derivatives(tuna, *arrays, settle(tuna, *arrays, model=model), by_all, model=model)
     written = changed(tuna, {"water.lumped.drag": drag})
-    there = slopes(written, *arrays, settle(written, *arrays), by_all)
+    there = directional_derivatives(written, *arrays, settle(written, *arrays), by_all)
     assert all(np.array_equal(here[name], there[name]) for name in here)
 
 
@@ -218,7 +218,7 @@ def test_gaits_without_derivatives_leave_the_others_theirs(tuna: ht.Robot) -> No
     arrays = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
     found = settle(tuna, *arrays)
     found["status"][1] = STATUSES.index("unsettled")
-    by_all = slopes(tuna, *arrays, found, np.eye(len(parameter_names(tuna))))
+    by_all = directional_derivatives(tuna, *arrays, found, np.eye(len(parameter_names(tuna))))
     alone = ht.gradient(tuna, fastest(tuna))
     assert np.array_equal(by_all["speed"][0], alone.speed)
     assert np.isnan(by_all["speed"][1]).all()

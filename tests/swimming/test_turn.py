@@ -99,8 +99,8 @@ def test_what_is_no_path_is_told(points: np.ndarray) -> None:
 
 def test_the_circle_of_the_path_is_the_radius_of_the_core(turning: Turning) -> None:
     """The core takes the mean distance from the center from one beat; the fit knows nothing of center and beat."""
-    np.testing.assert_allclose(turning.found.circle_radius, turning.found.turn_radius, rtol=1e-6)
-    assert (turning.found.circle_residual < 0.02 * turning.robot.body.length).all()
+    np.testing.assert_allclose(turning.sweep.circle_radius, turning.sweep.turn_radius, rtol=1e-6)
+    assert (turning.sweep.circle_residual < 0.02 * turning.robot.body.length).all()
 
 
 def test_the_tightest_turn_is_at_200_deg_tail_first_as_on_the_paper_s_grid(turning: Turning) -> None:
@@ -111,10 +111,10 @@ def test_the_tightest_turn_is_at_200_deg_tail_first_as_on_the_paper_s_grid(turni
     assert best.radius / length == pytest.approx(0.71, abs=0.005)
     assert best.speed < 0 < ahead.speed
     assert 160 < math.degrees(best.phase) < 240
-    assert best.least < best.radius
+    assert best.min_radius < best.radius
     for nearby in (-0.05, 0.05):
         gait = ht.Gait(2.0, best.gait.amplitude, (0.0, best.phase + nearby), best.gait.bias)
-        assert ht.swim(turning.robot, gait).turn_radius > best.least
+        assert ht.swim(turning.robot, gait).turn_radius > best.min_radius
 
 
 def test_a_seek_between_phases_does_not_change_the_way(tuna: ht.Robot) -> None:
@@ -144,7 +144,7 @@ def test_on_goes_the_settled_beat(turning: Turning) -> None:
 
 def test_gaits_that_do_not_turn_have_no_circle(tuna: ht.Robot) -> None:
     straight = turn(tuna, ht.Gaits.grid(frequency=[2.0], amplitude=[(0.2, 0.3)], phase=[(0.0, 0.5)]))
-    assert np.isinf(straight.found.circle_radius.item())
+    assert np.isinf(straight.sweep.circle_radius.item())
     assert straight.tightest is straight.forward is None
     with pytest.raises(ht.InputError, match="must show a gait that turns"):
         plot_turn(straight)
@@ -171,7 +171,7 @@ def test_the_command_tells_what_the_function_does(run: Run, turning: Turning, tm
     code, output, _ = run(*options, "--json", "--plot", files[0], "-o", files[1])
     told = json.loads(output)
     assert code == 0
-    radii = turning.found.turn_radius.values.ravel() / turning.robot.body.length
+    radii = turning.sweep.turn_radius.values.ravel() / turning.robot.body.length
     np.testing.assert_allclose([row["turn_radius_bl"] for row in told["turns"]], radii, rtol=1e-9)
     assert told["tightest"]["phase_deg"] == [0, 200]
     assert told["tightest_forward"]["phase_deg"] == [0, 160]
@@ -184,7 +184,7 @@ def test_the_command_tells_what_the_function_does(run: Run, turning: Turning, tm
     code, output, _ = run(*options, "-o", files[2])
     assert "The tightest turn: 0.709 BL at 200 deg, 2 Hz, tail first" in output
     with xr.open_dataset(files[2], engine="h5netcdf") as found:
-        np.testing.assert_allclose(found.circle_radius, turning.found.circle_radius)
+        np.testing.assert_allclose(found.circle_radius, turning.sweep.circle_radius)
 
 
 def test_the_phase_goes_once_around(run: Run) -> None:

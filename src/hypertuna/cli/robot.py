@@ -44,7 +44,7 @@ def show(robot: RobotFile, as_json: opt.AsJson = False, plot: opt.Plot = None) -
         record=_record,
         lines=_lines,
         plot=plot,
-        figure="hypertuna.swimming.drawing:draw",
+        figure="hypertuna.swimming.drawing:plot_robot",
         as_json=as_json,
     )
 

@@ -62,7 +62,7 @@ def turn_command(
         record=_record,
         lines=_lines,
         csv=_csv,
-        dataset=lambda turning: turning.found,
+        dataset=lambda turning: turning.sweep,
         output=None if straight else output,
         plot=None if straight else plot,
         figure="hypertuna.swimming.plots_turn:plot_turn",
@@ -86,7 +86,7 @@ def _grid(robot: Robot, gait: str | None, given: dict[str, Sequence[tuple[float,
 
 def _rows(turning: Turning) -> list[dict[str, Any]]:
     """Return every gait of the grid with its turn, names with units."""
-    length, data, rows = turning.robot.body.length, turning.found, []
+    length, data, rows = turning.robot.body.length, turning.sweep, []
     for index in np.ndindex(*data.turn_radius.shape):
         row = data.isel(dict(zip(data.turn_radius.dims, index, strict=True)))
         gait = gait_at(turning.robot, row)
@@ -115,7 +115,7 @@ def _tightest(turning: Turning, one: Tightest | None) -> dict[str, Any] | None:
         "circle_residual_m": one.circle.residual,
         "speed_m_s": one.speed,
         "phase_between_deg": math.degrees(one.phase),
-        "turn_radius_between_bl": one.least / length,
+        "turn_radius_between_bl": one.min_radius / length,
     }
 
 
@@ -137,7 +137,9 @@ def _sentences(turning: Turning) -> list[str]:
             continue
         between = ""
         if one.phase != one.gait.phase[-1]:
-            between = f"; between the phases given, {one.least / length:.3g} BL at {math.degrees(one.phase):.3g} deg"
+            between = (
+                f"; between the phases given, {one.min_radius / length:.3g} BL at {math.degrees(one.phase):.3g} deg"
+            )
         at = f"at {math.degrees(one.gait.phase[-1]):.4g} deg, {one.gait.frequency:g} Hz"
         speed = f"{'head' if one.speed > 0 else 'tail'} first at {abs(one.speed):.2g} m/s"
         sentences.append(f"The {what}: {one.radius / length:.3g} BL {at}, {speed}{between}.")
@@ -154,7 +156,7 @@ def _csv(turning: Turning) -> str:
         for key in KINDS:
             flat |= {f"{key}_{name}_deg": a for name, a in zip(groups, row.pop(f"{key}_deg"), strict=True)}
         rows.append(flat | row)
-    facts = {str(key): value for key, value in turning.found.attrs.items()} | {"command": command_line()}
+    facts = {str(key): value for key, value in turning.sweep.attrs.items()} | {"command": command_line()}
     return rows_csv(facts, rows)
 
 

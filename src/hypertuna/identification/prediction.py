@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hypertuna.identification.coefficients import Free, columns, parameter_jacobian, position
 from hypertuna.identification.experiment import KINDS, Experiment, Replayed
-from hypertuna.swimming.beat import DEFAULT_STEPS, settle, slopes
+from hypertuna.swimming.beat import DEFAULT_STEPS, directional_derivatives, settle
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.replay import replay_jacobian
 
@@ -111,7 +111,9 @@ def _steady(
     by: dict[str, Array] = dict.fromkeys(KINDS[:2], np.zeros((len(gaits), len(frees))))
     if along is not None:
         with np.errstate(all="ignore"):  # gaits without a settled beat have no derivatives
-            by = slopes(data.robot, *arrays, beats, along, model=model, steps=steps[1], threads=threads)
+            by = directional_derivatives(
+                data.robot, *arrays, beats, along, model=model, steps=steps[1], threads=threads
+            )
     usable = np.isin(beats["status"], USABLE) & np.isfinite(beats["cost_of_transport"]) & (beats["speed"] != 0)
     status = np.where(usable, beats["status"], 3)
     table = {

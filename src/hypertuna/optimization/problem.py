@@ -16,7 +16,7 @@ from hypertuna.optimization.constraints import Limit, gait_quantities
 from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import DIFFERENTIABLE, UNUSABLE, Evaluation, Objective
 from hypertuna.optimization.robust import Statistic, aggregate, check_statistic
-from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, settle, slopes
+from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, directional_derivatives, settle
 from hypertuna.swimming.sweep import Gaits
 
 __all__ = ["Problem", "over_fit", "robust_problem"]
@@ -156,7 +156,7 @@ def _value_gradient(objective: Objective, known: Mapping[str, Array]) -> Array:
 def _gradients(robot: Robot, gaits: Gaits, beats: Mapping[str, Any], directions: Array, steps: int) -> dict[str, Array]:
     """Differentiate the quantities of gaits along directions, shape (gaits, dim); NaN where a gait does not settle."""
     columns = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
-    gradients = slopes(robot, *columns, beats, directions, steps=steps)
+    gradients = directional_derivatives(robot, *columns, beats, directions, steps=steps)
     # d(U / (f L)) = (dU - U df / f) / (f L); the frequency is the first parameter.
     d_frequency = beats["speed"][:, np.newaxis] * directions[0] / gaits.frequency[:, np.newaxis]
     stride = (gradients["speed"] - d_frequency) / (robot.body.length * gaits.frequency[:, np.newaxis])

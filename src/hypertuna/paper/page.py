@@ -109,7 +109,7 @@ def _facts(ledger: Ledger) -> list[Fact]:
 
 def _robot(ledger: Ledger) -> Section:
     """Draw the robot."""
-    from hypertuna.swimming.drawing import draw
+    from hypertuna.swimming.drawing import plot_robot
 
     robot = ledger.trials[OURS].robot
     links = sum(robot.links.mass)
@@ -117,5 +117,5 @@ def _robot(ledger: Ledger) -> Section:
 {robot.body.mass:g} kg, of which the links of Table II are {links:.3f} kg. `hypertuna robot show hypertuna` lists
 every value of its description with unit and source, estimates marked."""
     shows = f"{robot.description}, to scale."
-    picture = Picture("robot", draw(robot, width=WIDTH), shows, f"Drawn from `{robot.file}`.")
+    picture = Picture("robot", plot_robot(robot, width=WIDTH), shows, f"Drawn from `{robot.file}`.")
     return Section("The robot", [picture, text])

@@ -23,7 +23,7 @@ __all__ = ["animate_swim", "outlines", "slowed", "swimming_svg"]
 Array = NDArray[np.float64]
 
 FRAMES = 32  # of one beat
-FRAME = 40  # ms: a beat takes 1.3 s on the screen, whatever it takes in the water
+FRAME = 40  # ms: a beat takes 1.3 s on the screen, on any gait
 GIRTH = 0.135  # largest thickness of the drawn body, body lengths; thickness is schematic, only the midline is computed
 FIN = 0.006  # half thickness of the fin, body lengths
 PEDUNCLE = 0.93  # where the fin begins, body lengths
@@ -48,7 +48,7 @@ def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
 
 
 def animate_swim(swim: Swim, path: str | Path) -> None:
-    """Write the swimming body of one beat as an animated GIF that repeats without a seam."""
+    """Write the swimming body of one beat as a seamless animated GIF."""
     shapes, step = outlines(swim)
     reach = 1.15 * max(0.16, float(np.abs(shapes[..., 1]).max()))
     figure = Figure(figsize=(6.4, 6.4 * 2 * reach / 1.3), dpi=100, facecolor="white")
@@ -73,7 +73,7 @@ def animate_swim(swim: Swim, path: str | Path) -> None:
 
 
 def swimming_svg(swim: Swim) -> str:
-    """Draw the swimming body of one beat as an SVG that moves by itself, for pages."""
+    """Return an animated SVG of the swimming body over one beat."""
     shapes, step = outlines(swim)
     scale = 1000
     reach = 1.7 * float(np.abs(shapes[..., 1]).max()) * scale
@@ -93,7 +93,7 @@ def swimming_svg(swim: Swim) -> str:
 
 
 def slowed(swim: Swim) -> str:
-    """Say how the time on the screen differs from the time in the water."""
+    """Return the time on the screen relative to the time in the water."""
     factor = FRAMES * FRAME / 1000 * swim.gait.frequency
     if factor > 1.05:
         return f"slowed down {factor:.2g} times"
@@ -122,7 +122,7 @@ def _half_thickness(s: Array) -> Array:
 
 
 def _specks(step: Array, reach: float) -> Array:
-    """Place specks in the water so that they look the same after a beat; every row is shifted in its own way."""
+    """Place specks in the water so that they look the same after a beat; the rows are shifted against each other."""
     count = round(abs(float(step[0])) / DOTS)
     spacing = abs(float(step[0])) / count if count else DOTS
     along = np.arange(-0.3 - abs(step[0]), 1.3 + abs(step[0]), spacing)

@@ -20,9 +20,9 @@ __all__ = [
     "STATUSES",
     "Quantity",
     "check_steps",
+    "directional_derivatives",
     "quantities",
     "settle",
-    "slopes",
     "status_text",
 ]
 
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 DEFAULT_STEPS = 128  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
 MAX_BEATS = 60  # of each stage of Newton's method
 NEUTRAL = 1 + 1e-6  # a body that stands still keeps a disturbance as it is: its multipliers are 1 but for rounding
-STRAIGHT = 1e6  # a turning radius of so many body lengths is no turn
+STRAIGHT = 1e6  # body lengths: a larger turning radius is no turn
 
 STATUSES = ("settled", "unsettled", "unstable", "diverged")
 
@@ -61,10 +61,10 @@ QUANTITIES = {
     "turn_rate": Quantity("rad/s", "mean rate of turn, counter-clockwise"),
     "turn_radius": Quantity("m", "mean distance of the nose from the center of the turn; infinite when straight"),
     "spectral_radius": Quantity(
-        "1", "largest modulus of the monodromy's multipliers: what a beat leaves of a disturbance"
+        "1", "largest modulus of the monodromy's multipliers: growth of a disturbance per beat"
     ),
     "change": Quantity("1", "change of the motion from beat to beat, body lengths or rad"),
-    "distance": Quantity("1", "how far the motion is from settled, relative to the way of a beat"),
+    "distance": Quantity("1", "distance from the settled motion, relative to the distance traveled in a beat"),
     "beats": Quantity("1", "beats integrated"),
 }
 
@@ -138,13 +138,13 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
     }
 
 
-def slopes(
+def directional_derivatives(
     robot: Robot,
     frequency: Array,
     amplitude: Array,
     phase: Array,
     bias: Array,
-    found: Mapping[str, Any],
+    beats: Mapping[str, Any],
     directions: Array,
     *,
     model: _core.Model | None = None,
@@ -160,52 +160,53 @@ def slopes(
     directions).
     """
     check_steps(steps)
-    momentum, along = np.ascontiguousarray(found["momentum"]), np.ascontiguousarray(directions)
+    momentum, along = np.ascontiguousarray(beats["momentum"]), np.ascontiguousarray(directions)
     gaits = (frequency, amplitude, phase, bias)
     rows = _core.gradient(model or core_model(robot), *gaits, momentum, along, steps=steps, threads=threads)
     by_start, by_parameters = rows[..., :3], rows[..., 3:]
     remains = np.eye(3) - by_start[:, _END]
-    sound = np.isin(found["status"], _PERIODIC) & (np.abs(np.linalg.det(remains)) > 0)
+    sound = np.isin(beats["status"], _PERIODIC) & (np.abs(np.linalg.det(remains)) > 0)
     start = np.full((len(frequency), 3, directions.shape[1]), np.nan)
     start[sound] = np.linalg.solve(remains[sound], by_parameters[sound, _END])
     total = dict(zip(_core.gradient_outputs(), np.moveaxis(by_parameters + by_start @ start, 1, 0), strict=True))
 
     # d(a / |U|) = da / |U| - a / |U| dU / U
-    speed = found["speed"][:, np.newaxis]
+    speed = beats["speed"][:, np.newaxis]
     with np.errstate(divide="ignore", invalid="ignore"):
         faster, heavy = total["speed"] / speed, robot.body.mass * np.abs(speed)
-        tail = along[0] * found["excursion"][:, np.newaxis] + frequency[:, np.newaxis] * total["excursion"]
+        tail = along[0] * beats["excursion"][:, np.newaxis] + frequency[:, np.newaxis] * total["excursion"]
         over_speed = {
             "cost_of_transport": total["power"] / heavy,
             "cost_of_transport_positive": total["power_positive"] / heavy,
             "strouhal": tail / np.abs(speed),
         }
-        result = {name: slope - found[name][:, np.newaxis] * faster for name, slope in over_speed.items()}
-    return result | {name: slope for name, slope in total.items() if not name.startswith("end_")}
+        result = {name: rate - beats[name][:, np.newaxis] * faster for name, rate in over_speed.items()}
+    return result | {name: rate for name, rate in total.items() if not name.startswith("end_")}
 
 
 def status_text(status: str, *, beats: float, distance: float, spectral_radius: float) -> str:
-    """Say in a sentence how a search for the settled beat ended."""
+    """Return the verdict on a search for the settled beat as a sentence."""
     if status == "settled":
         kept = (
             "" if np.isnan(spectral_radius) else f"; a disturbance shrinks to {spectral_radius:.3g} of itself each beat"
         )
-        return f"The gait is settled: every beat repeats the last to {distance:.1e} of its way{kept}."
+        return f"The gait is settled: consecutive beats agree to {distance:.1e} of the distance traveled{kept}."
     if status == "unstable":
         return (
             f"The gait is periodic but unstable: a disturbance grows {spectral_radius:.3g} times each beat, "
-            "so the robot will not keep it."
+            "so the robot will leave it."
         )
     if status == "unsettled":
-        return f"The gait is unsettled after {beats:.0f} beats: it is still {distance:.1e} of the way of a beat off."
+        off = f"it is still off by {distance:.1e} of the distance traveled in a beat"
+        return f"The gait is unsettled after {beats:.0f} beats: {off}."
     return (
         f"The gait diverged within {beats:.0f} beats: its speeds left all bounds; "
-        "take more steps per beat, or look at the coefficients."
+        "take more steps per beat, or check the coefficients."
     )
 
 
 def _status(row: dict[str, Array], speed: Array, spectral_radius: Array) -> NDArray[np.int8]:
-    """Give each gait its verdict; what is not a finite number has diverged."""
+    """Return the index of each gait's status (gaits,); a gait with a NaN or infinity has diverged."""
     finite = np.isfinite(speed + row["power"] + row["loss"] + row["excursion"] + row["residual"])
     settled = row["distance"] < _core.SETTLED_DISTANCE
     verdict = np.where(settled, np.where(spectral_radius > NEUTRAL, 2, 0), 1)
@@ -213,7 +214,7 @@ def _status(row: dict[str, Array], speed: Array, spectral_radius: Array) -> NDAr
 
 
 def _multipliers(monodromy: Array) -> NDArray[np.complex128]:
-    """Eigenvalues of each matrix; not numbers for a matrix that has none."""
+    """Eigenvalues of each matrix (gaits, 3, 3); NaN where it is not finite."""
     try:
         return np.linalg.eigvals(monodromy).astype(np.complex128)
     except np.linalg.LinAlgError:  # some are not finite

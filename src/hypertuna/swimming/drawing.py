@@ -1,4 +1,4 @@
-"""Drawing of a robot from its description: seen from the side, and from above with the midlines of a beat."""
+"""Figure of a robot: from the side, and from above with the midlines of a beat."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from hypertuna.figures import BODY, COLORS, EDGE, INK, SHAPES
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.swimming.trajectory import body_points
 
-__all__ = ["draw", "midline"]
+__all__ = ["midline", "plot_robot"]
 
 PHASES = 12  # midlines in one beat
 WIDTH = 7.2  # of the figure, inches
 
 
-def draw(robot: Robot, *, width: float = WIDTH) -> Figure:
-    """Draw a robot to scale: `width` [inch]."""
+def plot_robot(robot: Robot, *, width: float = WIDTH) -> Figure:
+    """Plot a robot to scale from the side and from above: `width` [inch]."""
     length, heights = robot.body.length, np.divide(robot.links.lateral_area, robot.links.length)
     lines = _midlines(robot)
     side_half = heights.max() / 2 / length
@@ -43,10 +43,7 @@ def draw(robot: Robot, *, width: float = WIDTH) -> Figure:
 
 
 def midline(robot: Robot, angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Compute where the joints are for given angles of the joint groups, the head held still (Eqs 21-24).
-
-    `angles` (groups,) [rad]; returns (links + 1, 2) [m].
-    """
+    """Return the joints' positions (links + 1, 2) [m] at angles (groups,) [rad], head held still (Eqs 21-24)."""
     bends = np.zeros(len(robot.links.length))
     for group, angle in zip(robot.joints, angles, strict=True):
         bends[list(group.links)] = np.multiply(group.share, angle)
@@ -118,7 +115,7 @@ def _mark(group: int) -> dict[str, Any]:
 
 
 def _legend(axes: Axes, robot: Robot, y: float) -> None:
-    """Explain the marks."""
+    """Add the legend."""
     for g, group in enumerate(robot.joints):
         axes.plot([], [], label=f"joint {group.name}", **_mark(g))
     axes.plot([], [], "+", color=INK, ms=6, mew=1.1, label="center of mass")

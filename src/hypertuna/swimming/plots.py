@@ -1,4 +1,4 @@
-"""Figures: one swim, a sweep as the paper's Fig. 10, published beside computed."""
+"""Figures: one swim, a sweep as the paper's Fig. 10, computed beside published."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 MIDLINES = 12  # in one beat
 BEATS = 4  # of a straight path
-MOST_BEATS = 80  # of a turn
+MAX_BEATS = 80  # of a turn
 
 
 @styled
@@ -40,41 +40,41 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     heights = [min(max(0.55, inner * y / x), 0.55 * width) + 0.6, max(inner * bend, 0 if beside else 0.9) + 0.7]
     heights += [2.1] if beside else [1.7, 1.7]
     figure = Figure(figsize=(width, sum(heights) + 0.4), layout="constrained")
-    grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
+    places = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     figure.suptitle(_caption(swim), fontsize=8.5, color=FAINT, x=0.01, ha="left")
-    _draw_paths(figure.add_subplot(grid[0, :]), paths, "" if swim.duration is None else ", from rest")
-    _draw_midlines(figure.add_subplot(grid[1, :]), lines, to_scale=beside or bool(inner * bend > 0.9))
-    _draw_speed(figure.add_subplot(grid[2, 0] if beside else grid[2, :]), swim)
-    _draw_power(figure.add_subplot(grid[2, 1] if beside else grid[3, :]), swim)
+    _draw_paths(figure.add_subplot(places[0, :]), paths, "" if swim.duration is None else ", from rest")
+    _draw_midlines(figure.add_subplot(places[1, :]), lines, to_scale=beside or bool(inner * bend > 0.9))
+    _draw_speed(figure.add_subplot(places[2, 0] if beside else places[2, :]), swim)
+    _draw_power(figure.add_subplot(places[2, 1] if beside else places[3, :]), swim)
     return figure
 
 
 @styled
-def plot_sweep(found: xr.Dataset, *, width: float = WIDTH) -> Figure:
+def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
     """Plot speed and cost of transport of a sweep, as the paper's Fig. 10: `width` [inch]."""
-    if "bias" not in found.dims or found.sizes["bias"] > 1:
+    if "bias" not in grid.dims or grid.sizes["bias"] > 1:
         raise InputError("must show a grid with one bias", key="plot", fix="sweep one bias at a time")
-    if found.sizes["frequency"] == 1 and found.sizes["phase"] == 1:
+    if grid.sizes["frequency"] == 1 and grid.sizes["phase"] == 1:
         raise InputError("must show several frequencies or phases", key="plot", fix="give a range, such as 1:6:6")
-    found = found.isel(bias=0).where(found.settled.isel(bias=0))
-    phases, phase_texts = _levels(found, "phase")
-    along_phase = found.sizes["frequency"] == 1
+    grid = grid.isel(bias=0).where(grid.settled.isel(bias=0))
+    phases, phase_texts = _levels(grid, "phase")
+    along_phase = grid.sizes["frequency"] == 1
     along = "phase" if along_phase else "frequency"
     across = "frequency" if along_phase else "phase"
-    x = phases if along_phase else found.frequency.values
+    x = phases if along_phase else grid.frequency.values
     xlabel = "phase difference [deg]" if along_phase else "frequency [Hz]"
-    names = [f"{found.frequency.item():g} Hz"] if along_phase else phase_texts
-    amplitudes = _levels(found, "amplitude")[1]
+    names = [f"{grid.frequency.item():g} Hz"] if along_phase else phase_texts
+    amplitudes = _levels(grid, "amplitude")[1]
     rows = len(amplitudes)
     figure = Figure(figsize=(width, 0.75 + (0.36 if width < WIDTH else 0.29) * width * rows), layout="constrained")
     quantities = {"speed": "speed [m/s]", "cost_of_transport": "cost of transport\n[J/(kg m)]"}
-    if np.isfinite(found.turn_radius).any():
+    if np.isfinite(grid.turn_radius).any():
         quantities["turn_radius"] = "turning radius [m]"
     panels = figure.subplots(rows, len(quantities), sharex=True, sharey="col", squeeze=False)
     colors = sequence(len(names))
     for row, amplitude in enumerate(amplitudes):
         for axes, (quantity, label) in zip(panels[row], quantities.items(), strict=True):
-            values = found[quantity].isel(amplitude=row).transpose(along, across).values
+            values = grid[quantity].isel(amplitude=row).transpose(along, across).values
             for k, name in enumerate(names):
                 axes.plot(x, values[:, k], color=colors[k], marker=SHAPES[k % len(SHAPES)], **POINTS, label=name)
             axes.set_ylabel(label)
@@ -158,7 +158,7 @@ def _paths(swim: Swim) -> dict[str, NDArray[np.complex128]]:
     if swim.duration is None:
         turn = abs(float(motion.heading[-1] - motion.heading[0]))
         turns = np.isfinite(swim.turn_radius)
-        beats = min(MOST_BEATS, int(np.ceil(2 * np.pi / turn))) if turns else BEATS
+        beats = min(MAX_BEATS, int(np.ceil(2 * np.pi / turn))) if turns else BEATS
         direction = 1.0 if turns else np.exp(-1j * np.angle(nose[0] - nose[-1]))
         paths |= {name: unroll(paths[name], motion, beats) for name in ("tail tip", "nose")}
         paths = {name: direction * path for name, path in paths.items()}
@@ -232,7 +232,7 @@ def _draw_midlines(axes: Axes, lines: Array, *, to_scale: bool) -> None:
 
 
 def _caption(swim: Swim) -> str:
-    """Say what was swum."""
+    """Return robot, gait and result in two lines."""
     robot, gait = swim.robot, swim.gait
     shown = ("amplitude", "phase", "bias") if any(gait.bias) else ("amplitude", "phase")
     angles = [f"{name} {', '.join(f'{a:.3g}' for a in np.degrees(getattr(gait, name)))}°" for name in shown]
@@ -246,9 +246,9 @@ def _mean_line(axes: Axes, value: float, text: str) -> None:
     axes.set_title(text, loc="right", color=FAINT, fontweight="normal", fontsize=8.5)
 
 
-def _levels(found: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
+def _levels(grid: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
     """Angles of the last joint group along a dimension [deg], and a text for each: of all groups for amplitudes."""
-    columns = [np.degrees(found[name].values) for name in found.coords if str(name).startswith(f"{dim}_")]
+    columns = [np.degrees(grid[name].values) for name in grid.coords if str(name).startswith(f"{dim}_")]
     if dim == "phase":
         return columns[-1], [f"{angle:.4g}°" for angle in columns[-1]]
     return columns[-1], [", ".join(f"{angle:.4g}°" for angle in angles) for angles in zip(*columns, strict=True)]

@@ -25,7 +25,7 @@ __all__ = ["plot_turn", "plot_turning"]
 Array = NDArray[np.float64]
 
 AXES = {"phase": "phase difference [deg]", "frequency": "frequency [Hz]", "bias": "bias [deg]"}
-MOST_LINES = 8
+MAX_LINES = 8
 WIDEST = 4.0  # body lengths: circles beyond it would make the others small
 NARROW = 6.0  # inches: below it, one line of the legend each
 
@@ -34,7 +34,7 @@ NARROW = 6.0  # inches: below it, one line of the legend each
 def plot_turn(turning: Turning, *, published: tuple[float, float] | None = None, width: float = WIDTH) -> Figure:
     """Plot the turns of a grid: `published` [deg], [body lengths], `width` [inch]."""
     length = turning.robot.body.length
-    along = next((name for name in AXES if turning.found.sizes[name] > 1), "phase")
+    along = next((name for name in AXES if turning.sweep.sizes[name] > 1), "phase")
     lines = _lines(turning, along)
     if not any(np.isfinite(line.turn_radius.where(line.settled)).any() for line in lines.values()):
         raise InputError("must show a gait that turns", key="plot", fix="give the joints a bias")
@@ -51,7 +51,7 @@ def plot_turn(turning: Turning, *, published: tuple[float, float] | None = None,
 
 @styled
 def plot_turning(
-    found: Mapping[str, xr.Dataset],
+    sweeps: Mapping[str, xr.Dataset],
     length: float,
     *,
     published: tuple[float, float] | None = None,
@@ -63,7 +63,7 @@ def plot_turning(
     """
     figure = Figure(figsize=(width, 0.42 * width + 0.6), layout="constrained")
     axes = figure.subplots()
-    lines = {name: sweep.isel(frequency=0, amplitude=0, bias=0) for name, sweep in found.items()}
+    lines = {name: sweep.isel(frequency=0, amplitude=0, bias=0) for name, sweep in sweeps.items()}
     draw_radius(axes, lines, length, published=published)
     figure.legend(loc="outside upper left", ncols=2 if width < WIDTH else 4, **TIGHT)
     return figure
@@ -102,13 +102,13 @@ def draw_radius(
 
 def _lines(turning: Turning, along: str) -> dict[str, xr.Dataset]:
     """Rows of the grid along one dimension, the first of them, by what differs between them."""
-    found, others = turning.found, [name for name in turning.found.turn_radius.dims if name != along]
+    grid, others = turning.sweep, [name for name in turning.sweep.turn_radius.dims if name != along]
     rows = {}
-    for index in np.ndindex(*(found.sizes[name] for name in others)):
-        row = found.isel(dict(zip(others, index, strict=True)))
-        parts = [_spelled(row, str(name)) for name in others if found.sizes[name] > 1]
+    for index in np.ndindex(*(grid.sizes[name] for name in others)):
+        row = grid.isel(dict(zip(others, index, strict=True)))
+        parts = [_spelled(row, str(name)) for name in others if grid.sizes[name] > 1]
         rows[", ".join(parts) or "settled turns"] = row
-        if len(rows) == MOST_LINES:
+        if len(rows) == MAX_LINES:
             break
     return rows
 
@@ -145,8 +145,8 @@ def _draw_paths(axes: Axes, turning: Turning) -> None:
     for (way, one), color in zip(ends.items(), (COLORS[0], COLORS[1]), strict=False):
         if one is None:
             continue
-        done = swim(turning.robot, one.gait)
-        path, body, center = (part / length for part in _upright(done, one))
+        beat = swim(turning.robot, one.gait)
+        path, body, center = (part / length for part in _upright(beat, one))
         axes.plot(path.real, path.imag, color=color, lw=0.9, label=f"tightest {way}, {_name(one)}")
         around = center[0] + one.circle.radius / length * np.exp(1j * np.linspace(0, 2 * np.pi, 181))
         axes.plot(around.real, around.imag, color=color, lw=0.9, ls=(0, (4, 2)))
@@ -157,25 +157,25 @@ def _draw_paths(axes: Axes, turning: Turning) -> None:
 
 
 def _circles(turning: Turning) -> list[tuple[float, int]]:
-    """Radius of every gait's circle [m], and its side: 1 where the center lies to the left of the way, else -1."""
-    found = turning.found
-    radius, turns, good = (found[name].values.ravel() for name in ("circle_radius", "turn_rate", "settled"))
+    """Radius of every gait's circle [m], and its side: 1 where the center lies to the left of the path, else -1."""
+    grid = turning.sweep
+    radius, turns, good = (grid[name].values.ravel() for name in ("circle_radius", "turn_rate", "settled"))
     return [(float(r), 1 if w > 0 else -1) for r, w, is_good in zip(radius, turns, good, strict=True) if is_good]
 
 
-def _upright(done: Swim, one: Tightest) -> tuple[Points, Points, Points]:
+def _upright(beat: Swim, one: Tightest) -> tuple[Points, Points, Points]:
     """Path of the nose, body and center [m], turned so that the nose starts at the origin toward the top."""
-    path = nose_path(done)
-    motion = done.trajectory.isel(time=[0])
+    path = nose_path(beat)
+    motion = beat.trajectory.isel(time=[0])
     pose = np.array([[motion.x.item(), motion.y.item(), motion.heading.item()]])
-    points = body_points(done.robot, pose, motion.joint_angle.values)[0]
+    points = body_points(beat.robot, pose, motion.joint_angle.values)[0]
     spoke = path[0] - one.circle.center
-    onward = (1j if done.turn_rate > 0 else -1j) * spoke / abs(spoke)
+    onward = (1j if beat.turn_rate > 0 else -1j) * spoke / abs(spoke)
     parts = (path, points[:, 0] + 1j * points[:, 1], np.array([one.circle.center]))
     a, b, c = ((part - path[0]) * 1j / onward for part in parts)
     return a, b, c
 
 
 def _name(one: Tightest) -> str:
-    """Say the phase and the frequency of a turn."""
+    """Return phase and frequency of a turn."""
     return f"{math.degrees(one.gait.phase[-1]):.4g}°, {one.gait.frequency:g} Hz"

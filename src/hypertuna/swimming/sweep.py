@@ -15,7 +15,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import dataset
-from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, STATUSES, settle, slopes
+from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import LARGEST, Gait, check_gait
 from hypertuna.swimming.model import parameter_names
 
@@ -26,7 +26,7 @@ __all__ = ["Gaits", "Gradient", "gradient", "sweep"]
 
 Array = NDArray[np.float64]
 
-MOST_GAITS = 10_000_000  # of a grid: 2 GB of results
+MAX_GAITS = 10_000_000  # of a grid: 2 GB of results
 CHUNK = 16384  # gaits between two reports of progress: bounds the memory that is not result
 
 
@@ -57,7 +57,7 @@ class Gaits:
         for name, column in columns.items():
             sound &= (np.abs(column) <= LARGEST[name]).all(axis=1)
         if not sound.all():
-            k = int(np.argmin(sound))  # this one tells what is wrong with it
+            k = int(np.argmin(sound))  # raises the error of this one
             Gait(float(self.frequency[k]), tuple(self.amplitude[k]), tuple(self.phase[k]), tuple(self.bias[k]))
 
     @classmethod
@@ -125,8 +125,8 @@ class Gaits:
             f, a, p, b = (axis[min(k, len(axis) - 1)] for axis in (frequency, amplitude, phase, bias))
             Gait(cast(float, f), *(tuple(cast(Sequence[float], angles)) for angles in (a, p, b)))
         shape = tuple(len(axis) for axis in axes)
-        if math.prod(shape) > MOST_GAITS:
-            rule = f"must have at most {MOST_GAITS} gaits in all"
+        if math.prod(shape) > MAX_GAITS:
+            rule = f"must have at most {MAX_GAITS} gaits in all"
             raise InputError(rule, key="grid", value=f"{math.prod(shape)}", fix="take fewer values")
         index = np.indices(shape).reshape(4, -1)
         columns = [np.asarray(axis, dtype=np.float64)[k] for axis, k in zip(axes, index, strict=True)]
@@ -161,7 +161,7 @@ def sweep(
     beats : int
         For method "beats".
     progress : callable, optional
-        Called with the number of gaits done and their total, now and then.
+        Called with the number of gaits completed and their total.
 
     Returns
     -------
@@ -189,23 +189,23 @@ def sweep(
     for first in range(0, len(gaits), CHUNK):
         here = slice(first, first + CHUNK)
         columns = (np.ascontiguousarray(a[here]) for a in (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias))
-        found = settle(robot, *columns, steps=steps, wait=wait, threads=threads)
-        parts.append({name: found[name] for name in (*QUANTITIES, "status")})
+        result = settle(robot, *columns, steps=steps, wait=wait, threads=threads)
+        parts.append({name: result[name] for name in (*QUANTITIES, "status")})
         if progress is not None:
             progress(min(first + CHUNK, len(gaits)), len(gaits))
     whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return _dataset(robot, gaits, whole, {"steps": steps, "method": method})
 
 
-def _dataset(robot: Robot, gaits: Gaits, found: dict[str, Any], how: dict[str, Any]) -> xr.Dataset:
+def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str, Any]) -> xr.Dataset:
     """Label the results of a sweep."""
     grid = len(gaits.shape) == 4
     dims = ("frequency", "amplitude", "phase", "bias") if grid else ("gait",)
     variables: dict[str, Any] = {
-        name: (dims, found[name].reshape(gaits.shape), {"units": quantity.unit, "long_name": quantity.meaning})
+        name: (dims, results[name].reshape(gaits.shape), {"units": quantity.unit, "long_name": quantity.meaning})
         for name, quantity in QUANTITIES.items()
     }
-    status = found["status"].reshape(gaits.shape)
+    status = results["status"].reshape(gaits.shape)
     flags = {"flag_values": list(range(len(STATUSES))), "flag_meanings": " ".join(STATUSES)}
     variables["status"] = (dims, status, {"long_name": "how the search ended"} | flags)
     variables["settled"] = (dims, status == 0, {"long_name": "whether the gait repeats itself and is stable"})
@@ -228,20 +228,18 @@ def _dataset(robot: Robot, gaits: Gaits, found: dict[str, Any], how: dict[str, A
 class Gradient:
     """Exact derivatives of a settled gait's results."""
 
-    # the parameters, as attributes of gait and robot: ``gait.frequency`` [Hz], ``gait.amplitude[1]`` [rad],
-    # ``joints.bandwidth[0]`` [Hz], ``links.mass[3]`` [kg], ``water.lumped.drag[7]``
-    names: tuple[str, ...]
-    speed: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
-    cost_of_transport: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
-    power: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
-    power_positive: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
-    strouhal: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
-    torque_peak: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
-    rate_peak: Array  # (parameters,) Derivatives by them, in SI units of result per parameter
+    names: tuple[str, ...]  # of the parameters, as attributes: gait.amplitude[1], links.mass[3], water.lumped.drag[7]
+    speed: Array  # (parameters,) as all that follow, SI unit of the result per unit of the parameter
+    cost_of_transport: Array
+    power: Array
+    power_positive: Array
+    strouhal: Array
+    torque_peak: Array
+    rate_peak: Array
 
 
 def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradient:
-    """Differentiate results of a settled gait by every coefficient and gait parameter, exactly: see `slopes`.
+    """Differentiate results of a settled gait by every coefficient and gait parameter, exactly.
 
     Parameters
     ----------
@@ -262,15 +260,13 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
     check_gait(gait, robot)
     gaits = Gaits.of([gait])
     arrays = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
-    found = settle(robot, *arrays, steps=steps)
-    status = STATUSES[found["status"][0]]
-    if found["speed"][0] == 0:
+    result = settle(robot, *arrays, steps=steps)
+    status = STATUSES[result["status"][0]]
+    if result["speed"][0] == 0:
         raise InputError("must move the robot to have derivatives", key="gait", fix="give it an amplitude")
     if status not in ("settled", "unstable"):
-        raise InputError(
-            "must settle to have derivatives", key="gait", value=status, fix="look at hypertuna.swim of it"
-        )
+        raise InputError("must settle to have derivatives", key="gait", value=status, fix="see hypertuna.swim")
     names = parameter_names(robot)
-    by_all = slopes(robot, *arrays, found, np.eye(len(names)), steps=steps)
+    derivatives = directional_derivatives(robot, *arrays, result, np.eye(len(names)), steps=steps)
     results = (field.name for field in fields(Gradient) if field.name != "names")
-    return Gradient(names, **{name: by_all[name][0] for name in results})
+    return Gradient(names, **{name: derivatives[name][0] for name in results})

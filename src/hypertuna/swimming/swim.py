@@ -25,10 +25,8 @@ __all__ = ["SUMMARY", "Swim", "swim"]
 
 Array = NDArray[np.float64]
 
-MOST_BEATS = 10_000  # from rest: what half a gigabyte of trajectory holds
-AT_REST = 1e-4  # from rest, a gait counts as settled when its last beat is this near the settled speed (relative)
-
-
+MAX_BEATS = 10_000  # from rest: half a gigabyte of trajectory
+AT_REST = 1e-4  # from rest, a gait is settled when its last beat is this near the settled speed (relative)
 STRAIGHT = 1e3  # body lengths: a larger turning radius is not shown
 
 # Of a swim: name in JSON with its unit; attribute, unit, label on the terminal (see `Quantity`).
@@ -55,40 +53,31 @@ class Swim:
 
     robot: Robot
     gait: Gait
-    speed: float  # along the mean path through the water, forward positive [m/s]
-    speed_bl: float  # in body lengths per second [1/s]
-    power: float  # mean mechanical power of the joints, its positive part, and the power that the water takes [W]
-    # mean mechanical power of the joints, its positive part, and the power that the water takes [W]
-    power_positive: float
-    loss: float  # mean mechanical power of the joints, its positive part, and the power that the water takes [W]
-    # mechanical power per mass and speed [J/(kg m)]: net, and with negative power of a joint group left out
-    cost_of_transport: float
-    # mechanical power per mass and speed [J/(kg m)]: net, and with negative power of a joint group left out
-    cost_of_transport_positive: float
-    # power to tow the straight body at this speed over mechanical power; not a number where no power is spent
-    efficiency: float
-    strouhal: float  # f A / U with the peak-to-peak excursion A of the tail tip, and U / (f L)
-    stride_length: float  # f A / U with the peak-to-peak excursion A of the tail tip, and U / (f L)
-    excursion: float  # A [m]
-    # largest magnitude of any driven joint's torque [N m] and largest rate of any joint group [rad/s] over the
-    # beat
-    torque_peak: float
-    # largest magnitude of any driven joint's torque [N m] and largest rate of any joint group [rad/s] over the
-    # beat
-    rate_peak: float
-    turn_rate: float  # mean rate of turn [rad/s], counter-clockwise positive, and radius of the nose's mean path [m]
-    turn_radius: float  # mean rate of turn [rad/s], counter-clockwise positive, and radius of the nose's mean path [m]
-    spectral_radius: float  # largest modulus of them: what a beat leaves of a disturbance
-    change: float  # change of the motion from this beat to the next [body lengths or rad]
-    distance: float  # how far the motion is from settled, relative to the way of a beat
-    beats: int  # beats integrated, Runge-Kutta steps per beat
-    # (3,) Eigenvalues of the monodromy matrix, largest first; not numbers from rest
-    multipliers: NDArray[np.complex128]
-    status: str  # "settled", "unsettled", "unstable" or "diverged", and a sentence
-    status_text: str  # "settled", "unsettled", "unstable" or "diverged", and a sentence
-    steps: int  # beats integrated, Runge-Kutta steps per beat
-    current: tuple[float, float]
-    duration: float | None
+    speed: float  # m/s along the mean path through the water, forward positive
+    speed_bl: float  # body lengths per second
+    power: float  # W, mean mechanical power of all joints
+    power_positive: float  # W, the same with negative power of a joint group counted as zero
+    loss: float  # W, mean power that the water takes
+    cost_of_transport: float  # J/(kg m), power per mass and speed
+    cost_of_transport_positive: float  # J/(kg m), the same of the positive power
+    efficiency: float  # power to tow the straight body at this speed over power; NaN without power
+    strouhal: float  # frequency times excursion over speed
+    stride_length: float  # body lengths per beat
+    excursion: float  # m, peak to peak, of the tail tip across the mean path
+    torque_peak: float  # N m, largest magnitude of any driven joint's torque over the beat
+    rate_peak: float  # rad/s, largest rate of any joint group
+    turn_rate: float  # rad/s, mean, counter-clockwise positive
+    turn_radius: float  # m, of the nose's mean path; infinite when straight
+    spectral_radius: float  # largest modulus of the multipliers: growth of a disturbance per beat
+    change: float  # of the motion to the next beat, body lengths or rad
+    distance: float  # from the settled motion, relative to the distance traveled in a beat
+    beats: int  # integrated
+    multipliers: NDArray[np.complex128]  # (3,), eigenvalues of the monodromy matrix, largest first; NaN from rest
+    status: str  # "settled", "unsettled", "unstable" or "diverged"
+    status_text: str  # the same as a sentence
+    steps: int  # per beat
+    current: tuple[float, float]  # m/s
+    duration: float | None  # s from rest; None for the settled beat
     _start: Array | None  # twist at the start of the trajectory; None from rest
 
     @property
@@ -98,16 +87,12 @@ class Swim:
 
     @cached_property
     def trajectory(self) -> xr.Dataset:
-        """The motion through time, computed when first asked for.
-
-        One beat of the settled gait, or everything from rest, at every step: twist and pose of the head, joint
-        angles, torques and power, tail tip; units in the attributes. A gait that diverged has what was reached.
-        """
+        """The motion at every step of the settled beat, or from rest: units in the attributes."""
         beats = 1.0 if self.duration is None else self.duration * self.gait.frequency
         return _trajectory(self.robot, self.gait, self._start, beats, self.steps, self.current)
 
     def summary(self) -> dict[str, Quantity]:
-        """Return what a swim amounts to, by the names of the JSON record; a turn is shown if it is one.
+        """Return the results by the names of the JSON record; a turn is shown if it is one.
 
         Returns
         -------
@@ -120,12 +105,12 @@ class Swim:
         }
 
     def continued(self, beats: int) -> xr.Dataset:
-        """Integrate the motion on, from where `trajectory` begins.
+        """Continue the motion from the start of `trajectory`.
 
         Parameters
         ----------
         beats : int
-            How many, one at least.
+            Number of beats, at least 1.
 
         Returns
         -------
@@ -150,8 +135,8 @@ def swim(
     robot : Robot
     gait : Gait
     from_rest : float, optional
-        Swim from rest in the water for so long [s], instead of going straight to the settled beat. At rest there is
-        no momentum, and joints that set in cannot give any: they set the head in motion at once.
+        Integrate from rest for this many seconds [s] instead of solving for the settled beat. At rest there is no
+        momentum, and joints that start to move cannot create any: the head moves at once.
     steps : int
         Runge-Kutta steps per beat, a multiple of 4.
     current : tuple of float
@@ -161,7 +146,7 @@ def swim(
     Returns
     -------
     Swim
-        Its `status` tells whether the numbers are those of a settled gait.
+        With a `status`: whether the gait is settled.
 
     Raises
     ------
@@ -180,9 +165,9 @@ def swim(
     check_steps(steps)
     # n / f seconds are n beats, however the quotient was rounded
     beats_swum = 0.0 if from_rest is None else from_rest * gait.frequency * (1 + 1e-12)
-    if from_rest is not None and not 1 <= beats_swum <= MOST_BEATS:
+    if from_rest is not None and not 1 <= beats_swum <= MAX_BEATS:
         raise InputError(
-            f"must last between one beat and {MOST_BEATS} beats",
+            f"must last between one beat and {MAX_BEATS} beats",
             key="from_rest",
             value=f"{from_rest:g} s of {gait.frequency:g} Hz",
             fix="give the seconds to swim",
@@ -191,11 +176,11 @@ def swim(
         raise InputError("must be two finite numbers", key="current", value=str(current), fix="give m/s along x and y")
     wait = int(beats_swum) - 1
     arrays = (np.array([gait.frequency]), *(np.array([a]) for a in (gait.amplitude, gait.phase, gait.bias)))
-    found = settle(robot, *arrays, steps=steps, wait=wait)
-    status = STATUSES[found.pop("status")[0]]
-    twist, multipliers = found.pop("twist")[0].copy(), found.pop("multipliers")[0]
-    del found["momentum"]
-    values: dict[str, Any] = {name: float(value[0]) for name, value in found.items()}
+    result = settle(robot, *arrays, steps=steps, wait=wait)
+    status = STATUSES[result.pop("status")[0]]
+    twist, multipliers = result.pop("twist")[0].copy(), result.pop("multipliers")[0]
+    del result["momentum"]
+    values: dict[str, Any] = {name: float(value[0]) for name, value in result.items()}
     text = status_text(
         status, beats=values["beats"], distance=values["distance"], spectral_radius=values["spectral_radius"]
     )
@@ -225,7 +210,7 @@ def _verdict_from_rest(
     beats = f"{values['beats']:.0f} beats"
     if not settled.settled:
         return "unsettled", f"The gait is unsettled after {beats} from rest. {settled.status_text}"
-    # A thousandth of a body length a beat stands in for the speed of a gait that stands still.
+    # For a gait that stands still: relative to a thousandth of a body length per beat.
     scale = abs(settled.speed) + 1e-3 * gait.frequency * robot.body.length
     short = (values["speed"] - settled.speed) / scale
     if abs(short) < AT_REST:
@@ -241,7 +226,7 @@ def _verdict_from_rest(
 def _trajectory(
     robot: Robot, gait: Gait, start: Array | None, beats: float, steps: int, current: tuple[float, float]
 ) -> xr.Dataset:
-    """Integrate the gait over so many beats from a twist, or from rest."""
+    """Integrate the gait over some beats from a twist, or from rest."""
     count = round(beats * steps)
     step = 1 / (gait.frequency * steps)
     clock: Array = np.pi / steps * (np.arange(2 * count + 1, dtype=np.float64) % (2 * steps))

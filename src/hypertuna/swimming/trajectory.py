@@ -44,7 +44,7 @@ def trajectory(
         return np.stack([column[:, links].sum(axis=1) for links in members], axis=1)
 
     heading = pose[:, 2]
-    ahead = -(twist[:, 0])
+    ahead = -twist[:, 0]
     variables = {
         "x": ("time", pose[:, 0], "m", "position of the nose"),
         "y": ("time", pose[:, 1], "m", "position of the nose"),

@@ -36,10 +36,10 @@ __all__ = [
 Array = NDArray[np.float64]
 Points = NDArray[np.complex128]
 
-MOST_BEATS = 120  # of a path: a gait that turns by 3 degrees a beat comes round in them
+MAX_BEATS = 120  # of a path: a gait that turns by 3 degrees a beat comes round in them
 KINDS = ("amplitude", "phase", "bias")
 PER_BEAT = 32  # points of a path
-PHASE = math.radians(0.05)  # how near the phase of the tightest turn is sought
+PHASE = math.radians(0.05)  # tolerance of the phase of the tightest turn
 
 
 @dataclass(frozen=True)
@@ -48,19 +48,19 @@ class Circle:
 
     center: complex  # x + i y [m]
     radius: float  # [m]
-    residual: float  # Root mean square of the points' distances from it [m]
+    residual: float  # root mean square of the points' distances from it [m]
 
 
 @dataclass(frozen=True)
 class Tightest:
     """The tightest turn, and where between the phases of a grid it lies."""
 
-    gait: Gait  # Of the grid
-    radius: float  # Mean distance of the nose from the center of the turn [m]
-    speed: float  # Forward positive [m/s]
-    circle: Circle  # Fitted to the nose's path
-    phase: float  # Of the last joint group, where the radius is least between the neighbors in the grid [rad]
-    least: float  # The radius there [m]
+    gait: Gait  # of the grid
+    radius: float  # mean distance of the nose from the center of the turn [m]
+    speed: float  # forward positive [m/s]
+    circle: Circle  # fitted to the nose's path
+    phase: float  # of the last joint group at the smallest radius between the neighbors in the grid [rad]
+    min_radius: float  # the radius there [m]
 
 
 @dataclass(frozen=True)
@@ -68,12 +68,9 @@ class Turning:
     """Turns of many gaits."""
 
     robot: Robot
-    # as `sweep` returns it for a grid, with ``circle_radius`` and ``circle_residual`` [m] of the circle fitted
-    # to each gait's path: not numbers where a gait is not settled, infinite and not a number where it swims
-    # straight
-    found: xr.Dataset
-    tightest: Tightest | None  # of all settled gaits, and of those that swim head first; None where none turns
-    forward: Tightest | None  # of all settled gaits, and of those that swim head first; None where none turns
+    sweep: xr.Dataset  # of the grid, with circle_radius and circle_residual [m] of each path: NaN unless settled
+    tightest: Tightest | None  # of all settled gaits; None where none turns
+    forward: Tightest | None  # of those that swim head first
 
 
 def fit_circle(points: Points) -> Circle:
@@ -98,16 +95,16 @@ def fit_circle(points: Points) -> Circle:
     if first is None:
         line = np.linalg.svd(np.column_stack([w.real, w.imag]), compute_uv=False)[1] / math.sqrt(len(w))
         return Circle(complex(math.nan, math.nan), math.inf, float(line) * size)
-    found = least_squares(lambda c: np.abs(w - complex(c[0], c[1])) - c[2], first, method="lm", xtol=1e-14, ftol=1e-14)
-    x, y, radius = found.x
-    return Circle(middle + size * complex(x, y), size * abs(radius), size * float(np.sqrt(np.mean(found.fun**2))))
+    fit = least_squares(lambda c: np.abs(w - complex(c[0], c[1])) - c[2], first, method="lm", xtol=1e-14, ftol=1e-14)
+    x, y, radius = fit.x
+    return Circle(middle + size * complex(x, y), size * abs(radius), size * float(np.sqrt(np.mean(fit.fun**2))))
 
 
-def nose_path(done: Swim) -> Points:
+def nose_path(beat: Swim) -> Points:
     """Integrate a settled beat on until the nose has come round, and return its path: returns (points,) [m]."""
-    beats = math.ceil(2 * math.pi * done.gait.frequency / abs(done.turn_rate)) if done.turn_rate else MOST_BEATS
-    motion = done.continued(min(beats, MOST_BEATS))
-    every = max(1, done.steps // PER_BEAT)
+    beats = math.ceil(2 * math.pi * beat.gait.frequency / abs(beat.turn_rate)) if beat.turn_rate else MAX_BEATS
+    motion = beat.continued(min(beats, MAX_BEATS))
+    every = max(1, beat.steps // PER_BEAT)
     z: Points = (motion.x.values + 1j * motion.y.values)[:-1:every]
     return z
 
@@ -118,14 +115,14 @@ def gait_at(robot: Robot, row: xr.Dataset) -> Gait:
     return Gait(float(row.frequency), *angles)
 
 
-def point_radius(done: Swim, behind: float) -> float:
+def point_radius(beat: Swim, behind: float) -> float:
     """Return the mean distance of a point of the head from the center of the turn.
 
     A settled beat moves the head by a rotation about the center; the nose's positions a beat apart give it.
 
     `behind` [m]; returns [m].
     """
-    motion = done.trajectory
+    motion = beat.trajectory
     nose, axis = motion.x.values + 1j * motion.y.values, np.exp(1j * motion.heading.values)
     spin = axis[-1] / axis[0]
     center = (nose[-1] - spin * nose[0]) / (1 - spin)
@@ -152,7 +149,7 @@ def turn(
     steps : int
         Runge-Kutta steps per beat, a multiple of 4.
     progress : callable, optional
-        Called with the number of paths done and their total.
+        Called with the number of paths completed and their total.
 
     Returns
     -------
@@ -165,9 +162,9 @@ def turn(
     """
     if len(gaits.shape) != 4:
         raise InputError("must be a grid", key="gaits", fix="make them by Gaits.grid")
-    found = sweep(robot, gaits, threads=threads, steps=steps)
+    results = sweep(robot, gaits, threads=threads, steps=steps)
     radius, residual = np.full(len(gaits), math.nan), np.full(len(gaits), math.nan)
-    settled, bends = (found[name].values.ravel() for name in ("settled", "turn_radius"))
+    settled, bends = (results[name].values.ravel() for name in ("settled", "turn_radius"))
     for k in range(len(gaits)):
         if settled[k] and math.isinf(bends[k]):
             radius[k] = math.inf
@@ -176,17 +173,21 @@ def turn(
             radius[k], residual[k] = circle.radius, circle.residual
         if progress is not None:
             progress(k + 1, len(gaits))
-    dims = found.turn_radius.dims
-    found["circle_radius"] = (dims, radius.reshape(gaits.shape), _told("radius of the circle fitted to the path"))
-    found["circle_residual"] = (dims, residual.reshape(gaits.shape), _told("rms distance of the nose from that circle"))
+    dims = results.turn_radius.dims
+    results["circle_radius"] = (dims, radius.reshape(gaits.shape), _length("radius of the circle fitted to the path"))
+    results["circle_residual"] = (
+        dims,
+        residual.reshape(gaits.shape),
+        _length("rms distance of the nose from that circle"),
+    )
     turns = settled & np.isfinite(bends)
-    ahead = turns & (found.speed.values.ravel() > 0)
+    ahead = turns & (results.speed.values.ravel() > 0)
     best, first = (_tightest(robot, gaits, bends, among, steps) for among in (turns, ahead))
-    return Turning(robot, found, best, first)
+    return Turning(robot, results, best, first)
 
 
 def tightest(robot: Robot, gait: Gait, *, low: float, high: float, steps: int = DEFAULT_STEPS) -> tuple[float, float]:
-    """Seek the phase of the last joint group at which a gait turns tightest, without changing its direction.
+    """Find the phase of the last joint group at which a gait turns tightest in its own direction.
 
     `low`, `high` [rad]; returns `phase` [rad], `radius` [m].
     """
@@ -195,13 +196,13 @@ def tightest(robot: Robot, gait: Gait, *, low: float, high: float, steps: int = 
     ahead = swim(robot, gait, steps=steps).speed > 0
 
     def radius(phase: float) -> float:
-        done = swim(robot, replace(gait, phase=(*gait.phase[:-1], float(phase))), steps=steps)
-        good = done.settled and (done.speed > 0) == ahead
-        return min(done.turn_radius, 1e3 * robot.body.length) if good else 1e3 * robot.body.length
+        beat = swim(robot, replace(gait, phase=(*gait.phase[:-1], float(phase))), steps=steps)
+        good = beat.settled and (beat.speed > 0) == ahead
+        return min(beat.turn_radius, 1e3 * robot.body.length) if good else 1e3 * robot.body.length
 
-    found = minimize_scalar(radius, bounds=(low, high), method="bounded", options={"xatol": PHASE})
+    search = minimize_scalar(radius, bounds=(low, high), method="bounded", options={"xatol": PHASE})
     here = radius(gait.phase[-1])
-    return (float(found.x), float(found.fun)) if found.fun < here else (gait.phase[-1], here)
+    return (float(search.x), float(search.fun)) if search.fun < here else (gait.phase[-1], here)
 
 
 def scaled(robot: Robot, factors: Mapping[str, float]) -> Robot:
@@ -243,7 +244,7 @@ def _gait(gaits: Gaits, k: int) -> Gait:
     return Gait(float(gaits.frequency[k]), *angles)
 
 
-def _told(text: str) -> dict[str, str]:
+def _length(text: str) -> dict[str, str]:
     """Attributes of a length."""
     return {"units": "m", "long_name": text}
 
@@ -254,12 +255,12 @@ def _tightest(robot: Robot, gaits: Gaits, radius: Array, among: NDArray[np.bool_
         return None
     k = int(np.where(among, radius, math.inf).argmin())
     gait = _gait(gaits, k)
-    done = swim(robot, gait, steps=steps)
-    assert done.status == STATUSES[0]
+    beat = swim(robot, gait, steps=steps)
+    assert beat.status == STATUSES[0]
     phases = np.unique(gaits.phase[:, -1])
     at = int(np.searchsorted(phases, gait.phase[-1]))
     low, high = phases[max(at - 1, 0)], phases[min(at + 1, len(phases) - 1)]
-    phase, least = gait.phase[-1], done.turn_radius
+    phase, smallest = gait.phase[-1], beat.turn_radius
     if high > low:
-        phase, least = tightest(robot, gait, low=float(low), high=float(high), steps=steps)
-    return Tightest(gait, done.turn_radius, done.speed, fit_circle(nose_path(done)), phase, least)
+        phase, smallest = tightest(robot, gait, low=float(low), high=float(high), steps=steps)
+    return Tightest(gait, beat.turn_radius, beat.speed, fit_circle(nose_path(beat)), phase, smallest)
