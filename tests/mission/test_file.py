@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 import hypertuna as ht
 from hypertuna.frames import pose_to
-from hypertuna.mission.file import MissionFile, drawn, missions, parse_mission, read_mission, reference
+from hypertuna.mission.file import MissionFile, missions, parse_mission, randomized, read_mission, reference
 from hypertuna.mission.geodesy import from_local, to_local
 
 SHIPPED = Path(__file__).parents[2] / "missions"
@@ -129,8 +129,8 @@ def test_the_transect_is_against_the_current() -> None:
 
 def test_a_seed_draws_its_own_water_within_bounds() -> None:
     read = parse_mission(document())
-    assert drawn(read, 0) is read.mission
-    drawn_ = [drawn(read, seed) for seed in range(1, 101)]
+    assert randomized(read, 0) is read.mission
+    drawn_ = [randomized(read, seed) for seed in range(1, 101)]
     added = np.array([m.current for m in drawn_]) - read.mission.current
     speed = np.hypot(*added.T)
     assert speed.max() <= 0.2
@@ -142,9 +142,9 @@ def test_a_seed_draws_its_own_water_within_bounds() -> None:
         assert np.subtract(mission.current, mission.current_bottom) == pytest.approx(
             np.subtract(read.mission.current, read.mission.current_bottom)
         )
-    assert drawn(read, 7) == drawn(parse_mission(document()), 7)
+    assert randomized(read, 7) == randomized(parse_mission(document()), 7)
     with pytest.raises(ht.InputError, match="seed must not be negative"):
-        drawn(read, -1)
+        randomized(read, -1)
 
 
 # --- what bad ones are told
@@ -182,7 +182,7 @@ def test_a_seed_draws_its_own_water_within_bounds() -> None:
         (
             "limits.fence_m",
             [[-40, -40], [40, -40], [40, 40], [8, 40], [8, 10], [12, 10], [6, 6], [-1, 40], [-40, 40]],
-            "waypoints[0] must be reached by a straight way inside limits.fence_m: add a waypoint on a way around",
+            "waypoints[0] must be reached by a straight course inside limits.fence_m: add a waypoint around it",
         ),
         ("scatter.gap_s", 0.0, "scatter.gap_s must be positive where scatter.gaps are, but is 0"),
         ("name", "a\x1b[31m", "name must be one line without control characters"),

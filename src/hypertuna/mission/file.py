@@ -1,4 +1,4 @@
-"""Mission files: TOML that says where a robot is to go, in which water, and within which bounds."""
+"""Mission files: TOML with waypoints, water and limits."""
 
 from __future__ import annotations
 
@@ -21,27 +21,25 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.frames import pose_from
 from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_toml
-from hypertuna.mission.geodesy import FARTHEST, to_local
+from hypertuna.mission.geodesy import MAX_DISTANCE, to_local
 from hypertuna.mission.schema import Document, Place, Scatter, too_far
 
-__all__ = ["MissionFile", "Scatter", "drawn", "missions", "parse_mission", "read_mission", "reference"]
+__all__ = ["MissionFile", "Scatter", "missions", "parse_mission", "randomized", "read_mission", "reference"]
 
 TURN = 2 * math.pi
-
-# --- what it says
 
 
 @dataclass(frozen=True)
 class MissionFile:
-    """A mission as its file says it."""
+    """A mission file, read and checked."""
 
     name: str
     description: str
-    robot: str | None  # name or path of the robot to send; None if the file leaves it open
+    robot: str | None  # name or path; None if the file names none
     mission: Mission  # in SI units and the frames of docs/conventions.md
-    origin: tuple[float, float] | None  # latitude and longitude that x and y are counted from [rad]
-    scatter: Scatter  # what differs from seed to seed
-    file: str  # where it was read from, empty if nowhere
+    origin: tuple[float, float] | None  # latitude and longitude of x = y = 0 [rad]
+    scatter: Scatter  # randomized by the seed
+    file: str  # empty if not read from a file
     hash: str  # sha256 of all that can change a result
 
 
@@ -93,8 +91,8 @@ def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile
     return MissionFile(checked.name, checked.description, checked.robot, mission, origin, checked.scatter, file, digest)
 
 
-def drawn(given: MissionFile, seed: int) -> Mission:
-    """Draw the water and the satellites of a seed."""
+def randomized(given: MissionFile, seed: int) -> Mission:
+    """Return the mission with the water and the satellites of a seed."""
     if seed < 0:
         raise InputError("must not be negative", key="seed", value=str(seed), fix="give 0 or more")
     mission, scatter = given.mission, given.scatter
@@ -115,7 +113,7 @@ def drawn(given: MissionFile, seed: int) -> Mission:
 
 
 def reference() -> str:
-    """Write down every key of a mission file with its unit, its rule and its meaning."""
+    """Return every key of a mission file with unit, rule and meaning, in Markdown."""
     page = markdown(Document.model_json_schema(by_alias=True), title="", introduction="")
     return page[page.index("## ") :].replace("## ", "### ").rstrip()
 
@@ -128,7 +126,7 @@ def _check_mission(mission: Mission) -> None:
     places = {"start": mission.start, "home": mission.home}
     places |= {f"waypoints[{i}]": (point.x, point.y) for i, point in enumerate(mission.waypoints)}
     for key, (x, y) in places.items():
-        if max(abs(x), abs(y)) > FARTHEST:
+        if max(abs(x), abs(y)) > MAX_DISTANCE:
             raise too_far(key, x, y)
         if fence_distance(mission, np.array([[x, y]]))[0] <= 0:
             fix = "move it, or widen the fence"
@@ -137,8 +135,8 @@ def _check_mission(mission: Mission) -> None:
     for k, leg in enumerate(pairwise(course)):
         if any(cross(leg, side) for side in sides(mission.fence)):
             key = f"waypoints[{k}]" if k < len(mission.waypoints) else "home"
-            rule = "must be reached by a straight way inside limits.fence_m"
-            raise InputError(rule, key=key, fix="add a waypoint on a way around, or widen the fence")
+            rule = "must be reached by a straight course inside limits.fence_m"
+            raise InputError(rule, key=key, fix="add a waypoint around it, or widen the fence")
 
 
 # --- how it becomes SI units and our frames

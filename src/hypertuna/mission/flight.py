@@ -22,7 +22,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.quantity import Quantity
-from hypertuna.mission.file import MissionFile, drawn
+from hypertuna.mission.file import MissionFile, randomized
 from hypertuna.mission.log import LogWriter
 from hypertuna.mission.record import COLUMNS, MissionRecord, joined
 from hypertuna.mission.run import MissionRun, MissionStart, fly_part, mission_start, over, part_ticks
@@ -33,36 +33,36 @@ __all__ = ["Flight", "Outcome", "expected", "fly", "fly_seeds", "outcome"]
 Array = NDArray[np.float64]
 Report = Callable[[int, int], None]
 
-MOST_SEEDS = 10_000
+MAX_SEEDS = 10_000
 
 
 @dataclass(frozen=True)
 class Flight:
-    """A mission as it was flown."""
+    """A flown mission."""
 
     file: MissionFile
     robot: Robot
     seed: int
     record: MissionRecord
-    status: str  # "done"; "home", but before it had reached all waypoints; "hold", "given up" or "diverged"
+    status: str  # "done"; "home" before all waypoints were reached; "hold", "given up" or "diverged"
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a flight amounts to."""
+    """Summary of a flight."""
 
     seed: int
     status: str
-    reached: int  # waypoints
-    duration: float  # of the flight [s]; over ground [m]
-    distance: float  # of the flight [s]; over ground [m]
-    energy: float  # taken from the battery [J]; part of the charge that is left [1]
-    charge_left: float  # taken from the battery [J]; part of the charge that is left [1]
-    depth_max: float  # [m]
-    margin_min: float  # least distance to the fence, negative outside; infinite without a fence [m]
-    off_max: float  # farthest from where the robot believed to be [m]
-    home_distance: float  # from home, or from the last waypoint of a mission that stays there, at the end [m]
-    reasons: dict[str, float]  # why the pilot did what it did, and when each reason first held [s]
+    reached: int  # waypoints reached
+    duration: float  # s
+    distance: float  # m, over ground
+    energy: float  # J, from the battery
+    charge_left: float  # remaining fraction of the charge
+    depth_max: float  # m
+    margin_min: float  # m, min distance to the fence, negative outside; infinite without a fence
+    off_max: float  # m, max error of the estimated position
+    home_distance: float  # m, at the end, from home or from the last waypoint of a mission that stays
+    reasons: dict[str, float]  # s, time at which each of the pilot's reasons first held
 
     def summary(self) -> dict[str, Quantity]:
         """Return the numbers of a flight, by the names of the JSON record."""
@@ -105,11 +105,11 @@ def fly(
     every : int
         Ticks from one row of the record to the next.
     duration : float, optional
-        After which the mission is given up [s].
+        Give the mission up after this time [s].
     checkpoint : str or Path, optional
-        Journal to resume from: what it knows is not flown again.
+        Journal to resume from.
     log : Path, optional
-        MCAP file that is written while the mission is flown.
+        MCAP file to write while the mission is flown.
     report : callable, optional
         Called with the seconds flown and those expected.
 
@@ -123,7 +123,7 @@ def fly(
         If the robot lacks a table, or something does not fit.
     """
     faults = tuple(faults)
-    mission = drawn(file, seed)
+    mission = randomized(file, seed)
     start = mission_start(robot, mission, seed=seed, faults=faults, every=every, duration=duration)
     options = {"mission": file.hash, "seed": seed, "faults": list(faults), "every": every, "duration": start.duration}
     facts = _facts(file, robot, seed, faults)
@@ -158,35 +158,35 @@ def fly_seeds(
     report: Report | None = None,
 ) -> list[Outcome]:
     """Fly a mission with many seeds."""
-    if not 1 <= len(seeds) <= MOST_SEEDS:
-        rule = f"must be from 1 to {MOST_SEEDS} seeds"
+    if not 1 <= len(seeds) <= MAX_SEEDS:
+        rule = f"must be from 1 to {MAX_SEEDS} seeds"
         raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write from:to, as 0:100")
     if threads is not None and threads < 1:
         raise InputError("must be 1 at least", key="threads", value=str(threads), fix="leave it out for all processors")
     faults = tuple(faults)
     options = {"mission": file.hash, "seeds": list(seeds), "faults": list(faults), "duration": duration}
-    mission_start(robot, file.mission, faults=faults, duration=duration)  # what does not fit is told before any work
-    done: list[Outcome] = []
+    mission_start(robot, file.mission, faults=faults, duration=duration)  # what does not fit is answer before any work
+    outcomes: list[Outcome] = []
     with (
         Journal(checkpoint, journal_header("mission seeds", robot, options)) as journal,
         ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool,
     ):
         work: dict[int, Future[dict[str, Any]]] = {
-            seed: pool.submit(_told, file, robot, seed, faults, duration) for seed in seeds[journal.known :]
+            seed: pool.submit(_outcome_of, file, robot, seed, faults, duration) for seed in seeds[journal.known :]
         }
         try:
             for k, seed in enumerate(seeds):
-                done.append(Outcome(**journal.answer(seed, lambda seed=seed: work[seed].result())))  # type: ignore[misc]
+                outcomes.append(Outcome(**journal.answer(seed, lambda seed=seed: work[seed].result())))  # type: ignore[misc]
                 if report is not None:
                     report(k + 1, len(seeds))
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    return done
+    return outcomes
 
 
 def outcome(flight: Flight) -> Outcome:
-    """Say what a flight amounts to."""
+    """Return the summary of a flight."""
     record, mission = flight.record, flight.record.mission
     place = record.data["position"][:, :2]
     off = np.hypot(*(record.data["position_estimated"] - place).T)
@@ -211,7 +211,7 @@ def outcome(flight: Flight) -> Outcome:
 
 
 def expected(mission: Mission, fastest: float = math.inf) -> float:
-    """Return how long a mission takes at its speeds through still water."""
+    """Return the duration [s] of a mission at its speeds through still water."""
     points, places = mission.waypoints, [mission.start, *(point[:2] for point in mission.waypoints)]
     speeds = [point.speed for point in points]
     if not mission.stay:
@@ -221,8 +221,10 @@ def expected(mission: Mission, fastest: float = math.inf) -> float:
     return float((legs / np.minimum(speeds, fastest)).sum())
 
 
-def _told(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str], duration: float | None) -> dict[str, Any]:
-    """Fly one seed, and say what it amounts to as a journal holds it."""
+def _outcome_of(
+    file: MissionFile, robot: Robot, seed: int, faults: Sequence[str], duration: float | None
+) -> dict[str, Any]:
+    """Fly one seed and return its summary for the journal."""
     return vars(outcome(fly(file, robot, seed=seed, faults=faults, duration=duration)))
 
 
@@ -253,8 +255,10 @@ def _part(
         record, after = fly_part(start, asked, state)
         return {"record": record, "state": base64.b64encode(after).decode()}
 
-    told = journal.answer(made, work)
-    return {name: np.asarray(values, float) for name, values in told["record"].items()}, base64.b64decode(told["state"])
+    answer = journal.answer(made, work)
+    return {name: np.asarray(values, float) for name, values in answer["record"].items()}, base64.b64decode(
+        answer["state"]
+    )
 
 
 def _record(
@@ -285,7 +289,7 @@ def _record(
 
 
 def _facts(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str]) -> dict[str, str]:
-    """Say what makes a record."""
+    """Return the provenance of a record."""
     given = {"mission_file": file.file, "mission_hash": file.hash, "seed": str(seed), "faults": " ".join(faults)}
     made_by = {key: value for key, value in provenance(robot).items() if key != "joints"}  # the twin moves its own
     return {key: str(value) for key, value in (made_by | given).items()}

@@ -24,18 +24,18 @@ Array = NDArray[np.float64]
 
 SPACE = "http://www.topografix.com/GPX/1/1"
 BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)  # a simulated mission has no date: its times count from here
-MOST_BYTES = 200_000_000
+MAX_BYTES = 200_000_000
 
 
 @dataclass(frozen=True)
 class GpxTrack:
     """A track of a GPX file."""
 
-    name: str  # Empty if it has none
+    name: str  # empty if it has none
     latitude: Array  # (points,) [rad]
     longitude: Array
-    elevation: Array  # (points,) Above the surface [m]; not a number where there is none
-    time: Array  # (points,) Since 1970 [s]; not a number where there is none
+    elevation: Array  # (points,), above the surface [m]; NaN where missing
+    time: Array  # (points,), since 1970 [s]; NaN where missing
 
 
 def write_gpx(record: MissionRecord, path: str | Path) -> Path:
@@ -44,7 +44,7 @@ def write_gpx(record: MissionRecord, path: str | Path) -> Path:
 
 
 def gpx_text(record: MissionRecord) -> str:
-    """Write the track of a mission: waypoints, where it was, and where it believed to be, once a second."""
+    """Return waypoints, true and estimated track of a mission once a second."""
     check_origin(record.origin)
     assert record.origin is not None
     root = Element("gpx", {"version": "1.1", "creator": f"hypertuna {version()}", "xmlns": SPACE})
@@ -78,7 +78,7 @@ def read_gpx(path: str | Path) -> list[GpxTrack]:
     except OSError as error:
         value, fix = f"not ({error.strerror})", "give the path of a .gpx file"
         raise InputError("must be a readable file", file=file, value=value, fix=fix) from None
-    if size > MOST_BYTES:
+    if size > MAX_BYTES:
         raise InputError("must be at most 200 MB", file=file, value=f"{size / 1e6:.0f} MB", fix="cut the track")
     try:
         root = ElementTree.fromstring(content, parser=ElementTree.XMLParser(target=_Plain()))
@@ -95,7 +95,7 @@ def read_gpx(path: str | Path) -> list[GpxTrack]:
 
 
 class _Plain(ElementTree.TreeBuilder):
-    """A tree of a file without a document type: those can make entities that fill the memory."""
+    """Builder that refuses document types: their entities can fill the memory."""
 
     def doctype(self, *_: object) -> NoReturn:
         raise InputError("must not have a document type", fix="remove the line <!DOCTYPE ...>")
@@ -129,7 +129,7 @@ def _track(
 
 
 def _clean(text: str) -> str:
-    """Leave out what XML 1.0 cannot hold."""
+    """Remove characters that XML 1.0 excludes."""
     return "".join(c for c in text if c in "\t\n\r" or "\x20" <= c <= "\ud7ff" or "\ue000" <= c <= "\ufffd")
 
 
@@ -147,14 +147,14 @@ def _read_track(track: Element, key: str, file: str) -> GpxTrack:
     return GpxTrack(track.findtext(_tag("name")) or "", *columns)
 
 
-def _number(text: str | None, key: str, most: float, file: str) -> float:
+def _number(text: str | None, key: str, limit: float, file: str) -> float:
     """Read a number of limited size."""
     try:
         value = float(text if text is not None else "")
     except ValueError:
         value = math.nan
-    if not abs(value) <= most or math.isinf(value):
-        rule = "must be a number" if math.isinf(most) else f"must be a number from -{most:g} to {most:g}"
+    if not abs(value) <= limit or math.isinf(value):
+        rule = "must be a number" if math.isinf(limit) else f"must be a number from -{limit:g} to {limit:g}"
         given = "missing" if text is None else shown(text)
         raise InputError(rule, file=file, key=key, value=given, fix="correct that point")
     return value

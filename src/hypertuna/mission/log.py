@@ -1,6 +1,6 @@
 """Logs of missions: MCAP files (mcap.dev) that Foxglove and Rerun open, written in chunks with checksums.
 
-Topic /tf has the robot and what it believes itself to be as foxglove.FrameTransform; the other topics are messages in
+Topic /tf has the true and the estimated pose as foxglove.FrameTransform; the other topics are messages in
 JSON with schemas, whose keys carry the unit. Needs the extra `log`.
 """
 
@@ -28,11 +28,11 @@ __all__ = ["LogWriter", "write_log"]
 
 Array = NDArray[np.float64]
 
-PART = 2000  # times that are written at once
+PART = 2000  # rows written at once
 
 
 class LogWriter:
-    """A log that is written while a mission goes on: what `write` has got is on the disk in whole chunks."""
+    """Writer of a log during a mission: after `write` the record is on disk in whole chunks."""
 
     def __init__(self, target: Path | IO[bytes]) -> None:
         need_log()
@@ -56,7 +56,7 @@ class LogWriter:
         self.close()
 
     def write(self, record: MissionRecord) -> None:
-        """Put a record at the end, in whole chunks."""
+        """Append a record in whole chunks."""
         if self._head is None:
             self._head = _head(record)
             self._file.write_metadata(METADATA, {"record": self._head, **record.facts})
@@ -76,15 +76,15 @@ class LogWriter:
         self._file.flush()
 
     def close(self, facts: Mapping[str, str] | None = None) -> None:
-        """End the file with its index."""
+        """Finish the file with its index."""
         if facts:
             self._file.write_metadata(ENDING, dict(facts))
         self._file.close()
 
-    def _channel(self, topic: str, told: Mapping[str, Any]) -> Any:
+    def _channel(self, topic: str, json_schema: Mapping[str, Any]) -> Any:
         import foxglove
 
-        return foxglove.Channel(topic, schema=dict(told), context=self._context)
+        return foxglove.Channel(topic, schema=dict(json_schema), context=self._context)
 
     def _transform(self, child: str, pose: Sequence[float], stamp: int) -> None:
         """Log a pose: x, y, z, then w, x, y, z."""
@@ -133,7 +133,7 @@ def write_log(record: MissionRecord, path: str | Path, report: Callable[[int, in
 
 
 def _head(record: MissionRecord) -> str:
-    """Say what a record has, beside its numbers."""
+    """Return the names and facts of a record as JSON."""
     facts = {
         "name": record.name,
         "robot": record.robot,
@@ -193,7 +193,7 @@ def _messages(topic: str, rows: Sequence[Field], record: MissionRecord) -> list[
 
 
 def _ahead(record: MissionRecord) -> Array:
-    """Return the speed through the water, or what the robot believed of it."""
+    """Return the speed through the water, true or estimated (T,) [m/s]."""
     if "velocity" in record.data:
         return np.asarray(-record.data["velocity"][:, 0])
     none = np.zeros(len(record.time))

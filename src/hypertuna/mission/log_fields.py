@@ -40,7 +40,7 @@ BORDER = {  # units of messages, and their factor from SI
     "1": ("", 1.0),
 }
 
-# What each topic of numbers has; attitude and positions in space are transforms.
+# Quantities of each topic; attitude and position in space are transforms.
 SCALARS: dict[str, tuple[str, ...]] = {
     "/motion": ("velocity", "turn_rate"),
     "/estimate": (
@@ -60,13 +60,13 @@ SCALARS: dict[str, tuple[str, ...]] = {
 
 
 def fields(names: Collection[str], joints: tuple[str, ...], circuits: tuple[str, ...]) -> dict[str, list[Field]]:
-    """Return what each topic has."""
-    found = {}
+    """Return the fields of each topic."""
+    topics = {}
     for topic, kinds in SCALARS.items():
         rows = [row for name in kinds if name in names for row in _rows(name, parts_of(name, joints, circuits))]
         if rows or topic == "/motion":
-            found[topic] = rows
-    return found
+            topics[topic] = rows
+    return topics
 
 
 def schema(topic: str, rows: list[Field]) -> dict[str, object]:
@@ -84,7 +84,7 @@ def schema(topic: str, rows: list[Field]) -> dict[str, object]:
     return {"title": title, "type": "object", "properties": own | extra}
 
 
-# What /motion tells beside what is recorded: derived from position and attitude, for plots.
+# Further fields of /motion, derived from position and attitude for plots.
 DERIVED = {
     "depth_m": "of the nose",
     "speed_m_s": "through the water, ahead positive",
@@ -105,5 +105,5 @@ def _rows(name: str, parts: tuple[str, ...]) -> list[Field]:
 
 
 def _number(text: str, *, silent: bool = False) -> dict[str, object]:
-    """Return the schema of a number, or of none where a sensor may be silent."""
+    """Return the schema of a number, null where a reading may be missing."""
     return {"type": ["number", "null"] if silent else "number", "description": text}

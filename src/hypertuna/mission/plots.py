@@ -46,22 +46,22 @@ def plot_mission(record: MissionRecord, *, width: float = WIDTH) -> Figure:
 
 def _entries(panels: Array) -> tuple[list[Artist], list[str]]:
     """Entries of all panels, each text once."""
-    found: dict[str, Artist] = {}
+    entries: dict[str, Artist] = {}
     for axes in panels:
         for handle, text in zip(*axes.get_legend_handles_labels(), strict=True):
-            found.setdefault(text, handle)
-    return list(found.values()), list(found)
+            entries.setdefault(text, handle)
+    return list(entries.values()), list(entries)
 
 
 def _caption(record: MissionRecord) -> str:
-    """Say the mission in a line."""
+    """Return name, robot and main numbers in two lines."""
     seconds, way = record.time[-1] - record.time[0], record.distance
     far = f"{way:.0f}" if way >= 100 else f"{way:.2g}"
     long = f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.2g} min"
-    told = f"{far} m over ground{'' if record.true else ' as it believed'} in {long}"
+    numbers = f"{far} m over ground{'' if record.true else ', estimated'} in {long}"
     if record.metered and record.energy[-1] > 0:
-        told += f", {record.energy[-1] / HOUR:.2g} Wh"
-    return f"{record.name}, {record.robot}\n{told}"
+        numbers += f", {record.energy[-1] / HOUR:.2g} Wh"
+    return f"{record.name}, {record.robot}\n{numbers}"
 
 
 def _bounds(record: MissionRecord) -> tuple[Array, Array]:
@@ -100,7 +100,7 @@ def _draw_plan(axes: Axes, record: MissionRecord, low: Array, high: Array) -> No
 
 
 def _draw_depth(axes: Axes, record: MissionRecord) -> None:
-    """Draw depth against time, on bands that tell the mode."""
+    """Draw depth against time over bands of the mode."""
     scale, mission = _clock(record)[0], record.mission
     _draw_modes(axes, record, scale)
     if record.true:
@@ -144,5 +144,5 @@ def _draw_energy(axes: Axes, record: MissionRecord) -> None:
 
 
 def _clock(record: MissionRecord) -> tuple[float, str]:
-    """Return a unit of time in seconds, and what to call the axis."""
+    """Return a unit of time in seconds, and the label of the axis."""
     return (60.0, "time [min]") if record.time[-1] - record.time[0] > 600 else (1.0, "time [s]")

@@ -24,42 +24,42 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Log:
-    """A log as it was read."""
+    """A log, read from its file."""
 
     record: MissionRecord  # every time that all topics have
     complete: bool  # whether the file is whole and every checksum is right
-    sentence: str  # says so, or what is missing
+    sentence: str  # the same in words, with the extent read
     messages: dict[str, int]  # number of messages of each topic in whole chunks
-    chunks: int  # whole chunks; bytes of the file
-    size: int  # whole chunks; bytes of the file
+    chunks: int  # whole ones
+    size: int  # bytes of the file
 
 
 def read_log(path: str | Path) -> Log:
     """Read a log."""
     file, size = str(path), Path(path).stat().st_size if Path(path).is_file() else 0
-    pile = read_messages(path)
-    if pile.metadata is not None and LINK in pile.metadata:
+    content = read_messages(path)
+    if content.metadata is not None and LINK in content.metadata:
         fix = "open it in Foxglove, or give it to identify or actuator fit; the robot's card has a black box"
         raise InputError("must be a log of a mission or a black box", file=file, value="one of the radio", fix=fix)
-    if pile.metadata is None or "record" not in pile.metadata:
-        cut = f", and it is {pile.fault}" if pile.fault else ""
+    if content.metadata is None or "record" not in content.metadata:
+        cut = f", and it is {content.fault}" if content.fault else ""
         raise InputError(f"must be a log of hypertuna: it has no such head{cut}", file=file, fix="give another file")
     try:
-        record = _record(pile)
+        record = _record(content)
     except InputError as error:
         raise InputError(error.rule, file=file, key=error.key, value=error.value, fix=error.fix) from None
-    counts = {topic: len(times) for topic, times in pile.times.items()}
+    counts = {topic: len(times) for topic, times in content.times.items()}
     sentence = "The log is whole; all checksums are right."
-    if pile.fault:
-        sentence = f"The log is {pile.fault}: {pile.chunks} whole chunks are read, up to {record.time[-1]:.4g} s."
-    return Log(record, not pile.fault, sentence, counts, pile.chunks, size)
+    if content.fault:
+        sentence = f"The log is {content.fault}: {content.chunks} whole chunks are read, up to {record.time[-1]:.4g} s."
+    return Log(record, not content.fault, sentence, counts, content.chunks, size)
 
 
-def _record(pile: Messages) -> MissionRecord:
+def _record(content: Messages) -> MissionRecord:
     """Make a record of the times that all topics have."""
-    assert pile.metadata is not None
+    assert content.metadata is not None
     try:
-        head = json.loads(pile.metadata["record"])
+        head = json.loads(content.metadata["record"])
         names, joints, circuits = head["columns"], tuple(head["joints"]), tuple(head["circuits"])
         known = [name for name in names if name in COLUMNS]
         origin = None if head["origin"] is None else (float(head["origin"][0]), float(head["origin"][1]))
@@ -71,32 +71,32 @@ def _record(pile: Messages) -> MissionRecord:
         raise InputError("must have a head as hypertuna writes it", key="record", fix="write the log anew") from None
     topics = fields(known, joints, circuits)
     frames = {"/tf robot": "attitude", "/tf estimate": "attitude_estimated"}
-    needed = [*(topic for topic, name in frames.items() if name in known), *topics]
-    count = min(len(pile.times.get(topic, [])) for topic in needed)
+    required = [*(topic for topic, name in frames.items() if name in known), *topics]
+    count = min(len(content.times.get(topic, [])) for topic in required)
     if not count:
-        rule = "has no time that all topics have" + (f": it is {pile.fault}" if pile.fault else "")
-        raise InputError(rule, key=next(t for t in needed if not pile.times.get(t)), fix="nothing is left to read")
-    stamps = np.array(pile.times[needed[0]][:count], dtype=np.int64)
+        rule = "has no time that all topics have" + (f": it is {content.fault}" if content.fault else "")
+        raise InputError(rule, key=next(t for t in required if not content.times.get(t)), fix="give another file")
+    stamps = np.array(content.times[required[0]][:count], dtype=np.int64)
     try:
-        data = _data(pile, topics, count)
-        if "/tf robot" in needed:
-            data["position"], data["attitude"] = _poses(pile.contents["/tf robot"][:count])
-        if "/tf estimate" in needed:
-            data["attitude_estimated"] = _poses(pile.contents["/tf estimate"][:count])[1]
+        data = _data(content, topics, count)
+        if "/tf robot" in required:
+            data["position"], data["attitude"] = _poses(content.contents["/tf robot"][:count])
+        if "/tf estimate" in required:
+            data["attitude_estimated"] = _poses(content.contents["/tf estimate"][:count])[1]
     except (ValueError, KeyError, TypeError, IndexError, struct.error):
         fix = "write the log anew"
         raise InputError("must have messages as hypertuna writes them", key="topics", fix=fix) from None
-    facts = {key: value for key, value in pile.metadata.items() if key != "record"}
+    facts = {key: value for key, value in content.metadata.items() if key != "record"}
     return MissionRecord(
         *texts, mission, stamps / NANO, data, joints, circuits, modes, reasons, origin, facts, controls, faults
     )
 
 
-def _data(pile: Messages, topics: dict[str, list[Any]], count: int) -> dict[str, Array]:
+def _data(content: Messages, topics: dict[str, list[Any]], count: int) -> dict[str, Array]:
     """Read the numbers of all topics but the transforms."""
     data: dict[str, list[Array] | Array] = {}
     for topic, rows in topics.items():
-        messages = [json.loads(content) for content in pile.contents[topic][:count]]
+        messages = [json.loads(text) for text in content.contents[topic][:count]]
         for row in rows:
             column = np.array([message[row.key] for message in messages], dtype=np.float64) / row.factor
             if row.part is None:

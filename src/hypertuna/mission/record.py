@@ -1,4 +1,4 @@
-"""Record of a mission: what the robot did, what it believed and what it decided, as plain arrays with units."""
+"""Record of a mission: true and estimated motion, commands and decisions, as plain arrays with units."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ __all__ = [
 Array = NDArray[np.float64]
 
 HOUR = 3600.0
-WINDOW = 1.0  # s: the nose swings to and fro with the beat; distances are of its path averaged over so long
+WINDOW = 1.0  # s: the nose swings with the beat; distances are of its path averaged over this window
 
 
 class Column(NamedTuple):
-    """A quantity that is recorded: what its second dimension is, its unit, its meaning, whether it may be silent."""
+    """A quantity that is recorded: second dimension, unit, meaning, and whether NaN stands for a missing reading."""
 
     dim: str
     unit: str
     meaning: str
-    silent: bool = False  # not a number where a sensor did not answer
+    silent: bool = False  # NaN without a reading
 
 
 # Second dimensions of fixed length, and names of their parts.
@@ -50,39 +50,39 @@ COLUMNS: dict[str, Column] = {
     "attitude": Column("quaternion", "1", "from the body (x nose to tail, y starboard, z up) to the world"),
     "velocity": Column("axis", "m/s", "of the nose through the water, in body axes"),
     "turn_rate": Column("axis", "rad/s", "angular velocity, in body axes"),
-    "position_estimated": Column("plane", "m", "that the robot believes: east, north"),
-    "depth_estimated": Column("", "m", "that the robot believes"),
-    "attitude_estimated": Column("quaternion", "1", "that the robot believes"),
-    "speed_estimated": Column("", "m/s", "through the water that the robot believes"),
-    "current_estimated": Column("plane", "m/s", "that the robot believes: east, north"),
-    "factor_estimated": Column("", "1", "speed over that of the gait table, that the robot believes"),
-    "position_error": Column("", "m", "standard deviation of the position that the robot believes"),
-    "mode": Column("", "1", "what the robot does, by its place in the list of modes"),
-    "reasons": Column("", "1", "why, one bit each in the order of the list of reasons"),
-    "control": Column("", "1", "who makes the command, by its place in the list of controls"),
+    "position_estimated": Column("plane", "m", "estimate: east, north"),
+    "depth_estimated": Column("", "m", "estimate"),
+    "attitude_estimated": Column("quaternion", "1", "estimate"),
+    "speed_estimated": Column("", "m/s", "through the water, estimate"),
+    "current_estimated": Column("plane", "m/s", "estimate: east, north"),
+    "factor_estimated": Column("", "1", "speed over that of the gait table, estimate"),
+    "position_error": Column("", "m", "standard deviation of the estimated position"),
+    "mode": Column("", "1", "index in the list of modes"),
+    "reasons": Column("", "1", "one bit each in the order of the list of reasons"),
+    "control": Column("", "1", "source of the command, index in the list of controls"),
     "armed": Column("", "1", "whether the robot is armed"),
-    "faults": Column("", "1", "that the supervisor knows of, one bit each in the order of the list of faults"),
-    "answer": Column("", "1", "of the supervisor to them: 0 warn, 1 home, 2 rest, 3 disarm"),
-    "leg": Column("", "1", "waypoint that it goes to, counted from 0"),
-    "angle_set": Column("joint", "rad", "bend that the controller asks for"),
+    "faults": Column("", "1", "known to the supervisor, one bit each in the order of the list of faults"),
+    "answer": Column("", "1", "of the supervisor to faults: 0 warn, 1 home, 2 rest, 3 disarm"),
+    "leg": Column("", "1", "current waypoint, from 0"),
+    "angle_set": Column("joint", "rad", "setpoint of the bend"),
     "angle": Column("joint", "rad", "bend of the joint group, counter-clockwise from above"),
-    "servo_target": Column("circuit", "rad", "servo angle that the pulse asks for"),
+    "servo_target": Column("circuit", "rad", "setpoint of the servo angle"),
     "servo_angle": Column("circuit", "rad", "servo angle from neutral"),
     "pump_pressure": Column("circuit", "Pa", "gauge pressure in the cylinder"),
     "unit_pressure": Column("circuit", "Pa", "gauge pressure in the drive units"),
-    "pulse": Column("servo", "s", "servo pulse that the controller asks for, without trim"),
-    "fin_target": Column("fin", "rad", "fin angle asked for, leading edge up positive"),
+    "pulse": Column("servo", "s", "servo pulse without trim"),
+    "fin_target": Column("fin", "rad", "setpoint of the fin angle, leading edge up positive"),
     "fin": Column("fin", "rad", "fin angle, leading edge up positive"),
-    "fin_commanded": Column("fin", "rad", "fin angle that the pilot commands"),
-    "frequency_commanded": Column("", "Hz", "beat that the pilot commands"),
-    "amplitude_commanded": Column("joint", "rad", "bend to either side that the pilot commands"),
-    "lag_commanded": Column("joint", "rad", "behind the first joint that the pilot commands"),
-    "bias_commanded": Column("joint", "rad", "mean bend that the pilot commands"),
+    "fin_commanded": Column("fin", "rad", "fin angle commanded by the pilot"),
+    "frequency_commanded": Column("", "Hz", "beat frequency commanded by the pilot"),
+    "amplitude_commanded": Column("joint", "rad", "bend amplitude commanded by the pilot"),
+    "lag_commanded": Column("joint", "rad", "lag behind the first joint commanded by the pilot"),
+    "bias_commanded": Column("joint", "rad", "mean bend commanded by the pilot"),
     "battery_voltage": Column("", "V", "at the battery's terminals"),
     "power": Column("", "W", "electrical power of all servos"),
     "energy": Column("", "J", "taken from the battery since the start"),
     "charge": Column("", "C", "taken from the battery"),
-    "charge_left": Column("", "1", "part of the charge that is left"),
+    "charge_left": Column("", "1", "remaining fraction of the charge"),
     "status": Column("", "1", "flags of the controller's status"),
 }
 READ = tuple(channel.column for channel in COUNTED.values())
@@ -94,21 +94,19 @@ COLUMNS |= {
 
 @dataclass(frozen=True)
 class MissionRecord:
-    """What was recorded of a mission."""
+    """Time series of a mission."""
 
-    name: str  # Of the mission
+    name: str  # of the mission
     robot: str
-    mission: Mission  # That was flown, with the water and the satellites of its seed
-    time: Array = field(repr=False)  # (T,) Increasing [s]
-    # Quantities of `COLUMNS`, each of shape (T,) or (T, parts); position and attitude at least, or what the robot
-    # believed of them
-    data: Mapping[str, Array] = field(repr=False)
-    joints: tuple[str, ...] = ()  # Names of the joint groups and of the oil circuits
+    mission: Mission  # as flown, with the water and the satellites of its seed
+    time: Array = field(repr=False)  # (T,), increasing [s]
+    data: Mapping[str, Array] = field(repr=False)  # by `COLUMNS`, (T,) or (T, parts); true or estimated pose at least
+    joints: tuple[str, ...] = ()  # names, as all that follow
     circuits: tuple[str, ...] = ()
-    modes: tuple[str, ...] = ()  # Names of what ``mode``, ``reasons``, ``control`` and ``faults`` count
+    modes: tuple[str, ...] = ()
     reasons: tuple[str, ...] = ()
-    origin: tuple[float, float] | None = None  # Latitude and longitude that positions are counted from [rad]
-    facts: Mapping[str, str] = field(default_factory=dict)  # What made it: version, hashes, seed, how it ended
+    origin: tuple[float, float] | None = None  # latitude and longitude of x = y = 0 [rad]
+    facts: Mapping[str, str] = field(default_factory=dict)  # version, hashes, seed, status
     controls: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
 
@@ -119,7 +117,7 @@ class MissionRecord:
         believed = self.data.keys().isdisjoint(TRUE) and not self.data.keys().isdisjoint(BELIEVED)
         for name in BELIEVED if believed else TRUE:
             if name not in self.data:
-                fix = "a record has position and attitude at least, or what the robot believed of them"
+                fix = "record the true or the estimated pose"
                 raise InputError("is missing", key=name, fix=fix)
         for name, values in self.data.items():
             if name not in COLUMNS:
@@ -144,7 +142,7 @@ class MissionRecord:
 
     @property
     def true(self) -> bool:
-        """Whether it tells where the robot was; otherwise position and attitude are what the robot believed."""
+        """Whether the true pose is recorded; otherwise position and attitude are estimates."""
         return "position" in self.data
 
     @cached_property
@@ -165,9 +163,9 @@ class MissionRecord:
         return angles_of(self.attitude)
 
     def every(self, seconds: float) -> NDArray[np.int64]:
-        """Return the places in the record at every so many seconds and at its end, each once."""
-        wished = np.append(np.arange(self.time[0], self.time[-1], seconds), self.time[-1])
-        return np.unique(np.searchsorted(self.time, wished))
+        """Return the rows at this interval [s] and at the end, each once."""
+        instants = np.append(np.arange(self.time[0], self.time[-1], seconds), self.time[-1])
+        return np.unique(np.searchsorted(self.time, instants))
 
     @property
     def depth(self) -> Array:
@@ -176,17 +174,17 @@ class MissionRecord:
 
     @property
     def metered(self) -> bool:
-        """Whether it tells the energy."""
+        """Whether energy or power is recorded."""
         return not self.data.keys().isdisjoint(("energy", "power"))
 
     @cached_property
     def energy(self) -> Array:
-        """Electrical energy since the start (T,) [J]: as recorded, or the servos' where none was."""
+        """Electrical energy since the start (T,) [J]: as recorded, or of the servos."""
         return np.asarray(self.data["energy"]) if "energy" in self.data else self.servo_energy
 
     @cached_property
     def servo_energy(self) -> Array:
-        """What the servos took since the start (T,) [J]: their power by the trapezoidal rule."""
+        """Energy of the servos since the start (T,) [J]: their power by the trapezoidal rule."""
         if "power" not in self.data:
             return np.zeros(len(self.time))
         power = self.data["power"]
@@ -232,9 +230,9 @@ def mission_from(table: Mapping[str, Any]) -> Mission:
 
 
 def record_facts(record: MissionRecord) -> dict[str, Any]:
-    """Tell a mission, for programs."""
+    """Return the JSON record of a mission."""
     span = float(record.time[-1] - record.time[0])
-    told: dict[str, Any] = {
+    summary: dict[str, Any] = {
         "mission": record.name,
         "robot": record.robot,
         "begin_s": float(record.time[0]),
@@ -245,16 +243,16 @@ def record_facts(record: MissionRecord) -> dict[str, Any]:
         "depth_max_m": float(record.depth.max()),
     }
     if record.metered:
-        told["energy_wh"] = float(record.energy[-1]) / HOUR
+        summary["energy_wh"] = float(record.energy[-1]) / HOUR
     if "charge_left" in record.data:
-        told["charge_left"] = float(record.data["charge_left"][-1])
+        summary["charge_left"] = float(record.data["charge_left"][-1])
     if record.true and "position_estimated" in record.data:
         off = record.data["position_estimated"] - record.data["position"][:, :2]
-        told["position_off_max_m"] = float(np.hypot(*off.T).max())
+        summary["position_off_max_m"] = float(np.hypot(*off.T).max())
     if "mode" in record.data:
         mode = int(record.data["mode"][-1])
-        told["mode_at_end"] = record.modes[mode] if 0 <= mode < len(record.modes) else mode
-    return told | {"facts": dict(record.facts)}
+        summary["mode_at_end"] = record.modes[mode] if 0 <= mode < len(record.modes) else mode
+    return summary | {"facts": dict(record.facts)}
 
 
 def joined(records: Sequence[MissionRecord]) -> MissionRecord:

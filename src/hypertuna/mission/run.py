@@ -35,9 +35,9 @@ __all__ = ["MissionRun", "MissionStart", "fly_mission", "fly_part", "mission_sta
 
 Array = NDArray[np.float64]
 
-LONGEST = 1e5  # s of a mission: at 10 rows a second half a gigabyte of record
-PART = 30.0  # s of a mission that is flown at a time
-SLACK = 2.0  # times the way at its speed, and ten minutes: then a mission that has no duration is given up
+MAX_DURATION = 1e5  # s of a mission: at 10 rows a second half a gigabyte of record
+PART = 30.0  # s, flown at a time
+SLACK = 2.0  # times the course at its speeds, plus ten minutes: default duration
 FIN = re.compile(r"(?P<which>fin-port|fin-starboard|fins):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
 FIN_KINDS = {"stuck": math.nan, "level": 0.0, "up": 1.0, "down": -1.0}  # parts of the largest angle
 DISTANCE_STEP = 2.0  # s between the places that a distance is summed over: whole beats of most gaits
@@ -45,42 +45,32 @@ DISTANCE_STEP = 2.0  # s between the places that a distance is summed over: whol
 
 @dataclass(frozen=True)
 class MissionStart:
-    """A mission that is ready to be flown: all that the core takes of it."""
+    """A mission ready to fly, with the arguments of the core."""
 
     robot: Robot = field(repr=False)
     mission: Mission
     table: GaitTable
     seed: int
-    # as they are spelled
-    faults: tuple[str, ...]  # as they are spelled
-    # after which it is given up [s]
-    duration: float  # after which it is given up [s]
-    # ticks from one row of the record to the next
+    faults: tuple[str, ...]  # as given
+    duration: float  # s, then it is given up
     every: int  # ticks from one row of the record to the next
-    # control tick [s]
     tick: float  # control tick [s]
-    # arguments of `_core.simulate`
-    core: dict[str, Any] = field(repr=False)  # arguments of `_core.run_mission`
+    core: dict[str, Any] = field(repr=False)  # arguments of `_core.simulate`
 
     @property
     def ticks(self) -> int:
-        """Control ticks after which it is given up."""
+        """Max number of control ticks."""
         return int(self.duration / self.tick * (1 + 1e-12))
 
 
 @dataclass(frozen=True)
 class MissionRun(Motion):
-    """A mission as it was flown."""
+    """A flown mission."""
 
     start: MissionStart
-    # (T,) Start of every control tick that was recorded [s]
-    time: Array = field(repr=False)  # (T,) Start of every control tick that was recorded [s]
-    # what was recorded, as `_core.run_mission` names it, each (T,) or (T, n) [SI]
-    # what was recorded, as `_core.simulate` names it, each (T,) or (T, n) [SI]
-    data: dict[str, Array] = field(repr=False)
-    # "done"; "home", but before it had reached all waypoints; "hold", "given up" (out of time) or "diverged"
-    # "done"; "home", but before it had reached all waypoints; "hold", "given up" (out of time) or "diverged"
-    status: str
+    time: Array = field(repr=False)  # (T,), start of every recorded control tick [s]
+    data: dict[str, Array] = field(repr=False)  # by the names of `_core.simulate`, (T,) or (T, n) [SI]
+    status: str  # "done"; "home" before all waypoints were reached; "hold", "given up" (out of time) or "diverged"
 
     @property
     def modes(self) -> tuple[str, ...]:
@@ -90,18 +80,18 @@ class MissionRun(Motion):
 
     @property
     def reasons(self) -> dict[str, float]:
-        """Why the pilot did what it did: reasons that held, and when each first did [s]."""
+        """The pilot's reasons, by the time at which each first held [s]."""
         flags = self.data["reasons"].astype(np.int64)
-        found = {}
+        first = {}
         for bit, (name, _) in enumerate(_core.reason_table()):
             held = flags >> bit & 1 == 1
             if held.any():
-                found[name] = float(self.time[held.argmax()])
-        return dict(sorted(found.items(), key=lambda item: item[1]))
+                first[name] = float(self.time[held.argmax()])
+        return dict(sorted(first.items(), key=lambda item: item[1]))
 
     @cached_property
     def distance(self) -> float:
-        """Length of the way over ground [m], without the beat's swing."""
+        """Distance over ground [m], without the beat's swing."""
         stride = max(1, round(DISTANCE_STEP / (self.start.tick * self.start.every)))
         track = self.position[::stride, :2]
         return float(np.hypot(*np.diff(track, axis=0).T).sum())
@@ -122,17 +112,19 @@ def mission_start(
     every: int = 10,
     duration: float | None = None,
 ) -> MissionStart:
-    """Make a mission ready."""
+    """Check a mission against a robot and collect the arguments of the core."""
     control = require(robot.controller, "controller", robot)
     tick = 1 / control.rate
     table = gait_table(robot) if table is None else table
     parts = parts_of(robot, "water", None)
     _check_margin(robot, mission)
     every = POSITIVE_WHOLE.check(every, "every", "give a whole number of ticks")
-    most = min(_longest(mission), LONGEST) if duration is None else FINITE.check(duration, "duration", "give seconds")
-    if not tick <= most <= LONGEST:
-        rule = f"must be from {tick:g} to {LONGEST:g} s"
-        raise InputError(rule, key="duration", value=f"{most:g}", fix="give the seconds after which to give up")
+    limit = min(_default_duration(mission), MAX_DURATION)
+    if duration is not None:
+        limit = FINITE.check(duration, "duration", "give seconds")
+    if not tick <= limit <= MAX_DURATION:
+        rule = f"must be from {tick:g} to {MAX_DURATION:g} s"
+        raise InputError(rule, key="duration", value=f"{limit:g}", fix="give the seconds after which to give up")
     given = fault_list(faults)
     fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
     sensors = tuple(fault for fault in given if fault not in fins)
@@ -143,7 +135,7 @@ def mission_start(
         "command": _core.Pilot(controller, pilot_columns(robot, table), mission_columns(mission)),
         "world": world_at_sea(robot, _sea(mission), mission.gaps),
         "sensors": _core.Sensors(pilot_sensor_columns(robot), checked_seed(seed)),
-        "faults": read_sensor_faults(sensors, robot, most),
+        "faults": read_sensor_faults(sensors, robot, limit),
         "fin_faults": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
         "twist": np.zeros(6),
         "pose": _pose(mission),
@@ -151,7 +143,7 @@ def mission_start(
         "steps": steps_needed(tick, parts, robot),
         "every": every,
     }
-    return MissionStart(robot, mission, table, seed, given, most, every, tick, core)
+    return MissionStart(robot, mission, table, seed, given, limit, every, tick, core)
 
 
 def fly_part(start: MissionStart, ticks: int, state: bytes | None = None) -> tuple[dict[str, Array], bytes]:
@@ -189,12 +181,12 @@ def fly_mission(
 
 
 def part_ticks(start: MissionStart) -> int:
-    """Count the ticks of a part: whole rows of the record."""
+    """Return the ticks of a part: whole rows of the record."""
     return max(1, round(PART / (start.tick * start.every))) * start.every
 
 
 def over(start: MissionStart, record: dict[str, Array], asked: int) -> bool:
-    """Tell whether a part was a mission's last: done, or diverged."""
+    """Return whether a part was the last: done, or diverged."""
     made = int(record["ticks"][0])
     rows = -(-made // start.every)
     return made < asked or (rows > 0 and _mode(record["mode"][rows - 1]) == "done")
@@ -237,7 +229,7 @@ def _pose(mission: Mission) -> Array:
 
 
 def _check_margin(robot: Robot, mission: Mission) -> None:
-    """Check that no waypoint is so near the fence that the pilot would skip it."""
+    """Check that no waypoint is within the pilot's fence margin."""
     margin = require(robot.guidance, "guidance", robot).fence_margin
     room = fence_distance(mission, np.array([(point.x, point.y) for point in mission.waypoints]).reshape(-1, 2))
     for k in np.flatnonzero(room < margin)[:1]:
@@ -246,18 +238,18 @@ def _check_margin(robot: Robot, mission: Mission) -> None:
         raise InputError(rule, key=f"waypoints[{k}]", value=f"{room[k]:.3g} m inside", fix=fix)
 
 
-def _longest(mission: Mission) -> float:
-    """Time after which a mission is given up."""
+def _default_duration(mission: Mission) -> float:
+    """Return the duration [s] after which a mission without one is given up."""
     places = np.array([mission.start, *[(w.x, w.y) for w in mission.waypoints], mission.home])
     legs = np.hypot(*np.diff(places, axis=0).T)
     speeds = np.array([*[w.speed for w in mission.waypoints], mission.home_speed])
     return max(mission.duration, SLACK * float((legs / speeds).sum())) + 600.0
 
 
-def _fin_fault(spelled: str, most: float) -> list[tuple[int, float, float, float]]:
+def _fin_fault(spelled: str, limit: float) -> list[tuple[int, float, float, float]]:
     """Read the fault of a fin's servo: which, angle, from, to."""
     match = FIN.fullmatch(spelled.strip())
-    assert match is not None  # or it is taken for a sensor's
+    assert match is not None
     if match["kind"] not in FIN_KINDS:
         fix = did_you_mean(match["kind"], FIN_KINDS)
         raise InputError("must be of a known kind", key="fault", value=shown(spelled), fix=fix)
@@ -270,4 +262,4 @@ def _fin_fault(spelled: str, most: float) -> list[tuple[int, float, float, float
         fix = "give seconds from the start of the mission, the end after the start"
         raise InputError("must have a time", key="fault", value=shown(spelled), fix=fix)
     which = {"fin-port": (0,), "fin-starboard": (1,), "fins": (0, 1)}[match["which"]]
-    return [(fin, FIN_KINDS[match["kind"]] * most, start, end) for fin in which]
+    return [(fin, FIN_KINDS[match["kind"]] * limit, start, end) for fin in which]

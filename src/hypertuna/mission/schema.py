@@ -11,23 +11,23 @@ from pydantic import AfterValidator, Field, model_validator
 from hypertuna.control.mission import cross, sides
 from hypertuna.description.schema.base import Degrees, NotNegative, Part, Positive, PositiveFraction, Real, Text, entry
 from hypertuna.errors import InputError
-from hypertuna.mission.geodesy import FARTHEST
+from hypertuna.mission.geodesy import MAX_DISTANCE
 
 __all__ = ["Document", "Place", "Scatter", "too_far"]
 
-FASTEST = 5.0  # m/s of robot or water
-DEEPEST = 1000.0  # m
-MOST_WAYPOINTS, MOST_CORNERS, MOST_GAPS = 1000, 64, 1000
-LONGEST = 7 * 86400.0  # s
+MAX_SPEED = 5.0  # m/s of robot or water
+MAX_DEPTH = 1000.0  # m
+MAX_WAYPOINTS, MAX_CORNERS, MAX_GAPS = 1000, 64, 1000
+MAX_DURATION = 7 * 86400.0  # s
 
 Latitude = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-89, le=89)]
 Longitude = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-180, le=180)]
-Speed = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=FASTEST)]
-Current = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=FASTEST)]
-Depth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=DEEPEST)]
-Below = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=DEEPEST)]
-Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LONGEST)]
-Moment = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=LONGEST)]
+Speed = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=MAX_SPEED)]
+Current = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=MAX_SPEED)]
+Depth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=MAX_DEPTH)]
+Below = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=MAX_DEPTH)]
+Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=MAX_DURATION)]
+Moment = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=MAX_DURATION)]
 Reserve = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)]
 Pair = tuple[Real, Real]
 
@@ -113,12 +113,12 @@ class Gps(Part):
 
 
 class Scatter(Part):
-    """What differs from seed to seed, beside the sensors' noise: drawn anew for every seed other than 0."""
+    """What differs from seed to seed, beside the sensors' noise: randomized by every seed other than 0."""
 
     current: Current = entry(
         "current_m_s", "largest speed of a current in any direction that is added (default: 0)", "m/s", default=0.0
     )
-    gaps: Annotated[int, Field(strict=True, ge=0, le=MOST_GAPS)] = entry(
+    gaps: Annotated[int, Field(strict=True, ge=0, le=MAX_GAPS)] = entry(
         "gaps", "number of times without satellites that are added (default: 0)", default=0
     )
     gap: NotNegative = entry("gap_s", "largest length of each of them (default: 0)", "s", default=0.0)
@@ -144,7 +144,7 @@ class Document(Part):
     origin: Origin | None = entry("origin", "table of the place that x and y are counted from", default=None)
     start: Start = entry("start", "table of the start")
     waypoints: tuple[WaypointTable, ...] = entry(
-        "waypoints", "list of waypoints in their order", min_length=1, max_length=MOST_WAYPOINTS
+        "waypoints", "list of waypoints in their order", min_length=1, max_length=MAX_WAYPOINTS
     )
     home: Home = entry("home", "table of the home", default_factory=Home)
     water: Water = entry("water", "table of the water", default_factory=Water)
@@ -193,10 +193,10 @@ def _check_water(document: Document) -> None:
     places: dict[str, float] = {"start": document.start.depth}
     places |= {f"waypoints[{i}]": point.depth for i, point in enumerate(document.waypoints)}
     for key, depth in places.items():
-        for what, most in (("water.bottom_m", bottom), ("limits.depth_m", limit)):
-            if depth > most or (depth == most and what == "water.bottom_m"):
+        for what, highest in (("water.bottom_m", bottom), ("limits.depth_m", limit)):
+            if depth > highest or (depth == highest and what == "water.bottom_m"):
                 above = "above the ground, less than" if what == "water.bottom_m" else "at most"
-                rule = f"must be {above} {what} = {most:g}"
+                rule = f"must be {above} {what} = {highest:g}"
                 raise InputError(rule, key=f"{key}.depth_m", value=f"{depth:g}", fix="go less deep, or correct that")
 
 
@@ -205,13 +205,13 @@ def _check_fence(document: Document) -> None:
     fence = document.limits.fence
     if not fence:
         return
-    if not 3 <= len(fence) <= MOST_CORNERS:
+    if not 3 <= len(fence) <= MAX_CORNERS:
         fix = "give [[x, y], [x, y], [x, y], ...] in m, or leave it out"
-        rule = f"must have 3 to {MOST_CORNERS} corners"
+        rule = f"must have 3 to {MAX_CORNERS} corners"
         raise InputError(rule, key="limits.fence_m", value=f"{len(fence)}", fix=fix)
     around = sides(fence)
     for i, (x, y) in enumerate(fence):
-        if max(abs(x), abs(y)) > FARTHEST:
+        if max(abs(x), abs(y)) > MAX_DISTANCE:
             raise too_far(f"limits.fence_m[{i}]", x, y)
         if around[i][0] == around[i][1]:
             fix = "leave out one of the two; the last corner is joined to the first by itself"
@@ -227,9 +227,9 @@ def _check_fence(document: Document) -> None:
 
 def _check_gaps(gaps: Sequence[tuple[float, float]]) -> None:
     """Check that gaps follow each other."""
-    if len(gaps) > MOST_GAPS:
+    if len(gaps) > MAX_GAPS:
         value, fix = f"{len(gaps)}", "join those that meet"
-        raise InputError(f"must be {MOST_GAPS} at most", key="gps.gaps_s", value=value, fix=fix)
+        raise InputError(f"must be {MAX_GAPS} at most", key="gps.gaps_s", value=value, fix=fix)
     last = 0.0
     for i, (begin, end) in enumerate(gaps):
         if begin >= end:
@@ -244,5 +244,5 @@ def _check_gaps(gaps: Sequence[tuple[float, float]]) -> None:
 
 def too_far(key: str, x: float, y: float) -> InputError:
     """Say that a place is too far away: `x`, `y` [m]."""
-    rule, fix = f"must be within {FARTHEST / 1e3:g} km of the origin", "give it in m, or move the origin"
+    rule, fix = f"must be within {MAX_DISTANCE / 1e3:g} km of the origin", "give it in m, or move the origin"
     return InputError(rule, key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)

@@ -18,15 +18,15 @@ STEP = 1e4  # of an item's x and y in 1 m
 
 
 def items_of(mission: Mission, system: int) -> list[Any]:
-    """Make the items of a mission. Start and heading are where the robot is; the water is not told."""
+    """Make the items of a mission. Start, heading and water are left out."""
     module = dialect()
     items: list[Any] = []
 
-    def add(what: int, values: tuple[float, ...], north: float = 0.0, east: float = 0.0, down: float = 0.0) -> None:
+    def add(command: int, values: tuple[float, ...], north: float = 0.0, east: float = 0.0, down: float = 0.0) -> None:
         numbers = [*values, *[0.0] * (4 - len(values))]
         place = (round(north * STEP), round(east * STEP), down)
         items.append(
-            module.MAVLink_mission_item_int_message(system, 1, len(items), LOCAL, what, 0, 1, *numbers, *place)
+            module.MAVLink_mission_item_int_message(system, 1, len(items), LOCAL, command, 0, 1, *numbers, *place)
         )
 
     bounds = (mission.depth_max, mission.reserve, mission.duration, mission.surface_every)
@@ -45,7 +45,7 @@ def items_of(mission: Mission, system: int) -> list[Any]:
 
 
 def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None] | None = None) -> None:
-    """Send a mission; the robot has the old one until it has all of the new."""
+    """Send a mission; the robot keeps the former one until the new one is complete."""
     items = items_of(mission, robot.system)
     count = dialect().MAVLink_mission_count_message
     kinds = ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK")
@@ -83,5 +83,5 @@ def _item(robot: Client, seq: int) -> Any:
 
 
 def _same(message: Any) -> Any:
-    """Give the same message at every try."""
+    """Return the same message at every try."""
     return message
