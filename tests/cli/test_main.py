@@ -165,7 +165,7 @@ BAD = {
     "command": (("swin",), "No such command 'swin'"),
     "range": (("sweep", *SWIM[1:], "--frequency", "1:6", *FAST[2:]), "frequency must be a number or start:stop:count"),
     "count": (("sweep", *SWIM[1:], "--frequency", "1:6:0", *FAST[2:]), "frequency's count must be from 1 to "),
-    "threads": (("sweep", *SWIM[1:], *FAST, "--threads", "0"), "threads must be 1 at least, but is 0"),
+    "threads": (("sweep", *SWIM[1:], *FAST, "--threads", "0"), "threads must be at least 1, but is 0"),
     "frequencies": (
         (*SWIM, "--frequency", "6,5", *FAST[2:]),
         "--frequency must be a number, but is '6,5': give it in Hz.",

@@ -31,6 +31,7 @@ def documents(draw: st.DrawFn) -> dict[str, Any]:
     laws: dict[str, Any] = {
         "strip": {key: column(POSITIVE) for key in keys} | {"cross_flow": draw(st.booleans())},
         "lumped": {key: column(POSITIVE) for key in ("added_mass", "friction", "drag")},
+        "elongated": {key: column(POSITIVE) for key in ("added_mass_normal", "drag_normal", "drag_tangential")},
     }
     law = draw(st.sampled_from(sorted(laws)))
     gait = {"frequency_hz": draw(POSITIVE), "amplitude_deg": degrees(0, 180, len(groups))}

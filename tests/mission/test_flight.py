@@ -263,7 +263,7 @@ def test_a_killed_command_goes_on(path: Path, run: Run, tmp_path: Path, flight: 
         (("--fault", "fin-prt:stuck@1"), "fault"),
         (("--robot", "rexeel"), "rexeel"),
         (("--duration", "x"), "--duration must be a number"),
-        (("--threads", "0", "--seeds", "0:1"), "threads must be 1 at least"),
+        (("--threads", "0", "--seeds", "0:1"), "threads must be at least 1"),
     ],
 )
 def test_bad_input_is_one_sentence(run: Run, path: Path, options: tuple[str, ...], sentence: str) -> None:

@@ -45,7 +45,7 @@ class Case:
     def elongated(self) -> dict[str, Real | float]:
         """Coefficients of elongated-body theory: those of the strips that it has, and an edge of a depth of its own."""
         shared = {name: self.strip[name] for name in ("added_mass_normal", "drag_normal", "drag_tangential")}
-        return shared | {"added_mass_edge": 0.5 + self.strip["tail_shedding"]}
+        return shared | {"added_mass_edge": 2.0 * self.strip["tail_shedding"]}
 
     def elongated_water(self) -> Strip:
         """The same as strips: nothing along the body, strip theory's moment of inertia, an edge that sheds at once."""

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from hypertuna import _core
+from hypertuna.description.schema.water import LAWS
 from oracles import space as oracle
 from oracles.cases import Case, random_case
 from oracles.planar import Chain, Real, Water
 from oracles.space import Space
 from simulation.test_tail import COORDINATES, bent, planar_accelerations, shares
-from swimming.test_core_against_oracles import ROUNDING, core_model, difference
+from swimming.test_core_against_oracles import ROUNDING, core_model, difference, water_of
 
 FIN = {"x": 0.12, "y": 0.09, "z": -0.01, "span": 0.06, "chord": 0.05, "stall": 0.3, "drag_zero": 0.02}
 FIN |= {"bandwidth": 5.0, "speed": 6.0}
@@ -82,7 +83,7 @@ class State:
         )[0]
 
     def water(self, law: str) -> Water:
-        return self.case.lumped_water("consistent") if law == "lumped" else self.case.strip_water()
+        return water_of(self.case, law)
 
 
 def roll_of_the_water(space: Space, chain: Chain) -> Real:
@@ -178,7 +179,7 @@ def test_accelerations_against_mujoco(links: int, with_drag: bool) -> None:
         assert difference(state.accelerations("lumped"), mujoco_accelerations(state, with_drag)) < ROUNDING
 
 
-@pytest.mark.parametrize("law", ["lumped", "strip"])
+@pytest.mark.parametrize("law", LAWS)
 def test_in_the_plane_it_is_the_tail(law: str) -> None:
     """Nothing above or below the plane of the joints, and every link in balance: planar to rounding, at any heading."""
     rng = np.random.default_rng(61)
@@ -236,7 +237,7 @@ def lagrange(state: State, law: str, acceleration: Real) -> tuple[Real, Real]:
     return rate, force
 
 
-@pytest.mark.parametrize("law", ["lumped", "strip"])
+@pytest.mark.parametrize("law", LAWS)
 def test_lagranges_equations(law: str) -> None:
     """All six of the head and those of the coordinates, with added mass of any kind, weight and buoyancy."""
     rng = np.random.default_rng(62)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hypertuna import _core
+from hypertuna.description.schema.water import LAWS
 from oracles import mujoco_chain
 from oracles.cases import Case, random_case
 from oracles.planar import Real
@@ -80,7 +81,7 @@ def test_accelerations_against_mujoco(links: int, clamped: bool) -> None:
         assert difference(got, expected) < 10 * ROUNDING  # the reduced matrix is worse conditioned than the whole
 
 
-@pytest.mark.parametrize("law", ["lumped", "strip"])
+@pytest.mark.parametrize("law", LAWS)
 def test_torques_of_a_prescribed_motion_give_its_accelerations(law: str) -> None:
     rng = np.random.default_rng(41)
     for _ in range(30):

@@ -16,15 +16,15 @@ GOOD: dict[str, Any] = {"frequency": 6, "amplitude": (16, 25), "phase": (0, 40)}
 BAD = [
     ({"frequency": 0}, "frequency must be greater than 0, but is 0: give it in Hz."),
     ({"frequency": -2.5}, "frequency must be greater than 0, but is -2.5: give it in Hz."),
-    ({"frequency": math.nan}, "frequency must be a finite number, but is nan: give the beat frequency in Hz."),
-    ({"frequency": "fast"}, "frequency must be a number, but is 'fast': give the beat frequency in Hz."),
+    ({"frequency": math.nan}, "frequency must be a finite number, but is nan: give it in Hz."),
+    ({"frequency": "fast"}, "frequency must be a finite number, but is 'fast': give it in Hz."),
     (
         {"amplitude": (16, math.inf)},
         "amplitude[1] must be a finite number, but is inf: give one angle per joint group.",
     ),
     ({"amplitude": (-16, 25)}, "amplitude[0] must not be negative, but is -16: add half a turn to its phase instead."),
     ({"amplitude": 16}, "amplitude must be a list of numbers, but is 16: give one angle per joint group."),
-    ({"phase": (0, None)}, "phase[1] must be a number, but is None: give one angle per joint group."),
+    ({"phase": (0, None)}, "phase[1] must be a finite number, but is None: give one angle per joint group."),
     ({"phase": (0,)}, "phase must be 2 long, as amplitude is, but is 1 long: give one value per joint group."),
     ({"bias": (0, 0, 0)}, "bias must be 2 long, as amplitude is, but is 3 long: give one value per joint group."),
 ]

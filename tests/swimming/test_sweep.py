@@ -191,7 +191,7 @@ def test_bad_input_is_told_in_a_sentence(tuna: ht.Robot) -> None:
         Gaits.of(unlike)
     with pytest.raises(ht.InputError, match="^amplitude must be 2 long, one value per joint group of hypertuna"):
         ht.sweep(tuna, unlike[:1])
-    with pytest.raises(ht.InputError, match="^beats must be 1 at least, but is 0: give the beats to swim from rest.$"):
+    with pytest.raises(ht.InputError, match="^beats must be at least 1, but is 0: give the beats to swim from rest.$"):
         ht.sweep(tuna, [fastest(tuna)], method="beats", beats=0)
     with pytest.raises(ht.InputError, match="^method must be 'newton' or 'beats', but is 'newtons'"):
         ht.sweep(tuna, [fastest(tuna)], method="newtons")  # type: ignore[arg-type]
@@ -252,5 +252,5 @@ def test_a_grid_too_large_for_the_memory_is_refused_before_it_is_made() -> None:
 
 
 def test_threads_are_at_least_one(tuna: ht.Robot) -> None:
-    with pytest.raises(ht.InputError, match="^threads must be 1 at least, but is -3"):
+    with pytest.raises(ht.InputError, match="^threads must be at least 1, but is -3"):
         ht.sweep(tuna, [fastest(tuna)], threads=-3)

@@ -1,1 +1,6 @@
-"""Mission files, flights, records, logs, GPX, upload."""
+"""Missions: from a file with waypoints to a flight, its log and its figures.
+
+In reading order: `schema` and `file` (the TOML file), `geodesy` (latitude and longitude), `run` (part by part on the
+twin at sea), `flight` (one seed with journal and log, or many), `record` (the time series), `log_fields`, `log` and
+`read_log` (MCAP), `gpx` (tracks for maps), `plots`, `upload` (to a robot by radio).
+"""

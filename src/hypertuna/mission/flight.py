@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import math
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -27,6 +26,7 @@ from hypertuna.mission.log import LogWriter
 from hypertuna.mission.record import COLUMNS, MissionRecord, joined
 from hypertuna.mission.run import MissionRun, MissionStart, fly_part, mission_start, over, part_ticks
 from hypertuna.mission.run import joined as joined_parts
+from hypertuna.swimming.sweep import thread_count
 
 __all__ = ["Flight", "Outcome", "expected", "fly", "fly_seeds", "outcome"]
 
@@ -161,15 +161,13 @@ def fly_seeds(
     if not 1 <= len(seeds) <= MAX_SEEDS:
         rule = f"must be from 1 to {MAX_SEEDS} seeds"
         raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write from:to, as 0:100")
-    if threads is not None and threads < 1:
-        raise InputError("must be 1 at least", key="threads", value=str(threads), fix="leave it out for all processors")
     faults = tuple(faults)
     options = {"mission": file.hash, "seeds": list(seeds), "faults": list(faults), "duration": duration}
     mission_start(robot, file.mission, faults=faults, duration=duration)  # what does not fit is answer before any work
     outcomes: list[Outcome] = []
     with (
         Journal(checkpoint, journal_header("mission seeds", robot, options)) as journal,
-        ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool,
+        ThreadPoolExecutor(thread_count(threads)) as pool,
     ):
         work: dict[int, Future[dict[str, Any]]] = {
             seed: pool.submit(_outcome_of, file, robot, seed, faults, duration) for seed in seeds[journal.known :]

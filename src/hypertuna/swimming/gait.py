@@ -9,6 +9,7 @@ from typing import Self
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.ranges import FINITE, POSITIVE
 
 __all__ = ["LARGEST", "Gait", "check_gait", "named_gait"]
 
@@ -136,9 +137,7 @@ def _keep(
     unit: float,
 ) -> None:
     """Check the values as given and set the fields of a frozen gait, angles times their unit."""
-    beat = _number(frequency, "frequency", "give the beat frequency in Hz")
-    if beat <= 0:
-        raise InputError("must be greater than 0", key="frequency", value=f"{beat:g}", fix="give it in Hz")
+    beat = POSITIVE.check(frequency, "frequency", "give it in Hz")
     angles = {"amplitude": _list(amplitude, "amplitude"), "phase": _list(phase, "phase"), "bias": _list(bias, "bias")}
     groups = len(angles["amplitude"])
     angles["bias"] = angles["bias"] or (0.0,) * groups
@@ -166,15 +165,4 @@ def _list(values: Sequence[float], key: str) -> tuple[float, ...]:
         items = list(values)
     except TypeError:
         raise InputError("must be a list of numbers", key=key, value=shown(values), fix=fix) from None
-    return tuple(_number(value, f"{key}[{g}]", fix) for g, value in enumerate(items))
-
-
-def _number(value: float, key: str, fix: str) -> float:
-    """Return a finite number."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise InputError("must be a number", key=key, value=shown(value), fix=fix) from None
-    if not math.isfinite(number):
-        raise InputError("must be a finite number", key=key, value=f"{number}", fix=fix)
-    return number
+    return tuple(FINITE.check(value, f"{key}[{g}]", fix) for g, value in enumerate(items))

@@ -15,6 +15,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import dataset
+from hypertuna.ranges import POSITIVE_WHOLE
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import LARGEST, Gait, check_gait
 from hypertuna.swimming.model import parameter_names
@@ -22,7 +23,7 @@ from hypertuna.swimming.model import parameter_names
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Gaits", "Gradient", "gradient", "sweep"]
+__all__ = ["Gaits", "Gradient", "gradient", "sweep", "thread_count"]
 
 Array = NDArray[np.float64]
 
@@ -136,6 +137,13 @@ class Gaits:
         return len(self.frequency)
 
 
+def thread_count(threads: int | None) -> int:
+    """Return a number of threads, all processors for None."""
+    if threads is None:
+        return len(os.sched_getaffinity(0))
+    return POSITIVE_WHOLE.check(threads, "threads", "leave it out for all processors")
+
+
 def sweep(
     robot: Robot,
     gaits: Gaits | Sequence[Gait],
@@ -179,12 +187,8 @@ def sweep(
     check_gait(Gait(gaits.frequency[0], tuple(gaits.amplitude[0]), tuple(gaits.phase[0])), robot)
     if method not in ("newton", "beats"):
         raise InputError("must be 'newton' or 'beats'", key="method", value=shown(method), fix="leave it out")
-    if method == "beats" and beats < 1:
-        raise InputError("must be 1 at least", key="beats", value=str(beats), fix="give the beats to swim from rest")
-    if threads is not None and threads < 1:
-        raise InputError("must be 1 at least", key="threads", value=str(threads), fix="leave it out for all processors")
-    threads = threads or len(os.sched_getaffinity(0))
-    wait = beats - 1 if method == "beats" else -1
+    wait = POSITIVE_WHOLE.check(beats, "beats", "give the beats to swim from rest") - 1 if method == "beats" else -1
+    threads = thread_count(threads)
     parts = []
     for first in range(0, len(gaits), CHUNK):
         here = slice(first, first + CHUNK)
