@@ -37,7 +37,7 @@ def test_parts_make_the_whole(robot: ht.Robot) -> None:
     assert len(run.time) == 200
     for name, values in run.data.items():
         assert np.array_equal(values, parts.data[name]), name
-    with pytest.raises(ValueError, match="none of this mission's"):
+    with pytest.raises(ValueError, match="must be one of this mission's"):
         fly_part(start, 100, state[:-1])
 
 

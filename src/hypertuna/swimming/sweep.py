@@ -59,7 +59,7 @@ class Gaits:
             sound &= (np.abs(column) <= LARGEST[name]).all(axis=1)
         if not sound.all():
             k = int(np.argmin(sound))  # raises the error of this one
-            Gait(float(self.frequency[k]), tuple(self.amplitude[k]), tuple(self.phase[k]), tuple(self.bias[k]))
+            Gait(float(self.frequency[k]), *(tuple(column[k].tolist()) for column in columns.values()))
 
     @classmethod
     def of(cls, gaits: Sequence[Gait]) -> Self:
