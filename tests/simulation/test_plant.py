@@ -103,3 +103,15 @@ def test_plant_agrees_with_an_independent_one(medium: str) -> None:
     assert ours["unit_pressure"] == pytest.approx(pressures[:, :, 1], abs=100)
     assert ours["heading"] == pytest.approx(states[:, 2], abs=1e-6)
     assert ours["x"] == pytest.approx(states[:, 0], abs=1e-6)
+
+
+def test_wrong_columns_are_refused_with_a_sentence() -> None:
+    with pytest.raises(ValueError, match=r"columns: lacks sea\.current_east"):
+        _core.World({"sea.density": 1000.0})
+    with pytest.raises(ValueError, match=r"gaps: shape must be \(3, 2\), but is \(3, 1\)"):
+        _core.World({"gaps": [1.0, 2.0, 3.0]})
+    with pytest.raises(ValueError, match="name: must be an array of doubles"):
+        _core.World({"name": "text"})
+    plant = parts_of(load("hypertuna"), "water", None).plant
+    with pytest.raises(ValueError, match="targets: must have one column per circuit"):
+        _core.simulate(plant, np.zeros((2, 3)), _core.World({}), twist=np.zeros(6), tick=TICK, steps=40)

@@ -1,4 +1,4 @@
-"""What the core takes of a robot to run its twin, in the plane or at sea: plant, sensors, controller, steps."""
+"""The core's objects of a robot: plant, sensors and controller; simulate a command with them."""
 
 from __future__ import annotations
 
@@ -27,22 +27,8 @@ from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim
 
 __all__ = [
-    "EXACT",
-    "STEP",
-    "Parts",
-    "check_command",
-    "checked_seed",
-    "command_columns",
-    "controller_of",
-    "fault_list",
-    "open_loop",
-    "parts_of",
-    "read_sensor_faults",
-    "run_command",
-    "settled_speed",
-    "steps_needed",
-    "steps_of",
-    "ticks_of",
+    *("EXACT", "STEP", "Parts", "checked_seed", "controller_of", "fault_list", "parts_of", "read_sensor_faults"),
+    *("run_command", "steps_needed"),
 ]
 
 Array = NDArray[np.float64]
@@ -180,12 +166,12 @@ def settled_speed(robot: Robot, gait: Gait) -> float:
 
 def read_sensor_faults(given: tuple[str, ...], robot: Robot, duration: float) -> list[Fault]:
     """Read the faults; each must begin within the run."""
-    found = read_faults(given, robot)
-    for fault, text in zip(found, given, strict=True):
+    faults = read_faults(given, robot)
+    for fault, text in zip(faults, given, strict=True):
         if fault.start >= duration:
             fix = "let it start earlier, or run longer"
             raise InputError(f"must start before the run ends at {duration:g} s", key="fault", value=text, fix=fix)
-    return list(found)
+    return list(faults)
 
 
 def fault_list(faults: str | Iterable[str]) -> tuple[str, ...]:
@@ -202,7 +188,7 @@ def fault_list(faults: str | Iterable[str]) -> tuple[str, ...]:
 
 
 def check_command(robot: Robot, gait: Gait, columns: Mapping[str, list[float]]) -> None:
-    """Refuse what the controller would not take: on board it keeps to its bounds, here that would hide a mistake."""
+    """Refuse a command beyond the controller's bounds; on board it is clamped, which would hide a mistake here."""
     (most,) = columns["frequency_most"]
     if gait.frequency > most * (1 + EXACT):
         rule = f"must be at most {most:g} Hz, the controller.frequency_max_hz of {robot.name}"
@@ -211,8 +197,8 @@ def check_command(robot: Robot, gait: Gait, columns: Mapping[str, list[float]]) 
         for key, value in (("amplitude", gait.amplitude[j]), ("bias", gait.bias[j])):
             if abs(value) > most * (1 + EXACT):
                 rule = f"must be at most {math.degrees(most):g} deg, the bend_max_deg of joint {group.name}"
-                told = f"{math.degrees(value):g} deg"
-                raise InputError(rule, key=f"{key}[{j}]", value=told, fix="give a bend that the joint reaches")
+                angle = f"{math.degrees(value):g} deg"
+                raise InputError(rule, key=f"{key}[{j}]", value=angle, fix="give a bend that the joint reaches")
 
 
 def ticks_of(duration: float, tick: float) -> int:

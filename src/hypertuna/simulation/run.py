@@ -1,4 +1,4 @@
-"""A run of the twin: what was recorded, and what it amounts to over its last whole beats."""
+"""Record of a run of the twin, and the means and amplitudes of its last whole beats."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class TwinRun(Run):
 
     @cached_property
     def speeds(self) -> Array:
-        """Speed of each of the last beats, length of the nose's way over T, negative if the tail leads [m/s]."""
+        """Speed of each of the last beats, displacement of the nose over the period, negative backward [m/s]."""
         if self.medium == "air" or not self.beat_count:
             return np.full(max(1, self.beat_count), math.nan)
         last = self.time[-1]
@@ -160,7 +160,7 @@ class TwinRun(Run):
 
     @property
     def speed(self) -> float:
-        """Mean of `speeds` [m/s]; not a number in air."""
+        """Mean of `speeds` [m/s]; NaN in air."""
         return float(self.speeds.mean())
 
     @property
@@ -170,11 +170,11 @@ class TwinRun(Run):
 
     @cached_property
     def change(self) -> float:
-        """Relative change per beat, beyond noise, of what changes most: speed, or a joint's swing [1]."""
-        found = [_trend(swing) for swing in self._swings.T if swing.size > 1 and swing.mean() > 1e-3]
+        """Largest relative change per beat, beyond noise, of the speed or a joint's swing [1]."""
+        trends = [_trend(swing) for swing in self._swings.T if swing.size > 1 and swing.mean() > 1e-3]
         if self.medium == "water":
-            found.append(_trend(self.speeds))
-        return max(found, key=abs, default=math.nan)
+            trends.append(_trend(self.speeds))
+        return max(trends, key=abs, default=math.nan)
 
     def summary(self) -> dict[str, Quantity]:
         """Summarize speed, power and cost of transport; in air power alone has a label.
@@ -210,10 +210,10 @@ class TwinRun(Run):
     @cached_property
     def phase(self) -> Array:
         """Lag of that harmonic behind the clock that gaits are written in (joints,) [rad]."""
-        wanted, found = self._harmonic("angle_set"), self._harmonic("angle")
-        g = int(abs(wanted).argmax())
-        clock = np.angle(wanted[g]) + self.gait.phase[g]
-        result: Array = (clock - np.angle(found) + math.pi / 2) % (2 * math.pi) - math.pi / 2
+        target, bend = self._harmonic("angle_set"), self._harmonic("angle")
+        g = int(abs(target).argmax())
+        clock = np.angle(target[g]) + self.gait.phase[g]
+        result: Array = (clock - np.angle(bend) + math.pi / 2) % (2 * math.pi) - math.pi / 2
         return result
 
     @cached_property
@@ -278,7 +278,7 @@ class TwinRun(Run):
 
     @cached_property
     def faults(self) -> tuple[str, ...]:
-        """Names of the sensor faults that the controller found at any time of the run, in the order of its table."""
+        """Names of the sensor faults that the controller detected, in the order of its table."""
         names = enumerate(name for name, _, _ in _core.condition_table())
         return tuple(name for bit, name in names if name.endswith("_fault") and self.flags >> bit & 1)
 
@@ -302,7 +302,7 @@ class TwinRun(Run):
         return (first, *found)
 
     def _steadiness(self) -> str:
-        """Say whether the run is settled, or too short to tell."""
+        """Return the sentence on whether the run is settled."""
         if math.isnan(self.change):
             return "The run is too short to tell whether it is settled."
         settled = "settled" if self.settled else "not settled"

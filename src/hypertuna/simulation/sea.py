@@ -1,4 +1,4 @@
-"""Sea: what is around a robot that swims in space, and what the core takes of both."""
+"""Sea: the water around a robot in space, and the columns of both for the core."""
 
 from __future__ import annotations
 
@@ -26,29 +26,12 @@ FASTEST = 10.0  # m/s: no current is faster
 
 @dataclass(frozen=True)
 class Sea:
-    """What is around a robot: current, bottom, magnetic field. The surface is still, at a depth of zero.
+    """Current, bottom and magnetic field around a robot; the still surface is at depth zero."""
 
-    Parameters
-    ----------
-    current : tuple of float
-        Velocity of the water at the surface toward east and north [m/s].
-    current_bottom : tuple of float, optional
-        The same at the bottom; it changes linearly between. The same everywhere if left out [m/s].
-    bottom : float
-        Depth of the bottom [m].
-    dip : float
-        Angle of the magnetic field below the horizon; it points north [rad].
-
-    Raises
-    ------
-    InputError
-        If a value is not finite, the bottom is not below the surface, or a current at the bottom has no bottom.
-    """
-
-    current: tuple[float, float] = (0.0, 0.0)
-    current_bottom: tuple[float, float] | None = None
-    bottom: float = math.inf
-    dip: float = DIP
+    current: tuple[float, float] = (0.0, 0.0)  # velocity of the water at the surface toward east and north [m/s]
+    current_bottom: tuple[float, float] | None = None  # at the bottom, linear between; None for uniform [m/s]
+    bottom: float = math.inf  # depth of the bottom [m]
+    dip: float = DIP  # of the magnetic field below the horizon; it points north [rad]
 
     def __post_init__(self) -> None:
         for key in ("current", "current_bottom"):
@@ -88,7 +71,7 @@ def _current(key: str, values: Any) -> tuple[float, float]:
 
 def world_at_sea(robot: Robot, sea: Sea, gaps: Sequence[tuple[float, float]] = ()) -> _core.World:
     """Build the world around a robot at sea; in the gaps [s] there are no satellites."""
-    space_columns(robot)  # or a sentence which table is missing
+    space_columns(robot)  # raises where a table is missing
     east, north = sea.shear
     numbers = {
         "density": robot.water.density,

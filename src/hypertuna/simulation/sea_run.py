@@ -1,4 +1,4 @@
-"""A run of the twin at sea: what was recorded, and what it amounts to."""
+"""Record of a run of the twin at sea, and the motion of its head."""
 
 from __future__ import annotations
 
