@@ -40,7 +40,7 @@ static PilotRow pilot_row(const PilotStep<double>& step, int joints) {
 }
 
 void bind_pilot(nb::module_& m) {
-    m.attr("MOST_GAITS") = most_gaits;
+    m.attr("MAX_GAITS") = max_gaits;
     m.def(
         "mode_table",
         [] {

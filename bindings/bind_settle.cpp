@@ -61,13 +61,13 @@ static std::vector<std::string> names(const char* (*name)(int)) {
 using Frequency = Input<1>;
 using PerGroup = Input<2>;
 
-inline constexpr std::size_t most_gaits = 1 << 24;  // in one call, so that their results can be counted by int
+inline constexpr std::size_t max_gaits = 1 << 24;  // in one call, so that their results can be counted by int
 
 static GaitBatch batch(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
                        const PerGroup& bias) {
     const std::pair<const char*, const PerGroup*> arrays[] = {
         {"amplitude", &amplitude}, {"phase", &phase}, {"bias", &bias}};
-    if (frequency.shape(0) > most_gaits) throw nb::value_error("frequency: too many gaits for one call");
+    if (frequency.shape(0) > max_gaits) throw nb::value_error("frequency: too many gaits for one call");
     for (const auto& [name, array] : arrays) {
         check_extent(name, array->shape(0), frequency.shape(0));
         check_extent(name, array->shape(1), model.groups);

@@ -19,12 +19,12 @@ Steering<T> test_steering() {
         table.speed[k] = T(speed[k]), table.frequency[k] = T(frequency[k]);
         table.amplitude[k][0] = T(0.27), table.amplitude[k][1] = T(0.4);
     }
-    m.bias_most[0] = T(0.14), m.bias_most[1] = T(0.21), m.reach[0] = T(0.38), m.reach[1] = T(0.6);
-    m.curvature = T(1.2), m.heading_rate = T(0.4), m.turn_most = T(0.3), m.rate_gain = T(0.5);
-    m.heading_integral = T(0.1), m.speed_least = T(0.1), m.lookahead = T(4), m.depth_lookahead = T(1.5);
-    m.climb_most = T(0.2), m.pitch_most = T(0.5), m.depth_integral = T(0.05);
+    m.bias_max[0] = T(0.14), m.bias_max[1] = T(0.21), m.reach[0] = T(0.38), m.reach[1] = T(0.6);
+    m.curvature = T(1.2), m.heading_rate = T(0.4), m.turn_max = T(0.3), m.rate_gain = T(0.5);
+    m.heading_integral = T(0.1), m.speed_min = T(0.1), m.lookahead = T(4), m.depth_lookahead = T(1.5);
+    m.climb_max = T(0.2), m.pitch_max = T(0.5), m.depth_integral = T(0.05);
     m.climb_lead = T(3), m.climb_gain = T(1), m.pitch_gain = T(0), m.pitch_damping = T(0.7);
-    m.fin_most = T(0.7);
+    m.fin_max = T(0.7);
     return m;
 }
 
@@ -41,7 +41,7 @@ Pilot<T> test_pilot() {
     e.fix_offset = T(1.5), e.fix_depth = T(0.24);
     Guidance<T>& g = m.guidance;
     g.steering = test_steering<T>();
-    g.surface_depth = T(0.12), g.fence_margin = T(3), g.error_most = T(12), g.error_near = T(4);
+    g.surface_depth = T(0.12), g.fence_margin = T(3), g.error_max = T(12), g.error_near = T(4);
     g.error_lost = T(40), g.drift_error_max = T(0.02), g.fix_timeout = T(60), g.retry = T(180), g.lost_after = T(2);
     g.compass_timeout = T(120), g.fin_tilt = T(0.02), g.fin_min = T(0.2), g.fin_after = T(8), g.single_fin_max = T(0.7);
     g.response_time = T(25), g.response_depth = T(0.3), g.blind_fin = T(0.35), g.slow = T(0.25);
@@ -125,7 +125,7 @@ void swim_on(Cruiser& at, const Water& water, const Steering<T>& steering, const
              const ControllerOutput<T>& out) {
     const double dt = 0.01, f = double(state.frequency.value);
     at.swing = double(state.amplitude[0].value) / 0.27;
-    at.bias = double(state.bias[0].value / steering.bias_most[0]) + water.lean * at.swing;
+    at.bias = double(state.bias[0].value / steering.bias_max[0]) + water.lean * at.swing;
     at.phase += 2 * pi * f * dt;
     const double thrust = water.factor * 0.15 * f * (at.swing < 1 ? at.swing : 1);
     at.surge = (thrust * thrust - at.speed * std::fabs(at.speed)) / 0.8;
@@ -156,7 +156,7 @@ template <class T>
 Mission<T> mission_of(const Waypoint<T>* waypoint, int count) {
     Mission<T> m{};
     m.waypoint = waypoint, m.waypoints = count;
-    m.home_radius = T(3), m.home_speed = T(0.3), m.depth_most = T(6), m.reserve = T(0.1);
+    m.home_radius = T(3), m.home_speed = T(0.3), m.depth_max = T(6), m.reserve = T(0.1);
     return m;
 }
 

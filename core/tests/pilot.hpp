@@ -17,14 +17,14 @@ Controller<T> test_controller() {
     for (int c = 0; c < 4; ++c) {
         m.map[c] = {{T(0), T(1), T(-0.3), T(0.2), T(0), T(0)}};
         SupervisorModel<T>& s = m.circuit[c];
-        s.speed = T(7.5), s.stall = T(1.2e6), s.fill = T(6e4), s.give = T(3e-7);
+        s.speed = T(7.5), s.stall = T(1.2e6), s.fill = T(6e4), s.compliance = T(3e-7);
     }
     m.pressure_soft = T(2.5e5), m.pressure_hard = T(3e5), m.pressure_low = T(-1e5), m.pressure_high = T(5e5);
     m.pressure_step = T(2e5);
     m.current_low = T(-5), m.current_high = T(5), m.rate_high = T(35), m.acceleration_high = T(157);
-    m.voltage_rated = T(7.2), m.voltage_low = T(12.8), m.voltage_least = T(0), m.voltage_most = T(20);
-    m.frequency_most = T(8), m.fin_most = T(1), m.timeout = 50;
-    m.pulse_center = T(1500e-6), m.pulse_per_rad = T(637e-6), m.pulse_least = T(800e-6), m.pulse_most = T(2200e-6);
+    m.voltage_rated = T(7.2), m.voltage_low = T(12.8), m.voltage_min = T(0), m.voltage_max = T(20);
+    m.frequency_max = T(8), m.fin_max = T(1), m.timeout = 50;
+    m.pulse_center = T(1500e-6), m.pulse_per_rad = T(637e-6), m.pulse_min = T(800e-6), m.pulse_max = T(2200e-6);
     m.slew = T(0.15);
     return m;
 }

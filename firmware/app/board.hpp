@@ -34,7 +34,7 @@ struct Raw {
 };
 
 template <class B>
-concept Board = requires(B& board, Raw& raw, const float (&pulse)[most_servos], const std::uint8_t* from,
+concept Board = requires(B& board, Raw& raw, const float (&pulse)[max_servos], const std::uint8_t* from,
                          std::uint8_t* to, int count) {
     { board.wait() } -> std::same_as<bool>;  // until the next tick is due; false at the end of a simulated run
     { board.read(raw) };                     // adds the samples since the last tick

@@ -39,7 +39,7 @@ static_assert(sizeof(ToBoard) == 4 * (counted_channels + 2 + 1 + order_numbers))
 
 struct FromBoard {
     std::uint32_t tick;
-    float pulse[most_servos];
+    float pulse[max_servos];
     float at[9];  // quaternion, x, y, depth, speed, position error
     std::uint32_t status, reasons, faults;
     std::uint8_t mode, control, armed, answer, refusal, leg, spare[2];
@@ -47,7 +47,7 @@ struct FromBoard {
     // Board-specific from here on.
     std::uint32_t controller, pilot, whole, radio, stack;  // counts of the clock; bytes of stack used so far
 };
-static_assert(sizeof(FromBoard) == 4 * (1 + most_servos + 9 + 3 + 2 + 1 + 5));
+static_assert(sizeof(FromBoard) == 4 * (1 + max_servos + 9 + 3 + 2 + 1 + 5));
 
 /// A mission received in parts.
 struct Plan {
@@ -146,9 +146,9 @@ struct Digest {
     for (const float* x : {&at.depth, &at.sink, &at.x, &at.y, &at.speed, &at.factor, &at.position_error,
                            &at.drift_error, &at.tilt, &command.frequency, &now.battery_left})
         sum.add(x, 1);
-    sum.add(command.amplitude, most_joints), sum.add(command.phase, most_joints), sum.add(command.bias, most_joints);
-    sum.add(command.fin, 2), sum.add(out.pulse, most_servos), sum.add(out.target, most_servos);
-    sum.add(out.set, most_joints), sum.add(out.believed, most_circuits);
+    sum.add(command.amplitude, max_joints), sum.add(command.phase, max_joints), sum.add(command.bias, max_joints);
+    sum.add(command.fin, 2), sum.add(out.pulse, max_servos), sum.add(out.target, max_servos);
+    sum.add(out.set, max_joints), sum.add(out.believed, max_circuits);
     for (std::uint16_t where : out.status.at) sum.add(where);
     return sum.value;
 }
@@ -159,7 +159,7 @@ template <class Wire>
 struct Lockstep {
     Wire& wire;
     ToBoard request;
-    float pulse[most_servos];
+    float pulse[max_servos];
     std::uint8_t memory[memory_size];
 
     bool wait() { return wire.read(&request, sizeof(request)); }
@@ -173,7 +173,7 @@ struct Lockstep {
         raw.fixed = request.flags & ToBoard::fixed, raw.leak = request.flags & ToBoard::leak;
         for (int k = 0; k < 2; ++k) raw.fix[k] = request.fix[k];
     }
-    void drive(const float (&to)[most_servos], int count) {
+    void drive(const float (&to)[max_servos], int count) {
         for (int k = 0; k < count; ++k) pulse[k] = to[k];
     }
     void feed() {}
@@ -191,7 +191,7 @@ struct Lockstep {
         const Estimate<float>& at = now.estimate;
         FromBoard out{};
         out.tick = now.tick;
-        for (int k = 0; k < most_servos; ++k) out.pulse[k] = pulse[k];
+        for (int k = 0; k < max_servos; ++k) out.pulse[k] = pulse[k];
         const float values[9] = {at.q.w, at.q.x, at.q.y, at.q.z, at.x, at.y, at.depth, at.speed, at.position_error};
         for (int k = 0; k < 9; ++k) out.at[k] = values[k];
         out.status = now.output.status.flags, out.reasons = now.reasons.flags, out.faults = now.faults.flags;

@@ -266,7 +266,7 @@ def battery_output(
     Voltage and current of a battery and voltage at the servos, after a charge was taken, while they draw a power [V, A, V].
     """
 
-MOST_JOINTS: int = 4
+MAX_JOINTS: int = 4
 
 def fault_kinds() -> list[str]:
     """Kinds of sensor faults, none first."""
@@ -312,7 +312,7 @@ class Sensors:
         Readings of a tick for the true values; faults as (kind, first channel, last channel, start, end) [s].
         """
 
-MOST_GAITS: int = 12
+MAX_GAITS: int = 12
 
 def mode_table() -> list[tuple[str, str]]:
     """Modes of the pilot in the order of their numbers: name and sentence."""

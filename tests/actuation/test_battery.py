@@ -58,7 +58,7 @@ def test_endurance_against_stepping_through_time(tuna: ht.Robot) -> None:
     found = range_of(tuna, power=20.0, speed=0.5, reserve=0.1)
     assert found.endurance == pytest.approx(time, abs=step)
     assert found.range == pytest.approx(0.5 * found.endurance)
-    assert found.given == pytest.approx(20.0 * found.endurance)
+    assert found.delivered == pytest.approx(20.0 * found.endurance)
 
 
 def test_series_and_parallel_hold_the_same_energy(tuna: ht.Robot) -> None:
@@ -87,11 +87,11 @@ def test_losses_and_reserve_shorten_the_range(tuna: ht.Robot) -> None:
     [
         ({"power": -3.0}, "power must be greater than 0, but is -3"),
         ({"power": 0.0}, "power must be greater than 0"),
-        ({"power": 900.0}, r"power must be at most 2\d\d\.?\d*, which is all that the battery can give"),
+        ({"power": 900.0}, r"power must be at most 2\d\d\.?\d*, the battery's largest power"),
         ({"speed": 0.0}, "speed must be greater than 0"),
-        ({"reserve": 1.0}, "reserve must be from 0 to less than 1, but is 1"),
-        ({"reserve": -0.1}, "reserve must be from 0 to less than 1"),
-        ({"reserve": float("nan")}, "reserve must be from 0 to less than 1"),
+        ({"reserve": 1.0}, "reserve must be at least 0 and less than 1, but is 1"),
+        ({"reserve": -0.1}, "reserve must be at least 0 and less than 1"),
+        ({"reserve": float("nan")}, "reserve must be a finite number"),
     ],
 )
 def test_impossible_numbers_are_refused(tuna: ht.Robot, options: dict[str, float], sentence: str) -> None:
@@ -113,7 +113,7 @@ def test_impossible_batteries_are_refused(tuna: ht.Robot, values: dict[str, obje
 
 
 def test_a_robot_without_a_battery_is_told_so(tuna: ht.Robot) -> None:
-    with pytest.raises(InputError, match=r"rexeel.toml: battery is needed for the energy: add the table \[battery\]"):
+    with pytest.raises(InputError, match=r"rexeel.toml: battery is missing: add the table \[battery\]"):
         range_of(ht.load("rexeel"), **FASTEST)
-    with pytest.raises(InputError, match=r"battery.series is needed for the energy"):
+    with pytest.raises(InputError, match=r"battery.series is missing"):
         range_of(with_battery(tuna, series=None), **FASTEST)

@@ -372,7 +372,7 @@ BAD: dict[str, tuple[Callable[[ht.Robot], object], str]] = {
     "negative": (lambda fish: bend(fish, "I", [-1e3, 1e3]), "must not be negative, but is -1 kPa: give the other side"),
     "falling": (
         lambda fish: bend(fish, "I", [0, 2e3, 1e3]),
-        "must rise from one to the next, but is 2 kPa, then 1 kPa",
+        "must increase, but is 2 kPa, then 1 kPa",
     ),
     "nan": (lambda fish: bend(fish, "I", [0, math.nan]), "must be a list of finite numbers"),
     "none": (lambda fish: bend(fish, "I", []), "must be a list of finite numbers"),
@@ -384,11 +384,11 @@ BAD: dict[str, tuple[Callable[[ht.Robot], object], str]] = {
     "set": (lambda fish: bend(fish, "I", PRESSURE, material="sheet"), "must be a set that exists.*datasheet"),
     "word": (lambda fish: bend(fish, "I", ["a"]), r"pressure must be a list of finite numbers, but is \['a'\]"),
     "truth": (lambda fish: bend(fish, True, PRESSURE), "joint True is not a joint of the robot: use one of I, II"),
-    "float": (lambda fish: joint_tables(fish, points=5.0), "points must be a whole number, but is 5.0: leave it out"),
+    "float": (lambda fish: joint_tables(fish, points=5.0), "points must be a whole number, but is 5.0: omit it"),
     "even": (lambda fish: joint_tables(fish, points=64), "must be odd, and 3 at least"),
     "rigid": (
         lambda _: bend(ht.load("rexeel"), 0, PRESSURE),
-        r"\[drive_unit\] is missing: soft joints need it: add it",
+        r"drive_unit is missing: add the table \[drive_unit\]",
     ),
 }
 
@@ -410,11 +410,11 @@ def without(document: dict[str, Any], *keys: str) -> dict[str, Any]:
 
 
 BAD_FILES: dict[str, tuple[tuple[str, ...], str]] = {
-    "no actuator": (("joints", "1", "actuator"), r"\[joints.actuator\] of II is missing"),
-    "no muscles": (("joints", "1", "drive_units"), r"joints\[1\].drive_units is missing"),
+    "no actuator": (("joints", "1", "actuator"), r"joints.II.actuator is missing"),
+    "no muscles": (("joints", "1", "drive_units"), r"joints.II.drive_units is missing"),
     "no modulus": (
         ("materials", "EC50", "modulus_fe_pa"),
-        "materials.EC50.modulus_fe_pa is needed by the material set fe",
+        "materials.EC50.modulus_fe_pa is missing: give it for the material set fe",
     ),
 }
 

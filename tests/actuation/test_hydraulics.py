@@ -149,7 +149,7 @@ def test_pressure_limit_is_kept_and_named(sizes: list[Size]) -> None:
     assert len(limited) < len(sizes)
     for size in sizes:
         assert size.pressure_max <= 250e3
-        assert (size.part < 1) == ("pressure" in size.limits)
+        assert (size.command_fraction < 1) == ("pressure" in size.limits)
         assert size.pressure_min >= -95e3
         assert 0 < size.amplitude < size.command
 

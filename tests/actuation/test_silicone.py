@@ -34,7 +34,7 @@ def written(path: Path, c1: float, c2: float, *, ragged: bool = False, header: s
 def test_a_solid_is_found_again(tmp_path: Path) -> None:
     test = read_tensile(written(tmp_path / "a.csv", 30e3, 8e3))
     fit = fit_silicone(test)
-    assert (test.name, len(test.strain), test.left_out) == ("Jelly", 41, 0)
+    assert (test.name, len(test.strain), test.omitted) == ("Jelly", 41, 0)
     assert fit.solid == pytest.approx((30e3, 8e3), rel=1e-6)
     assert fit.free == pytest.approx(fit.solid, rel=1e-6)
     assert fit.rms == pytest.approx(0, abs=1e-3)
@@ -44,9 +44,9 @@ def test_a_solid_is_found_again(tmp_path: Path) -> None:
     assert fit_silicone(test, up_to=2).points == 40
 
 
-def test_short_rows_are_left_out_and_counted(tmp_path: Path) -> None:
+def test_short_rows_are_omitted_and_counted(tmp_path: Path) -> None:
     test = read_tensile(written(tmp_path / "a.csv", 30e3, 8e3, ragged=True))
-    assert (len(test.strain), test.left_out) == (30, 11)
+    assert (len(test.strain), test.omitted) == (30, 11)
     assert fit_silicone(test).solid == pytest.approx((30e3, 8e3), rel=1e-6)
 
 
@@ -70,8 +70,8 @@ def test_percent_in_the_name_is_a_hundredth(tmp_path: Path) -> None:
 
 def test_the_strain_that_the_data_reach_is_told(tmp_path: Path) -> None:
     fit = fit_silicone(read_tensile(written(tmp_path / "a.csv", 30e3, 8e3)), up_to=10)
-    assert (fit.up_to, fit.asked) == (2, 10)
-    assert fit.status == "Fitted to 40 rows up to 200 % strain, where the test ends (1000 % was asked for)."
+    assert (fit.up_to, fit.requested) == (2, 10)
+    assert fit.status == "Fitted to 40 rows up to 200 % strain, where the test ends (1000 % was requested)."
 
 
 def test_a_negative_constant_is_kept_out(tmp_path: Path) -> None:
@@ -82,7 +82,7 @@ def test_a_negative_constant_is_kept_out(tmp_path: Path) -> None:
     basis = 2 * (stretch - stretch**-2)
     assert fit.solid == pytest.approx((basis @ test.stress[1:21] / (basis @ basis), 0), rel=1e-9)
     assert fit.free == pytest.approx((30e3, -8e3), rel=1e-6)
-    assert "C2 is at its bound of 0: without it C1 = 30.0 kPa, C2 = -8.0 kPa" in fit.status
+    assert "C2 is at its bound of 0: unconstrained, C1 = 30.0 kPa, C2 = -8.0 kPa" in fit.status
 
 
 @pytest.mark.parametrize(("key", "file"), [("EC50", "ecoflex-00-50.csv"), ("DR10", "dragon-skin-10-medium.csv")])
@@ -145,6 +145,6 @@ def test_the_command_tells_what_the_function_finds(
     assert (told["left_out"], told["points"]) == (11, 15)
     assert "Jelly: tensile_pa = [30000, 8000]" in said[1][1]
     assert "11 rows lack strain or stress" in said[1][1]
-    assert "up to 195 % strain, where the test ends (200 % was asked for)" in said[1][1]
+    assert "up to 195 % strain, where the test ends (200 % was requested)" in said[1][1]
     assert said[2][0] == 2
     assert "--up-to must be a number" in said[2][2]

@@ -114,7 +114,9 @@ def test_a_material_without_the_constants_in_use_is_reported(tuna: ht.Robot, tmp
     document = tuna.document() | {"sources": {}}
     document["drive_unit"]["material_set"] = "fe"
     del document["materials"]["DR10"]["modulus_fe_pa"]
-    with pytest.raises(ht.InputError, match=re.escape("materials.DR10.modulus_fe_pa is needed by the material set fe")):
+    with pytest.raises(
+        ht.InputError, match=re.escape("materials.DR10.modulus_fe_pa is missing: give it for the material set fe")
+    ):
         fit_bench(parse(document), loops(tuna, tmp_path))
 
 

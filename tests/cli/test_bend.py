@@ -104,9 +104,9 @@ def test_the_figure_shows_both_branches_and_all_materials(run: Run, tuna: ht.Rob
 
 BAD = {
     "joint": ((*BEND[:-1], "III"), "joint must be a joint of hypertuna, but is 'III': did you mean II?"),
-    "robot": (("bend", "--robot", "rexeel", "--joint", "1"), "robots/rexeel.toml: [drive_unit] is missing"),
+    "robot": (("bend", "--robot", "rexeel", "--joint", "1"), "robots/rexeel.toml: drive_unit is missing"),
     "negative": ((*BEND, "--pressure", "-50:250:4"), "pressure must not be negative, but is -50 kPa"),
-    "falling": ((*BEND, "--pressure", "250:0:4"), "pressure must rise from one to the next, but is 250 kPa, then"),
+    "falling": ((*BEND, "--pressure", "250:0:4"), "pressure must increase, but is 250 kPa, then"),
     "word": ((*BEND, "--pressure", "high"), "--pressure must be a number, but is 'high': give it in kPa"),
     "pascal": ((*BEND, "--pressure", "250000"), "--pressure must be at most 2000, but is 250000: give it in kPa"),
     "many": ((*BEND, "--pressure", "0:250:20000"), "--pressure must be at most 10000 pressures, but is 20000"),

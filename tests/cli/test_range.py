@@ -67,7 +67,7 @@ def test_a_robot_that_hardly_moves_has_no_range(run: Run) -> None:
         (("--power", "20", "--speed", "-0.5"), "--speed must be greater than 0, but is -0.5"),
         (("--frequency", "2", "--amplitude", "8,12", "--duration", "0.5"), "duration must be at least two beats, 1 s"),
         (("--frequency", "2", "--amplitude", "8,60"), "amplitude[1] must be at most 31.2 deg"),
-        (("--power", "20", "--speed", "1", "--reserve", "1"), "reserve must be from 0 to less than 1"),
+        (("--power", "20", "--speed", "1", "--reserve", "1"), "reserve must be at least 0 and less than 1"),
         (("--power", "20", "--speed", "1", "--frequency", "2"), "--power cannot go with --frequency"),
         (("--gait", "optimised-0.5", "--frequency", "3"), "--gait cannot go with --frequency"),
         (("--gait", "optimise-0.5"), "did you mean optimised-0.5?"),
@@ -85,4 +85,4 @@ def test_bad_input_is_told_in_one_sentence(run: Run, options: tuple[str, ...], s
 def test_a_robot_without_a_battery_is_told_so(run: Run) -> None:
     code, _, errors = run("range", "--robot", "rexeel", "--power", "20", "--speed", "0.5")
     assert code == 2
-    assert errors == "error: robots/rexeel.toml: battery is needed for the energy: add the table [battery].\n"
+    assert errors == "error: robots/rexeel.toml: battery is missing: add the table [battery].\n"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna import _core
+from hypertuna import _core, frames
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.guidance import curvature, gait_table, glide, mission_columns, pilot_columns
 from hypertuna.control.mission import Mission, Waypoint
@@ -46,8 +46,8 @@ def test_gaits_from_elsewhere_swim_as_fast_as_they_do(robot: ht.Robot) -> None:
 @pytest.mark.parametrize(
     ("names", "speed", "said"),
     [
-        (["unoptimised-0.4", "unoptimised-0.3"], (), "rise in speed"),
-        (["unoptimised-0.4", "unoptimised-0.3"], (0.2, 0.3), "rise in frequency"),
+        (["unoptimised-0.4", "unoptimised-0.3"], (), "increase in speed"),
+        (["unoptimised-0.4", "unoptimised-0.3"], (0.2, 0.3), "increase in frequency"),
         (["unoptimised-0.3"], (0.2, 0.3), "one speed per gait"),
         (["unoptimised-0.3"] * 13, (0.3,) * 13, "1 to 12 gaits"),
     ],
@@ -141,7 +141,7 @@ def test_pulses_of_a_pilot_that_dives_and_turns(robot: ht.Robot) -> None:
     assert row["facing"] == pytest.approx([1, 0, 0], abs=1e-3)
     assert row["bias"][0] < -0.1
     assert row["fin"][0] < -0.3
-    low, high = columns["pulse_least"][0], columns["pulse_most"][0]
+    low, high = columns["pulse_min"][0], columns["pulse_max"][0]
     assert all(low <= pulse <= high for pulse in row["pulse"])
 
 
@@ -155,8 +155,8 @@ def test_the_page_has_every_mode_and_reason() -> None:
 def test_headings_are_learned_from_field_and_gravity(robot: ht.Robot) -> None:
     """At any heading and a pitch of 10 degrees the attitude is there from the first tick on."""
     for heading in np.arange(0, 2 * math.pi, 0.7):
-        attitude = ht.frames.attitude_of(roll=0.05, pitch=math.radians(10), heading=heading)
-        r = ht.frames.rotation_of(attitude)
+        attitude = frames.attitude_of(roll=0.05, pitch=math.radians(10), heading=heading)
+        r = frames.rotation_of(attitude)
         field = r.T @ [0, math.cos(1), -math.sin(1)]
         mission = Mission(waypoints=(Waypoint(0, 30, 2, 0.3, 2),))
         pilot = _core.Pilot(_core.Controller(controller_columns(robot)), pilot_columns(robot), mission_columns(mission))

@@ -243,4 +243,4 @@ def test_bad_pressures_are_refused() -> None:
 
     result = CliRunner().invoke(app, [*COMMAND, "--pressure", "100,50"])
     assert isinstance(result.exception, InputError)  # which the program turns into a sentence and exit code 2
-    assert "pressure must rise from one to the next" in str(result.exception)
+    assert "pressure must increase" in str(result.exception)

@@ -217,7 +217,7 @@ def test_bad_tables_are_told(key: str, column: list[float], sentence: str) -> No
 
 def test_tables_that_the_twin_cannot_use_are_told() -> None:
     jumps = with_table(volume_m3=[2.0e-6, 2.01e-6, 2.9e-6, 2.91e-6, 3.6e-6])
-    with pytest.raises(InputError, match=r"tuna.toml: joints.II.reduced.volume_m3 must rise smoothly"):
+    with pytest.raises(InputError, match=r"tuna.toml: joints.II.reduced.volume_m3 must increase smoothly"):
         joint_tables(jumps)
     document = with_table().document()
     document["joints"][1]["actuator"]["asymmetry"] = 0.1

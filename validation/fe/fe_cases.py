@@ -15,7 +15,7 @@ from fe_tube import CARRIER, ideal_pull, ideal_stretch, load, pull, tube
 
 from hypertuna import _core
 from hypertuna.actuation.silicone import Mooney
-from hypertuna.actuation.soft_joint import LUMEN_LEFT, drive_unit, mooney
+from hypertuna.actuation.soft_joint import LUMEN_MIN, drive_unit, mooney
 from hypertuna.description.robot import Robot
 from hypertuna.fe.energies import LAWS, Solid, Wall
 from hypertuna.fe.measure import measure
@@ -186,7 +186,7 @@ def _stretch(unit: _core.DriveUnit, force: float) -> float:
     def excess(stretch: float) -> float:
         return float(unit.at(np.array([stretch]), pressure=PRESSURE)["pull"][0]) - force
 
-    return float(brentq(excess, 0.5, unit.closing_stretch(LUMEN_LEFT), xtol=1e-12))
+    return float(brentq(excess, 0.5, unit.closing_stretch(LUMEN_MIN), xtol=1e-12))
 
 
 def _text(found: Equilibrium) -> str:

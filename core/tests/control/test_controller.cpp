@@ -138,11 +138,11 @@ static T any_number(std::uint64_t bits) {
 template <class T>
 static bool all_finite(const ControllerState<T>& s) {
     T sum = s.supply + s.frequency.value;
-    for (int j = 0; j < most_joints; ++j)
+    for (int j = 0; j < max_joints; ++j)
         sum += s.amplitude[j].value + s.bias[j].value + s.phase[j].value + s.more[j].value + s.aside[j].value +
-               s.bend_sent[j] + s.governor[j].ceiling + s.governor[j].lid + s.posture[j].measured.level +
+               s.bend_sent[j] + s.governor[j].ceiling + s.governor[j].amplitude_limit + s.posture[j].measured.level +
                s.posture[j].amplitude.sum + s.posture[j].bias.output;
-    for (int c = 0; c < most_circuits; ++c)
+    for (int c = 0; c < max_circuits; ++c)
         sum += s.oscillator[c].x + s.oscillator[c].y + s.circuit[c].pressure + s.circuit[c].change;
     return is_finite(sum);
 }
@@ -165,13 +165,13 @@ static void arbitrary_bits(int ticks) {
         for (T& x : r.current) x = draw();
         for (int k = 0; k < 3; ++k) r.rate[k] = draw(), r.acceleration[k] = draw();
         r.voltage = draw(), c.frequency = draw();
-        for (int j = 0; j < most_joints; ++j) c.amplitude[j] = draw(), c.phase[j] = draw(), c.bias[j] = draw();
+        for (int j = 0; j < max_joints; ++j) c.amplitude[j] = draw(), c.phase[j] = draw(), c.bias[j] = draw();
         c.fin[0] = draw(), c.fin[1] = draw();
         c.fresh = random_bits(5, 0, std::uint64_t(i)) % 3 != 0, c.armed = random_bits(5, 1, std::uint64_t(i)) % 50 != 0;
         now = step(model, now.state, r, c);
         for (int s = 0; s < 6; ++s) {
             const T pulse = now.output.pulse[s], target = now.output.target[s];
-            good = good && model.pulse_least <= pulse && pulse <= model.pulse_most;
+            good = good && model.pulse_min <= pulse && pulse <= model.pulse_max;
             good = good && abs(target - last[s]) <= model.slew + slack;
             last[s] = target;
         }

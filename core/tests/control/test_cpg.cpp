@@ -125,11 +125,11 @@ static void commands_jump_but_the_output_does_not() {
     double before[4] = {}, largest = 0;
     for (int i = 0; i < 2000; ++i) {
         const bool high = i / 100 % 2 == 0;
-        state.wish = {high ? 6.0 : 1.0,
-                      {high ? 0.3 : 0.1, high ? 0.0 : 0.4},
-                      {0, high ? 0.6 : -0.6},
-                      {high ? 0.2 : -0.2, 0.1},
-                      {}};
+        state.target = {high ? 6.0 : 1.0,
+                        {high ? 0.3 : 0.1, high ? 0.0 : 0.4},
+                        {0, high ? 0.6 : -0.6},
+                        {high ? 0.2 : -0.2, 0.1},
+                        {}};
         generate(model, state, true);
         for (int c = 0; c < 4; ++c) {
             const double sign = c % 2 == 0 ? 1 : -1;
@@ -149,7 +149,7 @@ static void the_network_settles_to_its_pattern() {
     const double tick = 0.01, lag = 40 * pi / 180, frequency = 2;
     model.joints = 2, model.tick = tick, model.network = network(tick), model.smoothing = smoothing(15.8, tick);
     ControllerState<double> state = init(model);
-    state.wish = {frequency, {0.28, 0.4}, {0, lag}, {}, {}};
+    state.target = {frequency, {0.28, 0.4}, {0, lag}, {}, {}};
     for (int i = 0; i < 500; ++i) generate(model, state, true);
     for (int i = 0; i < 100; ++i) {
         generate(model, state, true);

@@ -19,7 +19,7 @@ static void peaks_of_a_sine() {
         BeatShape<double> shape{};
         const int beat = int(std::lround(1 / turns));
         for (int i = 0; i < 5 * beat; ++i) {
-            look(peaks, filter.weight, b + A * std::sin(2 * pi * turns * i));
+            update(peaks, filter.weight, b + A * std::sin(2 * pi * turns * i));
             if (i % beat == beat - 1) shape = close_beat(peaks, filter.gain);
         }
         CHECK_NEAR(shape.amplitude, A, 0.05 * A);
@@ -38,8 +38,8 @@ static void noise_hardly_moves_the_peaks() {
     const int beats = 400;
     for (int i = 0; i < 100 * beats; ++i) {
         const double x = A * std::sin(2 * pi * turns * i);
-        look(clean, filter.weight, x);
-        look(noisy, filter.weight, x + sigma * normal<double>(random_bits(1, 0, std::uint64_t(i))));
+        update(clean, filter.weight, x);
+        update(noisy, filter.weight, x + sigma * normal<double>(random_bits(1, 0, std::uint64_t(i))));
         if (i % 100 == 99)
             excess += close_beat(noisy, filter.gain).amplitude - close_beat(clean, filter.gain).amplitude;
     }

@@ -60,9 +60,9 @@ static void the_governor_by_hand() {
     };
     CHECK_NEAR(after(1.25, false).ceiling, 0.16, 1e-15);
     CHECK_NEAR(after(1.25, true).ceiling, 0.16, 1e-15);  // a doubtful beat may be cut
-    CHECK_NEAR(after(3.0, false).ceiling, 0.2 * governor_least, 1e-15);
+    CHECK_NEAR(after(3.0, false).ceiling, 0.2 * governor_min, 1e-15);
     CHECK_NEAR(after(1 / 1.4641, false).ceiling, 0.22, 1e-12);  // 1.1^4
-    CHECK_NEAR(after(0.01, false).ceiling, 0.2 * governor_most, 1e-15);
+    CHECK_NEAR(after(0.01, false).ceiling, 0.2 * governor_max, 1e-15);
     CHECK(after(0.01, true).ceiling == 0.2);  // but does not grow
     CHECK(after(0.5, false).proven == 0.2 && after(0.5, true).proven == 0 && after(1.25, false).proven == 0);
 }
@@ -98,10 +98,10 @@ static void a_new_frequency_begins_safe() {
 static void every_condition_has_its_text() {
     for (const ConditionText& text : condition_texts) CHECK(text.name && text.sentence && *text.sentence);
     Status status{};
-    status.tell(Condition::hard_stop, 3);
+    status.set(Condition::hard_stop, 3);
     CHECK(status.has(Condition::hard_stop) && status.has(Condition::hard_stop, 3) &&
           !status.has(Condition::hard_stop, 2));
-    CHECK(!status.has(Condition::blind) && conditions <= 32 && most_servos <= 16);
+    CHECK(!status.has(Condition::blind) && conditions <= 32 && max_servos <= 16);
 }
 
 int main() {

@@ -48,7 +48,7 @@ static void the_offset_of_the_gyroscope_is_learned() {
     // More than it believes it does not learn.
     in.rate = {0.4, 0, 0};
     for (int k = 0; k < 1000; ++k) state = attitude_step(model, state, in);
-    CHECK(std::fabs(state.drift.x) <= model.drift_most);
+    CHECK(std::fabs(state.drift.x) <= model.drift_max);
 }
 
 /// The field turns the robot about the vertical alone, whatever it says.

@@ -270,8 +270,8 @@ static void arbitrary_bits(int ticks) {
         r.fix[0] = draw(T(0)), r.fix[1] = draw(T(0)), r.fixed = i % 7 == 0;
         now = fly(pilot, now.state, r, box.mission);
         for (int s = 0; s < 6; ++s)
-            good = good && pilot.controller.pulse_least <= now.output.pulse[s] &&
-                   now.output.pulse[s] <= pilot.controller.pulse_most;
+            good = good && pilot.controller.pulse_min <= now.output.pulse[s] &&
+                   now.output.pulse[s] <= pilot.controller.pulse_max;
         const Estimate<T>& at = now.estimate;
         T sum = at.x + at.y + at.depth + at.sink + at.speed + at.position_error + at.drift_error + at.q.w + at.rate.x +
                 at.facing.z + now.state.guidance.steering.turn_sum + now.state.guidance.steering.climb_sum;

@@ -141,7 +141,7 @@ static void means_over_a_beat() {
             const double yaw = 0.5 + 0.15 * std::sin(2 * pi * phase);
             at.facing = {std::cos(yaw), std::sin(yaw), 0};
             at.rate.z = 0.15 * 2 * pi * frequency * std::cos(2 * pi * phase);
-            look(beat, at, std::floor(before) != std::floor(phase), 100);
+            update(beat, at, std::floor(before) != std::floor(phase), 100);
             if (k > 200) worst = std::fmax(worst, std::fabs(std::atan2(beat.mean[1], beat.mean[0]) - 0.5));
         }
         CHECK(worst < 0.02);

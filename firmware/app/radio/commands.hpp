@@ -29,7 +29,7 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_gait
     const auto angle = [](std::int16_t cdeg) { return float(cdeg) / centidegree; };
     Command<float> command{};
     command.frequency = float(m.frequency) * 1e-3f;
-    for (int j = 0; j < most_joints; ++j)
+    for (int j = 0; j < max_joints; ++j)
         command.amplitude[j] = angle(m.amplitude[j]), command.phase[j] = angle(m.lag[j]),
         command.bias[j] = angle(m.bias[j]);
     for (int k = 0; k < 2; ++k) command.fin[k] = angle(m.fin[k]);

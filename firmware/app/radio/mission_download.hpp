@@ -22,7 +22,7 @@ int visit_items(const Mission<float>& mission, const Visit& visit) {
     item.param3 = mission.duration, item.param4 = mission.surface_every;
     const Corner<float> rest{0.01f * mission.home_radius,
                              mission.stay ? 1e-4f : 0.0f};  // 100 cm, 1: scaled like positions
-    add(HYPERTUNA_CMD_BOUNDS, rest, mission.home_speed, mission.depth_most, mission.reserve);
+    add(HYPERTUNA_CMD_BOUNDS, rest, mission.home_speed, mission.depth_max, mission.reserve);
     item.param3 = item.param4 = 0.0f;
     add(MAV_CMD_DO_SET_HOME, mission.home, 0.0f, 0.0f, 0.0f);
     for (int k = 0; k < mission.corners; ++k)

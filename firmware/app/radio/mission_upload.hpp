@@ -18,7 +18,7 @@ inline void begin_mission(Upload& upload, const Snapshot& now) {
     upload.mission.waypoint = upload.waypoint, upload.mission.corner = upload.corner;
     upload.mission.start = upload.mission.home = {now.estimate.x, now.estimate.y};
     upload.mission.home_radius = standard_radius, upload.mission.home_speed = standard_speed;
-    upload.mission.depth_most = standard_depth, upload.mission.reserve = standard_reserve;
+    upload.mission.depth_max = standard_depth, upload.mission.reserve = standard_reserve;
     upload.speed = standard_speed;
 }
 
@@ -58,7 +58,7 @@ inline std::uint8_t add_corner(Upload& upload, const Corner<float>& place) {
 }
 
 inline std::uint8_t set_bounds(Mission<float>& mission, const mavlink_mission_item_int_t& m) {
-    if (0.0f < m.param1) mission.depth_most = m.param1;
+    if (0.0f < m.param1) mission.depth_max = m.param1;
     if (0.0f < m.param2) mission.reserve = m.param2;
     mission.duration = m.param3, mission.surface_every = m.param4, mission.stay = m.x != 0;
     if (0 < m.y) mission.home_radius = 0.01f * float(m.y);

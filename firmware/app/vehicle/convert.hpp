@@ -10,7 +10,7 @@ namespace hypertuna::firmware {
 /// reading = scale (counts - zero) of each channel.
 struct Calibration {
     float zero[channels], scale[channels];
-    float trim[most_servos];  // s added to a servo's pulse
+    float trim[max_servos];  // s added to a servo's pulse
 };
 
 /// Where local coordinates count from.

@@ -31,7 +31,7 @@ constexpr void visit_record(const Snapshot& now, int joints, const Visit& visit)
 inline constexpr std::uint32_t record_layout = [] {
     const Snapshot none{};
     std::uint32_t sum = 2166136261u;
-    visit_record(none, most_joints, [&](const char* name, auto...) {
+    visit_record(none, max_joints, [&](const char* name, auto...) {
         do sum = (sum ^ std::uint8_t(*name)) * 16777619u;
         while (*name++ != 0);
     });

@@ -15,7 +15,7 @@ struct StoredMission {
     std::int32_t waypoints, corners, stay;
     std::int32_t latitude, longitude, has_origin;  // origin [1e-7 deg], if known
     Corner<float> center, home;
-    float range, home_radius, home_speed, depth_most, reserve, duration, surface_every;
+    float range, home_radius, home_speed, depth_max, reserve, duration, surface_every;
     Waypoint<float> waypoint[max_waypoints];
     Corner<float> corner[max_corners];
 };
@@ -33,7 +33,7 @@ inline Mission<float> mission_of(const StoredMission& stored) {
             stored.home,
             stored.home_radius,
             stored.home_speed,
-            stored.depth_most,
+            stored.depth_max,
             stored.reserve,
             stored.duration,
             stored.surface_every,
@@ -45,7 +45,7 @@ inline void pack_mission(StoredMission& stored, const Mission<float>& m) {
     std::memset(static_cast<void*>(&stored), 0, sizeof(stored));
     stored.waypoints = m.waypoints, stored.corners = m.corners, stored.stay = m.stay;
     stored.center = m.center, stored.home = m.home, stored.range = m.range;
-    stored.home_radius = m.home_radius, stored.home_speed = m.home_speed, stored.depth_most = m.depth_most;
+    stored.home_radius = m.home_radius, stored.home_speed = m.home_speed, stored.depth_max = m.depth_max;
     stored.reserve = m.reserve, stored.duration = m.duration, stored.surface_every = m.surface_every;
     for (int k = 0; k < m.waypoints; ++k) stored.waypoint[k] = m.waypoint[k];
     for (int k = 0; k < m.corners; ++k) stored.corner[k] = m.corner[k];
@@ -61,7 +61,7 @@ inline bool is_valid(const Mission<float>& mission) {
     const auto place = [](float x, float y) { return abs(x) < 1e5f && abs(y) < 1e5f; };
     bool good = place(mission.home.x, mission.home.y) && place(mission.center.x, mission.center.y);
     good = good && 0 < mission.home_radius && mission.home_radius < 1e5f && 0 < mission.home_speed;
-    good = good && mission.home_speed < 10 && 0 <= mission.depth_most && mission.depth_most < 1e4f;
+    good = good && mission.home_speed < 10 && 0 <= mission.depth_max && mission.depth_max < 1e4f;
     good = good && 0 <= mission.reserve && mission.reserve <= 1 && 0 <= mission.duration && 0 <= mission.surface_every;
     good = good && 0 <= mission.range && mission.range < 1e6f;
     for (int k = 0; k < mission.waypoints; ++k) {

@@ -91,7 +91,7 @@ inline const Command<float>* choose_command(Vehicle& vehicle, Command<float>& ma
         return ascending(vehicle) ? nullptr : &made;
     if (answer == Answer::home && now.control != Control::mission) set_control(vehicle, Control::mission);
     if (now.control == Control::mission) {
-        if (answer == Answer::home) vehicle.state.guidance.reasons.tell(Reason::recalled);
+        if (answer == Answer::home) vehicle.state.guidance.reasons.set(Reason::recalled);
         return nullptr;
     }
     // A joystick must repeat its command; a gait goes on while the ground is in contact.
@@ -161,12 +161,12 @@ template <Board B>
 void send_pulses(const Vehicle& vehicle, B& board) {
     const Controller<float>& controller = vehicle.model.pilot.controller;
     const int servos = 2 * controller.joints + 2;
-    float pulse[most_servos] = {};
+    float pulse[max_servos] = {};
     bool moving = vehicle.now.armed;
     for (int k = 0; k < servos; ++k) moving = moving || 1e-3f < abs(vehicle.now.output.target[k]);
     for (int k = 0; k < servos && moving; ++k)
-        pulse[k] = clamp(vehicle.now.output.pulse[k] + vehicle.model.calibration.trim[k], controller.pulse_least,
-                         controller.pulse_most);
+        pulse[k] = clamp(vehicle.now.output.pulse[k] + vehicle.model.calibration.trim[k], controller.pulse_min,
+                         controller.pulse_max);
     board.drive(pulse, servos);
 }
 

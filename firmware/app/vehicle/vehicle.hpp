@@ -175,10 +175,10 @@ inline void begin_ascent(Vehicle& vehicle) {
     Mission<float>& up = vehicle.up;
     up = {};
     up.home = {vehicle.now.estimate.x, vehicle.now.estimate.y};
-    up.home_radius = up.depth_most = 1e4f, up.home_speed = vehicle.model.pilot.guidance.slow;
+    up.home_radius = up.depth_max = 1e4f, up.home_speed = vehicle.model.pilot.guidance.slow;
     begin_mission(vehicle, up);
     vehicle.state.guidance.rising = false;  // do not wait for a fix
-    vehicle.state.guidance.reasons.tell(Reason::recalled);
+    vehicle.state.guidance.reasons.set(Reason::recalled);
     const Guidance<float>& guidance = vehicle.model.pilot.guidance;
     const float limit = clamp(time_home(guidance, vehicle.now.estimate, up), 0.0f, 3600.0f);
     vehicle.ascent_deadline = vehicle.now.tick + std::uint32_t(limit / vehicle.model.pilot.controller.tick);
@@ -226,13 +226,13 @@ inline Refusal set_control(Vehicle& vehicle, Control control) {
 /// Whether a command is within the controller's limits.
 inline bool within(const Controller<float>& model, const Command<float>& command) {
     const auto in = [](float low, float x, float high) { return low <= x && x <= high; };
-    bool good = in(0, command.frequency, model.frequency_most);
+    bool good = in(0, command.frequency, model.frequency_max);
     for (int j = 0; j < model.joints; ++j) {
         const float limit = model.joint[j].amplitude, turn = float(2 * pi);
         good = good && in(0, command.amplitude[j], limit) && in(-turn, command.phase[j], turn) &&
                in(-limit, command.bias[j], limit);
     }
-    for (int k = 0; k < 2; ++k) good = good && in(-model.fin_most, command.fin[k], model.fin_most);
+    for (int k = 0; k < 2; ++k) good = good && in(-model.fin_max, command.fin[k], model.fin_max);
     return good;
 }
 
@@ -260,13 +260,13 @@ inline Refusal set_manual(Vehicle& vehicle, const Command<float>& command) {
 
 /// Clamp a command to the controller's limits.
 inline void clamp_command(const Controller<float>& model, Command<float>& command) {
-    command.frequency = min(command.frequency, model.frequency_most);
+    command.frequency = min(command.frequency, model.frequency_max);
     for (int j = 0; j < model.joints; ++j) {
         const float limit = model.joint[j].amplitude;
         command.amplitude[j] = min(command.amplitude[j], limit);
         command.bias[j] = clamp(command.bias[j], -limit, limit);
     }
-    for (float& fin : command.fin) fin = clamp(fin, -model.fin_most, model.fin_most);
+    for (float& fin : command.fin) fin = clamp(fin, -model.fin_max, model.fin_max);
 }
 
 /// A gait of the joystick by the gait table: ahead from 0 to 1 of the top speed, turn to port and climb from -1 to 1,
@@ -277,8 +277,8 @@ inline Refusal set_manual(Vehicle& vehicle, float ahead, float turn, float climb
     Command<float> command = rest();
     const float top = steering.table.speed[steering.table.gaits - 1];
     beat_into(steering, command, ahead * top, -turn);
-    for (int j = 0; j < most_joints && ahead == 0.0f; ++j) command.amplitude[j] = 0.0f;
-    command.fin[0] = command.fin[1] = climb * steering.fin_most;
+    for (int j = 0; j < max_joints && ahead == 0.0f; ++j) command.amplitude[j] = 0.0f;
+    command.fin[0] = command.fin[1] = climb * steering.fin_max;
     clamp_command(vehicle.model.pilot.controller, command);
     return set_manual(vehicle, command);
 }

@@ -27,7 +27,7 @@ struct Teensy {
     int joints;
     Raw raw;
     std::uint32_t due, sampled;  // us: end of the tick, last samples
-    Servo servo[most_servos];
+    Servo servo[max_servos];
     HardwareSerial *imu, *receiver, *radio;
     ImuParser imu_frames;
     FixParser fixes;
@@ -64,7 +64,7 @@ struct Teensy {
         to = raw;
         std::memset(static_cast<void*>(&raw), 0, sizeof(raw));
     }
-    void drive(const float (&pulse)[most_servos], int count) {
+    void drive(const float (&pulse)[max_servos], int count) {
         for (int k = 0; k < count; ++k) {
             const bool on = 0.0f < pulse[k];
             if (on && !servo[k].attached()) servo[k].attach(wiring.servo[k]);

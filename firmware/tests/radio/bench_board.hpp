@@ -11,7 +11,7 @@ namespace hypertuna::firmware {
 
 struct BenchBoard {
     std::uint8_t memory[memory_size] = {};
-    float bend[most_joints] = {}, pulse[most_servos] = {};
+    float bend[max_joints] = {}, pulse[max_servos] = {};
     std::uint32_t ticks = 0;
     bool leak = false;
     std::vector<std::uint8_t> heard{}, said{};  // radio: bytes that came, and that went
@@ -41,7 +41,7 @@ struct BenchBoard {
         raw.fix[0] = 500000000 + int(10 * noise(sensor_channels)), raw.fix[1] = 80000000;
         ++ticks;
     }
-    void drive(const float (&to)[most_servos], int count) { std::copy(to, to + count, pulse); }
+    void drive(const float (&to)[max_servos], int count) { std::copy(to, to + count, pulse); }
     void feed() {}
     std::uint32_t clock() { return 0; }
     std::uint32_t per_tick() { return 1; }

@@ -7,7 +7,7 @@ static void test_missions() {
     const auto items = box();
     CHECK(upload(bench, items) == MAV_MISSION_ACCEPTED);
     const Mission<float>& m = mission(bench.vehicle());
-    CHECK(m.waypoints == 3 && m.corners == 4 && m.depth_most == 4.0f && m.reserve == 0.2f);
+    CHECK(m.waypoints == 3 && m.corners == 4 && m.depth_max == 4.0f && m.reserve == 0.2f);
     CHECK(m.stay && m.home_radius == 2.5f && m.home_speed == 0.4f);
     CHECK(m.waypoint[2].x == 20.0f && m.waypoint[2].y == 20.0f && m.waypoint[2].depth == 1.5f);
     CHECK(m.waypoint[1].speed == 0.35f && m.home.x == 2.0f && m.home.y == 1.0f);
@@ -28,7 +28,7 @@ static void test_missions() {
     CHECK(upload(bench, bad) == MAV_MISSION_ERROR);
     bad = items, bad[0].param1 = 1e6f;  // the vehicle's own check, of the whole
     CHECK(upload(bench, bad) == MAV_MISSION_INVALID);
-    CHECK(mission(bench.vehicle()).waypoints == 3 && mission(bench.vehicle()).depth_most == 4.0f);
+    CHECK(mission(bench.vehicle()).waypoints == 3 && mission(bench.vehicle()).depth_max == 4.0f);
 
     CHECK(upload(bench, {items.begin(), items.end()}, items.size()) == 255);  // no item comes at all
     bench.run(int(request_timeout) * (max_tries + 1));

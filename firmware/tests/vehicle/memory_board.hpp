@@ -9,7 +9,7 @@ namespace hypertuna::firmware {
 
 struct MemoryBoard {
     Raw raw;
-    float pulse[most_servos];
+    float pulse[max_servos];
     std::uint8_t memory[memory_size];
     int power;  // bytes that can still be written; negative for ever
     int torn;   // what the byte shows that the power went at: -1 for its old value
@@ -21,7 +21,7 @@ struct MemoryBoard {
 
     bool wait() { return true; }
     void read(Raw& to) { to = raw; }
-    void drive(const float (&to)[most_servos], int count) {
+    void drive(const float (&to)[max_servos], int count) {
         for (int k = 0; k < count; ++k) pulse[k] = to[k];
     }
     void feed() { ++fed; }

@@ -40,13 +40,13 @@ inline Command<float> beat(float frequency = 2) {
 }
 
 /// Largest amplitude that the controller is on its way to.
-inline bool beats() { return 0.1f < v.state.controller.wish.amplitude[0]; }
+inline bool beats() { return 0.1f < v.state.controller.target.amplitude[0]; }
 
 inline Waypoint<float> way[2] = {{0, -40, 0, 0.3f, 2}, {0, -80, 0, 0.3f, 2}};
 inline Mission<float> plan() {
     Mission<float> m{};
     m.waypoint = way, m.waypoints = 2;
-    m.home_radius = 3, m.home_speed = 0.3f, m.depth_most = 4, m.reserve = 0.1f;
+    m.home_radius = 3, m.home_speed = 0.3f, m.depth_max = 4, m.reserve = 0.1f;
     return m;
 }
 
@@ -66,7 +66,7 @@ inline Mission<float> numbered(int which) {
 
 inline bool same(const Mission<float>& a, const Mission<float>& b) {
     return a.waypoints == b.waypoints && a.corners == b.corners && a.stay == b.stay && a.home.x == b.home.x &&
-           a.home.y == b.home.y && a.reserve == b.reserve && a.depth_most == b.depth_most &&
+           a.home.y == b.home.y && a.reserve == b.reserve && a.depth_max == b.depth_max &&
            std::memcmp(a.waypoint, b.waypoint, sizeof(a.waypoint[0]) * std::size_t(a.waypoints)) == 0 &&
            std::memcmp(a.corner, b.corner, sizeof(a.corner[0]) * std::size_t(a.corners)) == 0;
 }

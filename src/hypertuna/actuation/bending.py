@@ -1,6 +1,6 @@
-"""Actuator: how far a soft joint bends under pressure, and what the twin needs to know of it.
+"""Actuator: bend of a soft joint under pressure.
 
-The equations stand in core muscle.hpp, joint.hpp and joint_table.hpp; docs/actuator.md derives them.
+The equations are in core muscle.hpp, joint.hpp and joint_table.hpp; docs/actuator.md derives them.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import (
-    LUMEN_LEFT,
+    LUMEN_MIN,
     MATERIAL_SETS,
     JointTable,
     drive_unit,
@@ -51,9 +52,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-SIDES = ("left", "right")
-
-# Which equations the core solves, and what stands between the printed and the corrected ones.
+# The equations that the core solves, and the steps from the printed to the corrected ones.
 LAWS: dict[str, dict[str, bool]] = {
     "corrected": {"printed": False, "nominal_stress": False, "inner_balance": False, "passive": True},
     "as_printed": {"printed": True, "nominal_stress": True, "inner_balance": True, "passive": False},
@@ -74,7 +73,7 @@ STEPS: tuple[tuple[str, dict[str, bool], bool], ...] = (
 
 @dataclass(frozen=True)
 class Bend:
-    """How far a joint bends under the pressure of one side.
+    """Bend of a joint under the pressure of one side.
 
     Attributes
     ----------
@@ -118,19 +117,19 @@ class Bend:
 
     @property
     def loop_area(self) -> float:
-        """Area between the two branches, of the angle over the pressure [Pa rad]; 0 without the way back."""
+        """Area of the hysteresis loop of the angle over the pressure [Pa rad]; 0 without unloading."""
         if self.unload_angle is None:
             return 0.0
         return float(np.trapezoid(self.unload_angle[::-1] - self.angle, self.pressure))
 
     @property
     def loss(self) -> float:
-        """Work of the oil on the joint less what came back [J]: what friction took, where the path is a loop."""
+        """Net work of the oil on the joint [J]: the loss to friction, where the path is a loop."""
         path = self.pressure if self.unload_pressure is None else np.append(self.pressure, self.unload_pressure)
         return float(np.trapezoid(path, self.volume))
 
     def r_squared(self) -> float:
-        """How near to a line the angle is, on the way up.
+        """Return how linear the angle is on loading.
 
         Returns
         -------
@@ -140,7 +139,7 @@ class Bend:
         return straightness(self.pressure, self.angle)
 
     def dataset(self) -> xr.Dataset:
-        """Label the numbers.
+        """Return the bend as labeled arrays.
 
         Returns
         -------
@@ -239,9 +238,9 @@ def bend(
 
 
 def straightness(pressure: Array, angle: Array, low: float = 100e3, high: float = 250e3) -> float:
-    """How near to a line an angle is between two pressures.
+    """Return the coefficient of determination of the line through an angle [rad] between two pressures [Pa].
 
-    `pressure`, `angle` (n,) [Pa], [rad], `low`, `high` [Pa].
+    By default the paper's range (section III.A); NaN where fewer than three points lie between.
     """
     inside = (pressure >= low * (1 - 1e-12)) & (pressure <= high * (1 + 1e-12))
     if inside.sum() < 3:
@@ -250,8 +249,8 @@ def straightness(pressure: Array, angle: Array, low: float = 100e3, high: float 
 
 
 def check_pressure(pressure: ArrayLike) -> Array:
-    """Check that pressures are finite, not negative, and rise: `pressure` (n,) [Pa]; returns (n,)."""
-    rule, fix = "must be a list of finite numbers", "give pressures in a row, in Pa"
+    """Return pressures [Pa] as an array (n,); they must be finite, increasing and not negative."""
+    rule, fix = "must be a list of finite numbers", "give pressures in Pa"
     try:
         rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
     except (TypeError, ValueError):
@@ -266,21 +265,21 @@ def check_pressure(pressure: ArrayLike) -> Array:
         pair = f"{rising[falls[0]] / 1e3:g} kPa, then {rising[falls[0] + 1] / 1e3:g} kPa"
         lower = ",".join(f"{p / 1e3:g}" for p in np.unique(rising[falls[0] : falls[0] + 2]))
         fix = f"write the lower one first, and each once: {lower}"
-        raise InputError("must rise from one to the next", key="pressure", value=pair, fix=fix)
+        raise InputError("must increase", key="pressure", value=pair, fix=fix)
     return rising
 
 
 def check_side(side: str) -> int:
-    """Check that a side exists."""
+    """Return 0 for left, 1 for right."""
     if side not in SIDES:
         raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
     return SIDES.index(side)
 
 
 def _muscles(
-    robot: Robot, joint: str | int, material: str, segments: Array, most: float, active: int, *, locks: bool
+    robot: Robot, joint: str | int, material: str, segments: Array, pressure: float, active: int, *, locks: bool
 ) -> dict[str, Any]:
-    """Say what the muscles went through: oil taken in, braid angle, lumens, and whether the joint locks."""
+    """Compute the state of the muscles: oil taken in, braid angle, lumens, and whether the joint locks."""
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
     lever = actuator.lever * (1 + np.array([0.5, -0.5]) * actuator.asymmetry)
     strain = segments / np.array(actuator.segment_length)
@@ -294,11 +293,11 @@ def _muscles(
     volume = cast(int, group.drive_units) * (gain * np.array(actuator.segment_length)).sum(axis=1)
     left = float((lumen(long) / lumen(np.ones(1))).min())
     braid = math.acos(min(1.0, float(short.min()) * math.cos(unit.braid_angle)))
-    locked = locks and left < LUMEN_LEFT
+    locked = locks and left < LUMEN_MIN
     stands, idle = f"{math.degrees(braid):.1f} deg", math.degrees(NEUTRAL_BRAID)
-    text = f"At {most / 1e3:g} kPa the braid stands at {stands} (at {idle:.1f} a muscle pulls no more)"
+    text = f"At {pressure / 1e3:g} kPa the braid stands at {stands} (at {idle:.1f} a muscle pulls no more)"
     if locked:
-        text = f"The joint locks below {most / 1e3:g} kPa: the lumen of the stretched muscles closes"
+        text = f"The joint locks below {pressure / 1e3:g} kPa: the lumen of the stretched muscles closes"
     elif locks:
         text += f" and the stretched muscles keep {100 * left:.0f} % of their lumen"
     return {
@@ -314,16 +313,20 @@ def _muscles(
 class Step:
     """One step from the printed equations to the corrected ones."""
 
-    text: str  # What was corrected in addition
-    angle: float  # Angle of the joint then [rad]
+    text: str  # the correction that it adds
+    angle: float  # rad, of the joint with it
 
 
 def misprints(robot: Robot, joint: str | int, pressure: float, material: str | None = None) -> tuple[Step, ...]:
-    """Correct the printed equations one by one, and say how far the joint bends each time: `pressure` [Pa]."""
+    """Correct the printed equations one by one, and return the bend at a pressure [Pa] after each step.
+
+    From the printed equations to the corrected ones with friction on loading; the effect of a correction depends on
+    those before it.
+    """
     rising = check_pressure(pressure)
-    found = []
+    steps = []
     for text, law, friction in STEPS:
         model = soft_joint(robot, joint, material, friction=friction).with_law(**law)
         angle = float(np.asarray(model.bend(np.array([[rising[0], 0.0]]))).sum())
-        found.append(Step(text, angle))
-    return tuple(found)
+        steps.append(Step(text, angle))
+    return tuple(steps)

@@ -1,4 +1,4 @@
-"""Pump, oil and lines: the circuits of a robot as the core takes them."""
+"""Pump, oil and lines: the hydraulic circuits of a robot for the core."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core
 from hypertuna.description.robot import Robot, require
+from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.hydraulics import HOTTEST, Line, Oil, Pump, Servo
 from hypertuna.errors import InputError
 
 __all__ = [
     "SIDES",
+    "ZERO_CELSIUS",
     "Circuits",
     "circuits",
     "line_inertance",
@@ -31,117 +33,116 @@ __all__ = [
 Array = NDArray[np.float64]
 
 SIDES = ("left", "right")
-DRIVES = "piston pump"  # what a servo drives that belongs to a circuit
-ZERO_CELSIUS = 273.15
-LAMINAR_INERTIA = 4 / 3  # momentum of Poiseuille's profile over that of a plug with the same flow
-OPEN = 0.7  # of ASTM D341, cSt
+DRIVES = "piston pump"  # key `drives` of the servos of circuits
+LAMINAR_INERTIA = 4 / 3  # momentum of Poiseuille's profile over that of plug flow
+ASTM_OFFSET = 0.7  # cSt, of ASTM D341
 
 
 @dataclass(frozen=True)
 class Circuits:
-    """The circuits of a robot, two per joint, as the core takes them."""
+    """The circuits of a robot, two per joint, for the core."""
 
-    names: tuple[str, ...]  # ``"I-left"``, ``"I-right"``, ...: circuit 2 j + s is side s of joint j
-    columns: tuple[str, ...]  # As `core/include/hypertuna/actuation/circuit.hpp` names them
-    values: Array  # (circuits, columns) SI units
-    temperature: float  # Of the oil [K]
-    viscosity: float  # Kinematic viscosity there [m^2/s]
+    names: tuple[str, ...]  # "I-left", "I-right", ...: circuit 2 j + s is side s of joint j
+    columns: tuple[str, ...]  # by their names in core/include/hypertuna/actuation/circuit.hpp
+    values: Array  # (circuits, columns) [SI]
+    temperature: float  # K, of the oil
+    viscosity: float  # m^2/s, kinematic
 
     def column(self, name: str) -> Array:
-        """Return one quantity of every circuit: returns (circuits,) [any]."""
+        """Return one quantity of every circuit [SI]."""
         column: Array = self.values[:, self.columns.index(name)]
         return column
 
+    def row(self, circuit: int) -> dict[str, float]:
+        """Return every quantity of one circuit [SI]."""
+        return dict(zip(self.columns, self.values[circuit].tolist(), strict=True))
+
 
 def viscosity(oil: Oil, temperature: ArrayLike) -> Array:
-    """Return the kinematic viscosity of an oil: log10 log10(nu + 0.7) = A - B log10 T, nu in cSt (ASTM D341).
+    """Return the kinematic viscosity of an oil at a temperature [K]: log10 log10(nu + 0.7) = A - B log10 T (ASTM D341).
 
-    `temperature` [K]; returns [m^2/s].
+    A and B follow from the viscosities at 40 and 100 C; nu in cSt in the equation, returned in m^2/s.
     """
     kelvin = np.asarray(temperature, dtype=np.float64)
     outside = ~((kelvin >= oil.pour_point) & (kelvin <= HOTTEST))
     if outside.any():
         low, high = (f"{limit - ZERO_CELSIUS:.4g}" for limit in (oil.pour_point, HOTTEST))
         value = f"{kelvin[outside].flat[0] - ZERO_CELSIUS:.4g} degC"
-        fix = f"{oil.name} flows from its pour point up, and its viscosity is known up to 100 C"
+        fix = f"{oil.name} flows above its pour point, and its viscosity is known up to 100 C"
         raise InputError(f"must be from {low} to {high} degC", key="temperature", value=value, fix=fix)
     ends = np.log10(np.array([40.0, 100.0]) + ZERO_CELSIUS)
-    heights = np.log10(np.log10(np.array([oil.viscosity_40, oil.viscosity_100]) * 1e6 + OPEN))
+    heights = np.log10(np.log10(np.array([oil.viscosity_40, oil.viscosity_100]) * 1e6 + ASTM_OFFSET))
     slope = (heights[1] - heights[0]) / (ends[1] - ends[0])
     height = heights[0] + slope * (np.log10(kelvin) - ends[0])
-    result: Array = (10.0 ** (10.0**height) - OPEN) * 1e-6
+    result: Array = (10.0 ** (10.0**height) - ASTM_OFFSET) * 1e-6
     return result
 
 
 def line_resistance(length: ArrayLike, bore: ArrayLike, dynamic_viscosity: ArrayLike) -> Array:
-    """Return the laminar resistance of a line, 128 mu l / (pi d^4) (Poiseuille).
-
-    `length`, `bore` [m], `dynamic_viscosity` [Pa s]; returns [Pa s/m^3].
-    """
+    """Return the laminar resistance of a line, 128 mu l / (pi d^4) (Poiseuille) [Pa s/m^3]."""
     result: Array = 128 * np.asarray(dynamic_viscosity) * np.asarray(length) / (np.pi * np.asarray(bore) ** 4)
     return result
 
 
 def line_inertance(length: ArrayLike, bore: ArrayLike, density: ArrayLike) -> Array:
-    """Return the inertance of a line in laminar flow, 4/3 rho l / (pi d^2 / 4).
+    """Return the inertance of a line in laminar flow, 4/3 rho l / (pi d^2 / 4) [Pa s^2/m^3].
 
-    `length`, `bore` [m], `density` [kg/m^3]; returns [Pa s^2/m^3].
+    The factor holds for Poiseuille's profile, up to a Womersley number d/2 sqrt(w / nu) of about 2.
     """
     result: Array = LAMINAR_INERTIA * np.asarray(density) * np.asarray(length) / (np.pi / 4 * np.asarray(bore) ** 2)
     return result
 
 
 def line_loss(bore: ArrayLike, coefficient: ArrayLike, density: ArrayLike) -> Array:
-    """Return what entry and exit of a line cost, coefficient x rho / (2 area^2).
-
-    `bore` [m], `density` [kg/m^3]; returns [Pa s^2/m^6].
-    """
+    """Return the entry and exit loss of a line, coefficient x rho / (2 area^2) [Pa s^2/m^6]."""
     area = np.pi / 4 * np.asarray(bore) ** 2
     result: Array = np.asarray(coefficient) * np.asarray(density) / (2 * area**2)
     return result
 
 
 def rest_volume(robot: Robot, group: JointGroup) -> float:
-    """Return what the drive units of one side of a joint hold at rest: returns [m^3]."""
+    """Return the volume of the drive units of one side at rest: straight lumens as long as the neutral layer [m^3]."""
     unit = require(robot.drive_unit, "drive_unit", robot)
-    where = f"joints.{group.name}"
-    actuator = require(group.actuator, f"{where}.actuator", robot)
-    count = require(group.drive_units, f"{where}.drive_units", robot)
+    actuator = require(group.actuator, f"joints.{group.name}.actuator", robot)
+    count = require(group.drive_units, f"joints.{group.name}.drive_units", robot)
     return float(count * np.pi / 4 * unit.inner_diameter**2 * sum(actuator.segment_length))
 
 
 def pump_servo(robot: Robot) -> Servo:
-    """Return the servo of a cylinder."""
-    found = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
-    k = require(found, f"[[servos]] with drives = {DRIVES!r}", robot, "add that table to the robot's file")
+    """Return the servo that drives a cylinder, with all its values."""
+    index = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
+    k = require(index, f"[[servos]] with drives = {DRIVES!r}", robot, "add that table to the robot's file")
     servo = robot.servos[k]
     for name, info in type(servo).model_fields.items():
         require(getattr(servo, name), f"servos[{k}].{info.alias}", robot)
-    wanted = len(SIDES) * len(robot.joints)
-    if servo.count != wanted:
-        rule, fix = f"must be {wanted}, one a side of each joint group", "one servo drives one cylinder"
+    count = len(SIDES) * len(robot.joints)
+    if servo.count != count:
+        rule, fix = f"must be {count}, one per side of each joint group", "one servo drives one cylinder"
         raise InputError(rule, file=robot.file or None, key=f"servos[{k}].count", value=str(servo.count), fix=fix)
     return servo
 
 
 def oil_of(robot: Robot, temperature: float | None = None) -> tuple[Oil, float, float]:
-    """Return the oil of a robot with its temperature and viscosity: `temperature` [K]; returns [K], [m^2/s]."""
+    """Return the oil of a robot, its temperature [K], the robot's own by default, and its viscosity [m^2/s]."""
     oil = require(robot.oil, "oil", robot)
     at = oil.temperature if temperature is None else temperature
     return oil, at, float(viscosity(oil, at))
 
 
 def supply_voltage(robot: Robot) -> float:
-    """Return the voltage at the servos: the converter's, or the battery's without one; returns [V]."""
+    """Return the voltage at the servos [V]: the converter's, else the battery's nominal, else the servos' rated one."""
     battery, rated = robot.battery, require(pump_servo(robot).voltage, "servos.voltage_v", robot)
     if battery is None or battery.series is None:
         return rated
-    held = battery.series * battery.voltage
-    return held if battery.converter is None else min(held, battery.converter)
+    nominal = battery.series * battery.voltage
+    return nominal if battery.converter is None else min(nominal, battery.converter)
 
 
 def circuits(robot: Robot, temperature: float | None = None, *, bore: float | None = None) -> Circuits:
-    """Describe the circuits of a robot to the core: `temperature` [K], `bore` [m]."""
+    """Return the circuits of a robot at an oil temperature [K] and with a bore of all lines [m], its own by default.
+
+    They are filled so that all pressures are the line's fill pressure with the joint straight and the servos at zero.
+    """
     if bore is not None and not 0 < bore < np.inf:
         fix = "give the inner diameter of the lines"
         raise InputError("must be greater than 0", key="bore", value=f"{bore * 1e3:g} mm", fix=fix)
@@ -154,8 +155,8 @@ def circuits(robot: Robot, temperature: float | None = None, *, bore: float | No
         if bore is not None:
             line = line.model_copy(update={"bore": bore})
         if line.fill_pressure <= oil.cavitation:
-            rule, value = f"must be more than oil.cavitation_pa = {oil.cavitation:g}", f"{line.fill_pressure:g}"
-            key, fix = f"joints.{group.name}.line.fill_pressure_pa", "below it the circuit is not full of oil"
+            rule, fix = f"must be more than oil.cavitation_pa = {oil.cavitation:g}", "fill the circuit with more oil"
+            key, value = f"joints.{group.name}.line.fill_pressure_pa", f"{line.fill_pressure:g}"
             raise InputError(rule, file=robot.file or None, key=key, value=value, fix=fix)
         row = _circuit(pump, servo, oil, line, rest_volume(robot, group), nu)
         for side in SIDES:
@@ -166,23 +167,23 @@ def circuits(robot: Robot, temperature: float | None = None, *, bore: float | No
     return Circuits(tuple(names), columns, values, at, nu)
 
 
-def servo_angle(found: Circuits, volume: ArrayLike, circuit: int = 0) -> Array:
-    """Return the servo angle that pushes out a volume: the inverse of the slider-crank.
+def servo_angle(hydraulics: Circuits, volume: ArrayLike, circuit: int = 0) -> Array:
+    """Return the servo angle [rad] that displaces a volume [m^3]: the inverse of the slider-crank.
 
-    `volume` [m^3]; returns [rad].
+    NaN beyond the dead centers.
     """
-    area, crank, rod, neutral = (float(found.column(name)[circuit]) for name in ("area", "crank", "rod", "neutral"))
-    start = float(found.column("start")[circuit])
+    at = hydraulics.row(circuit)
+    crank, rod = at["crank"], at["rod"]
     # Triangle of crank, rod and the piston's distance from the axle: law of cosines.
-    reach = np.asarray(volume, dtype=np.float64) / area + start + rod - crank
+    reach = np.asarray(volume, dtype=np.float64) / at["area"] + at["start"] + rod - crank
     with np.errstate(invalid="ignore", divide="ignore"):
         cosine = (reach**2 + crank**2 - rod**2) / (2 * reach * crank)
-        result: Array = np.pi - np.arccos(np.where(abs(cosine) <= 1, cosine, np.nan)) - neutral
+        result: Array = np.pi - np.arccos(np.where(abs(cosine) <= 1, cosine, np.nan)) - at["neutral"]
     return result
 
 
 def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: float) -> dict[str, float]:
-    """Describe one circuit by the names of the core."""
+    """Return one circuit by the names of the core."""
     area = np.pi / 4 * pump.bore**2
     sine, cosine = np.sin(pump.neutral), np.cos(pump.neutral)
     on = pump.crank * (1 - cosine) - pump.rod + np.sqrt(pump.rod**2 - (pump.crank * sine) ** 2)

@@ -1,4 +1,4 @@
-"""Figure of a bending joint: its hysteresis loop, and what the material sets make of it."""
+"""Figures of a bending joint, and of pump sizes."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from hypertuna.actuation.bending import Bend
+from hypertuna.actuation.hydraulics import ZERO_CELSIUS
 from hypertuna.actuation.sizing import Size
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
 
@@ -20,7 +21,7 @@ DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))
 
 @styled
 def plot_bend(bend: Bend, sets: Mapping[str, Bend], *, width: float = WIDTH) -> Figure:
-    """Plot a joint's angle over the pressure: `width` [inch]."""
+    """Plot a joint's angle over the pressure, with the band of the material sets and the described largest bend."""
     figure = Figure(figsize=(width, 0.4 * width + 1.4), layout="constrained")
     axes = figure.subplots()
     pressure = bend.pressure / 1e3
@@ -43,7 +44,7 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend], *, width: float = WIDTH) -> 
 
 
 def _draw_loop(axes: Axes, bend: Bend) -> None:
-    """Draw both branches, with an arrow in the middle of each."""
+    """Draw loading and unloading, with an arrow in the middle of each."""
     color = COLORS[1]
     branches = [(bend.pressure / 1e3, np.degrees(bend.angle), "-", "loading")]
     if bend.unload_pressure is not None and bend.unload_angle is not None:
@@ -59,7 +60,6 @@ def _draw_loop(axes: Axes, bend: Bend) -> None:
 
 
 DASHED = (0, (4, 3))
-ZERO_CELSIUS = 273.15
 # What a figure may run along, in this order: attribute, factor from SI, label and text of a value.
 AXES = (
     ("bore", 1e3, "bore of the lines [mm]", "{:.3g} mm"),
@@ -70,9 +70,10 @@ AXES = (
 
 @styled
 def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
-    """Plot what is left of the bend, and below it the corner of the line or the power, one column for each joint.
+    """Plot the bend that remains, and below it the corner of the line or the power, one column for each joint.
 
-    `width` [inch].
+    Along bore, frequency or temperature, the first that varies; a line for each value of the others. Open marks are at
+    the pressure limit. The corner does not depend on the frequency: along that, power is below.
     """
     joints = list(dict.fromkeys(size.joint for size in sizes))
     along, *across = sorted(AXES, key=lambda axis: len({getattr(size, axis[0]) for size in sizes}) < 2)
@@ -130,13 +131,13 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
 
 
 def _value(size: Size, name: str) -> float:
-    """Return a value of an axis; temperatures in degrees Celsius, rounded so that equal ones are equal."""
+    """Return a value of an axis, temperatures in degrees Celsius, rounded so that equal ones compare equal."""
     value = float(getattr(size, name))
     return round(value - ZERO_CELSIUS, 9) if name == "temperature" else round(value, 12)
 
 
 def _finish(top: Axes, bottom: Axes, sizes: Sequence[Size], label: str, same: Sequence[str]) -> None:
-    """Name the axes of one joint, and draw what was commanded."""
+    """Label the axes of one joint, and draw the command."""
     command = float(np.degrees(sizes[0].command))
     top.axhline(command, color=INK, lw=1, ls=DASHED)
     top.set(title=", ".join([f"Joint {sizes[0].joint}: {command:.3g}°", *same]))

@@ -1,8 +1,8 @@
 """Silicone: elastic constants of a material from a tensile test.
 
 A file has a header of any length, a row of column names with units, and rows of numbers, separated by semicolons or
-commas: engineering strain and stress are used, or true ones where those are all that there is. Strain is a fraction,
-or in percent where its name says (%).
+commas. Engineering strain and stress are used, true ones where the file has no others. Strain is a fraction, or in
+percent if its name ends in (%).
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ __all__ = ["Mooney", "TensileFit", "TensileTest", "fit_silicone", "read_tensile"
 Array = NDArray[np.float64]
 
 UP_TO = 1.0  # engineering strain up to which a test is fitted: that of a data sheet's modulus
-FEWEST = 5  # points of a fit
-LARGEST = 20.0  # strain: the softest silicones break at 10 to 17; what is above was written in percent
+POINTS_MIN = 5  # of a fit
+STRAIN_MAX = 20.0  # the softest silicones break at 10 to 17; larger strains are in percent
 PASCALS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6}
 
 
@@ -48,40 +48,39 @@ class Mooney(NamedTuple):
 class TensileTest:
     """A tensile test."""
 
-    name: str  # Of the material, or of the file
-    strain: Array  # (points,) Engineering strain [1]
-    stress: Array  # (points,) Engineering stress [Pa]
-    left_out: int  # Rows of the file that lack one of the two
+    name: str  # of the material, or of the file
+    strain: Array  # (points,) engineering strain
+    stress: Array  # (points,) Pa, engineering stress
+    omitted: int  # rows of the file that lack one of the two
 
 
 @dataclass(frozen=True)
 class TensileFit:
     """Mooney-Rivlin constants of a tensile test."""
 
-    solid: Mooney  # With C1 and C2 not negative [Pa]
-    # Of the fit without that condition [Pa]: where one of them is negative, the other may be at its bound only
-    free: Mooney
-    up_to: float  # Largest engineering strain of the rows fitted [1]
-    asked: float  # Largest engineering strain that the fit was to take [1]
-    ended: bool  # Whether the test ends before that
-    points: int  # Rows fitted
-    rms: float  # Of the stress that the fit leaves [Pa]
-    stress_100: float  # Measured engineering stress at 100 % strain [Pa]; not a number where the test ends before
+    solid: Mooney  # Pa, with C1 and C2 not negative
+    free: Mooney  # Pa, of the unconstrained fit: if one of them is negative, `solid` may have the other at its bound
+    up_to: float  # largest engineering strain of the rows fitted
+    requested: float  # largest engineering strain to fit
+    ended: bool  # the test ends before `requested`
+    points: int  # rows fitted
+    rms: float  # Pa, of the residual stress
+    stress_100: float  # Pa, measured engineering stress at 100 % strain; NaN if the test ends before
 
     @property
     def status(self) -> str:
-        """What the fit found, in a sentence."""
+        """The result in a sentence."""
         bound = [name for name, value in zip(("C1", "C2"), self.solid, strict=True) if value == 0]
-        ended = f", where the test ends ({100 * self.asked:.4g} % was asked for)" if self.ended else ""
+        ended = f", where the test ends ({100 * self.requested:.4g} % was requested)" if self.ended else ""
         fitted = f"Fitted to {self.points} rows up to {100 * self.up_to:.0f} % strain{ended}."
         if not bound:
             return fitted
         free = ", ".join(f"{name} = {value / 1e3:.1f} kPa" for name, value in zip(("C1", "C2"), self.free, strict=True))
-        return f"{fitted} {bound[0]} is at its bound of 0: without it {free}, which is unstable in compression."
+        return f"{fitted} {bound[0]} is at its bound of 0: unconstrained, {free}, which is unstable in compression."
 
 
 def read_tensile(path: str | Path) -> TensileTest:
-    """Read a tensile test."""
+    """Read a tensile test from a CSV file; errors name file and line."""
     file = str(path)
     try:
         lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
@@ -91,32 +90,32 @@ def read_tensile(path: str | Path) -> TensileTest:
         raise InputError("must be a readable text file", file=file, value=f"not ({reason})", fix=fix) from None
     head, columns, (percent, scale), true = _columns(lines, file)
     mark = ";" if ";" in lines[head] else ","
-    rows, left_out = [], 0
+    rows, omitted = [], 0
     for k, line in enumerate(lines[head + 1 :], start=head + 2):
         cells = [cell.strip() for cell in line.split(mark)]
         if not any(cells):
             continue
-        wanted = [cells[c] if c < len(cells) else "" for c in columns]  # rows may be short
-        if not all(wanted):
-            left_out += 1
+        values = [cells[c] if c < len(cells) else "" for c in columns]  # rows may be short
+        if not all(values):
+            omitted += 1
             continue
-        rows.append([_number(cell, f"{file}:{k}") for cell in wanted])
+        rows.append([_number(cell, f"{file}:{k}") for cell in values])
     strain, stress = np.array(rows, dtype=np.float64).reshape(-1, 2).T
     strain, stress = percent * strain, scale * stress
     if true:
-        strain, stress = np.expm1(np.minimum(strain, LARGEST)), stress * np.exp(-strain)
-    if len(strain) and strain.max() > LARGEST:
+        strain, stress = np.expm1(np.minimum(strain, STRAIN_MAX)), stress * np.exp(-strain)
+    if len(strain) and strain.max() > STRAIN_MAX:
         rule = "must be a fraction, 1 where the length has doubled"
         value, fix = f"up to {max(float(row[0]) for row in rows):g}", "divide it by 100, or end its name in (%)"
         raise InputError(rule, file=file, key=lines[head].split(mark)[columns[0]].strip(), value=value, fix=fix)
-    return TensileTest(_name(lines[:head], mark) or Path(path).stem, strain, stress, left_out)
+    return TensileTest(_name(lines[:head], mark) or Path(path).stem, strain, stress, omitted)
 
 
 def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
     """Fit a two-term Mooney-Rivlin solid to a tensile test: least squares of the engineering stress, C1, C2 >= 0.
 
-    In uniaxial tension the stress is 2 (lambda - lambda^-2) (C1 + C2 / lambda). Negative constants, which an
-    unconstrained fit often finds, make a solid that is unstable in compression.
+    The stress in uniaxial tension is 2 (lambda - lambda^-2) (C1 + C2 / lambda). Negative constants, frequent in
+    unconstrained fits, make a solid that is unstable in compression. `up_to` is the largest engineering strain to fit.
     """
     from scipy.optimize import nnls
 
@@ -126,8 +125,8 @@ def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
         rule, fix = "must have positive strains: a test in tension", "change the sign, or give a test in tension"
         raise InputError(rule, key=test.name, value=f"at most {test.strain.max():g}", fix=fix)
     used = (test.strain > 0) & (test.strain <= up_to)
-    if used.sum() < FEWEST:
-        rule = f"must have {FEWEST} rows with a strain up to {100 * up_to:g} %"
+    if used.sum() < POINTS_MIN:
+        rule = f"must have {POINTS_MIN} rows with a strain up to {100 * up_to:g} %"
         raise InputError(rule, key=test.name, value=f"{used.sum()}", fix="fit a larger range, or check the units")
     stretch, stress = 1 + test.strain[used], test.stress[used]
     basis = 2 * (stretch - stretch**-2)
@@ -144,7 +143,7 @@ def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
         solid=Mooney(*map(float, bound)),
         free=Mooney(*map(float, free)),
         up_to=float(test.strain[used].max()),
-        asked=up_to,
+        requested=up_to,
         ended=bool(test.strain.max() < up_to),
         points=int(used.sum()),
         rms=float(np.sqrt(np.mean((design @ bound - stress) ** 2))),
@@ -153,7 +152,7 @@ def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
 
 
 def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], tuple[float, float], bool]:
-    """Find the row of names, the columns of strain and stress, their units in 1 and Pa, and whether they are true."""
+    """Return the row of names, the columns of strain and stress, their factors to SI, and whether they are true."""
     for k, line in enumerate(lines):
         names = [name.strip().lower() for name in re.split(r"[;,]", line)]
         for kind in ("engineering", "true"):
@@ -175,7 +174,7 @@ def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], tuple[f
 
 
 def _number(text: str, place: str) -> float:
-    """Read a cell."""
+    """Return the number in a cell."""
     try:
         value = float(text)
     except ValueError:
@@ -186,6 +185,6 @@ def _number(text: str, place: str) -> float:
 
 
 def _name(header: list[str], mark: str) -> str:
-    """Find the name of the material in the header."""
-    found = (line.split(mark) for line in header)
-    return next((cells[1].strip() for cells in found if cells[0].strip() == "Material" and len(cells) > 1), "")
+    """Return the name of the material in the header, or an empty string."""
+    rows = (line.split(mark) for line in header)
+    return next((cells[1].strip() for cells in rows if cells[0].strip() == "Material" and len(cells) > 1), "")

@@ -73,9 +73,9 @@ def _silicone_record(file: str, test: TensileTest, fit: TensileFit) -> dict[str,
         "stress_100_pa": fit.stress_100,
         "stress_100_fitted_pa": fit.solid.modulus_100,
         "strain_max": fit.up_to,
-        "strain_asked": fit.asked,
+        "strain_asked": fit.requested,
         "points": fit.points,
-        "left_out": test.left_out,
+        "left_out": test.omitted,
         "rms_pa": fit.rms,
         "status": fit.status,
     }
@@ -90,8 +90,8 @@ def _silicone_lines(test: TensileTest, fit: TensileFit) -> Iterator[Any]:
         fitted, measured = solid.modulus_100 / 1e3, fit.stress_100 / 1e3
         yield f"stress at 100 % strain: {measured:.1f} kPa measured, {fitted:.1f} kPa fitted"
     yield f"rms of the residuals: {fit.rms / 1e3:.2g} kPa"
-    if test.left_out:
-        yield f"{test.left_out} rows lack strain or stress and were left out"
+    if test.omitted:
+        yield f"{test.omitted} rows lack strain or stress and were omitted"
     yield fit.status, "green"
 
 

@@ -48,7 +48,7 @@ COLUMNS = (
     ("reynolds", "reynolds", 1.0),
     ("amplitude_deg", "amplitude", 180 / math.pi),
     ("lag_deg", "lag", 180 / math.pi),
-    ("command_part", "part", 1.0),
+    ("command_fraction", "command_fraction", 1.0),
     ("pressure_max_kpa", "pressure_max", 1e-3),
     ("pressure_min_kpa", "pressure_min", 1e-3),
 )
@@ -193,7 +193,7 @@ def _case_lines(size: Size) -> Iterator[str]:
         "resonance with the muscles": f"{size.resonance:.3g} Hz, damping ratio {size.damping:.2g}",
         "resonance with the cylinder": f"{size.ring:.3g} Hz, damping ratio {size.ring_damping:.2g}",
         "bend that remains": f"{record['amplitude_deg']:.3g} deg, {record['lag_deg']:.3g} deg late",
-        "command of the servos": f"{100 * size.part:.3g} % of the whole",
+        "command of the servos": f"{100 * size.command_fraction:.3g} % of the whole",
         "pressure of the cylinders": f"{record['pressure_min_kpa']:.0f} to {record['pressure_max_kpa']:.0f} kPa",
         "limited by": " and ".join(LIMITS[name] for name in _limits(size)) or "nothing",
         "power of its two servos": f"{size.power['total']:.3g} W: {shares}",

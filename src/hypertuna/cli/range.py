@@ -149,7 +149,7 @@ def _record(cruise: Cruise, result: Range) -> dict[str, Any]:
         "mass_kg": fish.body.mass,
         "battery": _battery(fish, result),
         "reserve": result.reserve,
-        "energy_at_servos_wh": result.given / 3600,
+        "energy_at_servos_wh": result.delivered / 3600,
         "servo_supply_min_v": result.supply,
         "range_km": result.range / 1e3,
         "endurance_h": result.endurance / 3600,
@@ -198,7 +198,7 @@ def _lines(cruise: Cruise, result: Range) -> Iterator[Any]:
         "cost of transport": f"{result.cost_of_transport:.4g} J/(kg m), over {fish.body.mass:g} kg",
         "battery": f"{cells} = {battery['energy_wh']:.4g} Wh; {groups}",
         "without losses": f"{result.nominal_range / 1e3:.4g} km, {result.nominal_endurance / 3600:.4g} h",
-        "energy at the servos": f"{result.given / 3600:.4g} Wh: {charge}, {volts}, {converter}",
+        "energy at the servos": f"{result.delivered / 3600:.4g} Wh: {charge}, {volts}, {converter}",
         "range": f"{result.range / 1e3:.4g} km",
         "endurance": f"{result.endurance / 3600:.4g} h",
     }

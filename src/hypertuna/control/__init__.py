@@ -1,1 +1,5 @@
-"""What runs on board, computed from the description: controller, sensors, guidance, mission."""
+"""What runs on board, computed from the description.
+
+`sensors`: sensor models and faults. `controller`: constants of the controller. `mission`: where to go, in which water.
+`guidance`: constants of the pilot, its gait table and mission.
+"""

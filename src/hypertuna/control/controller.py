@@ -1,6 +1,6 @@
-"""The controller on board as the core takes it: what a robot's description makes of its constants.
+"""Constants of the controller on board, computed from the robot's description.
 
-The equations stand in core cpg.hpp, posture.hpp, safety.hpp and controller.hpp; docs/control.md derives them.
+The equations are in core cpg.hpp, posture.hpp, safety.hpp and controller.hpp; docs/control.md derives them.
 """
 
 from __future__ import annotations
@@ -26,105 +26,65 @@ Array = NDArray[np.float64]
 
 SETTLED = 4.7439  # rate times time at which a critically damped filter has made 95 % of a step: (1 + x) e^-x = 0.05
 MAP_DEGREE = 5
-FLOOR = 0.2  # of the cavitation pressure: as low as the pump may draw its units to hold a bend at rest
-BEYOND = 1.2  # of a joint's largest bend under pressure: what control may ask for, to make up for losses
-BEND_STEP = 2.0  # of the fastest beat's largest change within a tick: what a sound bend sensor may show
+SUCTION = 0.2  # fraction of the cavitation pressure down to which a pump draws its units to hold a bend at rest
+REACH = 1.2  # largest bend that control may command over the joint's largest bend, to make up for losses
+BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
 
 
 @dataclass(frozen=True)
 class PumpMap:
-    """Servo angle of a circuit for a bend toward its side: a polynomial, and how well it fits.
+    """Servo angle of a circuit for a bend toward its side: a polynomial and its residuals."""
 
-    Attributes
-    ----------
-    coefficients : ndarray, shape (6,)
-        Of 1, u, u^2, ... for the bend u [rad] toward the side: servo angle [rad].
-    residual_angle : float
-        Largest error over the range [rad].
-    residual_volume : float
-        The same as displaced oil [m^3].
-    """
-
-    coefficients: Array
-    residual_angle: float
-    residual_volume: float
+    coefficients: Array  # (6,): of 1, u, u^2, ... for the bend u [rad] toward the side, giving the servo angle [rad]
+    residual_angle: float  # rad, largest over the range
+    residual_volume: float  # m^3 of displaced oil, largest over the range
 
 
 def controller_columns(robot: Robot, temperature: float | None = None) -> dict[str, list[float]]:
-    """Compute the constants of a robot's controller.
+    """Compute the constants of a robot's controller, by their names in core controller_model.hpp.
 
-    Parameters
-    ----------
-    robot : Robot
-        With all tables of actuator, hydraulics and controller.
-    temperature : float, optional
-        Of the oil [K] that the controller counts on; the robot's own if left out.
-
-    Returns
-    -------
-    dict of str to list of float
-        As core controller.hpp names them, one value per joint or circuit (two per joint, left and right) or one.
-
-    Raises
-    ------
-    InputError
-        If a table is missing.
+    One value per joint or circuit (2 joint + side) or one; at an oil temperature [K], the robot's own by default.
     """
     control = require(robot.controller, "controller", robot)
-    found = circuits(robot, temperature)
-    tick = 1 / control.rate
-    columns = _constants(robot, control, tick)
+    hydraulics = circuits(robot, temperature)
+    columns = _constants(robot, control)
     for j in range(len(robot.joints)):
-        for name, value in _joint(robot, control, found, j).items():
+        for name, value in _joint(robot, control, hydraulics, j).items():
             columns.setdefault(name, []).append(value)
-    for c in range(len(found.names)):
-        map_ = pump_map(robot, found, c)
-        fill = robot.joints[c // 2].line.fill_pressure  # type: ignore[union-attr]
-        for name, values in {"map": map_.coefficients.tolist(), **_supervisor(control, found, c, fill)}.items():
-            columns.setdefault(name, []).extend(float(value) for value in values)
+    for c in range(len(hydraulics.names)):
+        columns.setdefault("map", []).extend(pump_map(robot, hydraulics, c).coefficients.tolist())
+        columns.setdefault("fill", []).append(_fill(robot, c // 2))
+        for name, value in _supervisor(control, hydraulics, c).items():
+            columns.setdefault(name, []).append(value)
     return columns
 
 
-def pump_map(robot: Robot, found: Circuits, circuit: int) -> PumpMap:
-    """Fit the servo angle that holds a bend at rest: the inverse of volumes and pressures of both sides.
-
-    Parameters
-    ----------
-    robot : Robot
-    found : Circuits
-        Its circuits.
-    circuit : int
-        Which one; 2 j + s is side s of joint j.
-
-    Returns
-    -------
-    PumpMap
-        Least squares over the joint's reach.
-    """
+def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
+    """Fit the servo angle of a circuit that holds a bend at rest, by least squares over the joint's reach."""
     group = robot.joints[circuit // 2]
     reach = _reach(group)
     bend = np.linspace(-reach, reach, 201)
     table = joint_tables(robot)[circuit // 2]
-    volume, pressure = _side_at_rest(robot, table, found, circuit, bend)
-    angle = servo_angle(found, _displacement(found, circuit, volume, pressure), circuit)
+    volume, pressure = _side_at_rest(robot, table, hydraulics, circuit, bend)
+    angle = servo_angle(hydraulics, _displacement(hydraulics, circuit, volume, pressure), circuit)
     if not np.isfinite(angle).all():
-        rule = "must leave the crank room for the joint's whole reach"
-        fix = "choose it near 90, or a longer crank or a wider bore"
+        rule = "must let the crank turn far enough for the joint's whole reach"
+        fix = "choose an angle near 90, a longer crank or a wider bore"
         value = f"{math.degrees(robot.pump.neutral):g}" if robot.pump else None
         raise InputError(rule, file=robot.file, key="pump.neutral_deg", value=value, fix=fix)
-    slope = _core.displaced(found.values[circuit], angle)[:, 1]
+    slope = _core.displaced(hydraulics.values[circuit], angle)[:, 1]
     fit = np.polynomial.Polynomial.fit(bend, angle, MAP_DEGREE, w=slope).convert()
     error = fit(bend) - angle
     return PumpMap(np.asarray(fit.coef, dtype=np.float64), float(abs(error).max()), float(abs(error * slope).max()))
 
 
 def _reach(group: JointGroup) -> float:
-    return BEYOND * require(group.bend_max, f"joints.{group.name}.bend_max_deg")
+    return REACH * require(group.bend_max, f"joints.{group.name}.bend_max_deg")
 
 
-def _displacement(found: Circuits, circuit: int, volume: Array, pressure: Array) -> Array:
-    """Volume that the cylinder must have pushed out where its units have grown and stand under a pressure."""
-    at = {name: float(found.column(name)[circuit]) for name in found.columns}
+def _displacement(hydraulics: Circuits, circuit: int, volume: Array, pressure: Array) -> Array:
+    """Compute the oil that the cylinder displaces [m^3] for a volume gained by its units [m^3] and a pressure [Pa]."""
+    at = hydraulics.row(circuit)
     oil = at["oil_pump"] + at["oil_unit"]
     atmosphere = _core.ATMOSPHERE
     swollen = oil * (1 - pressure / at["bulk_modulus"] + at["air"] * atmosphere / (atmosphere + pressure))
@@ -132,81 +92,70 @@ def _displacement(found: Circuits, circuit: int, volume: Array, pressure: Array)
     return displaced
 
 
-def _side_at_rest(robot: Robot, table: JointTable, found: Circuits, circuit: int, bend: Array) -> tuple[Array, Array]:
-    """Volume gained [m^3] and pressure [Pa] of a side that holds a bend toward itself.
+def _side_at_rest(
+    robot: Robot, table: JointTable, hydraulics: Circuits, circuit: int, bend: Array
+) -> tuple[Array, Array]:
+    """Compute volume gained [m^3] and pressure [Pa] of a side that holds a bend toward itself.
 
-    The moments balance with both sides as far from the fill pressure, one above and one below it; where the lower one
-    would cavitate it stays there.
+    The moments balance with the two sides equally far above and below the fill pressure; the lower pressure stops
+    short of cavitation.
     """
     side = circuit % 2
     toward = 1.0 if side == 0 else -1.0
     load = table.at(toward * bend)
     own, other = toward * load["slope"][:, side], toward * load["slope"][:, 1 - side]
     elastic, volume = toward * load["elastic"], load["volume"][:, side] - table.at([0.0])["volume"][:, side]
-    fill = require(robot.joints[circuit // 2].line, "joints.line", robot).fill_pressure
-    low = FLOOR * float(found.column("cavitation")[circuit])
+    fill = _fill(robot, circuit // 2)
+    low = SUCTION * float(hydraulics.column("cavitation")[circuit])
     off = -(elastic + fill * (own + other)) / (own - other)
     low_other = np.maximum(fill - off, low)
     pressure = np.maximum(-(elastic + low_other * other) / own, low)
     return volume, pressure
 
 
-def _follow(rate: float, tick: float) -> tuple[float, float]:
-    """Rate and decay per tick of a critically damped filter."""
-    return rate * tick, math.exp(-rate * tick)
+def _fill(robot: Robot, joint: int) -> float:
+    return float(require(robot.joints[joint].line, "joints.line", robot).fill_pressure)
 
 
-def _constants(robot: Robot, control: Controller, tick: float) -> dict[str, list[float]]:
-    """Compute what the whole controller has once."""
-    rate, decay = _follow(SETTLED / control.smoothing, tick)
+# Constants that are in the table [controller] under the same name.
+PLAIN = (
+    *("proportional", "integral", "derivative", "peak_smoothing", "pressure_soft", "pressure_hard", "pressure_step"),
+    *("voltage_low", "frequency_max", "fin_max", "pulse_center", "pulse_per_rad", "pulse_min", "pulse_max"),
+)
+
+
+def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
+    """Compute the constants that the controller has once."""
+    tick = 1 / control.rate
+    rate = SETTLED / control.smoothing
     sensor = {kind: sensor_range(robot, kind) for kind in ("pressure", "current", "rate", "acceleration", "voltage")}
-    servo = circuits_voltage(robot)
-    values = {
+    values = {name: getattr(control, name) for name in PLAIN} | {
         "tick": tick,
         "relax": math.exp(-2 * control.convergence * tick),
         "couple": math.exp(-control.coupling * tick),
-        "smoothing_rate": rate,
-        "smoothing_decay": decay,
-        "proportional": control.proportional,
-        "integral": control.integral,
-        "derivative": control.derivative,
-        "peak_smoothing": control.peak_smoothing,
+        "smoothing_rate": rate * tick,
+        "smoothing_decay": math.exp(-rate * tick),
         "missing": 0.25,
         "limited": 0.1,
         "moving": 0.05,
-        "least": math.radians(3.0),
-        "pressure_soft": control.pressure_soft,
-        "pressure_hard": control.pressure_hard,
+        "amplitude_min": math.radians(3.0),
         "pressure_low": sensor["pressure"][0],
         "pressure_high": sensor["pressure"][1],
-        "pressure_step": control.pressure_step,
         "current_low": sensor["current"][0],
         "current_high": sensor["current"][1],
         "rate_high": sensor["rate"][1],
         "acceleration_high": sensor["acceleration"][1],
-        "voltage_rated": servo,
-        "voltage_low": control.voltage_low,
-        "voltage_least": sensor["voltage"][0],
-        "voltage_most": sensor["voltage"][1],
-        "frequency_most": control.frequency_max,
-        "fin_most": control.fin_max,
+        "voltage_rated": require(pump_servo(robot).voltage, "servos.voltage_v", robot),
+        "voltage_min": sensor["voltage"][0],
+        "voltage_max": sensor["voltage"][1],
         "timeout": round(control.timeout / tick),
-        "pulse_center": control.pulse_center,
-        "pulse_per_rad": control.pulse_per_rad,
-        "pulse_least": control.pulse_min,
-        "pulse_most": control.pulse_max,
         "slew": control.slew * tick,
     }
     return {"joints": [float(len(robot.joints))], **{name: [float(value)] for name, value in values.items()}}
 
 
-def circuits_voltage(robot: Robot) -> float:
-    """Voltage that the pump servos' torque and speed are rated at."""
-    return float(require(pump_servo(robot).voltage, "servos.voltage_v", robot))
-
-
 def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
-    """Return the range of the sensors of a quantity, or say that there are none."""
+    """Return the range of the sensor of a quantity [SI]."""
     for sensor in robot.sensors:
         if sensor.quantity == quantity and sensor.low is not None and sensor.high is not None:
             return sensor.low, sensor.high
@@ -214,12 +163,12 @@ def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
     return require(None, "sensors", robot, fix)
 
 
-def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[str, float]:
-    """Compute what the controller knows of a joint."""
+def _joint(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> dict[str, float]:
+    """Compute the constants of a joint."""
     group = robot.joints[j]
     bend_max = require(group.bend_max, f"joints.{group.name}.bend_max_deg", robot)
     high = sensor_range(robot, "bend")[1]
-    static, rate, square = _pressure_of_beat(robot, control, found, j)
+    static, rate, square = _pressure_of_beat(robot, control, hydraulics, j)
     return {
         "reach": _reach(group),
         "amplitude": bend_max,
@@ -231,19 +180,19 @@ def _joint(robot: Robot, control: Controller, found: Circuits, j: int) -> dict[s
     }
 
 
-def _pressure_of_beat(robot: Robot, control: Controller, found: Circuits, j: int) -> tuple[float, float, float]:
-    """Bound a beat's pressure over the fill: per amplitude, by powers of the frequency, over the soft limit's room.
+def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> tuple[float, float, float]:
+    """Bound a beat's pressure rise per amplitude by powers of the frequency, as a fraction of that to the soft limit.
 
-    What holds the bend at rest, what the flow drops in the line, and the water's load on the moving tail are added as
-    if they came at once.
+    The pressures of the bend at rest, of the flow through the line and of the water's load on the tail add up, as if
+    their peaks came at once.
     """
     amplitude = float(robot.joints[j].bend_max or 0.0)
-    fill = float(robot.joints[j].line.fill_pressure)  # type: ignore[union-attr]
+    fill = _fill(robot, j)
     bend = np.linspace(0.1, 1.0, 10) * amplitude
     table = joint_tables(robot)[j]
-    held = (_side_at_rest(robot, table, found, 2 * j, bend)[1] - fill) / bend
-    flow = np.gradient(_side_at_rest(robot, table, found, 2 * j, bend)[0], bend)
-    resistance = float(found.column("resistance")[2 * j])
+    volume, pressure = _side_at_rest(robot, table, hydraulics, 2 * j, bend)
+    held, flow = (pressure - fill) / bend, np.gradient(volume, bend)
+    resistance = float(hydraulics.column("resistance")[2 * j])
     frequency = control.frequency_max
     slope = table.at(bend)["slope"]
     load = _water_load(robot, frequency)[j] / float((slope[:, 0] - slope[:, 1]).min())
@@ -256,7 +205,7 @@ def _pressure_of_beat(robot: Robot, control: Controller, found: Circuits, j: int
 
 
 def _water_load(robot: Robot, frequency: float) -> Array:
-    """Largest moment on each joint group while the tail beats at its largest bends and the head starts from rest."""
+    """Compute the largest moment on each joint group [N m], the tail beating at its largest bends, the head at rest."""
     count = len(robot.joints)
     model = core_model(robot, {"joints.bandwidth": [math.inf] * count})
     amplitude = [float(group.bend_max or 0.0) for group in robot.joints]
@@ -268,15 +217,14 @@ def _water_load(robot: Robot, frequency: float) -> Array:
     return np.array([abs(moment).max() for moment in moments])
 
 
-def _supervisor(control: Controller, found: Circuits, circuit: int, fill: float) -> dict[str, list[float]]:
-    """Compute what the supervisor knows of a circuit."""
-    at = {name: float(found.column(name)[circuit]) for name in found.columns}
-    slope = float(_core.displaced(found.values[circuit], np.linspace(-0.5, 0.5, 51))[:, 1].max())
+def _supervisor(control: Controller, hydraulics: Circuits, circuit: int) -> dict[str, float]:
+    """Compute the supervisor's constants of a circuit."""
+    at = hydraulics.row(circuit)
+    slope = float(_core.displaced(hydraulics.values[circuit], np.linspace(-0.5, 0.5, 51))[:, 1].max())
     high = _core.ATMOSPHERE + control.pressure_soft
     oil = (at["oil_pump"] + at["oil_unit"]) * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / high**2)
     return {
-        "servo_speed": [at["speed"]],
-        "servo_stall": [at["stall_torque"] / slope],
-        "fill": [fill],
-        "give": [(at["compliance"] + oil) / slope],
+        "servo_speed": at["speed"],
+        "servo_stall": at["stall_torque"] / slope,
+        "compliance": (at["compliance"] + oil) / slope,
     }

@@ -1,6 +1,6 @@
-"""The pilot on board as the core takes it: what a robot's description makes of its constants.
+"""Constants of the pilot on board, computed from the robot's description.
 
-The equations stand in core attitude.hpp, estimator.hpp, steering.hpp and guidance.hpp; docs/pilot.md derives them.
+The equations are in core attitude.hpp, estimator.hpp, steering.hpp and guidance.hpp; docs/pilot.md derives them.
 """
 
 from __future__ import annotations
@@ -29,47 +29,23 @@ __all__ = ["GaitTable", "gait_table", "glide", "mission_columns", "pilot_columns
 
 Array = NDArray[np.float64]
 
-DEPTH_STEP = 0.5  # m: a sound depth sensor changes by less within a tick
-FIELD_BAND = (0.5, 1.5)  # of the field's strength: weaker or stronger is no compass
-STEER = 0.5  # of the tail bias at which the curvature of the path is taken
+DEPTH_STEP = 0.5  # m, largest change of a working depth sensor within a tick
+FIELD_BAND = (0.5, 1.5)  # of the field's strength: a compass reading outside is a fault
+STEER = 0.5  # fraction of the largest tail bias at which the curvature of the path is computed
 
 
 @dataclass(frozen=True)
 class GaitTable:
-    """Gaits by rising speed and frequency: what the pilot chooses its beat from.
-
-    Parameters
-    ----------
-    gaits : tuple of Gait
-    speed : tuple of float
-        Through the water, of each [m/s].
-    """
+    """Gaits of increasing speed and frequency, between which the pilot interpolates."""
 
     gaits: tuple[Gait, ...]
-    speed: tuple[float, ...]
+    speed: tuple[float, ...]  # m/s through the water, of each gait
 
 
 def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] = ()) -> GaitTable:
-    """Make the gait table of a robot.
+    """Return the gait table of a robot: of these gaits, or of the named gaits of ``[guidance]``.
 
-    Parameters
-    ----------
-    robot : Robot
-        With the table ``[guidance]``, unless gaits are given.
-    gaits : sequence of Gait, optional
-        Such as `optimize` finds; the named gaits of ``[guidance]`` if left out.
-    speed : sequence of float, optional
-        Through the water, of each [m/s]; if left out what ``[guidance]`` says of its gaits, or the speed of the settled
-        beat of joints that lag by their bandwidth.
-
-    Returns
-    -------
-    GaitTable
-
-    Raises
-    ------
-    InputError
-        If there are too many gaits, or speed or frequency do not rise from each to the next.
+    Speeds [m/s] default to those of ``[guidance]``, then to the settled beats with the joints' bandwidth.
     """
     if not gaits:
         guidance = require(robot.guidance, "guidance", robot)
@@ -85,85 +61,43 @@ def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] 
 
 
 def _check_table(table: GaitTable) -> None:
-    """Refuse a table that no speed can be looked up in."""
-    most = _core.MOST_GAITS
-    if not 1 <= len(table.gaits) <= most:
-        rule, fix = f"must have 1 to {most} gaits", "leave some out: between two of them everything is linear"
+    """Check that speed and frequency increase, so that a speed has one gait."""
+    if not 1 <= len(table.gaits) <= _core.MAX_GAITS:
+        rule, fix = f"must have 1 to {_core.MAX_GAITS} gaits", "omit some: gaits between two of them are interpolated"
         raise InputError(rule, key="guidance.gaits", value=f"{len(table.gaits)}", fix=fix)
     if len(table.speed) != len(table.gaits):
         rule, fix = "must have one speed per gait", "give a speed per gait, or none"
         raise InputError(rule, key="guidance.speed_m_s", value=f"{len(table.speed)}", fix=fix)
-    for what, unit, values in (
-        ("speed", "m/s", table.speed),
-        ("frequency", "Hz", [gait.frequency for gait in table.gaits]),
-    ):
+    frequency = tuple(gait.frequency for gait in table.gaits)
+    for what, unit, values in (("speed", "m/s", table.speed), ("frequency", "Hz", frequency)):
         if not all(a < b for a, b in zip([0.0, *values], values, strict=False)):
-            told = ", ".join(f"{value:.4g}" for value in values)
-            rule, fix = f"must rise in {what} from gait to gait", "choose other gaits, slowest first"
-            raise InputError(rule, key="guidance.gaits", value=f"{told} {unit}", fix=fix)
+            rule, fix = f"must increase in {what} from gait to gait", "choose other gaits, slowest first"
+            value = f"{', '.join(f'{v:.4g}' for v in values)} {unit}"
+            raise InputError(rule, key="guidance.gaits", value=value, fix=fix)
 
 
 def glide(robot: Robot) -> float:
-    """Compute the way in which a robot that does not beat slows to 1/e.
-
-    Parameters
-    ----------
-    robot : Robot
-
-    Returns
-    -------
-    float
-        Mass with added mass over quadratic drag of the straight body [m].
-    """
-    links = len(robot.links.name)
-    still = np.zeros((1, links, 3))
-    found = _core.dynamics(core_model(robot), still, np.array([[-1.0, 0.0, 0.0]]))
-    return 1 / abs(float(found["acceleration"][0, 0]))
+    """Compute the distance in which the straight body slows to 1/e: mass with added mass over quadratic drag [m]."""
+    still = np.zeros((1, len(robot.links.name), 3))
+    motion = _core.dynamics(core_model(robot), still, np.array([[-1.0, 0.0, 0.0]]))
+    return 1 / abs(float(motion["acceleration"][0, 0]))
 
 
 def curvature(robot: Robot, table: GaitTable, bias: Sequence[float]) -> float:
-    """Compute how strongly the path bends at the whole tail bias, by the middle gait of the table.
+    """Compute the curvature of the path at the tail bias [rad] of each joint group, with the middle gait [1/m].
 
-    Parameters
-    ----------
-    robot : Robot
-    table : GaitTable
-    bias : sequence of float
-        Of each joint group [rad].
-
-    Returns
-    -------
-    float
-        Rate of turn over speed [1/m], taken at half of it.
+    The rate of turn over speed at a fraction `STEER` of the bias, extrapolated.
     """
     gait = table.gaits[len(table.gaits) // 2]
     turning = swim(robot, replace(gait, bias=tuple(STEER * value for value in bias)))
     if not turning.settled:
-        rule, fix = "must let the robot swim steadily", "choose less"
+        rule, fix = "must let the robot swim steadily", "choose a smaller bias"
         raise InputError(rule, key="guidance.bias_max_deg", value=turning.status_text, fix=fix)
     return abs(turning.turn_rate / turning.speed) / STEER
 
 
 def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, list[float]]:
-    """Compute the constants of a robot's pilot, but for its controller's.
-
-    Parameters
-    ----------
-    robot : Robot
-        With the tables of the controller, ``[guidance]``, ``[battery]`` and ``[[sensors]]`` of every quantity.
-    table : GaitTable, optional
-        `gait_table` of the robot if left out.
-
-    Returns
-    -------
-    dict of str to list of float
-        As core pilot.hpp names them.
-
-    Raises
-    ------
-    InputError
-        If a table is missing, or a value does not fit another.
-    """
+    """Compute the constants of a robot's pilot, by their names in core pilot.hpp; without its controller's."""
     pilot = require(robot.guidance, "guidance", robot)
     control = require(robot.controller, "controller", robot)
     table = gait_table(robot) if table is None else table
@@ -172,14 +106,14 @@ def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, lis
         rule, fix = f"must divide controller.rate_hz = {control.rate:g}", f"choose for example {control.rate / 10:g}"
         raise InputError(rule, file=robot.file, key="guidance.decisions_hz", value=f"{pilot.decisions:g}", fix=fix)
     controller = controller_columns(robot)
-    joints = {"bias_most": list(pilot.bias_max), "bend_most": controller["reach"]}
+    joints = {"bias_max": list(pilot.bias_max), "bend_max": controller["reach"]}
     values = {
         "every": round(every),
         "tick": 1 / control.rate,
         "period": 1 / pilot.decisions,
         "glide": glide(robot),
         "curvature": curvature(robot, table, pilot.bias_max),
-        "fin_angle_most": control.fin_max,
+        "fin_angle_max": control.fin_max,
         **_plain(pilot),
         **_sensed(robot),
         **_battery(robot, pilot, table),
@@ -188,7 +122,7 @@ def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, lis
 
 
 def _table_columns(table: GaitTable) -> dict[str, list[float]]:
-    """Write the gait table for the core: phases as lags behind the first joint group."""
+    """Return the gait table by the names of the core, with phases as lags behind the first joint group."""
     return {
         "gaits": [float(len(table.gaits))],
         "speed": list(table.speed),
@@ -198,40 +132,37 @@ def _table_columns(table: GaitTable) -> dict[str, list[float]]:
     }
 
 
+# Constants that are in the table [guidance] under the same name.
+PLAIN = (
+    *("gravity_rate", "field_rate", "depth_rate", "position_walk", "current_walk", "current_error"),
+    *("factor_error", "factor_walk", "start_error", "heading_rate", "rate_gain", "heading_integral"),
+    *("lookahead", "depth_lookahead", "depth_integral", "climb_lead", "climb_gain", "pitch_gain"),
+    *("pitch_damping", "turn_max", "speed_min", "drift_max", "surface_depth", "fence_margin"),
+    *("error_max", "error_near", "error_lost", "drift_error_max", "fix_timeout", "retry", "compass_timeout"),
+    *("fin_min", "fin_after", "single_fin_max", "response_time", "response_depth", "blind_fin", "overhead"),
+)
+
+
 def _plain(pilot: Guidance) -> dict[str, float]:
-    """Return what the core takes from the table as it stands."""
-    names = (
-        "gravity_rate field_rate depth_rate position_walk current_walk current_error factor_error factor_walk "
-        "start_error heading_rate rate_gain heading_integral lookahead depth_lookahead depth_integral "
-        "climb_lead climb_gain pitch_gain pitch_damping "
-        "surface_depth fence_margin error_near error_lost drift_error_max fix_timeout retry compass_timeout "
-        "fin_min fin_after single_fin_max response_time response_depth blind_fin overhead"
-    )
-    values = {name: float(getattr(pilot, name)) for name in names.split()}
-    sines = {name: math.sin(getattr(pilot, name)) for name in ("fin_tilt",)}
-    return {
-        **values,
-        **sines,
-        "pitch_most": math.sin(pilot.pitch_max),
-        "climb_most": math.sin(pilot.climb_max),
-        "drift_most": pilot.drift_max,
-        "turn_most": pilot.turn_max,
-        "speed_least": pilot.speed_min,
-        "error_most": pilot.error_max,
+    """Return the constants that depend on the table [guidance] alone."""
+    return {name: float(getattr(pilot, name)) for name in PLAIN} | {
+        "fin_tilt": math.sin(pilot.fin_tilt),
+        "pitch_max": math.sin(pilot.pitch_max),
+        "climb_max": math.sin(pilot.climb_max),
         "lost_after": pilot.sensor_timeout,
         "slow": pilot.blind_speed,
-        # Where it counts as at the surface its antenna may still be wet: a fix comes from twice that depth at most.
+        # At the surface depth the antenna may still be wet: fixes come from up to twice that depth.
         "fix_depth": 2 * pilot.surface_depth,
     }
 
 
 def _sensed(robot: Robot) -> dict[str, float]:
-    """Return what the pilot knows of its sensors."""
+    """Return the ranges and errors of the pilot's sensors."""
     position = sensor_of(robot, "position")
     depth_low, depth_high = sensor_range(robot, "depth")
     return {
-        "rate_most": sensor_range(robot, "rate")[1],
-        "acceleration_most": sensor_range(robot, "acceleration")[1],
+        "rate_max": sensor_range(robot, "rate")[1],
+        "acceleration_max": sensor_range(robot, "acceleration")[1],
         "field_low": FIELD_BAND[0],
         "field_high": FIELD_BAND[1],
         "depth_low": depth_low,
@@ -243,7 +174,7 @@ def _sensed(robot: Robot) -> dict[str, float]:
 
 
 def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float]:
-    """Return open-circuit voltages of the usable charge, their drop under load, and how long that lasts."""
+    """Return the open-circuit voltages of the usable charge [V], their drop under load [V] and the endurance [s]."""
     columns = battery_columns(robot)
     at = dict(zip(columns.columns, columns.values.tolist(), strict=True))
     battery = require(robot.battery, "battery", robot)
@@ -258,21 +189,10 @@ def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float
 
 
 def mission_columns(mission: Mission) -> dict[str, Any]:
-    """Write a mission for the core.
-
-    Parameters
-    ----------
-    mission : Mission
-
-    Returns
-    -------
-    dict
-        Columns by the names of core mission.hpp, ``waypoints`` (n, 5) and ``fence`` (corners, 2).
-    """
-    scalars = ("home_radius", "home_speed", "reserve", "duration", "surface_every")
+    """Return a mission by the names of core mission.hpp, with ``waypoints`` (n, 5) and ``fence`` (n, 2)."""
+    scalars = ("home_radius", "home_speed", "depth_max", "reserve", "duration", "surface_every", "stay")
     columns = {name: [float(getattr(mission, name))] for name in scalars}
-    columns |= {"start": list(mission.start), "home": list(mission.home), "stay": [float(mission.stay)]}
-    columns["depth_most"] = [float(mission.depth_max)]
+    columns |= {"start": list(mission.start), "home": list(mission.home)}
     return {
         **columns,
         "waypoints": np.array(mission.waypoints, dtype=np.float64).reshape(-1, 5),

@@ -1,4 +1,4 @@
-"""Mission: where a robot is to go, in which water, and within which bounds."""
+"""Mission: waypoints, limits and water of a dive, and the geometry of its fence."""
 
 from __future__ import annotations
 
@@ -17,52 +17,52 @@ Point = tuple[float, float]
 
 
 class Waypoint(NamedTuple):
-    """A place to go to."""
+    """A place to go to, with the depth and speed of the leg that leads there."""
 
-    x: float  # East and north of the origin [m]
-    y: float
-    depth: float  # Below the surface, on the way there [m]
-    speed: float  # Through the water, on the way there [m/s]
-    radius: float  # Within which it counts as reached [m]
+    x: float  # m, east of the origin
+    y: float  # m, north of the origin
+    depth: float  # m below the surface
+    speed: float  # m/s through the water
+    radius: float  # m: reached within
 
 
 @dataclass(frozen=True)
 class Mission:
-    """A mission and the water that it goes through.
+    """A mission and its water.
 
     Positions are (east, north) of the origin [m]; currents are velocities of the water (east, north) [m/s].
     """
 
-    waypoints: tuple[Waypoint, ...]  # In their order; the legs between them are straight, the first from the start
-    start: tuple[float, float] = (0.0, 0.0)  # Where it begins and where it comes home to [m]
+    waypoints: tuple[Waypoint, ...]  # in order; the legs are straight, the first one from the start
+    start: tuple[float, float] = (0.0, 0.0)
     home: tuple[float, float] = (0.0, 0.0)
-    heading: float = 0.0  # At the start: angle of the head's axis, nose to tail, from x, counter-clockwise [rad]
-    depth: float = 0.0  # At the start [m]
-    battery: float = 1.0  # Part of the charge at the start [1]
-    home_radius: float = 3.0  # Within which the robot is at home [m]
-    home_speed: float = 0.3  # Through the water, on the way home [m/s]
-    # Corners around the water that it may be in, either way round [m]; none for no fence
-    fence: tuple[tuple[float, float], ...] = field(default=())
-    depth_max: float = 5.0  # That it may not go below [m]
-    reserve: float = 0.1  # Part of the usable charge to come home with [1]
-    duration: float = 0.0  # Time after which it should be home [s]; 0 for no end
-    # Time after the last fix to come up for the next [s]; 0 for only when the position is uncertain
-    surface_every: float = 0.0
-    stay: bool = False  # Whether it comes up at the last waypoint instead of going home
-    bottom: float = 20.0  # Depth of the ground [m]
-    # Of the water at the surface and at the ground, straight in between [m/s]
-    current: tuple[float, float] = (0.0, 0.0)
-    current_bottom: tuple[float, float] = (0.0, 0.0)
-    gaps: tuple[tuple[float, float], ...] = field(default=())  # From and to: times without satellites [s]
+    heading: float = 0.0  # rad at the start: from x (east) to the head's axis, nose to tail, counter-clockwise
+    depth: float = 0.0  # m at the start
+    battery: float = 1.0  # fraction of the charge at the start
+    home_radius: float = 3.0  # m: home within
+    home_speed: float = 0.3  # m/s through the water on the way home
+    fence: tuple[tuple[float, float], ...] = field(default=())  # corners, either way round; none for no fence
+    depth_max: float = 5.0  # m
+    reserve: float = 0.1  # fraction of the usable charge to come home with
+    duration: float = 0.0  # s after which the robot should be home, 0 for no limit
+    surface_every: float = 0.0  # s from a fix to surfacing for the next, 0 for only when the position is uncertain
+    stay: bool = False  # surface at the last waypoint instead of going home
+    bottom: float = 20.0  # m, depth of the ground
+    current: tuple[float, float] = (0.0, 0.0)  # at the surface
+    current_bottom: tuple[float, float] = (0.0, 0.0)  # at the ground, linear in between
+    gaps: tuple[tuple[float, float], ...] = field(default=())  # s: (start, end) without satellites
 
 
 def sides(fence: Sequence[Point]) -> list[tuple[Point, Point]]:
-    """Return the sides of a fence, each from one corner to the next, the last one back to the first."""
+    """Return the sides of a fence, each from one corner to the next; none for no fence."""
     return list(zip(fence, (*fence[1:], *fence[:1]), strict=True))
 
 
 def fence_distance(mission: Mission, places: Array) -> Array:
-    """Return how far inside the fence places are: `places` (K, 2) [m]; returns (K,) [m]."""
+    """Return the distance of places (K, 2) to the nearest side of the fence [m], shape (K,).
+
+    Negative outside, infinite without a fence.
+    """
     x, y = np.asarray(places, float).T
     if not mission.fence:
         return np.full(len(x), math.inf)
@@ -77,7 +77,7 @@ def fence_distance(mission: Mission, places: Array) -> Array:
 
 
 def cross(first: tuple[Point, Point], second: tuple[Point, Point]) -> bool:
-    """Tell whether two straight lines from one point to another cross or touch."""
+    """Return whether two line segments cross or touch."""
 
     def side(a: Point, b: Point, p: Point) -> float:
         return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])

@@ -56,7 +56,10 @@ def _models(robot: Robot, *, pilot: bool) -> dict[str, list[float]]:
 
 
 def channels(robot: Robot) -> dict[str, tuple[int, int]]:
-    """Name the sensors of a robot that can fail."""
+    """Return first and last channel of every sensor that can fail: ``bend-I``, ``pressure-I-left``, ``imu``...
+
+    A name without joint or side means all of them.
+    """
     sensors = {sensor.quantity for sensor in robot.sensors}
     names: dict[str, tuple[int, int]] = {}
     for channel in CHANNELS.values():
@@ -76,7 +79,10 @@ def channels(robot: Robot) -> dict[str, tuple[int, int]]:
 
 
 def faults(spelled: str | Iterable[str], robot: Robot) -> tuple[Fault, ...]:
-    """Read faults as the command line spells them: ``bend-II:stuck@5`` is joint II's bend sensor, stuck from 5 s on."""
+    """Read sensor faults as the command line spells them: ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END`` in s.
+
+    ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on. Kinds: stuck, open, spike, nan.
+    """
     return tuple(_fault(one, robot) for one in ([spelled] if isinstance(spelled, str) else spelled))
 
 

@@ -29,8 +29,6 @@ Array = NDArray[np.float32]
 CONVERTER = 65536  # counts of the analog converter's range
 SIGNED = 32768  # counts of the upper end of a digital sensor's range
 PASCALS = 10.0  # per count of the depth sensor
-ATMOSPHERE = 101325.0  # Pa above the water
-GRAVITY = 9.81  # m/s^2
 NAME_LENGTH_MAX = 16  # characters of a name in MAVLink
 PARAMETERS_MAX = 96  # firmware/app/vehicle/parameters.hpp
 TRIM = 2e-4  # maximum correction of a servo's pulse [s]
@@ -82,9 +80,9 @@ class _Rule(NamedTuple):
 
 
 PILOT = (  # columns of the pilot that may be set
-    "heading_rate", "heading_integral", "rate_gain", "turn_most", "curvature", "lookahead", "depth_lookahead",
-    "depth_integral", "climb_lead", "climb_gain", "pitch_damping", "speed_least", "surface_depth", "fence_margin",
-    "error_most", "fix_timeout",
+    "heading_rate", "heading_integral", "rate_gain", "turn_max", "curvature", "lookahead", "depth_lookahead",
+    "depth_integral", "climb_lead", "climb_gain", "pitch_damping", "speed_min", "surface_depth", "fence_margin",
+    "error_max", "fix_timeout",
 )  # fmt: skip
 
 # Over the radio a limit may only become tighter, and a gain may be halved or doubled.
@@ -96,16 +94,16 @@ RULES = (
     _Rule("amplitude", "controller", "amplitude", 0.0, 1.0),
     _Rule("pressure_soft", "controller", "pressure_soft", 0.5, 1.0),
     _Rule("pressure_hard", "controller", "pressure_hard", 0.5, 1.0),
-    _Rule("frequency_max", "controller", "frequency_most", 0.1, 1.0),
-    _Rule("fin_max", "controller", "fin_most", 0.0, 1.0),
+    _Rule("frequency_max", "controller", "frequency_max", 0.1, 1.0),
+    _Rule("fin_max", "controller", "fin_max", 0.0, 1.0),
     _Rule("voltage_low", "controller", "voltage_low", 1.0, 1.2),
     _Rule("timeout_ticks", "controller", "timeout", 0.2, 1.0, whole=True),
     _Rule("pulse_center", "controller", "pulse_center", 0.9, 1.1),
     _Rule("pulse_per_rad", "controller", "pulse_per_rad", 0.8, 1.25),
-    _Rule("pulse_min", "controller", "pulse_least", 1.0, 1.5),
-    _Rule("pulse_max", "controller", "pulse_most", 0.75, 1.0),
+    _Rule("pulse_min", "controller", "pulse_min", 1.0, 1.5),
+    _Rule("pulse_max", "controller", "pulse_max", 0.75, 1.0),
     _Rule("slew", "controller", "slew", 0.1, 1.0),
-    *(_Rule(name.replace("_most", "_max").replace("_least", "_min"), "pilot", name) for name in PILOT),
+    *(_Rule(name, "pilot", name) for name in PILOT),
     *(
         rule
         for name in ANALOG
@@ -159,7 +157,7 @@ def _calibration(robot: Robot, wired: Firmware) -> dict[str, list[float]]:
             scale = (high - low) / (CONVERTER * (wired.analog_high - wired.analog_low))
             zero = CONVERTER * wired.analog_low - low / scale
         elif name == "depth":
-            zero, scale = ATMOSPHERE / PASCALS, PASCALS / (robot.water.density * GRAVITY)
+            zero, scale = _core.ATMOSPHERE / PASCALS, PASCALS / (robot.water.density * _core.GRAVITY)
         else:
             zero, scale = 0.0, sensor_range(robot, name)[1] / SIGNED
         count = channel.count(joints)

@@ -189,7 +189,7 @@ def fault_list(faults: str | Iterable[str]) -> tuple[str, ...]:
 
 def check_command(robot: Robot, gait: Gait, columns: Mapping[str, list[float]]) -> None:
     """Refuse a command beyond the controller's bounds; on board it is clamped, which would hide a mistake here."""
-    (most,) = columns["frequency_most"]
+    (most,) = columns["frequency_max"]
     if gait.frequency > most * (1 + EXACT):
         rule = f"must be at most {most:g} Hz, the controller.frequency_max_hz of {robot.name}"
         raise InputError(rule, key="frequency", value=f"{gait.frequency:g}", fix="give less")

@@ -12,24 +12,24 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 /// belongs to the beat's frequency.
 template <class T>
 LowPass<T> generate(const Controller<T>& model, ControllerState<T>& state, bool active) {
-    const Wish<T>& wish = state.wish;
-    state.frequency = follow(model.smoothing, state.frequency, wish.frequency);
+    const Setpoint<T>& target = state.target;
+    state.frequency = follow(model.smoothing, state.frequency, target.frequency);
     const T turns = state.frequency.value * model.tick;
     const SinCos<T> turn = sincos(T(2 * pi) * state.frequency.value * model.tick);
     const Oscillator<T> reference = state.oscillator[0];
     for (int j = 0; j < model.joints; ++j) {
-        state.amplitude[j] = follow(model.smoothing, state.amplitude[j], active ? wish.amplitude[j] : T(0));
-        const T bias =
-            blind(state, j) ? clamp(wish.bias[j], -abs(state.bias[j].value), abs(state.bias[j].value)) : wish.bias[j];
+        state.amplitude[j] = follow(model.smoothing, state.amplitude[j], active ? target.amplitude[j] : T(0));
+        const T bias = blind(state, j) ? clamp(target.bias[j], -abs(state.bias[j].value), abs(state.bias[j].value))
+                                       : target.bias[j];
         state.bias[j] = follow(model.smoothing, state.bias[j], active ? bias : T(0));
-        state.phase[j] = follow(model.smoothing, state.phase[j], wish.phase[j]);
+        state.phase[j] = follow(model.smoothing, state.phase[j], target.phase[j]);
         Oscillator<T>&left = state.oscillator[2 * j], &right = state.oscillator[2 * j + 1];
         if (j > 0) left = couple(model.network, left, reference, sincos(state.phase[j].value));
         right = couple(model.network, right, left, {T(0), T(-1)});
         left = oscillate(model.network, left, turn);
         right = oscillate(model.network, right, turn);
     }
-    for (int k = 0; k < 2; ++k) state.fin[k] = follow(model.smoothing, state.fin[k], active ? wish.fin[k] : T(0));
+    for (int k = 0; k < 2; ++k) state.fin[k] = follow(model.smoothing, state.fin[k], active ? target.fin[k] : T(0));
     return low_pass(model.posture, max(turns, T(1e-4)), turn);
 }
 
@@ -49,18 +49,18 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     const bool moving = moves(model, state.circuit[2 * j]);
     const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast},
                                      state.bend[j], reading, state.bend[j].last, moving);
-    look(posture.wanted, filter.weight, set);
-    if (verdict.usable) look(posture.measured, filter.weight, reading);
+    update(posture.wanted, filter.weight, set);
+    if (verdict.usable) update(posture.measured, filter.weight, reading);
     ++posture.ticks;
     posture.missing += !verdict.usable;
-    if (!verdict.usable) status.tell(Condition::bend_fault, j);
+    if (!verdict.usable) status.set(Condition::bend_fault, j);
     if (ended) {
         posture.set = close_beat(posture.wanted, filter.gain);
         posture.seen = close_beat(posture.measured, filter.gain);
         const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
-        const T sent = min(posture.set.amplitude, state.governor[j].lid);
+        const T sent = min(posture.set.amplitude, state.governor[j].amplitude_limit);
         const bool dull =
-            !stopped && model.posture.least < sent && posture.seen.amplitude < model.posture.moving * sent;
+            !stopped && model.posture.amplitude_min < sent && posture.seen.amplitude < model.posture.moving * sent;
         posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
         const bool heard = !dull && !stopped && T(posture.missing) <= model.posture.missing * T(posture.ticks);
         const bool held = T(posture.limited) > model.posture.limited * T(posture.ticks);
@@ -71,14 +71,14 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
                 correct(model.posture, posture.bias, posture.set.bias - posture.seen.bias, held, joint.reach);
         }
         Governor<T>& governor = state.governor[j];
-        const T amplitude = min(asked_amplitude(state, j), governor.lid);
-        govern(governor, amplitude, max(state.frequency.value, state.wish.frequency), model.circuit[2 * j].fill,
+        const T amplitude = min(asked_amplitude(state, j), governor.amplitude_limit);
+        govern(governor, amplitude, max(state.frequency.value, state.target.frequency), model.circuit[2 * j].fill,
                model.pressure_soft);
         posture.ticks = posture.missing = posture.limited = 0;
     }
     // Two beats without a swing: the sensor lives, but does not follow.
-    if (posture.dull > 1) status.tell(Condition::bend_fault, j);
-    if (state.bend[j].faulty || posture.dull > 1) status.tell(Condition::open_loop, j);
+    if (posture.dull > 1) status.set(Condition::bend_fault, j);
+    if (state.bend[j].faulty || posture.dull > 1) status.set(Condition::open_loop, j);
     state.more[j] = follow(model.smoothing, state.more[j], posture.amplitude.output);
     state.aside[j] = follow(model.smoothing, state.aside[j], posture.bias.output);
 }
@@ -88,13 +88,13 @@ template <class T>
 void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int servo, T angle) {
     const T last = state.sent[servo], wanted = is_finite(angle) ? angle : last;
     const T slewed = clamp(wanted, last - model.slew, last + model.slew);
-    const T low = (model.pulse_least - model.pulse_center) / model.pulse_per_rad;
-    const T high = (model.pulse_most - model.pulse_center) / model.pulse_per_rad;
+    const T low = (model.pulse_min - model.pulse_center) / model.pulse_per_rad;
+    const T high = (model.pulse_max - model.pulse_center) / model.pulse_per_rad;
     const T kept = clamp(slewed, low, high);
-    if (slewed != wanted) output.status.tell(Condition::slew_limit, servo);
-    if (kept != slewed) output.status.tell(Condition::pulse_limit, servo);
+    if (slewed != wanted) output.status.set(Condition::slew_limit, servo);
+    if (kept != slewed) output.status.set(Condition::pulse_limit, servo);
     state.sent[servo] = output.target[servo] = kept;
-    output.pulse[servo] = clamp(model.pulse_center + model.pulse_per_rad * kept, model.pulse_least, model.pulse_most);
+    output.pulse[servo] = clamp(model.pulse_center + model.pulse_per_rad * kept, model.pulse_min, model.pulse_max);
 }
 
 /// Bend that is asked of a joint, within what its pressures allow and its pumps reach: half the difference of what its
@@ -102,17 +102,17 @@ void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutpu
 template <class T>
 T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Status& status) {
     Governor<T>& governor = state.governor[j];
-    governor.lid += model.smoothing.rate * (governor.ceiling - governor.lid);
-    const T asked = asked_amplitude(state, j), amplitude = min(asked, governor.lid);
-    for (int side = 0; side < 2 && amplitude < asked; ++side) status.tell(Condition::pressure_limit, 2 * j + side);
+    governor.amplitude_limit += model.smoothing.rate * (governor.ceiling - governor.amplitude_limit);
+    const T asked = asked_amplitude(state, j), amplitude = min(asked, governor.amplitude_limit);
+    for (int side = 0; side < 2 && amplitude < asked; ++side) status.set(Condition::pressure_limit, 2 * j + side);
     const T swing = T(0.5) * (state.oscillator[2 * j].x - state.oscillator[2 * j + 1].x);
     const T wanted = state.bias[j].value + state.aside[j].value + amplitude * swing;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
-    if (bend != wanted) status.tell(Condition::amplitude_limit, j);
+    if (bend != wanted) status.set(Condition::amplitude_limit, j);
     // What was held back catches up little faster than the beat goes: no jump, no surge of pressure.
     const T fastest = amplitude * T(2 * pi) * state.frequency.value * model.tick + abs(state.bias[j].change);
-    const T most = T(1.25) * fastest + T(0.02) * reach, last = state.bend_sent[j];
-    return clamp(bend, last - most, last + most);
+    const T limit = T(1.25) * fastest + T(0.02) * reach, last = state.bend_sent[j];
+    return clamp(bend, last - limit, last + limit);
 }
 
 /// Send a circuit's servo to an angle, and say where it cannot follow at a part of its voltage. Torque-speed line: no
@@ -127,7 +127,7 @@ void drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
     circuit.change = output.target[c] - last;
     const T free = supply - max(T(0), circuit.pressure) / supervisor.stall;
     if (clamp(free, T(0.1), T(1)) * supervisor.speed * model.tick < abs(circuit.change))
-        output.status.tell(Condition::speed_limit, c);
+        output.status.set(Condition::speed_limit, c);
     output.believed[c] = circuit.pressure;
 }
 
@@ -140,7 +140,7 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
     const T asked = asked_bend(model, state, j, output.status);
     const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
     const T supply = min(T(1), state.supply / model.voltage_rated);
-    T angle[2], most[2];
+    T angle[2], limit[2];
     const auto bend_to = [&](T bend) {
         for (int side = 0; side < 2; ++side)
             angle[side] = stopped ? T(0) : servo_angle(model.map[2 * j + side], side == 0 ? bend : -bend);
@@ -149,9 +149,9 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
     bool pressed = false, slow = false;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
-        most[side] = furthest(model.circuit[c], state.sent[c], state.circuit[c].pressure, model.pressure_soft,
-                              model.pressure_hard);
-        if (most[side] < angle[side]) output.status.tell(Condition::pressure_limit, c), pressed = true;
+        limit[side] = furthest(model.circuit[c], state.sent[c], state.circuit[c].pressure, model.pressure_soft,
+                               model.pressure_hard);
+        if (limit[side] < angle[side]) output.status.set(Condition::pressure_limit, c), pressed = true;
     }
     if (pressed)
         bend_to(state.bend_sent[j]);
@@ -159,7 +159,7 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
         state.bend_sent[j] = asked;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
-        const T sent = min(angle[side], most[side]);
+        const T sent = min(angle[side], limit[side]);
         drive_circuit(model, state, output, c, sent, supply);
         slow = slow || output.status.has(Condition::speed_limit, c) || output.target[c] != sent;
     }
@@ -174,7 +174,7 @@ ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& stat
     ControllerOutput<T> output{};
     Status& status = output.status;
     take_command(model, state, command, status);
-    Oscillator<T> before[most_joints];
+    Oscillator<T> before[max_joints];
     for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[2 * j];
     const LowPass<T> filter = generate(model, state, state.armed && state.age <= model.timeout);
     read_robot(model, state, readings, status);

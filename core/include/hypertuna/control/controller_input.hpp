@@ -9,7 +9,7 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 template <class T>
 void take(T& kept, T value, T low, T high, Status& status) {
     if (is_finite(value)) kept = clamp(value, low, high);
-    if (!(low <= value && value <= high)) status.tell(Condition::bad_command);
+    if (!(low <= value && value <= high)) status.set(Condition::bad_command);
 }
 
 /// Amplitude at which the model's pressure surely stays below the soft limit: for a beat that no pressure was seen of.
@@ -23,23 +23,23 @@ void take_command(const Controller<T>& model, ControllerState<T>& state, const C
     const T turn = T(2 * pi);
     state.age = command.fresh ? 0 : state.age <= model.timeout ? state.age + 1 : state.age;
     if (command.fresh) {
-        Wish<T>& wish = state.wish;
-        take(wish.frequency, command.frequency, T(0), model.frequency_most, status);
+        Setpoint<T>& target = state.target;
+        take(target.frequency, command.frequency, T(0), model.frequency_max, status);
         for (int j = 0; j < model.joints; ++j) {
-            take(wish.amplitude[j], command.amplitude[j], T(0), model.joint[j].amplitude, status);
-            take(wish.phase[j], command.phase[j], -turn, turn, status);
-            take(wish.bias[j], command.bias[j], -model.joint[j].amplitude, model.joint[j].amplitude, status);
+            take(target.amplitude[j], command.amplitude[j], T(0), model.joint[j].amplitude, status);
+            take(target.phase[j], command.phase[j], -turn, turn, status);
+            take(target.bias[j], command.bias[j], -model.joint[j].amplitude, model.joint[j].amplitude, status);
         }
-        for (int k = 0; k < 2; ++k) take(wish.fin[k], command.fin[k], -model.fin_most, model.fin_most, status);
+        for (int k = 0; k < 2; ++k) take(target.fin[k], command.fin[k], -model.fin_max, model.fin_max, status);
         for (int j = 0; j < model.joints; ++j)
-            expect(state.governor[j], wish.frequency, safe_amplitude(model.joint[j], wish.frequency));
+            expect(state.governor[j], target.frequency, safe_amplitude(model.joint[j], target.frequency));
         // Arming anew, not staying armed, gives a stopped circuit back.
         if (command.armed && !state.armed)
             for (int c = 0; c < 2 * model.joints; ++c) state.circuit[c].stopped = false;
         state.armed = command.armed;
     }
-    if (state.age > model.timeout) status.tell(Condition::timeout);
-    if (!state.armed) status.tell(Condition::disarmed);
+    if (state.age > model.timeout) status.set(Condition::timeout);
+    if (!state.armed) status.set(Condition::disarmed);
 }
 
 /// Whether a joint has a circuit without a pressure reading.
@@ -64,17 +64,17 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
     };
     for (int c = 0; c < 2 * model.joints; ++c)
         if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(0.24)))
-            status.tell(Condition::current_fault, c);
+            status.set(Condition::current_fault, c);
     for (int k = 0; k < 6; ++k) {
-        const T most = k < 3 ? model.rate_high : model.acceleration_high;
+        const T limit = k < 3 ? model.rate_high : model.acceleration_high;
         const T reading = k < 3 ? readings.rate[k] : readings.acceleration[k - 3];
-        if (!plain(state.imu[k], reading, -most, most, T(0.2))) status.tell(Condition::imu_fault);
+        if (!plain(state.imu[k], reading, -limit, limit, T(0.2))) status.set(Condition::imu_fault);
     }
     const bool first = !state.voltage.seen;
-    const bool voltage = plain(state.voltage, readings.voltage, model.voltage_least, model.voltage_most, T(0.2));
+    const bool voltage = plain(state.voltage, readings.voltage, model.voltage_min, model.voltage_max, T(0.2));
     if (voltage) state.supply += (first ? T(1) : T(0.1)) * (readings.voltage - state.supply);
-    if (!voltage) status.tell(Condition::battery_fault);
-    if (state.voltage.seen && state.supply < model.voltage_low) status.tell(Condition::low_voltage);
+    if (!voltage) status.set(Condition::battery_fault);
+    if (state.voltage.seen && state.supply < model.voltage_low) status.set(Condition::low_voltage);
 }
 
 /// Take in the pressure of a circuit, and stop it where that has passed the hard limit.
@@ -94,17 +94,17 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
         circuit.before = circuit.pressure;
         circuit.pressure = reading;
     } else {
-        status.tell(Condition::pressure_fault, c);
+        status.set(Condition::pressure_fault, c);
         circuit.pressure = min(circuit.pressure, circuit.before);  // the one before may have been the first of a spike
     }
     governor.doubt = governor.doubt || !verdict.usable || T(1) < T(state.pressure[c].repeats);
     if (state.pressure[c].faulty) {
-        status.tell(Condition::blind, c);
+        status.set(Condition::blind, c);
         circuit.before = circuit.pressure = supervisor.fill;
         governor.ceiling =
-            min(governor.ceiling, max(governor.proven, safe_amplitude(model.joint[c / 2], state.wish.frequency)));
+            min(governor.ceiling, max(governor.proven, safe_amplitude(model.joint[c / 2], state.target.frequency)));
     }
-    if (circuit.stopped) status.tell(Condition::hard_stop, c);
+    if (circuit.stopped) status.set(Condition::hard_stop, c);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -37,69 +37,69 @@ struct Controller {
     Network<T> network;
     Smoothing<T> smoothing;
     PostureModel<T> posture;
-    JointModel<T> joint[most_joints];
-    PumpMap<T> map[most_circuits];
-    SupervisorModel<T> circuit[most_circuits];
+    JointModel<T> joint[max_joints];
+    PumpMap<T> map[max_circuits];
+    SupervisorModel<T> circuit[max_circuits];
     T pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step;  // Pa
     T current_low, current_high;                                                 // A
     T rate_high, acceleration_high;                                              // rad/s, m/s^2
-    T voltage_rated, voltage_low, voltage_least, voltage_most;                   // V
-    T frequency_most;                                                            // Hz
-    T fin_most;                                                                  // rad
+    T voltage_rated, voltage_low, voltage_min, voltage_max;                      // V
+    T frequency_max;                                                             // Hz
+    T fin_max;                                                                   // rad
     int timeout;                                                                 // ticks
-    T pulse_center, pulse_per_rad, pulse_least, pulse_most;                      // s, s/rad
+    T pulse_center, pulse_per_rad, pulse_min, pulse_max;                         // s, s/rad
     T slew;                                                                      // rad per tick
 };
 
 template <class T>
 struct Readings {
-    T bend[most_joints];         // rad
-    T pressure[most_circuits];   // Pa, at the cylinder
-    T current[most_circuits];    // A
+    T bend[max_joints];          // rad
+    T pressure[max_circuits];    // Pa, at the cylinder
+    T current[max_circuits];     // A
     T rate[3], acceleration[3];  // rad/s, m/s^2
     T voltage;                   // V of the battery
 };
 
 template <class T>
 struct Command {
-    T frequency;               // Hz
-    T amplitude[most_joints];  // rad
-    T phase[most_joints];      // rad, lag behind the first joint's oscillator
-    T bias[most_joints];       // rad
-    T fin[2];                  // rad of the pectoral fins
-    bool fresh;                // came since the last tick
+    T frequency;              // Hz
+    T amplitude[max_joints];  // rad
+    T phase[max_joints];      // rad, lag behind the first joint's oscillator
+    T bias[max_joints];       // rad
+    T fin[2];                 // rad of the pectoral fins
+    bool fresh;               // came since the last tick
     bool armed;
 };
 
 /// A command of which every value can be used.
 template <class T>
-struct Wish {
-    T frequency, amplitude[most_joints], phase[most_joints], bias[most_joints], fin[2];
+struct Setpoint {
+    T frequency, amplitude[max_joints], phase[max_joints], bias[max_joints], fin[2];
 };
 
 template <class T>
 struct ControllerState {
-    Wish<T> wish;
+    Setpoint<T> target;
     int age;  // ticks since the last command
     bool armed;
-    Follower<T> frequency, amplitude[most_joints], phase[most_joints], bias[most_joints], fin[2];
-    Follower<T> more[most_joints], aside[most_joints];  // corrections of amplitude and bias
-    Oscillator<T> oscillator[most_circuits];            // of each circuit; the two of a joint in antiphase
-    PostureState<T> posture[most_joints];
-    SupervisorState<T> circuit[most_circuits];
-    Governor<T> governor[most_joints];
-    Health<T> bend[most_joints], pressure[most_circuits], current[most_circuits], imu[6], voltage;
-    T supply;                  // V believed
-    T bend_sent[most_joints];  // rad: bends that the pumps were last sent to
-    T sent[most_servos];       // rad: last angles sent
+    Follower<T> frequency, amplitude[max_joints], phase[max_joints], bias[max_joints], fin[2];
+    Follower<T> more[max_joints], aside[max_joints];  // corrections of amplitude and bias
+    Oscillator<T> oscillator[max_circuits];           // of each circuit; the two of a joint in antiphase
+    PostureState<T> posture[max_joints];
+    SupervisorState<T> circuit[max_circuits];
+    Governor<T> governor[max_joints];
+    Health<T> bend[max_joints], pressure[max_circuits], current[max_circuits], imu[6], voltage;
+    T supply;                 // V believed
+    T bend_sent[max_joints];  // rad: bends that the pumps were last sent to
+    T sent[max_servos];       // rad: last angles sent
 };
 
 template <class T>
 struct ControllerOutput {
-    T pulse[most_servos];       // s: the circuits', then the two pectoral fins'
-    T target[most_servos];      // rad: the same as angles
-    T set[most_joints];         // rad: bend that is asked of each joint now, without correction
-    T believed[most_circuits];  // Pa: pressure that the supervisor goes by
+    T pulse[max_servos];       // s: the circuits', then the two pectoral fins'
+    T target[max_servos];      // rad: the same as angles
+    T set[max_joints];         // rad: bend that is asked of each joint now, without correction
+    T believed[max_circuits];  // Pa: pressure that the supervisor goes by
     Status status;
 };
 
@@ -115,8 +115,8 @@ ControllerState<T> init(const Controller<T>& model) {
     ControllerState<T> state{};
     state.age = model.timeout + 1;
     state.supply = model.voltage_rated;
-    for (int j = 0; j < most_joints; ++j) state.governor[j].ceiling = model.joint[j].reach;
-    for (int c = 0; c < most_circuits; ++c) {
+    for (int j = 0; j < max_joints; ++j) state.governor[j].ceiling = model.joint[j].reach;
+    for (int c = 0; c < max_circuits; ++c) {
         state.oscillator[c] = c % 2 == 0 ? Oscillator<T>{T(0), T(-1)} : Oscillator<T>{T(0), T(1)};
         state.circuit[c].before = state.circuit[c].pressure = model.circuit[c].fill;
     }
@@ -133,7 +133,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
     visit("proportional", 0, m.posture.proportional), visit("integral", 0, m.posture.integral);
     visit("derivative", 0, m.posture.derivative), visit("peak_smoothing", 0, m.posture.smoothing);
     visit("missing", 0, m.posture.missing), visit("limited", 0, m.posture.limited);
-    visit("moving", 0, m.posture.moving), visit("least", 0, m.posture.least);
+    visit("moving", 0, m.posture.moving), visit("amplitude_min", 0, m.posture.amplitude_min);
     for (int j = 0; j < m.joints; ++j) {
         JointModel<T>& joint = m.joint[j];
         visit("reach", j, joint.reach), visit("amplitude", j, joint.amplitude);
@@ -144,7 +144,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
     for (int c = 0; c < 2 * m.joints; ++c) {
         for (int k = 0; k < map_terms; ++k) visit("map", map_terms * c + k, m.map[c].term[k]);
         visit("servo_speed", c, m.circuit[c].speed), visit("servo_stall", c, m.circuit[c].stall);
-        visit("fill", c, m.circuit[c].fill), visit("give", c, m.circuit[c].give);
+        visit("fill", c, m.circuit[c].fill), visit("compliance", c, m.circuit[c].compliance);
     }
     visit("pressure_soft", 0, m.pressure_soft), visit("pressure_hard", 0, m.pressure_hard);
     visit("pressure_low", 0, m.pressure_low), visit("pressure_high", 0, m.pressure_high);
@@ -152,10 +152,10 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
     visit("current_low", 0, m.current_low), visit("current_high", 0, m.current_high);
     visit("rate_high", 0, m.rate_high), visit("acceleration_high", 0, m.acceleration_high);
     visit("voltage_rated", 0, m.voltage_rated), visit("voltage_low", 0, m.voltage_low);
-    visit("voltage_least", 0, m.voltage_least), visit("voltage_most", 0, m.voltage_most);
-    visit("frequency_most", 0, m.frequency_most), visit("fin_most", 0, m.fin_most), visit("timeout", 0, m.timeout);
+    visit("voltage_min", 0, m.voltage_min), visit("voltage_max", 0, m.voltage_max);
+    visit("frequency_max", 0, m.frequency_max), visit("fin_max", 0, m.fin_max), visit("timeout", 0, m.timeout);
     visit("pulse_center", 0, m.pulse_center), visit("pulse_per_rad", 0, m.pulse_per_rad);
-    visit("pulse_least", 0, m.pulse_least), visit("pulse_most", 0, m.pulse_most), visit("slew", 0, m.slew);
+    visit("pulse_min", 0, m.pulse_min), visit("pulse_max", 0, m.pulse_max), visit("slew", 0, m.slew);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -9,11 +9,11 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 template <class T>
 struct PostureModel {
     T proportional, integral, derivative;
-    T smoothing;  // time constant of the low-pass before the peaks, in beats
-    T missing;    // part of a beat's readings that may be missing before the beat is void
-    T limited;    // part of a beat in which a limit may act before the integrator must not grow
-    T moving;     // least part of the set amplitude that a living bend sensor shows
-    T least;      // rad: least set amplitude at which that is asked
+    T smoothing;      // time constant of the low-pass before the peaks, in beats
+    T missing;        // part of a beat's readings that may be missing before the beat is void
+    T limited;        // part of a beat in which a limit may act before the integrator must not grow
+    T moving;         // smallest fraction of the set amplitude that a working bend sensor shows
+    T amplitude_min;  // rad: smallest set amplitude at which `moving` is checked
 };
 
 /// Extremes of a signal over the beat so far, behind a median of three (a spike never reaches them) and a low-pass.
@@ -59,7 +59,7 @@ LowPass<T> low_pass(const PostureModel<T>& model, T turns, const SinCos<T>& turn
 }
 
 template <class T>
-void look(Peaks<T>& peaks, T weight, T value) {
+void update(Peaks<T>& peaks, T weight, T value) {
     const T middle = median(peaks.before, peaks.last, value);
     peaks.before = peaks.last, peaks.last = value;
     peaks.level += weight * (middle - peaks.level);
@@ -74,13 +74,13 @@ BeatShape<T> close_beat(Peaks<T>& peaks, T gain) {
     return shape;
 }
 
-/// One beat of the PID. Where a limit acted (`held`), the sum does not grow; it never exceeds what `most` asks for.
+/// One beat of the PID. Where a limit acted (`held`), the sum does not grow; it never exceeds what `limit` asks for.
 template <class T>
-Pid<T> correct(const PostureModel<T>& model, const Pid<T>& now, T error, bool held, T most) {
+Pid<T> correct(const PostureModel<T>& model, const Pid<T>& now, T error, bool held, T limit) {
     const bool grows = T(0) < error * now.sum || now.sum == T(0);
-    const T sum = held && grows ? now.sum : max(-most, min(most, now.sum + model.integral * error));
+    const T sum = held && grows ? now.sum : max(-limit, min(limit, now.sum + model.integral * error));
     const T output = model.proportional * error + sum + model.derivative * (error - now.error);
-    return {sum, error, max(-most, min(most, output))};
+    return {sum, error, max(-limit, min(limit, output))};
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

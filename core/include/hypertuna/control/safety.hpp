@@ -8,9 +8,9 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-inline constexpr int most_joints = 4;
-inline constexpr int most_circuits = 2 * most_joints;
-inline constexpr int most_servos = most_circuits + 2;
+inline constexpr int max_joints = 4;
+inline constexpr int max_circuits = 2 * max_joints;
+inline constexpr int max_servos = max_circuits + 2;
 
 /// What the status can tell. Each condition has one bit in the flags, and one bit per joint, circuit or servo in `at`.
 enum class Condition : std::uint8_t {
@@ -73,7 +73,7 @@ struct Status {
 
     bool has(Condition c) const { return flags >> int(c) & 1; }
     bool has(Condition c, int place) const { return at[int(c)] >> place & 1; }
-    void tell(Condition c, int place = 0) {
+    void set(Condition c, int place = 0) {
         flags |= std::uint32_t(1) << int(c);
         at[int(c)] = std::uint16_t(at[int(c)] | 1 << place);
     }
@@ -108,7 +108,7 @@ struct Health {
 
 inline constexpr int bucket_bad = 4;      // a bad reading weighs as much as four good ones
 inline constexpr int bucket_faulty = 20;  // five bad readings in a row, or every fourth of them bad
-inline constexpr int bucket_most = 100;   // a second of good readings at 100 Hz redeems the worst sensor
+inline constexpr int bucket_max = 100;    // a second of good readings at 100 Hz redeems the worst sensor
 inline constexpr int repeats_fast = 6, repeats_slow = 25;  // equal readings: of what moves with each beat, of the rest
 
 template <class T>
@@ -128,7 +128,7 @@ Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T exp
     if (inside) health.last = reading, health.seen = true;
     if (usable && health.bucket == 0) return {true, repeated};  // as nearly always: not faulty, nothing to drain
     const int bucket = health.bucket + (usable ? -1 : bucket_bad);
-    health.bucket = bucket < bucket_most ? bucket : bucket_most;
+    health.bucket = bucket < bucket_max ? bucket : bucket_max;
     health.faulty = health.bucket >= bucket_faulty || (health.faulty && health.bucket > 0);
     return {usable && !health.faulty, repeated};
 }
@@ -136,10 +136,10 @@ Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T exp
 /// What the supervisor knows of one circuit.
 template <class T>
 struct SupervisorModel {
-    T speed;  // rad/s of the servo without load, at the rated voltage
-    T stall;  // Pa at which it stalls, at the rated voltage
-    T fill;   // Pa: pressure at rest
-    T give;   // rad/Pa: how far the servo turns for a pressure at the soft limit, where the joint is held
+    T speed;       // rad/s of the servo without load, at the rated voltage
+    T stall;       // Pa at which it stalls, at the rated voltage
+    T fill;        // Pa: pressure at rest
+    T compliance;  // rad/Pa: how far the servo turns for a pressure at the soft limit, where the joint is held
 };
 
 template <class T>
@@ -155,23 +155,23 @@ struct SupervisorState {
 template <class T>
 T furthest(const SupervisorModel<T>& model, T sent, T pressure, T soft, T hard) {
     const T over = min(pressure, hard) - soft;
-    return over < T(0) ? T(1e3) : sent - model.give * over;
+    return over < T(0) ? T(1e3) : sent - model.compliance * over;
 }
 
 /// From beat to beat: the widest amplitude of a joint that its pressures allow.
 template <class T>
 struct Governor {
-    T ceiling;    // rad: what the beats so far allow
-    T lid;        // rad: what is allowed now, on its way to that
-    T frequency;  // Hz that the ceiling was found at
-    T proven;     // rad: amplitude of the last beat that was seen to keep the limit
-    T peak;       // Pa: largest pressure read in the beat so far
-    bool doubt;   // a reading of this beat is not to be trusted
+    T ceiling;          // rad: what the beats so far allow
+    T amplitude_limit;  // rad: what is allowed now, on its way to that
+    T frequency;        // Hz that the ceiling was found at
+    T proven;           // rad: amplitude of the last beat that was seen to keep the limit
+    T peak;             // Pa: largest pressure read in the beat so far
+    bool doubt;         // a reading of this beat is not to be trusted
 };
 
 inline constexpr double governor_aim = 0.8;     // of the soft limit: between readings hammer adds a fifth and more
-inline constexpr double governor_least = 0.6;   // an amplitude falls to this part from beat to beat at most,
-inline constexpr double governor_most = 1.4;    // and grows to this one
+inline constexpr double governor_min = 0.6;     // an amplitude falls to this part from beat to beat at most,
+inline constexpr double governor_max = 1.4;     // and grows to this one
 inline constexpr double governor_floor = 0.02;  // rad: an amplitude is never governed below
 
 /// End of a beat of this amplitude. Pressure above the fill grows with the amplitude in proportion, in water up to its
@@ -181,9 +181,9 @@ void govern(Governor<T>& governor, T amplitude, T frequency, T fill, T soft) {
     const T room = T(governor_aim) * soft - fill;
     const T part = room / max(governor.peak - fill, T(0.01) * room);
     if (part < T(1)) {
-        governor.ceiling = amplitude * max(part, T(governor_least));
+        governor.ceiling = amplitude * max(part, T(governor_min));
     } else if (!governor.doubt) {
-        governor.ceiling = max(governor.ceiling, amplitude * min(sqrt(sqrt(part)), T(governor_most)));
+        governor.ceiling = max(governor.ceiling, amplitude * min(sqrt(sqrt(part)), T(governor_max)));
         governor.proven = amplitude;
         governor.frequency = frequency;
     }

@@ -18,7 +18,7 @@ void read_fields(ColumnReader& in, Part& part) {
 inline Loaded<Controller<double>> load_controller(const NamedColumns& columns) {
     ColumnReader in(columns);
     Controller<double> controller{};
-    controller.joints = in.whole("joints", 1, most_joints);
+    controller.joints = in.whole("joints", 1, max_joints);
     read_fields(in, controller);
     return in.loaded(std::move(controller));
 }
@@ -27,7 +27,7 @@ inline Loaded<Controller<double>> load_controller(const NamedColumns& columns) {
 inline Loaded<Sensors<double>> load_sensors(const NamedColumns& columns, std::uint64_t seed) {
     ColumnReader in(columns);
     Sensors<double> sensors{};
-    sensors.joints = in.whole("joints", 1, most_joints);
+    sensors.joints = in.whole("joints", 1, max_joints);
     sensors.root_tick = std::sqrt(in.number("tick"));
     sensors.seed = seed;
     const auto read = [&](const char* sensor, const char* name, double& field) {
@@ -50,7 +50,7 @@ inline Loaded<Pilot<double>> load_pilot(const Controller<double>& controller, co
     pilot.controller = controller;
     Steering<double>& steering = pilot.guidance.steering;
     steering.joints = controller.joints;
-    steering.table.gaits = in.whole("gaits", 1, most_gaits);
+    steering.table.gaits = in.whole("gaits", 1, max_gaits);
     read_fields(in, pilot);
     return in.loaded(std::move(pilot));
 }
@@ -84,7 +84,7 @@ inline Loaded<MissionData> load_mission(const NamedColumns& columns) {
     mission.start = {in.number("start"), in.number("start", 1)};
     mission.home = {in.number("home"), in.number("home", 1)};
     mission.home_radius = in.number("home_radius"), mission.home_speed = in.number("home_speed");
-    mission.depth_most = in.number("depth_most"), mission.reserve = in.number("reserve");
+    mission.depth_max = in.number("depth_max"), mission.reserve = in.number("reserve");
     mission.duration = in.number("duration"), mission.surface_every = in.number("surface_every");
     mission.stay = in.number("stay") != 0;
     return in.loaded(std::move(data));

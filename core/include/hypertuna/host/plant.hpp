@@ -42,7 +42,7 @@ inline void read_joint(ColumnReader& in, PlantData& plant, int j) {
 inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& columns) {
     ColumnReader in(columns);
     PlantData plant(read_body_data(in, model));
-    plant.joints = in.whole("joints", 1, most_joints);
+    plant.joints = in.whole("joints", 1, max_joints);
     if (plant.coordinates != plant.joints && plant.coordinates != plant.joints + 1)
         in.refuse("share: must have one coordinate per joint, and perhaps one for a hinge");
     for (int j = 0; j < plant.joints && in.fault().empty(); ++j) read_joint(in, plant, j);

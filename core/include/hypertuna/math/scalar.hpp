@@ -26,6 +26,7 @@
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
 inline constexpr double pi = 3.14159265358979323846;
+inline constexpr double gravity = 9.81;  // m/s^2
 
 /// The plain number that a scalar is made of, e.g. base_t<Dual<Lanes<float, 4>, 3>> is float.
 template <class S>

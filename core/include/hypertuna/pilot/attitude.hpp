@@ -17,11 +17,11 @@ T norm(const Vector<T>& v) {
 
 template <class T>
 struct AttitudeModel {
-    T tick;                          // s
-    T tilt_rate, heading_rate;       // 1/s: how fast gravity and field pull
-    T drift_most;                    // rad/s: largest offset of the gyroscope that is believed
-    T rate_most, acceleration_most;  // rad/s, m/s^2: ranges of the sensors
-    T field_low, field_high;         // strength that a sound field has
+    T tick;                        // s
+    T tilt_rate, heading_rate;     // 1/s: how fast gravity and field pull
+    T drift_max;                   // rad/s: largest offset of the gyroscope that is believed
+    T rate_max, acceleration_max;  // rad/s, m/s^2: ranges of the sensors
+    T field_low, field_high;       // strength that a sound field has
 };
 
 template <class T>
@@ -43,13 +43,13 @@ bool attitude_from(const Vector<T>& up, const Vector<T>& field, Quaternion<T>& q
     const Vector<T> z = (T(1) / size) * up, x = (T(1) / flat) * across, y = cross(z, x);
     // Rows of the rotation are x, y, z: Shepperd's method divides by the quaternion's largest component.
     const T trace[4] = {x.x + y.y + z.z, x.x - y.y - z.z, y.y - x.x - z.z, z.z - x.x - y.y};
-    int most = 0;
+    int largest = 0;
     for (int k = 1; k < 4; ++k)
-        if (trace[most] < trace[k]) most = k;
-    const T large = T(1) + trace[most];
+        if (trace[largest] < trace[k]) largest = k;
+    const T large = T(1) + trace[largest];
     const T wx = z.y - y.z, wy = x.z - z.x, wz = y.x - x.y, xy = y.x + x.y, xz = z.x + x.z, yz = z.y + y.z;
     const Quaternion<T> row[4] = {{large, wx, wy, wz}, {wx, large, xy, xz}, {wy, xy, large, yz}, {wz, xz, yz, large}};
-    q = normalized(row[most]);
+    q = normalized(row[largest]);
     return true;
 }
 
@@ -107,7 +107,7 @@ AttitudeState<T> attitude_step(const AttitudeModel<T>& model, const AttitudeStat
         const Vector<T> learned =
             T(0.25) * model.tick *
             (model.tilt_rate * model.tilt_rate * pull.tilt + model.heading_rate * model.heading_rate * pull.heading);
-        const auto kept = [&](T x) { return clamp(x, -model.drift_most, model.drift_most); };
+        const auto kept = [&](T x) { return clamp(x, -model.drift_max, model.drift_max); };
         const Vector<T> drift = state.drift - learned;
         state.drift = {kept(drift.x), kept(drift.y), kept(drift.z)};
     }

@@ -184,9 +184,9 @@ template <class T>
 bool watch_field(const Estimator<T>& model, EstimatorState<T>& state, const T (&field)[3], bool moving) {
     bool usable = true;
     for (int k = 0; k < 3; ++k) {
-        const T most = model.attitude.field_high;
-        usable = judge({-most, most, most, repeats_slow}, state.field_health[k], field[k], state.field_health[k].last,
-                       moving)
+        const T limit = model.attitude.field_high;
+        usable = judge({-limit, limit, limit, repeats_slow}, state.field_health[k], field[k],
+                       state.field_health[k].last, moving)
                      .usable &&
                  usable;
     }
@@ -208,8 +208,8 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     in.field = {readings.field[0], readings.field[1], readings.field[2]};
     in.gyro = in.gravity = imu;
     for (int k = 0; k < 3; ++k) {  // false for what is no number
-        in.gyro = in.gyro && abs(robot.rate[k]) <= frame.rate_most;
-        in.gravity = in.gravity && abs(robot.acceleration[k]) <= frame.acceleration_most;
+        in.gyro = in.gyro && abs(robot.rate[k]) <= frame.rate_max;
+        in.gravity = in.gravity && abs(robot.acceleration[k]) <= frame.acceleration_max;
     }
     in.magnet = watch_field(model, state, readings.field, T(0.05) < abs(state.attitude.rate.z));
     in.speed = state.speed * state.way.at[4];

@@ -15,7 +15,7 @@ struct Guidance {
     Steering<T> steering;
     T surface_depth;                              // m above which the robot counts as at the surface
     T fence_margin;                               // m
-    T error_most, error_near, error_lost;         // m: come up, good enough, home
+    T error_max, error_near, error_lost;          // m: come up, good enough, home
     T drift_error_max;                            // m/s: error of the way per second that a dive is begun with
     T fix_timeout, retry;                         // s at the surface without a fix; s until the next attempt
     T lost_after;                                 // s without a sensor
@@ -83,15 +83,15 @@ T time_home(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& m
     const T top = model.steering.table.speed[model.steering.table.gaits - 1];
     const T speed = min(mission.home_speed, top) * T(0.9);
     const T ground = max(made_good(toward(dx, dy, {T(1), T(0)}), at.current, speed), T(0.05));
-    const T climb = max(T(0), at.depth) / (T(0.5) * speed * model.steering.climb_most);
+    const T climb = max(T(0), at.depth) / (T(0.5) * speed * model.steering.climb_max);
     return T(1.2) * ((away + T(2) * at.position_error) / ground + climb) + model.overhead;
 }
 
 /// Count ticks while something holds, and say whether it held for so long.
 template <class T>
-bool lasts(int& ticks, bool holds, T most, T period) {
-    ticks = !holds ? 0 : T(ticks) * period < most ? ticks + 1 : ticks;
-    return holds && most <= T(ticks) * period;
+bool lasts(int& ticks, bool holds, T limit, T period) {
+    ticks = !holds ? 0 : T(ticks) * period < limit ? ticks + 1 : ticks;
+    return holds && limit <= T(ticks) * period;
 }
 
 /// Battery, time and sensors.
@@ -102,20 +102,20 @@ void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     Reasons& why = state.reasons;
     const T charge = (onboard.voltage + model.battery_drop - model.battery_empty) / model.battery_span;
     const bool poor = !onboard.voltage_lost && charge < mission.reserve + back / model.endurance;
-    why.tell(Reason::low_battery, lasts(state.poor, poor, T(5), period));
-    why.tell(Reason::time_up, T(0) < mission.duration && mission.duration < seconds(model, state.ticks) + back);
+    why.set(Reason::low_battery, lasts(state.poor, poor, T(5), period));
+    why.set(Reason::time_up, T(0) < mission.duration && mission.duration < seconds(model, state.ticks) + back);
     const bool lost[4] = {!at.depths, !at.attitude, !at.compass, onboard.voltage_lost};
     const Reason reason[4] = {Reason::depth_lost, Reason::imu_lost, Reason::compass_lost, Reason::battery_lost};
-    for (int k = 0; k < 4; ++k) why.tell(reason[k], lasts(state.blind[k], lost[k], model.lost_after, period));
-    why.tell(Reason::tail_lost, onboard.joint_lost);
+    for (int k = 0; k < 4; ++k) why.set(reason[k], lasts(state.blind[k], lost[k], model.lost_after, period));
+    why.set(Reason::tail_lost, onboard.joint_lost);
 }
 
 /// Largest fin angle: little where one fin is left alone, because it rolls the robot; all where little is no answer.
 template <class T>
-T alone_most(const Guidance<T>& model, const Reasons& why) {
+T single_fin_limit(const Guidance<T>& model, const Reasons& why) {
     const bool alone = why.has(Reason::port_fin_lost) || why.has(Reason::starboard_fin_lost);
-    const T most = model.steering.fin_most;
-    return alone && !why.has(Reason::no_answer) ? min(model.single_fin_max, most) : most;
+    const T limit = model.steering.fin_max;
+    return alone && !why.has(Reason::no_answer) ? min(model.single_fin_max, limit) : limit;
 }
 
 /// Fins. One that does not follow rolls the robot against what the other does; two leave the depth where it is.
@@ -132,8 +132,8 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
     else
         state.fin_evidence -= T(0.2) * period * clamp(state.fin_evidence, T(-1), T(1));
     if (!why.has(Reason::port_fin_lost) && !why.has(Reason::starboard_fin_lost)) {
-        why.tell(Reason::port_fin_lost, state.fin_evidence <= -limit);
-        why.tell(Reason::starboard_fin_lost, limit <= state.fin_evidence);
+        why.set(Reason::port_fin_lost, state.fin_evidence <= -limit);
+        why.set(Reason::starboard_fin_lost, limit <= state.fin_evidence);
     }
     const T error = abs(at.depth - wanted);
     const bool anew = abs(wanted - state.depth_wanted) > model.response_depth;
@@ -146,11 +146,11 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
     else
         ++state.unanswered;
     // Below the limit there is no time to wait: what goes on down with its fins up is driven down.
-    const bool deep = mission.depth_most < at.depth && T(0.02) < at.sink;
+    const bool deep = mission.depth_max < at.depth && T(0.02) < at.sink;
     const T allowed = deep ? T(0.2) * model.response_time : model.response_time;
     if (seconds(model, state.unanswered) < allowed) return;
-    why.tell(Reason::stranded, (deep || why.has(Reason::no_answer)) && model.surface_depth < at.depth);
-    why.tell(Reason::no_answer);
+    why.set(Reason::stranded, (deep || why.has(Reason::no_answer)) && model.surface_depth < at.depth);
+    why.set(Reason::no_answer);
     state.unanswered = 0;
 }
 
@@ -167,18 +167,18 @@ void weigh_fixes(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     if (state.retry > 0) --state.retry;
     // Near the fence and at home a place must be known better.
     const bool near = near_fence || state.mode == Mode::home;
-    const bool vague = (near ? model.error_near : model.error_most) < at.position_error;
+    const bool vague = (near ? model.error_near : model.error_max) < at.position_error;
     const bool due = T(0) < mission.surface_every && mission.surface_every < age;
     const bool drifts = state.mode == Mode::hold || state.mode == Mode::done;
     if (!state.rising && state.retry == 0 && (vague || due) && !drifts) {
         state.rising = true, state.waiting = 0;
-        why.tell(vague ? Reason::uncertain : Reason::fix_due);
+        why.set(vague ? Reason::uncertain : Reason::fix_due);
     }
     if (!state.rising) return;
     if (up && !at.fix) ++state.waiting;
     const bool enough = at.fix && !vague && at.drift_error <= model.drift_error_max;
     const bool vain = model.fix_timeout <= T(state.waiting) * period;
-    if (vain) why.tell(Reason::no_fix), state.retry = int(model.retry / period);
+    if (vain) why.set(Reason::no_fix), state.retry = int(model.retry / period);
     if (!enough && !vain) return;
     state.rising = false;
     why.clear(Reason::uncertain), why.clear(Reason::fix_due);
@@ -195,9 +195,9 @@ void follow_legs(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     const bool passed = leg.length < leg.along && abs(leg.across) < next.radius + T(2) * at.position_error;
     const bool beyond = inside(mission, next.x, next.y).distance < model.fence_margin;
     if (!near && !passed && !beyond) return;
-    state.reasons.tell(Reason::skipped, beyond);
+    state.reasons.set(Reason::skipped, beyond);
     state.from = {next.x, next.y};
-    if (++state.leg == mission.waypoints) state.reasons.tell(Reason::all_reached);
+    if (++state.leg == mission.waypoints) state.reasons.set(Reason::all_reached);
 }
 
 /// The mode that follows from the reasons.
@@ -259,7 +259,7 @@ Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Est
     const T margin = margin_of(model, state, at, mission);
     state.reasons.clear(Reason::fence), state.reasons.clear(Reason::outside);
     if (margin <= room.distance) return course;
-    state.reasons.tell(room.distance < T(0) ? Reason::outside : Reason::fence);
+    state.reasons.set(room.distance < T(0) ? Reason::outside : Reason::fence);
     const T in = course.x * room.x + course.y * room.y;
     const T push = clamp((margin - room.distance) / model.fence_margin, T(0), T(1)) + max(T(0), -in);
     return toward(course.x + push * room.x, course.y + push * room.y, course);
@@ -274,8 +274,8 @@ void steer_depth(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     const bool blind = !at.attitude || !at.depths;
     const T fin = blind ? model.blind_fin : fins_for(steering, at, climb_for(steering, state.steering, at, wanted));
     const bool port = why.has(Reason::port_fin_lost), starboard = why.has(Reason::starboard_fin_lost);
-    const T most = alone_most(model, why);
-    state.fin = clamp(fin, -most, most);
+    const T limit = single_fin_limit(model, why);
+    state.fin = clamp(fin, -limit, limit);
     command.fin[0] = port ? T(0) : state.fin;
     command.fin[1] = starboard ? T(0) : state.fin;
 }
@@ -285,11 +285,11 @@ template <class T>
 T depth_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
     const int last = mission.waypoints - 1;
     const T asked = state.mode == Mode::transit ? mission.waypoint[state.leg < last ? state.leg : last].depth : T(0);
-    const T most = mission.depth_most;
+    const T limit = mission.depth_max;
     state.reasons.clear(Reason::depth_limit);
-    if (most < asked || most < at.depth + T(0.1)) state.reasons.tell(Reason::depth_limit);
+    if (limit < asked || limit < at.depth + T(0.1)) state.reasons.set(Reason::depth_limit);
     // A way of its own length below the limit: what dives needs room to level out.
-    return clamp(asked, T(0), max(T(0), most - model.surface_depth));
+    return clamp(asked, T(0), max(T(0), limit - model.surface_depth));
 }
 
 /// One decision.
@@ -311,7 +311,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     const T depth = depth_of(model, state, at, mission);
     if (state.mode == Mode::idle || state.mode == Mode::hold || state.mode == Mode::done) {
         state.fin = T(0);
-        beat_into(steering, command, steering.speed_least, T(0));
+        beat_into(steering, command, steering.speed_min, T(0));
         for (int j = 0; j < steering.joints; ++j) command.amplitude[j] = T(0);
         return out;
     }
@@ -323,12 +323,12 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     if (made_good(course, at.current, speed) < T(0.1)) speed = steering.table.speed[steering.table.gaits - 1];
     T bias = T(0);
     if (at.attitude) {
-        bias = bias_for(steering, state.steering, crab(course, at.current, max(speed, steering.speed_least)), at.speed);
+        bias = bias_for(steering, state.steering, crab(course, at.current, max(speed, steering.speed_min)), at.speed);
     } else {
         speed = model.slow;
     }
     // The gait's speed is as far off as the fixes said.
-    beat_into(steering, command, max(speed, steering.speed_least) / at.factor, bias);
+    beat_into(steering, command, max(speed, steering.speed_min) / at.factor, bias);
     steer_depth(model, state, at, depth, command);
     weigh_fins(model, state, at, mission, depth);
     return out;

@@ -27,7 +27,7 @@ struct Mission {
     Corner<T> start, home;  // m
     T home_radius;          // m
     T home_speed;           // m/s through the water on the way home
-    T depth_most;           // m
+    T depth_max;            // m
     T reserve;              // part of the battery's charge to come home with
     T duration;             // s after which it should be home; 0 for no end
     T surface_every;        // s after the last fix to come up for the next; 0 for only when needed
@@ -50,7 +50,7 @@ Inside<T> inside(const Mission<T>& mission, T x, T y) {
         const T scale = T(1) / max(away, T(1e-6));
         return {mission.range - away, dx * scale, dy * scale};
     }
-    T least = far * far, to_x = T(0), to_y = T(0);
+    T nearest = far * far, to_x = T(0), to_y = T(0);
     bool within = false;
     for (int k = 0; k < mission.corners; ++k) {
         const Corner<T>&a = mission.corner[k], &b = mission.corner[k + 1 < mission.corners ? k + 1 : 0];
@@ -59,9 +59,9 @@ Inside<T> inside(const Mission<T>& mission, T x, T y) {
         if ((y < a.y) != (y < b.y) && (px * ey < py * ex) == (T(0) < ey)) within = !within;
         const T part = clamp((px * ex + py * ey) / max(ex * ex + ey * ey, T(1e-12)), T(0), T(1));
         const T dx = part * ex - px, dy = part * ey - py, square = dx * dx + dy * dy;
-        if (square < least) least = square, to_x = dx, to_y = dy;
+        if (square < nearest) nearest = square, to_x = dx, to_y = dy;
     }
-    const T away = sqrt(least), side = within ? T(1) : T(-1), scale = -side / max(away, T(1e-6));
+    const T away = sqrt(nearest), side = within ? T(1) : T(-1), scale = -side / max(away, T(1e-6));
     return {side * away, to_x * scale, to_y * scale};
 }
 

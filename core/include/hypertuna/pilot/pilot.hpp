@@ -108,7 +108,7 @@ ControllerOutput<T> act(const Pilot<T>& pilot, PilotState<T>& state, const Estim
     const Oscillator<T> before = state.controller.oscillator[0];
     const ControllerOutput<T> output = advance(pilot.controller, state.controller, robot, state.command);
     const bool ended = beat_ends(before, state.controller.oscillator[0]);
-    look(state.guidance.steering.beat, at, ended, int(T(1) / pilot.estimator.attitude.tick));
+    update(state.guidance.steering.beat, at, ended, int(T(1) / pilot.estimator.attitude.tick));
     state.joint = state.joint || output.status.has(Condition::hard_stop);
     return output;
 }
@@ -135,8 +135,8 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
     visit("every", 0, m.every);
     AttitudeModel<T>& a = m.estimator.attitude;
     visit("tick", 0, a.tick), visit("gravity_rate", 0, a.tilt_rate), visit("field_rate", 0, a.heading_rate);
-    visit("drift_most", 0, a.drift_most), visit("rate_most", 0, a.rate_most);
-    visit("acceleration_most", 0, a.acceleration_most);
+    visit("drift_max", 0, a.drift_max), visit("rate_max", 0, a.rate_max);
+    visit("acceleration_max", 0, a.acceleration_max);
     visit("field_low", 0, a.field_low), visit("field_high", 0, a.field_high);
     Estimator<T>& e = m.estimator;
     visit("depth_rate", 0, e.depth_rate), visit("depth_low", 0, e.depth_low), visit("depth_high", 0, e.depth_high);
@@ -154,17 +154,17 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
             visit("lag", s.joints * k + j, s.table.phase[k][j]);
         }
     }
-    for (int j = 0; j < s.joints; ++j) visit("bias_most", j, s.bias_most[j]), visit("bend_most", j, s.reach[j]);
-    visit("curvature", 0, s.curvature), visit("heading_rate", 0, s.heading_rate), visit("turn_most", 0, s.turn_most);
+    for (int j = 0; j < s.joints; ++j) visit("bias_max", j, s.bias_max[j]), visit("bend_max", j, s.reach[j]);
+    visit("curvature", 0, s.curvature), visit("heading_rate", 0, s.heading_rate), visit("turn_max", 0, s.turn_max);
     visit("rate_gain", 0, s.rate_gain), visit("heading_integral", 0, s.heading_integral);
-    visit("speed_least", 0, s.speed_least), visit("lookahead", 0, s.lookahead);
-    visit("depth_lookahead", 0, s.depth_lookahead), visit("pitch_most", 0, s.pitch_most);
-    visit("climb_most", 0, s.climb_most), visit("climb_lead", 0, s.climb_lead), visit("climb_gain", 0, s.climb_gain);
+    visit("speed_min", 0, s.speed_min), visit("lookahead", 0, s.lookahead);
+    visit("depth_lookahead", 0, s.depth_lookahead), visit("pitch_max", 0, s.pitch_max);
+    visit("climb_max", 0, s.climb_max), visit("climb_lead", 0, s.climb_lead), visit("climb_gain", 0, s.climb_gain);
     visit("depth_integral", 0, s.depth_integral), visit("pitch_gain", 0, s.pitch_gain);
-    visit("pitch_damping", 0, s.pitch_damping), visit("fin_angle_most", 0, s.fin_most);
+    visit("pitch_damping", 0, s.pitch_damping), visit("fin_angle_max", 0, s.fin_max);
     Guidance<T>& g = m.guidance;
     visit("surface_depth", 0, g.surface_depth), visit("fence_margin", 0, g.fence_margin);
-    visit("error_most", 0, g.error_most), visit("error_near", 0, g.error_near), visit("error_lost", 0, g.error_lost);
+    visit("error_max", 0, g.error_max), visit("error_near", 0, g.error_near), visit("error_lost", 0, g.error_lost);
     visit("drift_error_max", 0, g.drift_error_max), visit("fix_timeout", 0, g.fix_timeout), visit("retry", 0, g.retry);
     visit("lost_after", 0, g.lost_after), visit("compass_timeout", 0, g.compass_timeout);
     visit("fin_tilt", 0, g.fin_tilt), visit("fin_min", 0, g.fin_min), visit("fin_after", 0, g.fin_after);

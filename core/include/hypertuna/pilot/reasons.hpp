@@ -78,7 +78,7 @@ struct Reasons {
     std::uint32_t flags;
 
     bool has(Reason r) const { return flags >> int(r) & 1; }
-    void tell(Reason r, bool holds = true) { flags |= std::uint32_t(holds) << int(r); }
+    void set(Reason r, bool holds = true) { flags |= std::uint32_t(holds) << int(r); }
     void clear(Reason r) { flags &= ~(std::uint32_t(1) << int(r)); }
     bool end() const { return (flags & ((std::uint32_t(1) << ending_reasons) - 1)) != 0; }
 };

@@ -9,19 +9,19 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-inline constexpr int most_gaits = 12;
+inline constexpr int max_gaits = 12;
 
 /// Gaits by rising speed. Between two of them everything is linear; below the first its beat slows down.
 template <class T>
 struct GaitTable {
     int gaits;
-    T speed[most_gaits], frequency[most_gaits];                            // m/s, Hz
-    T amplitude[most_gaits][most_joints], phase[most_gaits][most_joints];  // rad
+    T speed[max_gaits], frequency[max_gaits];                          // m/s, Hz
+    T amplitude[max_gaits][max_joints], phase[max_gaits][max_joints];  // rad
 };
 
 template <class T>
 struct Beating {
-    T speed, frequency, amplitude[most_joints], phase[most_joints];
+    T speed, frequency, amplitude[max_joints], phase[max_joints];
 };
 
 template <class T>
@@ -47,17 +47,17 @@ struct Steering {
     int joints;
     T period;  // s between two decisions
     GaitTable<T> table;
-    T bias_most[most_joints], reach[most_joints];  // rad of each joint: for steering, and with the beat
-    T curvature;                                   // 1/m of the path at the whole bias
-    T heading_rate, turn_most;                     // 1/s of the heading loop, rad/s asked for at most
-    T rate_gain, heading_integral;                 // 1, 1/s
-    T speed_least;                                 // m/s below which nothing can be steered
-    T lookahead, depth_lookahead;                  // m
-    T climb_most, pitch_most;                      // sines: of the path that is asked for, of the pitch it ends at
-    T depth_integral;                              // 1/s
-    T climb_lead, climb_gain;     // rad of fin per sine of the path asked for, of what is missing of it
-    T pitch_gain, pitch_damping;  // rad of fin per sine of pitch, s
-    T fin_most;                   // rad
+    T bias_max[max_joints], reach[max_joints];  // rad of each joint: for steering, and with the beat
+    T curvature;                                // 1/m of the path at the whole bias
+    T heading_rate, turn_max;                   // 1/s of the heading loop, rad/s asked for at most
+    T rate_gain, heading_integral;              // 1, 1/s
+    T speed_min;                                // m/s below which nothing can be steered
+    T lookahead, depth_lookahead;               // m
+    T climb_max, pitch_max;                     // sines: of the path that is asked for, of the pitch it ends at
+    T depth_integral;                           // 1/s
+    T climb_lead, climb_gain;                   // rad of fin per sine of the path asked for, of what is missing of it
+    T pitch_gain, pitch_damping;                // rad of fin per sine of pitch, s
+    T fin_max;                                  // rad
 };
 
 /// Means over the last whole beat: direction that the head faces, rate of turn, roll.
@@ -69,11 +69,11 @@ struct BeatMean {
 
 /// Take in one tick; at the end of a beat, or after a second without one, the mean is made anew.
 template <class T>
-void look(BeatMean<T>& beat, const Estimate<T>& at, bool ended, int most) {
+void update(BeatMean<T>& beat, const Estimate<T>& at, bool ended, int limit) {
     const T now[4] = {at.facing.x, at.facing.y, at.rate.z, at.tilt};
     for (int k = 0; k < 4; ++k) beat.sum[k] += now[k];
     ++beat.ticks;
-    if (!ended && beat.ticks < most) return;
+    if (!ended && beat.ticks < limit) return;
     for (int k = 0; k < 4; ++k) beat.mean[k] = beat.sum[k] / T(beat.ticks), beat.sum[k] = T(0);
     beat.ticks = 0;
 }
@@ -142,14 +142,14 @@ T bias_for(const Steering<T>& model, SteeringState<T>& state, const Course<T>& w
     const T cosine = (mean[0] * wanted.x + mean[1] * wanted.y) / flat;
     // Twice the tangent of half the angle: the angle as long as it is small, and it never wraps.
     const T error = cosine > T(0) ? T(2) * sine / (T(1) + cosine) : sine < T(0) ? T(-2) : T(2);
-    const T rate = clamp(model.heading_rate * error, -model.turn_most, model.turn_most);
-    const T full = model.curvature * max(speed, model.speed_least);
+    const T rate = clamp(model.heading_rate * error, -model.turn_max, model.turn_max);
+    const T full = model.curvature * max(speed, model.speed_min);
     const T asked = (rate + state.turn_sum + model.rate_gain * (rate - mean[2])) / full;
     const T given = clamp(asked, T(-1), T(1));
     // The sum grows only where the tail still answers, and only for what is left near the course.
     if (asked == given && abs(error) < T(0.5))
         state.turn_sum = clamp(state.turn_sum + model.period * model.heading_integral * model.heading_rate * error,
-                               -model.turn_most, model.turn_most);
+                               -model.turn_max, model.turn_max);
     return -given;
 }
 
@@ -159,11 +159,11 @@ template <class T>
 T climb_for(const Steering<T>& model, SteeringState<T>& state, const Estimate<T>& at, T depth) {
     const T error = at.depth - depth;
     const T sight = error / sqrt(error * error + model.depth_lookahead * model.depth_lookahead);
-    const T most = model.climb_most * clamp(T(2) - T(2) * abs(at.facing.z) / model.pitch_most, T(0), T(1));
-    const T asked = sight + state.climb_sum, given = clamp(asked, -most, most);
-    if (asked == given && model.speed_least < at.speed)
+    const T limit = model.climb_max * clamp(T(2) - T(2) * abs(at.facing.z) / model.pitch_max, T(0), T(1));
+    const T asked = sight + state.climb_sum, given = clamp(asked, -limit, limit);
+    if (asked == given && model.speed_min < at.speed)
         state.climb_sum =
-            clamp(state.climb_sum + model.period * model.depth_integral * sight, -model.climb_most, model.climb_most);
+            clamp(state.climb_sum + model.period * model.depth_integral * sight, -model.climb_max, model.climb_max);
     return given;
 }
 
@@ -171,10 +171,10 @@ T climb_for(const Steering<T>& model, SteeringState<T>& state, const Estimate<T>
 /// path that they are told by, and the pitch that they damp.
 template <class T>
 T fins_for(const Steering<T>& model, const Estimate<T>& at, T climb) {
-    const T path = clamp(-at.sink / max(at.speed, model.speed_least), T(-1), T(1));
+    const T path = clamp(-at.sink / max(at.speed, model.speed_min), T(-1), T(1));
     const T asked = model.climb_lead * climb + model.climb_gain * (climb - path) - model.pitch_gain * at.facing.z -
                     model.pitch_damping * at.rate.y;
-    return clamp(asked, -model.fin_most, model.fin_most);
+    return clamp(asked, -model.fin_max, model.fin_max);
 }
 
 /// The beat of a speed, turned by a part of the tail bias. What bends one way swings less.
@@ -183,7 +183,7 @@ void beat_into(const Steering<T>& model, Command<T>& command, T speed, T bias) {
     const Beating<T> beat = beating(model.table, model.joints, speed);
     command.frequency = beat.frequency;
     for (int j = 0; j < model.joints; ++j) {
-        command.bias[j] = bias * model.bias_most[j];
+        command.bias[j] = bias * model.bias_max[j];
         command.amplitude[j] = max(T(0), min(beat.amplitude[j], model.reach[j] - abs(command.bias[j])));
         command.phase[j] = beat.phase[j];
     }

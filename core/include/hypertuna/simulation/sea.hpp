@@ -5,8 +5,6 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-inline constexpr double gravity = 9.81;  // m/s^2
-
 template <class S>
 struct Sea {
     S density;        // kg/m^3

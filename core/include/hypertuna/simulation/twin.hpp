@@ -5,8 +5,8 @@
 #pragma once
 
 #include "hypertuna/actuation/battery.hpp"
-#include "hypertuna/simulation/plant.hpp"
 #include "hypertuna/pilot/readings.hpp"
+#include "hypertuna/simulation/plant.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
@@ -93,7 +93,7 @@ Readings<S> true_readings(const Twin<Tail<S, Law, D>>& twin, const TwinState<S, 
     out.rate[2] = xi.z;
     out.acceleration[0] = rate.x - xi.z * xi.y - com * xi.z * xi.z;
     out.acceleration[1] = rate.y + xi.z * xi.x + com * rate.z;
-    out.acceleration[2] = S(base_t<S>(9.81));
+    out.acceleration[2] = S(base_t<S>(gravity));
     return out;
 }
 

@@ -146,7 +146,7 @@ def _range(robot: Robot, run: TwinRun) -> Finding:
         return Finding("range/battery", TWIN, None, "the twin does not swim")
     result = range_of(robot, power=run.power, speed=run.speed)
     note = (
-        f"unoptimised-max on {result.energy / 3600:.1f} Wh, of which {result.given / 3600:.1f} Wh reach the servos: "
+        f"unoptimised-max on {result.energy / 3600:.1f} Wh, {result.delivered / 3600:.1f} Wh of them at the servos: "
         f"{result.endurance / 3600:.2g} h at {run.power:.3g} W and {run.speed:.3g} m/s"
     )
     return Finding("range/battery", TWIN, result.range / 1e3, note)
