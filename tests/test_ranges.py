@@ -1,0 +1,67 @@
+"""Ranges: what they accept, and the sentence of what they refuse."""
+
+import math
+from typing import Any
+
+import pytest
+
+from hypertuna.description.robot import load, require
+from hypertuna.errors import InputError
+from hypertuna.ranges import (
+    FINITE,
+    FRACTION,
+    NOT_NEGATIVE,
+    POSITIVE,
+    POSITIVE_WHOLE,
+    WHOLE,
+    Range,
+    Whole,
+    check_name,
+)
+
+REFUSED = [
+    (FINITE, math.nan, "must be a finite number, but is nan"),
+    (FINITE, "1", "must be a finite number, but is '1'"),
+    (FINITE, True, "must be a finite number, but is true"),
+    (POSITIVE, 0, "must be greater than 0, but is 0"),
+    (NOT_NEGATIVE, -0.5, "must not be negative, but is -0.5"),
+    (FRACTION, 1.5, "must be from 0 to 1, but is 1.5"),
+    (Range(min=0, below=0.5), 0.5, "must be at least 0 and less than 0.5, but is 0.5"),
+    (WHOLE, 5.0, "must be a whole number, but is 5.0"),
+    (WHOLE, True, "must be a whole number, but is true"),
+    (POSITIVE_WHOLE, 0, "must be at least 1, but is 0"),
+    (Whole(min=1, max=1024), 2000, "must be from 1 to 1024, but is 2000"),
+]
+
+
+@pytest.mark.parametrize(("limits", "value", "sentence"), REFUSED)
+def test_values_out_of_range_are_refused(limits: Any, value: object, sentence: str) -> None:
+    with pytest.raises(InputError) as caught:
+        limits.check(value, "key", "fix")
+    assert str(caught.value) == f"key {sentence}: fix."
+
+
+def test_values_in_range_are_returned_as_numbers() -> None:
+    assert POSITIVE.check(2, "key") == 2.0
+    assert isinstance(POSITIVE.check(2, "key"), float)
+    assert Whole(min=1, max=3).check(3, "key") == 3
+
+
+def test_unknown_names_get_the_nearest() -> None:
+    assert check_name("ned", ("ned", "enu"), "frame", "frame") == "ned"
+    with pytest.raises(InputError, match=r"^frame must be a known frame, but is 'nad': did you mean ned\?$"):
+        check_name("nad", ("ned", "enu"), "frame", "frame")
+
+
+@pytest.mark.parametrize(
+    ("key", "fix"),
+    [
+        ("pump", r"add the table \[pump\]"),
+        ("joints.I.line", r"add the table \[joints\.line\]"),
+        ("servos[1].voltage_v", "give the voltage of torque and speed in V"),
+    ],
+)
+def test_a_missing_value_is_named_with_its_fix_from_the_schema(key: str, fix: str) -> None:
+    assert require(1.0, key) == 1.0
+    with pytest.raises(InputError, match=rf"^robots/rexeel\.toml: .* is missing: {fix}\.$"):
+        require(None, key, load("rexeel"))
