@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from oracles.planar import Chain, Joints, Lumped, Real, Strip, strip_of
+from oracles.planar import Chain, Joints, Lumped, Real, Strip, elongated_of, strip_of
 
 DENSITY = 1000.0
 
@@ -48,12 +48,7 @@ class Case:
         return shared | {"added_mass_edge": 2.0 * self.strip["tail_shedding"]}
 
     def elongated_water(self) -> Strip:
-        """The same as strips: nothing along the body, strip theory's moment of inertia, an edge that sheds at once."""
-        given = self.elongated
-        edge = given.pop("added_mass_edge") / given["added_mass_normal"][-1]
-        along = {"added_mass_tangential": 0.0 * self.lateral_area, "added_inertia": 1.0 + 0.0 * self.lateral_area}
-        water = strip_of(self.chain, self.density, self.lateral_area, self.wetted_area, **given, **along)
-        return replace(water, tail_shedding=edge, onset=0.05)
+        return elongated_of(self.chain, self.density, self.lateral_area, self.wetted_area, **self.elongated)
 
     def without_drag(self) -> Case:
         """Only the added mass of the strip law left."""

@@ -11,7 +11,7 @@ unit vectors), which gives the 3 x 3 matrix and the bias of the equations of mot
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,6 +103,14 @@ def strip_of(
         cross_flow=cross_flow,
         tail_shedding=tail_shedding,
     )
+
+
+def elongated_of(chain: Chain, density: float, lateral_area: Real, wetted_area: Real, **given: Real | float) -> Strip:
+    """Elongated-body theory (``[water.elongated]``) as strips: none along, a slender moment, an edge that sheds."""
+    edge = given.pop("added_mass_edge") / np.asarray(given["added_mass_normal"])[-1]
+    along = {"added_mass_tangential": np.zeros_like(lateral_area), "added_inertia": np.ones_like(lateral_area)}
+    water = strip_of(chain, density, lateral_area, wetted_area, **given, **along)
+    return replace(water, tail_shedding=edge, onset=0.05)
 
 
 Water = Lumped | Strip

@@ -178,5 +178,5 @@ def test_a_settled_beat_closes(every_model: ht.Robot, data: st.DataObject) -> No
         "v": every_model.body.length * frequency,
         "r": frequency,
     }.items():
-        # the status promises 1e-7 of the way of a beat, and the change over a beat is less than that
+        # the status promises 1e-7 of the distance traveled in a beat, and the change over a beat is less than that
         assert abs(float(motion[name][-1] - motion[name][0])) < 2e-7 * size

@@ -21,7 +21,7 @@ from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.trajectory import body_points
 from models import MODELS, changed, fastest, later, turning
 from oracles import beats
-from oracles.planar import Chain, Lumped, Water, strip_of
+from oracles.planar import Chain, Lumped, Water, elongated_of, strip_of
 
 Array = NDArray[np.float64]
 
@@ -36,12 +36,11 @@ def oracle(robot: ht.Robot) -> tuple[Chain, Water]:
     links, water = robot.links, robot.water
     chain = Chain(*(np.array(getattr(links, name)) for name in ("length", "com", "mass", "inertia")))
     lateral, wetted = np.array(links.lateral_area), np.array(links.wetted_area)
-    if robot.model.water == "strip":
-        assert water.strip is not None
-        columns = {
-            name: np.array(value) if isinstance(value, tuple) else value for name, value in dict(water.strip).items()
-        }
-        return chain, strip_of(chain, water.density, lateral, wetted, **columns)
+    if robot.model.water != "lumped":
+        table = dict(getattr(water, robot.model.water))
+        columns = {name: np.array(value) if isinstance(value, tuple) else value for name, value in table.items()}
+        law = {"strip": strip_of, "elongated": elongated_of}[robot.model.water]
+        return chain, law(chain, water.density, lateral, wetted, **columns)
     assert water.lumped is not None
     friction, drag = (wetted, lateral) if robot.model.areas == "consistent" else (lateral, wetted)
     columns = {name: np.array(value) for name, value in dict(water.lumped).items()}
@@ -109,7 +108,9 @@ def test_a_settled_gait_says_so(tuna: ht.Robot) -> None:
     assert swim.settled
     assert swim.change < 1e-8
     assert abs(swim.multipliers[0]) == swim.spectral_radius < 1
-    expected = rf"The gait is settled: every beat .* shrinks to {swim.spectral_radius:.3g} of itself each beat\."
+    expected = (
+        rf"The gait is settled: consecutive beats agree .* shrinks to {swim.spectral_radius:.3g} of itself each beat\."
+    )
     assert re.fullmatch(expected, swim.status_text)
 
 
