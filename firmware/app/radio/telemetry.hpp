@@ -1,7 +1,8 @@
 /// Telemetry: the messages that the robot sends by itself, and which of them is next.
 ///
-/// Each message has an interval. Where the radio cannot carry all of them, every interval grows by the same factor: the
-/// message that is late by the largest fraction of its interval goes first.
+/// Each message has an interval: at boot that of the table, then what MAV_CMD_SET_MESSAGE_INTERVAL asks (commands.hpp).
+/// Where the radio cannot carry all of them, every interval grows by the same factor: the message that is late by the
+/// largest fraction of its interval goes first.
 #pragma once
 
 #include <concepts>

@@ -1,6 +1,7 @@
 """Actuator: bend of a soft joint under pressure.
 
-The equations are in core muscle.hpp, joint.hpp and joint_table.hpp; docs/actuator.md derives them.
+The angle at a pressure balances the moments: `balance` of core joint.hpp, with the pull of muscle.hpp. The twin uses the
+tables of joint_table.hpp. docs/actuator.md derives the equations.
 """
 
 from __future__ import annotations

@@ -67,7 +67,8 @@ struct Channel {
     }
 };
 
-/// Every sensor. The order is that of channel numbers, noise streams, calibration, logs and messages: add at the end.
+/// Every sensor. The order is that of channel numbers, noise streams, calibration, logs and messages: add at the end,
+/// for the pilot. One for the controller stands before depth and changes the noise of every run (`stream_of`).
 #define HYPERTUNA_MEMBER(field) [](auto& r) -> auto& { return r.field; }
 inline constexpr std::tuple channel_table{
     Channel{"bend", "bend", "bend_read", "rad", "by the bend sensor",  //

@@ -1,6 +1,7 @@
 """What every table of a file is made of: frozen parts, ranges of numbers, conversion of units, common checks.
 
-Keys of a file carry the unit (``length_m``); attributes are in SI units and radians and carry none.
+An unknown key is refused (`Part`); `validation` writes the sentence. Keys of a file carry the unit (``length_m``);
+attributes are in SI units and radians and carry none.
 """
 
 import math
