@@ -36,7 +36,8 @@ $(VENV)/.tools: pyproject.toml
 $(VENV)/.wheel: $(VENV)/.tools $(SOURCES)
 	@echo "make: hypertuna as a wheel" >&2
 	@rm -f $(VENV)/.installed
-	@$(filter-out --no-compile,$(PIP)) --no-build-isolation --config-settings=build-dir='build/{wheel_tag}' . >&2
+	@$(filter-out --no-compile,$(PIP)) --no-build-isolation --config-settings=build-dir='build/{wheel_tag}' \
+	  --config-settings=cmake.define.HYPERTUNA_LOCAL=ON . >&2
 	@touch $@
 
 $(VENV)/.installed: $(VENV)/.tools
