@@ -1,7 +1,7 @@
 """Actuator: bend of a soft joint under pressure.
 
-The angle at a pressure balances the moments: `balance` of core joint.hpp, with the pull of muscle.hpp. The twin uses the
-tables of joint_table.hpp. docs/actuator.md derives the equations.
+The angle at a pressure balances the moments: `balance` of core joint.hpp, with the pull of muscle.hpp. The twin uses
+the tables of joint_table.hpp. docs/actuator.md derives the equations.
 """
 
 from __future__ import annotations

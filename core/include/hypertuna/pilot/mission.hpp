@@ -5,7 +5,8 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// m east and north, m down, m/s through the water, m within which it counts as reached (or passed: guidance.hpp, follow_legs).
+/// m east and north, m down, m/s through the water, m within which it counts as reached (or passed: guidance.hpp,
+/// follow_legs).
 template <class T>
 struct Waypoint {
     T x, y, depth, speed, radius;

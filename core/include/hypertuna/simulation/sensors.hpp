@@ -114,7 +114,8 @@ T failed(const SensorModel<T>& model, FaultKind kind, T reading, T held, std::ui
     }
 }
 
-/// One reading of one channel: the truth with nonlinearity, offset, walk and noise, clamped and rounded, then its fault.
+/// One reading of one channel: the truth with nonlinearity, offset, walk and noise, clamped and rounded, then its
+/// fault.
 template <class T>
 T read_channel(const Sensors<T>& sensors, SensorsState<T>& state, const SensorModel<T>& model, int channel, T truth,
                FaultKind fault) {

@@ -1,8 +1,8 @@
 /// Twin in space: what its sensors read of the world, and the pilot that steers it.
 #pragma once
 
-#include "hypertuna/simulation/body6.hpp"
 #include "hypertuna/pilot/pilot.hpp"
+#include "hypertuna/simulation/body6.hpp"
 #include "hypertuna/simulation/twin.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
