@@ -70,12 +70,16 @@ def lake_table() -> str:
     assert told is not None, "run validation/missions/lake.py"
     values = published()["values"]
     rows = [
-        ("way over ground, within 30 min [m]", f"{values['lake/distance']['value']:g}", f"{told['distance_m']:.0f}"),
+        (
+            "distance over ground, within 30 min [m]",
+            f"{values['lake/distance']['value']:g}",
+            f"{told['distance_m']:.0f}",
+        ),
         ("energy of the servos [Wh]", f"{values['lake/energy']['value']:g}", f"{told['servo_energy_wh']:.2f}"),
         ("energy of the battery [Wh]", "", f"{told['battery_energy_wh']:.2f}"),
         ("time for the whole course [min]", "", f"{told['whole']['duration_s'] / 60:.1f}"),
-        ("farthest from where it believed to be [m]", "", f"{told['whole']['position_off_max_m']:.1f}"),
-        ("least distance to the fence [m]", "", f"{told['whole']['fence_margin_min_m']:.1f}"),
+        ("max error of the estimated position [m]", "", f"{told['whole']['position_off_max_m']:.1f}"),
+        ("min distance to the fence [m]", "", f"{told['whole']['fence_margin_min_m']:.1f}"),
     ]
     lines = ["| | published | twin at sea |", "| --- | ---: | ---: |"]
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
@@ -86,7 +90,7 @@ def seeds_table() -> str:
     text = (ROOT / "validation" / "missions" / "lake-seeds.csv").read_text()
     flights = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
     done = sum(flight["status"] == "done" for flight in flights)
-    lines = [f"| {len(flights)} seeds, {done} done | least | mean | largest |", "| --- | ---: | ---: | ---: |"]
+    lines = [f"| {len(flights)} seeds, {done} done | min | mean | max |", "| --- | ---: | ---: | ---: |"]
     for name, (meaning, scale) in OVER_SEEDS.items():
         values = np.array([float(flight[name]) for flight in flights]) / scale
         lines.append(f"| {meaning} | {values.min():.3g} | {values.mean():.3g} | {values.max():.3g} |")
@@ -95,11 +99,11 @@ def seeds_table() -> str:
 
 OVER_SEEDS = {
     "duration_s": ("time [min]", 60),
-    "distance_m": ("way over ground [m]", 1),
+    "distance_m": ("distance over ground [m]", 1),
     "energy_wh": ("energy of the battery [Wh]", 1),
-    "depth_max_m": ("greatest depth [m]", 1),
-    "position_off_max_m": ("farthest from where it believed to be [m]", 1),
-    "fence_margin_min_m": ("least distance to the fence [m]", 1),
+    "depth_max_m": ("max depth [m]", 1),
+    "position_off_max_m": ("max error of the estimated position [m]", 1),
+    "fence_margin_min_m": ("min distance to the fence [m]", 1),
     "goal_distance_m": ("from home at the end [m]", 1),
 }
 

@@ -379,13 +379,13 @@ BAD: dict[str, tuple[Callable[[ht.Robot], object], str]] = {
     "side": (lambda fish: bend(fish, "I", PRESSURE, side="lefd"), "must be left or right, but is 'lefd': did you mean"),
     "law": (
         lambda fish: bend(fish, "I", PRESSURE, law="printed"),
-        "must be a law that exists.*did you mean as_printed",
+        "must be a known law.*did you mean as_printed",
     ),
-    "set": (lambda fish: bend(fish, "I", PRESSURE, material="sheet"), "must be a set that exists.*datasheet"),
+    "set": (lambda fish: bend(fish, "I", PRESSURE, material="sheet"), "must be a known material set.*datasheet"),
     "word": (lambda fish: bend(fish, "I", ["a"]), r"pressure must be a list of finite numbers, but is \['a'\]"),
     "truth": (lambda fish: bend(fish, True, PRESSURE), "joint True is not a joint of the robot: use one of I, II"),
     "float": (lambda fish: joint_tables(fish, points=5.0), "points must be a whole number, but is 5.0: omit it"),
-    "even": (lambda fish: joint_tables(fish, points=64), "must be odd, and 3 at least"),
+    "even": (lambda fish: joint_tables(fish, points=64), "must be odd and at least 3"),
     "rigid": (
         lambda _: bend(ht.load("rexeel"), 0, PRESSURE),
         r"drive_unit is missing: add the table \[drive_unit\]",

@@ -43,7 +43,7 @@ def test_the_terminal_says_what_is_known_and_what_stays_free(run: Run) -> None:
     assert "hypertuna, joints I and II: 2 rows" in output
     assert "The bench determines 2 of 5 combinations of the unknowns, 3 stay free." in output
     assert output.count("free") >= 4
-    assert "What one more measurement would narrow, the most informative first:" in output
+    assert "Additional measurements, the most informative first:" in output
     assert "outer diameter of the hose, by caliper" in output
 
 
@@ -79,7 +79,7 @@ def test_it_draws_and_writes_a_robot(run: Run, tmp_path: Path) -> None:
         (("--free", "leaver"), "free leaver must be an unknown of this bench and robot"),
         (("--bounds", "lever"), "--bounds must be NAME=LOW:HIGH, but is lever"),
         (("--bounds", "lever=a:b"), "--bounds lever must be a number, but is 'a': give it in mm"),
-        (("--bounds", "lever[I]=1:2"), "bounds lever[I] must hold the described value, 12.38 mm, but is 1 to 2 mm"),
+        (("--bounds", "lever[I]=1:2"), "bounds lever[I] must include the described value, 12.38 mm, but is 1 to 2 mm"),
         (("--loss", "l2"), "loss must be a known loss"),
         (("--starts", "some"), "--starts must be a whole number"),
         (("-o", "robot.csv"), "--output must end in .toml"),

@@ -287,7 +287,7 @@ def test_bad_input_is_one_sentence(run: Run, arguments: tuple[str, ...], sentenc
 
 
 BAD_OPTIONS = {
-    "material": (("--material", "rubber"), "must be a set that exists, but is 'rubber'"),
+    "material": (("--material", "rubber"), "must be a known material set, but is 'rubber'"),
     "law": (("--law", "hooke"), "but is 'hooke': use one of linear, neo_hookean, mooney_rivlin; linear is Hooke's."),
     "mesh": (("--mesh", "tiny"), "mesh must be a known mesh, but is 'tiny': use one of coarse, medium, fine"),
     "poisson": (("--poisson", "0.5"), "poisson must be at least 0 and less than 0.5, but is 0.5"),

@@ -90,7 +90,7 @@ def test_files_of_a_log(run: Run, file: str, record: MissionRecord, tmp_path: Pa
     assert json.loads(run("log", "to-gpx", file, "-o", track, "--json")[1])["written"] == track
     assert len(read_gpx(track)) == 2
     assert run("log", "plot", file, "-o", plot)[0] == 0
-    assert "believed" in Path(plot).read_text()
+    assert "estimated" in Path(plot).read_text()
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_the_plan_shows_where_it_was_and_believed_to_be(record: MissionRecord, w
     plan, depth, energy = plot_mission(record, width=width).axes
     lines = {line.get_label(): line for line in plan.lines}
     np.testing.assert_allclose(lines["true"].get_xydata(), record.path[:, :2])
-    assert np.hypot(*(lines["believed"].get_xydata()[-1] - lines["true"].get_xydata()[-1])) > 0.5
+    assert np.hypot(*(lines["estimated"].get_xydata()[-1] - lines["true"].get_xydata()[-1])) > 0.5
     assert len(plan.patches) == 1 + 4  # fence, waypoints
     assert plan.get_aspect() == 1
     assert depth.yaxis_inverted()
@@ -137,7 +137,7 @@ def test_the_plan_shows_where_it_was_and_believed_to_be(record: MissionRecord, w
 
 def test_a_bare_record_has_a_figure() -> None:
     plan, depth = plot_mission(voyage(5, bare=True)).axes  # no energy is known: no panel of it
-    assert "believed" not in {line.get_label() for line in plan.lines}
+    assert "estimated" not in {line.get_label() for line in plan.lines}
     assert not depth.patches
 
 

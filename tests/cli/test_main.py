@@ -259,7 +259,7 @@ def test_negative_noise_and_folders_of_angles(run: Run, tmp_path: Path) -> None:
     assert errors.startswith("error: --noise must not be negative, but is -1 degrees: ")
     code, _, errors = run("replay", str(tmp_path), *rest)
     assert code == 2
-    assert errors.startswith("error: --columns does not go with a manifest or a folder: ")
+    assert errors.startswith("error: --columns cannot be combined with a manifest or a folder: ")
     code, _, errors = run("replay", str(tmp_path), *rest[:2])
     assert code == 2
     assert errors.startswith(f"error: {tmp_path} holds no known published files: ")

@@ -84,7 +84,7 @@ def test_impossible_limits_are_exit_code_1(run: Run) -> None:
     assert code == 1
     assert told["gait"] is None
     assert told["speed_m_s"] is None
-    assert "No gait was found that keeps all limits" in told["stop"]
+    assert "No gait was found that satisfies all limits" in told["stop"]
     code, output, _ = run(*SMALL, "--maximize", "speed", "--min-speed", "3")
     assert code == 1
     assert "No gait was found" in output
@@ -163,7 +163,7 @@ def test_experiment_from_first_gait_to_the_best(run: Run, state: str, tmp_path: 
 
     code, output, _ = run("optimize", "tell", "--state", state, filled(batch, ["0.1", "0.4", "0.2", "0.3"]))
     assert code == 0
-    assert "4 told; none of this batch to come" in output
+    assert "4 recorded; none of this batch remaining" in output
     assert output.count("batch-2-gait-") == 4
 
     values = [part for speed in ("0.2", "0.1", "0.3,1.5", "0.2") for part in ("--value", speed)]
@@ -187,7 +187,7 @@ def test_experiment_told_in_parts_asks_for_the_rest(run: Run, state: str, tmp_pa
     assert [gait["run"] for gait in rest["gaits"]] == ["batch-1-gait-03", "batch-1-gait-04"]
     code, _, errors = run("optimize", "tell", "--state", state, str(batch))
     assert code == 2
-    assert "line 2 must be a gait that was asked for and not measured yet" in errors
+    assert "line 2 must be a gait of the current batch that is not measured yet" in errors
     run("optimize", "tell", "--state", state, "--value", "0.2", "--value", "0.3")
     parts = run("optimize", "ask", "--state", state, "--json")[1]
 
@@ -233,18 +233,18 @@ def test_gaits_that_were_not_asked_for_are_refused(run: Run, state: str, tmp_pat
     batch.write_text("\n".join([*text[:3], ",".join([cells[0], f"{float(cells[1]) + 0.1}", *cells[2:]]), text[4]]))
     code, _, errors = run("optimize", "tell", "--state", state, path)
     assert code == 2
-    assert "line 4 must be a gait that was asked for" in errors
+    assert "line 4 must be a gait of the current batch" in errors
     batch.write_text("\n".join([*text, text[1].replace("gait-01", "again")]))
     code, _, errors = run("optimize", "tell", "--state", state, path)
     assert code == 2
-    assert "line 6 must be a gait that was asked for and not measured yet" in errors
+    assert "line 6 must be a gait of the current batch that is not measured yet" in errors
 
 
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
         (("ask",), "does not exist"),
-        (("ask", *TANK[:4], "--method", "gradient"), "must do without derivatives, which a tank does not give"),
+        (("ask", *TANK[:4], "--method", "gradient"), "must not need derivatives, which a tank cannot measure"),
         (("ask", *TANK[:2], "--maximize", "efficiency"), "efficiency must be measured in the tank"),
         (("ask", *TANK[:2]), "must be one of maximize, minimize and speed"),
         (("tell", "--value", "0.1"), "does not exist"),
@@ -268,14 +268,14 @@ def test_another_search_in_the_same_file_is_refused(run: Run, state: str) -> Non
     assert "was started with seed = 1, but now it is 2" in errors
     code, _, errors = run("optimize", "ask", "--state", state, "--seed", "2")
     assert code == 2
-    assert "--seed must come with --robot: without it, the search in the state file goes on as it was begun" in errors
+    assert "--seed needs --robot: without it, the search in the state file continues with its own options" in errors
     for arguments in ((), ("--value", "0.1", "file.csv")):
         code, _, errors = run("optimize", "tell", "--state", state, *arguments)
         assert code == 2
-        assert "must be told either in a CSV file or with --value" in errors
+        assert "must be given either in a CSV file or with --value" in errors
     code, _, errors = run("optimize", "tell", "--state", state, *("--value", "0.1") * 5)
     assert code == 2
-    assert "--value must be given 4 times at most" in errors
+    assert "--value must be given at most 4 times" in errors
 
 
 def test_states_that_were_tampered_with_are_told(run: Run, state: str) -> None:
@@ -292,7 +292,7 @@ def test_states_that_were_tampered_with_are_told(run: Run, state: str) -> None:
     for changes in ({"told": 3}, {"told": []}, {"told": [3] * 4}, {"asked": None}):
         Path(state).write_text(json.dumps(header) + "\n" + json.dumps(record | changes) + "\n")
         code, _, errors = run("optimize", "ask", "--state", state)
-        assert (code, ":2 holds gaits that this search does not ask for" in errors) == (2, True), errors
+        assert (code, ":2 holds gaits that are not in this search" in errors) == (2, True), errors
 
 
 def test_cost_of_transport_that_the_goal_needs_must_be_told(run: Run, state: str) -> None:

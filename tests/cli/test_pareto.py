@@ -70,7 +70,7 @@ def test_no_gait_is_exit_code_1(run: Run) -> None:
     options = ("pareto", "--robot", "hypertuna", "--population", "4", "--generations", "2", "--min-speed", "9")
     code, output, _ = run(*options)
     assert code == 1
-    assert "No gait kept all limits" in output
+    assert "No gait satisfied all limits" in output
     code, output, _ = run(*options, "--json")
     assert code == 1
     assert json.loads(output)["front"] == []

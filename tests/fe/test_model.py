@@ -258,7 +258,7 @@ def test_a_pressure_that_is_not_reached_is_told_and_the_rest_kept() -> None:
         (FeOptions(mesh="medum"), "mesh must be a known mesh, but is 'medum': did you mean"),
         (FeOptions(law="ogden"), "law must be a known law, but is 'ogden'"),
         (FeOptions(poisson=0.5), "poisson must be at least 0 and less than 0.5, but is 0.5"),
-        (FeOptions(material="steel"), "material must be a set that exists"),
+        (FeOptions(material="steel"), "material must be a known material set"),
     ],
 )
 def test_options_that_do_not_exist(options: FeOptions, says: str) -> None:

@@ -114,7 +114,7 @@ def test_boots_are_told_apart(tmp_path: Path) -> None:
     [
         (b"", "must be a black box"),
         (b"nothing of the kind" * 100, "must be a black box"),
-        (tick(0), "must be a black box: it has no head"),
+        (tick(0), "must be a black box: it has no header"),
         (head(), "must have complete records"),
         (head(layout=0x1234) + tick(0), rf"must have the layout {_core.RECORD_LAYOUT:08x}, but is 00001234"),
     ],

@@ -72,8 +72,8 @@ def test_a_time_offset_for_each_recording(tuna: ht.Robot) -> None:
         (["gait.frequency"], "belongs to the gait, which the trials give"),
         (["water.density[0]"], "has one value only"),
         (["time_offset"], "needs recordings of joint angles, and the trials have none"),
-        (["water.drag", "water.drag[2]"], "water.lumped.drag[2] must be free once"),
-        ([], "free must name one coefficient at least"),
+        (["water.drag", "water.drag[2]"], "water.lumped.drag[2] must be listed only once"),
+        ([], "free must name at least one coefficient"),
     ],
 )
 def test_names_that_cannot_be_free(tuna: ht.Robot, names: list[str], sentence: str) -> None:

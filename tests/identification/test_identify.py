@@ -259,7 +259,7 @@ def test_bad_options(tuna: ht.Robot, options: dict[str, object], sentence: str) 
 
 
 def test_trials_that_cannot_be_fitted(tuna: ht.Robot) -> None:
-    with pytest.raises(ht.InputError, match="trials must have one run at least"):
+    with pytest.raises(ht.InputError, match="trials must have at least one run"):
         identify(tuna, Trials(), ["water.drag"])
     with pytest.raises(ht.InputError, match="needs measured costs of transport, and the trials have none"):
         identify(tuna, steady(tuna, FEW[:3], cost=False), ["cost_factor"])

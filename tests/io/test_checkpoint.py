@@ -103,7 +103,7 @@ def test_another_course_is_no_answer(tmp_path: Path) -> None:
         journal.answer([1.0], lambda: [2.0])
     with (
         Journal(tmp_path / "run.jsonl", HEADER) as journal,
-        pytest.raises(InputError, match=r"run.jsonl:2 answers another question"),
+        pytest.raises(InputError, match=r"run.jsonl:2 belongs to a different run"),
     ):
         journal.answer([1.5], lambda: [2.0])
 
@@ -112,7 +112,7 @@ def test_a_record_without_an_answer_is_no_record(tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     with Journal(path, HEADER) as journal:
         journal.append({"asked": [1.0]})
-    with Journal(path, HEADER) as journal, pytest.raises(InputError, match=r"run.jsonl:2 answers another question"):
+    with Journal(path, HEADER) as journal, pytest.raises(InputError, match=r"run.jsonl:2 belongs to a different run"):
         journal.answer([1.0], lambda: [2.0])
 
 

@@ -193,7 +193,7 @@ def test_the_command_flies_and_writes(run: Run, path: Path, flight: Flight, tmp_
     np.testing.assert_allclose(read.record.energy, flight.record.energy, rtol=1e-12)
     assert read.record.mission == flight.record.mission
     assert len(read_gpx(track)) == 2
-    assert "believed" in Path(plot).read_text()
+    assert "estimated" in Path(plot).read_text()
     code, output, _ = run("mission", str(path))
     assert f"{one.distance:.4g}" in output
     assert "The mission is done" in output
@@ -227,7 +227,9 @@ def test_more_speed_than_the_gaits_have_is_told(path: Path, run: Run, tmp_path: 
     hasty = tmp_path / "hasty.toml"
     hasty.write_text(re.sub(r"speed_m_s = .*", "speed_m_s = 2.5", path.read_text()))
     told, usual = (json.loads(run("mission", str(p), "--duration", "2", "--json")[1]) for p in (hasty, path))
-    found = re.search(r" It asked for 2.5 m/s; the fastest gait swims (0\.\d+)\.$", told["status_text"])
+    found = re.search(
+        r" The mission commands 2.5 m/s, but the fastest gait reaches (0\.\d+) m/s\.$", told["status_text"]
+    )
     assert found
     assert told["expected_s"] == pytest.approx(usual["expected_s"] * 0.4 / float(found[1]), rel=5e-3)
     assert "asked" not in usual["status_text"]
@@ -256,7 +258,7 @@ def test_a_killed_command_goes_on(path: Path, run: Run, tmp_path: Path, flight: 
     [
         (("--seeds", "5"), "--seeds must be FROM:TO, but is '5': write, for example, 0:100"),
         (("--seeds", "5:2"), "--seeds must be two numbers, the first less than the second"),
-        (("--seeds", "0:2", "--plot", "a.svg"), "--plot is of one flight: leave it out with --seeds"),
+        (("--seeds", "0:2", "--plot", "a.svg"), "--plot applies to a single flight: leave it out with --seeds"),
         (("--seeds", "0:2", "-o", "a.mcap"), "--output must end in .csv"),
         (("-o", "a.csv"), "--output must end in .mcap"),
         (("--seed", "-1"), "seed must not be negative"),

@@ -60,7 +60,7 @@ def test_the_structure_is_that_of_gpx_1_1() -> None:
     check(root)
     assert text.startswith('<?xml version="1.0" encoding="UTF-8"?>\n<gpx ')
     assert len(root.findall(f"{{{SPACE}}}wpt")) == 4
-    assert [node.findtext(f"{{{SPACE}}}name") for node in root.iter(f"{{{SPACE}}}trk")] == ["box", "box, believed"]
+    assert [node.findtext(f"{{{SPACE}}}name") for node in root.iter(f"{{{SPACE}}}trk")] == ["box", "box, estimated"]
 
 
 def test_the_track_comes_back(tmp_path: Path) -> None:

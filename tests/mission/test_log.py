@@ -92,7 +92,7 @@ def vars_of(record: MissionRecord) -> dict[str, object]:
 
 def test_a_mission_becomes_a_table_and_back(record: MissionRecord) -> None:
     assert mission_from(json.loads(json.dumps(mission_table(record.mission)))) == record.mission
-    with pytest.raises(ht.InputError, match="must be a mission as hypertuna writes it"):
+    with pytest.raises(ht.InputError, match="must be a mission in hypertuna's format"):
         mission_from({"waypoints": [[1, 2]]})
 
 
@@ -296,7 +296,7 @@ def test_other_files_are_told(tmp_path: Path) -> None:
     context = foxglove.Context()
     with foxglove.open_mcap(tmp_path / "other.mcap", context=context):
         foxglove.Channel("/x", context=context).log({"a": 1})
-    with pytest.raises(ht.InputError, match=r"other.mcap must be a log of hypertuna: it has no such head"):
+    with pytest.raises(ht.InputError, match=r"other.mcap must be a hypertuna log: it lacks the header"):
         read_log(tmp_path / "other.mcap")
     with pytest.raises(ht.InputError, match="must be a writable file"):
         LogWriter(tmp_path / "nowhere" / "a.mcap")
@@ -338,7 +338,7 @@ def test_bad_records_are_told(change: dict[str, object], sentence: str) -> None:
     data = {name: values for name, values in {**short.data, **change}.items() if values is not None}
     with pytest.raises(ht.InputError, match=sentence):
         MissionRecord("a", "b", short.mission, short.time, data, short.joints, short.circuits)
-    with pytest.raises(ht.InputError, match="must be finite times that increase"):
+    with pytest.raises(ht.InputError, match="must be at least one finite time, in increasing order"):
         MissionRecord("a", "b", short.mission, short.time[::-1], short.data, short.joints, short.circuits)
 
 

@@ -88,7 +88,7 @@ def test_equal_bounds_fix_a_value(tuna: ht.Robot) -> None:
         ({"amplitude_I": (-1, 1)}, "bounds of amplitude_I must not be negative"),
         ({"amplitude_I": (0, 200)}, "must stay within 180 deg"),
         ({"phase": (0, math.inf)}, "must be finite"),
-        ({"frequency": (1, 1), "amplitude": (5, 5), "phase": (0, 0)}, "must leave a value of the gait free"),
+        ({"frequency": (1, 1), "amplitude": (5, 5), "phase": (0, 0)}, "must leave at least one gait parameter free"),
     ],
 )
 def test_bounds_that_cannot_be_used_are_refused(

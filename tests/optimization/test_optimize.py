@@ -155,7 +155,7 @@ def test_impossible_limits_are_reported_and_nothing_is_returned(tuna: ht.Robot, 
     assert best.gait is None
     assert best.swim is None
     assert np.isnan(best.speed)
-    assert "No gait was found that keeps all limits: the nearest one violates speed by" in best.stop
+    assert "No gait was found that satisfies all limits: the nearest one violates speed by" in best.stop
     assert not np.isfinite(best.history).any()
 
 
@@ -241,18 +241,21 @@ def test_a_gait_that_does_not_settle_is_not_returned(tuna: ht.Robot) -> None:
     [
         ({}, "objective must be one of maximize, minimize and speed, but is none"),
         ({"maximize": "speed", "speed": 0.4}, "but is maximize and speed"),
-        ({"maximize": "speed", "weight": 0.1}, "weight goes with an expected speed only"),
+        ({"maximize": "speed", "weight": 0.1}, "weight applies only to an expected speed"),
         ({"maximize": "speeed"}, "did you mean speed"),
         ({"maximize": "speed", "method": "cmaes"}, "method must be a method, but is 'cmaes': did you mean cma"),
         ({"maximize": "speed", "particles": 1}, "particles must be from 2 to 10000, but is 1"),
         (
             {"maximize": "speed", "method": "cma", "bounds": {"frequency": (2, 2), "amplitude": (9, 9)}},
-            "one free value of the gait, but is 'cma', which varies at least two: take pso, gradient or de",
+            "one free gait parameter, but is 'cma', which varies at least two: use pso, gradient or de",
         ),
         ({"maximize": "speed", "iterations": 0}, "iterations must be from 1 to 10000, but is 0"),
         ({"maximize": "speed", "seed": -1}, "seed must be from 0"),
         ({"maximize": "speed", "steps": 30}, "steps must be a multiple of 4"),
-        ({"maximize": "efficiency", "method": "gradient"}, "without derivatives, which efficiency does not have"),
+        (
+            {"maximize": "efficiency", "method": "gradient"},
+            "must not need derivatives, which are not available for efficiency",
+        ),
     ],
 )
 def test_arguments_that_cannot_be_used_are_refused(tuna: ht.Robot, arguments: dict[str, Any], sentence: str) -> None:

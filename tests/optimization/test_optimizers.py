@@ -169,11 +169,11 @@ def test_same_seed_same_points_and_other_seed_others(make: Make) -> None:
 def test_points_are_told_in_the_order_asked(make: Make) -> None:
     toy = Toy()
     optimizer = make(1, toy)
-    with pytest.raises(InputError, match="must be the points last asked for"):
+    with pytest.raises(InputError, match="must be the last points that ask returned"):
         optimizer.tell(toy.evaluate(LOWER[np.newaxis]))
     asked = optimizer.ask()
     for wrong in (asked[::-1], asked[:-1], asked + 1e-9):
-        with pytest.raises(InputError, match="must be the points last asked for"):
+        with pytest.raises(InputError, match="must be the last points that ask returned"):
             optimizer.tell(toy.evaluate(wrong))
     optimizer.tell(toy.evaluate(asked))
     assert optimizer.evaluations == len(asked)

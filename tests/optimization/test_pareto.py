@@ -273,7 +273,7 @@ def test_objectives_without_derivatives_say_so(tuna: ht.Robot) -> None:
 def test_no_gait_keeps_impossible_limits(tuna: ht.Robot) -> None:
     front = pareto(tuna, population=4, generations=2, min_speed=50.0)
     assert len(front.x) == 0
-    assert front.stop.endswith("No gait kept all limits.")
+    assert front.stop.endswith("No gait satisfied all limits.")
     assert front.hypervolume == 0.0
 
 

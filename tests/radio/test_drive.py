@@ -73,7 +73,7 @@ def test_a_gamepad_that_goes_away_stops(tmp_path: Path) -> None:
         assert pad.events() == []
     os.close(reading)
     assert moved(Stick(ahead=1), ("gone", 1.0)) == Stick(order="stop")
-    assert said == ["the gamepad is gone: drive by keys, or start anew"]
+    assert said == ["the gamepad is disconnected: drive by keys, or restart the command"]
     for path in (tmp_path / "none", tmp_path):
         with pytest.raises(InputError, match="--gamepad must be a joystick device"):
             Pad(str(path), said)
@@ -185,7 +185,7 @@ def test_parameters_and_logs_by_the_command(tmp_path: Path) -> None:
     done = subprocess.run(
         [*PROGRAM, "link", "params", "--connect", f"udp:{free_port()}"], capture_output=True, text=True
     )
-    assert (done.returncode, done.stderr[:42]) == (2, "error: --connect must be heard within 10 s")
+    assert (done.returncode, done.stderr[:51]) == (2, "error: --connect must receive a message within 10 s")
 
 
 def test_a_servo_and_a_sensor_live() -> None:
@@ -211,11 +211,11 @@ def test_a_servo_and_a_sensor_live() -> None:
 def test_what_a_live_calibration_needs_is_told_before_it_connects(run: Run) -> None:
     place = ("--connect", f"udp:{free_port()}")
     for options, told in (
-        (("--sensor", "bend_0", "--at=0", *place), "--at must name two references at least, but is 0"),
-        (("--sensor", "bend_0", *place), "--at must name two references at least, but is missing"),
+        (("--sensor", "bend_0", "--at=0", *place), "--at must name at least two references, but is 0"),
+        (("--sensor", "bend_0", *place), "--at must name at least two references, but is missing"),
         (("--sensor", "servo_2", "--at=0,1", *place), "--at must be one angle of a servo"),
         (("--sensor", "bond_0", "--at=0,1", *place), "sensor must name a sensor or a servo"),
-        (("--sensor", "bend_0", "--at=0,1"), "--connect must say where the robot is"),
+        (("--sensor", "bend_0", "--at=0,1"), "--connect must name the connection to the robot"),
         ((), "--csv must be given, or --sensor"),
     ):
         code, _, errors = run("link", "calibrate", *options)

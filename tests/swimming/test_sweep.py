@@ -181,7 +181,7 @@ def test_gaits_too_slow_to_wait_for_are_right_too(name: str) -> None:
 
 def test_bad_input_is_told_in_a_sentence(tuna: ht.Robot) -> None:
     with pytest.raises(
-        ht.InputError, match="^gaits must hold one gait at least, but is empty: give the gaits to swim.$"
+        ht.InputError, match="^gaits must hold at least one gait, but is empty: give the gaits to swim.$"
     ):
         ht.sweep(tuna, [])
     unlike = [ht.Gait(1.0, (0.1,), (0.0,)), ht.Gait(1.0, (0.1, 0.1), (0.0, 0.0))]
@@ -202,9 +202,9 @@ def test_bad_input_is_told_in_a_sentence(tuna: ht.Robot) -> None:
 @pytest.mark.parametrize(
     ("axes", "sentence"),
     [
-        ({"frequency": []}, "frequency must have one value at least, but is empty: give a range or a list."),
+        ({"frequency": []}, "frequency must have at least one value, but is empty: give a range or a list."),
         ({"frequency": [1.0, 0.0]}, "frequency must be greater than 0, but is 0: give it in Hz."),
-        ({"amplitude": []}, "amplitude must have one value at least, but is empty: give a range or a list."),
+        ({"amplitude": []}, "amplitude must have at least one value, but is empty: give a range or a list."),
         (
             {"amplitude": [(0.1, 0.1), (0.1, -0.1)]},
             "amplitude[1] must not be negative, but is -0.1: add half a turn to its phase instead.",

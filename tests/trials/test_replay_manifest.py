@@ -133,14 +133,14 @@ def test_options_that_a_manifest_decides_are_refused(tmp_path):
     ):
         error = run(TANK / "tank.toml", *option).exception
         assert (
-            str(error)
-            == f"{option[0]} does not go with a manifest or a folder: leave it out, or give a CSV file of joint angles."
+            str(error) == f"{option[0]} cannot be combined with a manifest or a folder: "
+            "leave it out, or give a CSV file of joint angles."
         )
     error = run(TANK / "angles.csv").exception
     assert str(error).startswith("--columns must be given with a CSV file")
     steady = tmp_path / "steady.toml"
     steady.write_text(f'format = 1\nsteady = ["{TANK}/tank.csv"]')
-    assert "must hold a recording at least" in str(run(steady).exception)
+    assert "must hold at least one recording" in str(run(steady).exception)
 
 
 def test_a_recording_that_diverges_is_reported_and_the_others_are_compared(tmp_path):

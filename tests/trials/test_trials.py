@@ -107,7 +107,7 @@ def test_names_of_joint_groups_win_over_their_numbers(tmp_path, tuna):
             "line 3, phase_II_deg must be a finite number, but is inf: give one angle per joint group.",
         ),
         ("6,16,25,40,nan", "line 3, speed_m_s must be a finite number, but is nan: leave it out if it is unknown."),
-        ("6,16,25,40,", "line 3, speed_m_s must be given, or cost_of_transport: a run has one of the two at least."),
+        ("6,16,25,40,", "line 3, speed_m_s must be given, or cost_of_transport: give at least one of the two."),
         (
             "6,16,25,40",
             "line 3 must have 5 cells, like the line of names, but is 4 long: complete the line or remove",
@@ -177,7 +177,10 @@ def test_many_bad_rows_are_reported_together(tmp_path, tuna):
             "line 1, amplitude_Y_deg is not a known column: in KIND_GROUP_deg, GROUP is a joint group of hypertuna by "
             "name or number (I, II): did you mean amplitude_I_deg?",
         ),
-        ([f"{HEAD},phase_2_deg", "6,16,25,40,1,40"], "line 1, phase_2_deg must stand once, but is phase_II_deg, too"),
+        (
+            [f"{HEAD},phase_2_deg", "6,16,25,40,1,40"],
+            "line 1, phase_2_deg must appear only once, but is phase_II_deg, too",
+        ),
         (["frequency_hz,amplitude_I_deg,amplitude_II_deg,speed_m_s", "6,16,25,1"], "phase_II_deg must be a column"),
         (["amplitude_I_deg,amplitude_II_deg,phase_II_deg,speed_m_s", "16,25,0,1"], "frequency_hz must be a column"),
         (
@@ -201,7 +204,7 @@ def test_what_is_no_text_file_is_reported(tmp_path, tuna):
     assert "nowhere.csv must be a file, but is missing" in told(read_trials, tmp_path / "nowhere.csv", tuna)
     assert "nowhere.toml must be a file, but is missing" in told(read_trials, tmp_path / "nowhere.toml", tuna)
     assert "data.xls must be a CSV file of steady runs, a TOML manifest" in told(read_trials, "data.xls", tuna)
-    assert "trials must name one file at least" in told(read_trials, [], tuna)
+    assert "trials must name at least one file" in told(read_trials, [], tuna)
 
 
 CELLS = st.sampled_from(
@@ -339,7 +342,7 @@ def with_recording(**changes):
         ),
         (
             with_recording(time_offset_s=9.0, window_s=None),
-            "recordings[0]: run a must have two frames at least, the second",
+            "recordings[0]: run a must have at least two frames, the second",
         ),
         (with_recording(time_offset_s="1"), "recordings[0].time_offset_s must be a number, but is '1': give the time"),
         (with_recording(repeats=0), "recordings[0].repeats must be greater than 0, but is 0: give the number of swims"),

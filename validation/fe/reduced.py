@@ -1,6 +1,6 @@
 """Twin with joints of finite elements: reduces the joints of a robot, and swims it with analytic and reduced ones.
 
-Run: python validation/fe/reduced.py [ROBOT] [--mesh MESH] [--keep FOLDER], half an hour a joint on the mesh coarse;
+Run: python validation/fe/reduced.py [ROBOT] [--mesh MESH] [--keep FOLDER], half an hour per joint on the mesh coarse;
 points in FOLDER are not solved again. Stores the tables of docs/fe.md in reduced-ROBOT.json beside this file, and
 writes FOLDER/ROBOT-reduced.toml.
 """

@@ -171,7 +171,7 @@ def bend(
 ) -> Bend:
     """Bend a joint in air by the pressure of one side, from rest.
 
-    By the segments of ``[joints.actuator]``, whatever table ``[joints.reduced]`` gives the twin.
+    Computed from the segments of ``[joints.actuator]``, even if the twin uses a table ``[joints.reduced]``.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def bend(
     rising = check_pressure(pressure)
     active = check_side(side)
     if law not in LAWS:
-        raise InputError("must be a law that exists", key="law", value=shown(law), fix=did_you_mean(law, LAWS))
+        raise InputError("must be a known law", key="law", value=shown(law), fix=did_you_mean(law, LAWS))
     chosen = material or drive_unit(robot).material_set
     model = soft_joint(robot, joint, chosen, friction=friction).with_law(**LAWS[law])
     path = np.concatenate([rising, rising[::-1]]) if unload else rising

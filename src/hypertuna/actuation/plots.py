@@ -70,7 +70,7 @@ AXES = (
 
 @styled
 def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
-    """Plot the bend that remains, and below it the corner of the line or the power, one column for each joint.
+    """Plot the bend reached, and below it the corner of the line or the power, one column for each joint.
 
     Along bore, frequency or temperature, the first that varies; a line for each value of the others. Open marks are at
     the pressure limit. The corner does not depend on the frequency: along that, power is below.
@@ -108,7 +108,7 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
         _finish(panels[0, column], panels[1, column], mine, along[2], same)
     for axes in panels[0]:
         axes.set_ylim(*np.degrees(max(size.command for size in sizes)) * np.array([-0.03, 1.08]))
-    panels[0, 0].set_ylabel("bend that is left [deg]")
+    panels[0, 0].set_ylabel("bend reached [deg]")
     panels[1, 0].set_ylabel("power of both servos [W]" if powers else "corner of the line [Hz]")
     if powers:
         panels[1, 0].set_ylim(0, None)

@@ -170,7 +170,7 @@ def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], tuple[f
             percent = 0.01 if "%" in names[strain] or "percent" in names[strain] else 1.0
             return k, (strain, stress), (percent, PASCALS[unit[1]]), kind == "true"
     rule = "must have a row of names with Engineering Strain and Engineering Stress (MPa)"
-    raise InputError(rule, file=file, fix="add it above the numbers; True Strain and True Stress do as well")
+    raise InputError(rule, file=file, fix="add it above the numbers; True Strain and True Stress are accepted, too")
 
 
 def _number(text: str, place: str) -> float:

@@ -1,4 +1,4 @@
-"""Pump sizing: loads and limits of servos, cylinders and lines in a beat, and the bend that remains."""
+"""Pump sizing: loads and limits of servos, cylinders and lines in a beat, and the bend reached."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Size:
     ring_damping: float  # damping ratio of that resonance
     drop: float  # Pa, largest pressure drop along the line if the joint follows the command, by laminar flow
     reynolds: float  # largest Reynolds number of that flow
-    amplitude: float  # rad, first harmonic of the bend that remains, in air and without mass
+    amplitude: float  # rad, first harmonic of the bend reached, in air and without mass
     lag: float  # rad, behind the command
     command_fraction: float  # of the command that the servos get, less than 1 at the pressure limit
     pressure_max: float  # Pa, of the cylinders

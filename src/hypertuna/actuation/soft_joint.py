@@ -88,7 +88,7 @@ def mooney(robot: Robot, material: str, material_set: str | None = None) -> Moon
     name = material_set or drive_unit(robot).material_set
     if name not in MATERIAL_SETS:
         fix = did_you_mean(name, MATERIAL_SETS)
-        raise InputError("must be a set that exists", key="material", value=shown(name), fix=fix)
+        raise InputError("must be a known material set", key="material", value=shown(name), fix=fix)
     if material not in robot.materials:
         fix = did_you_mean(material, robot.materials)
         raise InputError("is not a material of [materials]", file=robot.file or None, key=material, fix=fix)
@@ -162,7 +162,7 @@ def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257
     """
     points = WHOLE.check(points, "points", "omit it for 257")
     if points < 3 or points % 2 == 0:
-        raise InputError("must be odd, and 3 at least", key="points", value=str(points), fix="omit it for 257")
+        raise InputError("must be odd and at least 3", key="points", value=str(points), fix="omit it for 257")
     unit = drive_unit(robot)
     hose, matrix = robot.materials[unit.hose], robot.materials[unit.matrix]
     joints = tuple((group.name, group.drive_units, group.actuator, group.reduced) for group in robot.joints)

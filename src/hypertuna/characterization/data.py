@@ -84,7 +84,7 @@ def read_bench(paths: str | Path | Sequence[str | Path], robot: Robot) -> Bench:
     """Read bench runs from CSV files and logs of the radio; docs/bench.md lists the columns."""
     files = [paths] if isinstance(paths, (str, Path)) else list(paths)
     if not files:
-        raise InputError("must name one file at least", key="bench", fix="give a CSV file of pressures and angles")
+        raise InputError("must name at least one file", key="bench", fix="give a CSV file of pressures and angles")
     rows = [row for path in files for row in _read(path, robot)]
     loops: dict[tuple[int, int, float], list[int]] = {}
     tops: dict[tuple[str, str, int, int], float] = {}
@@ -119,7 +119,9 @@ def _read(path: str | Path, robot: Robot) -> list[_Row]:
             fix = did_you_mean(column, [name for name in COLUMNS if name not in head])
             raise InputError("is not a known column", file=file, key=f"line {line}, {column}", fix=fix)
         if column in head[:k]:
-            raise InputError("must stand once", file=file, key=f"line {line}, {column}", fix="remove one of the two")
+            raise InputError(
+                "must appear only once", file=file, key=f"line {line}, {column}", fix="remove one of the two"
+            )
     for column in REQUIRED:
         if column not in head:
             fix = f"add it; columns are {', '.join(COLUMNS)}"
@@ -149,7 +151,7 @@ def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> _Row:
         rule = f"must be at most {MAX_PRESSURE / 1e3:g}"
         raise InputError(rule, key="pressure_kpa", value=cells["pressure_kpa"], fix=fix)
     if abs(angle) > MAX_ANGLE:
-        raise InputError("must be 180 at most", key="angle_deg", value=cells["angle_deg"], fix="give it in deg")
+        raise InputError("must be at most 180", key="angle_deg", value=cells["angle_deg"], fix="give it in deg")
     if sd <= 0:
         fix = "give the standard deviation of the angle, or leave the cell empty"
         raise InputError("must be greater than 0", key="angle_sd_deg", value=cells["angle_sd_deg"], fix=fix)

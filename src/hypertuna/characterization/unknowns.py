@@ -180,10 +180,12 @@ def _named(known: Sequence[Unknown], names: Sequence[str]) -> list[Unknown]:
     for name in names:
         matching = _matching(known, name)
         if any(one in chosen for one in matching):
-            raise InputError("must be free once", key=f"free {name}", value="named twice", fix="remove it from one")
+            raise InputError(
+                "must be listed only once", key=f"free {name}", value="named twice", fix="remove it from one"
+            )
         chosen += matching
     if not chosen:
-        raise InputError("must name one unknown at least", key="free", fix="leave it out for all")
+        raise InputError("must name at least one unknown", key="free", fix="leave it out for all")
     return chosen
 
 
@@ -219,7 +221,7 @@ def _check_bounds(robot: Robot, one: Unknown, low: float, high: float, key: str)
     elif not 0 < low < high < math.inf:
         rule, fix = "must be a lower bound above 0, then a higher upper bound", "give LOW:HIGH"
     elif not low <= one.described <= high:
-        rule = f"must hold the described value, {one.described * factor:.6g}{unit}"
+        rule = f"must include the described value, {one.described * factor:.6g}{unit}"
         fix = f"give wider bounds{' in' * bool(unit)}{unit}"
     elif high >= limit:
         rule, fix = f"must end below {limit * factor:.4g}{unit}", "give a lower upper bound"

@@ -125,7 +125,7 @@ def fit_command(
     output: opt.RobotOutput = None,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Identify the unknowns of an actuator from pressures and bends of a bench, and name those that stay free.
+    """Identify the unknowns of an actuator from bench pressures and bends, and report those that remain undetermined.
 
     Exit code 1 means that the search did not converge.
     """
@@ -243,7 +243,7 @@ def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Any]:
     spectrum = (f"{d.singular_value:.2g}" if d.singular_value > 1e-3 else "0" for d in fit.directions)
     yield f"singular values, bench over bounds: {', '.join(spectrum)}"
     if more:
-        yield "What one more measurement would narrow, the most informative first:", "bold"
+        yield "Additional measurements, the most informative first:", "bold"
     for one in more[:MEASUREMENTS]:
         yield _measurement_line(one)
     for warning in fit.warnings:

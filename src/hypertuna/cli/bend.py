@@ -42,7 +42,9 @@ def bend_command(
     joint: opt.Joint,
     pressure: opt.Pressures = PRESSURES,
     side: opt.Side = "left",
-    unload: Annotated[bool, typer.Option("--unload", help="Unload too: the other branch of the hysteresis.")] = False,
+    unload: Annotated[
+        bool, typer.Option("--unload", help="Unload as well, for the other branch of the hysteresis loop.")
+    ] = False,
     material: Annotated[
         str | None,
         opt.text("--material", f"{', '.join(MATERIAL_SETS)}, or all of them and their spread. (default: the robot's)"),

@@ -27,9 +27,10 @@ def dive_command(
     phase: opt.Phase = None,
     bias: opt.Bias = None,
     fins: Annotated[
-        float, opt.number("--fins", "degrees", "Angle of the pectoral fins in degrees: down by it, then up.")
+        float,
+        opt.number("--fins", "degrees", "Angle of the pectoral fins in degrees: this far down, then this far up."),
     ] = 45,
-    duration: Annotated[float, opt.number("--duration", "seconds", "Duration of both halves together in s.")] = 30,
+    duration: Annotated[float, opt.number("--duration", "seconds", "Total duration of both halves in s.")] = 30,
     depth: Annotated[float, opt.number("--depth", "m", "Depth at the start in m.")] = 2,
     seed: opt.Seed = 0,
     plot: opt.Plot = None,
@@ -38,7 +39,7 @@ def dive_command(
 ) -> None:
     """Dive with the pectoral fins down for half of the time, then rise with them up.
 
-    The exit code is 0 if fins down take the robot down and fins up take it up, 1 if not, 2 for bad input.
+    The exit code is 0 if the robot descends with fins down and rises with fins up, 1 if not, 2 for bad input.
     """
     fish = load(robot)
     beat = one_gait(fish, gait, frequency, amplitude, phase, bias)

@@ -195,7 +195,7 @@ class Pad:
             content = b""
         if not content:
             self.close()
-            self._said.append("the gamepad is gone: drive by keys, or start anew")
+            self._said.append("the gamepad is disconnected: drive by keys, or restart the command")
             return [("gone", 1.0)]
         content = self._rest + content
         whole = len(content) - len(content) % EVENT.size

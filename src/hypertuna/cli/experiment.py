@@ -24,7 +24,7 @@ from hypertuna.trials.steady import COLUMNS, SteadyRun, read_steady
 
 __all__ = ["ask_command", "tell_command"]
 
-State = Annotated[str, opt.text("--state", "File that keeps the search; made by the first ask.", "FILE")]
+State = Annotated[str, opt.text("--state", "File that stores the search; created by the first ask.", "FILE")]
 MEASURED = (COLUMNS["speed"], COLUMNS["cost_of_transport"])
 
 
@@ -52,7 +52,7 @@ def ask_command(
     """Print the next gaits for the tank; after the last batch, why the search stopped and the best gait.
 
     The first call defines the search; later ones need --state alone. Asking again gives the same gaits until all of
-    them are measured. The exit code is 1 if the search has stopped without a gait that keeps all limits.
+    them are measured. The exit code is 1 if the search has stopped without a gait that satisfies all limits.
     """
     if robot is None:
         _check_later(context)
@@ -85,7 +85,7 @@ def _check_later(context: typer.Context) -> None:
     """Check that a later call does not define the search again: it would be ignored."""
     for name in set(context.params) - {"state", "output", "as_json"}:
         if str(context.get_parameter_source(name)).endswith("COMMANDLINE"):
-            rule = "must come with --robot: without it, the search in the state file goes on as it was begun"
+            rule = "needs --robot: without it, the search in the state file continues with its own options"
             fix = "leave it out, or give --robot as well"
             raise InputError(rule, key=f"--{name.replace('_', '-')}", value="given alone", fix=fix)
 
@@ -97,19 +97,22 @@ def tell_command(
     ] = None,
     value: Annotated[
         list[str] | None,
-        opt.text("--value", "Speed in m/s, or SPEED,COST_OF_TRANSPORT, of one gait after the other as asked."),
+        opt.text(
+            "--value",
+            "Speed in m/s, or SPEED,COST_OF_TRANSPORT, of one gait; repeat it for each gait in the order of the batch.",
+        ),
     ] = None,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Enter how gaits of the batch swam: all of them, or some now and the others later."""
+    """Enter the measured speeds of the batch's gaits: all of them, or some now and the others later."""
     with TankSearch(state) as experiment:
         if (results is None) == (not value):
-            rule = "must be told either in a CSV file or with --value"
-            raise InputError(rule, key="results", value="told in both" if value else "told in neither")
+            rule = "must be given either in a CSV file or with --value"
+            raise InputError(rule, key="results", value="given in both" if value else "given in neither")
         runs = _runs_of(value or [], experiment) if results is None else read_steady(results, experiment.robot)
         left = experiment.tell(runs)
         if not as_json:
-            print_lines([f"{len(runs)} told; {left or 'none'} of this batch to come."])
+            print_lines([f"{len(runs)} recorded; {left or 'none'} of this batch remaining."])
         if as_json or left == 0:
             _print_state(experiment, as_json)
 
@@ -120,7 +123,7 @@ def _runs_of(texts: list[str], experiment: TankSearch) -> list[SteadyRun]:
     if not asked:
         raise InputError("has stopped", key="the search", fix="see `hypertuna optimize ask`")
     if len(texts) > len(asked):
-        rule = f"must be given {len(asked)} times at most, once for each gait that is asked for"
+        rule = f"must be given at most {len(asked)} times, once for each gait of the batch"
         raise InputError(rule, key="--value", value=f"given {len(texts)} times", fix="see `hypertuna optimize ask`")
     runs = []
     for k, (entry, (name, gait)) in enumerate(zip(texts, asked.items(), strict=False)):
@@ -152,7 +155,7 @@ def _lines(experiment: TankSearch) -> Iterator[Any]:
     if experiment.stop is not None:
         yield experiment.stop, "green" if best else "bold red"
         if best is None:
-            yield "No measured gait keeps all limits and swims forward.", "bold red"
+            yield "No measured gait satisfies all limits and swims forward.", "bold red"
     if best is not None:
         gait = ", ".join(f"{name} {x:.4g}" for name, x in zip(columns, _row(best[0]), strict=True) if x)
         measured = (f"{key} {value:.4g}" for key, value in _measured(best[1]).items() if np.isfinite(value))

@@ -42,7 +42,8 @@ def fil_command(
     radio: Annotated[
         int | None,
         opt.whole_number(
-            "--radio", "Port of 127.0.0.1 for MAVLink: a pc speaks to it by UDP, qemu listens there for TCP."
+            "--radio",
+            "Port of 127.0.0.1 for MAVLink: the board pc sends UDP to it, the board qemu listens on it for TCP.",
         ),
     ] = None,
     air: Annotated[
@@ -53,7 +54,7 @@ def fil_command(
             "as rate=4800,loss=0.3. (default: a cable)",
         ),
     ] = None,
-    real_time: Annotated[bool, typer.Option("--real-time", help="Run no faster than the clock.")] = False,
+    real_time: Annotated[bool, typer.Option("--real-time", help="Run no faster than real time.")] = False,
     black_box: Annotated[
         str | None,
         opt.file("--black-box", help="Write the black box of the board to this .bin file.", suffixes=(".bin",)),

@@ -18,7 +18,7 @@ from hypertuna.io.files import write_atomically
 
 __all__ = ["firmware_app"]
 
-firmware_app = opt.group("Firmware: its parameters from a robot's description, its faults.")
+firmware_app = opt.group("Firmware: parameters from a robot's description, list of faults.")
 
 
 @firmware_app.command()
@@ -50,7 +50,7 @@ def params(
     if check is None:
         return
     if Path(check).read_text() != header(parameters):
-        fix = f"write it anew with hypertuna firmware params --robot {robot} -o {check}"
+        fix = f"write it again with hypertuna firmware params --robot {robot} -o {check}"
         typer.echo(f"{check} differs: {fix}", err=True)
         raise typer.Exit(1)
     if not as_json:

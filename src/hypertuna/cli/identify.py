@@ -79,22 +79,27 @@ def identify_command(
     ] = None,
     joints: opt.JointLaw = None,
     areas: opt.Areas = None,
-    validate: Annotated[float, opt.number("--validate", "parts of 1", "Part of the runs kept for validation.")] = 0.2,
+    validate: Annotated[
+        float, opt.number("--validate", "parts of 1", "Fraction of the runs held out for validation.")
+    ] = 0.2,
     seed: opt.Seed = 0,
     loss: opt.Loss = "soft_l1",
     starts: opt.Starts = 4,
     bounds: Annotated[
         list[Any] | None,
         opt.option(
-            ("--bounds",), "Bounds of a coefficient; repeatable. (default: Table III's)", "NAME=LOW:HIGH", _bound
+            ("--bounds",), "Bounds of a coefficient; repeatable. (default: those of Table III)", "NAME=LOW:HIGH", _bound
         ),
     ] = None,
     log: Annotated[list[str] | None, opt.text("--log", "Coefficient to fit in log scale; repeatable.", "NAME")] = None,
     start: Annotated[
-        list[Any] | None, opt.option(("--start",), "Value of the first start; repeatable.", "NAME=VALUE", _start)
+        list[Any] | None,
+        opt.option(
+            ("--start",), "Initial value of a coefficient in the first search; repeatable.", "NAME=VALUE", _start
+        ),
     ] = None,
     samples: Annotated[
-        int | None, opt.whole_number("--posterior", "Sample the posterior with this many steps of each walker.")
+        int | None, opt.whole_number("--posterior", "Sample the posterior (MCMC) with this many steps per walker.")
     ] = None,
     threads: opt.Threads = None,
     checkpoint: opt.Checkpoint = None,

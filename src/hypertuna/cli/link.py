@@ -33,7 +33,7 @@ link_app = opt.group("A robot over the radio; needs the extra radio, and log for
 
 PLACES = "udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600."
 Connect = Annotated[str, opt.text("--connect", PLACES, "PLACE")]
-Key = Annotated[str | None, opt.text("--key", "File of 32 bytes to sign with.", "FILE")]
+Key = Annotated[str | None, opt.text("--key", "File with the 32-byte key that signs messages.", "FILE")]
 FLUSH = 2.0  # s of a log that a crash may cost
 SAMPLING = 2.0  # s of readings that one reference is taken over
 
@@ -87,7 +87,7 @@ def params_command(
 @link_app.command("log")
 def log_command(
     place: Connect,
-    output: Annotated[str, opt.file("-o", "--output", help="Log to write, .mcap.", suffixes=(".mcap",))],
+    output: Annotated[str, opt.file("-o", "--output", help="Write the log to this .mcap file.", suffixes=(".mcap",))],
     duration: Annotated[float | None, opt.number("--duration", "s", "Duration in s. (default: until Ctrl-C)")] = None,
     key: Key = None,
     as_json: opt.AsJson = False,
@@ -136,7 +136,9 @@ def _record_all(robot: Client, log: RadioLogWriter, end: float, report: Callable
 @link_app.command("mission")
 def mission_command(
     place: Connect,
-    mission: Annotated[str, typer.Argument(metavar="MISSION", help="Mission file, or name of one that comes along.")],
+    mission: Annotated[
+        str, typer.Argument(metavar="MISSION", help="Mission file, or name of a mission that comes with hypertuna.")
+    ],
     key: Key = None,
     as_json: opt.AsJson = False,
 ) -> None:
@@ -153,7 +155,9 @@ def mission_command(
 
 @link_app.command("calibrate")
 def calibrate_command(
-    csv: Annotated[str | None, opt.text("--csv", "Rows of sensor, counts, reference.", "FILE")] = None,
+    csv: Annotated[
+        str | None, opt.text("--csv", "CSV file with the columns sensor, counts and reference.", "FILE")
+    ] = None,
     sensor: Annotated[str | None, opt.text("--sensor", "Live: bend_0, pressure_3, current_1, servo_5.")] = None,
     reference: Annotated[
         Sequence[float] | None,
@@ -163,7 +167,9 @@ def calibrate_command(
             "Live: references such as -20,0,20 in deg, kPa or A; a servo's neutral angle.",
         ),
     ] = None,
-    place: Annotated[str | None, opt.text("--connect", "Robot that stores the calibration, and is read live.")] = None,
+    place: Annotated[
+        str | None, opt.text("--connect", "Connection to the robot that stores the calibration and is read live.")
+    ] = None,
     key: Key = None,
     as_json: opt.AsJson = False,
 ) -> None:
@@ -171,7 +177,9 @@ def calibrate_command(
     if (csv is None) == (sensor is None):
         raise InputError("must be given, or --sensor, and not both", key="--csv", fix="give one of them")
     if sensor is not None and place is None:
-        raise InputError("must say where the robot is", key="--connect", value="missing", fix="--sensor reads live")
+        raise InputError(
+            "must name the connection to the robot", key="--connect", value="missing", fix="--sensor reads live"
+        )
     if csv is not None:
         calibrations = _from_file(csv, place, key)
     elif sensor is not None and place is not None:
@@ -240,7 +248,7 @@ def _references(kind: str, values: Sequence[float] | None) -> list[float]:
         raise InputError("must be one angle of a servo", key="--at", value=given, fix="write it as --at=2")
     if kind != "servo" and len(set(references)) < 2:
         fix = f"give them in {unit}: --at=-20,0,20"
-        raise InputError("must name two references at least", key="--at", value=given, fix=fix)
+        raise InputError("must name at least two references", key="--at", value=given, fix=fix)
     return references
 
 

@@ -81,7 +81,7 @@ def black_box_command(
     output: Annotated[str, _output(".mcap")],
     robot: opt.RobotName = "hypertuna",
     mission: Annotated[
-        str | None, opt.text("--mission", "Mission that it swam, or its file: its waypoints and origin.")
+        str | None, opt.text("--mission", "Mission that the robot swam, by name or file, for its waypoints and origin.")
     ] = None,
     boot: Annotated[
         int | None, opt.whole_number("--boot", "Number of the boot, counted from 1. (default: the last)")

@@ -52,7 +52,7 @@ COMMANDS = {
         "Characterize an actuator: silicone from a tensile test, unknowns from a bench.",
     ),
     "fe": ("fe.app:fe_app", "The soft joints by finite elements; needs the extra fe."),
-    "firmware": ("firmware:firmware_app", "Firmware: its parameters from a robot's description, its faults."),
+    "firmware": ("firmware:firmware_app", "Firmware: parameters from a robot's description, list of faults."),
     "pump": (
         "pump:pump_command",
         "Size the pump: torque, speed and stroke of its servos, drop and bandwidth of the lines.",

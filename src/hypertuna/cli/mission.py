@@ -51,16 +51,27 @@ def _seeds(text: str, key: str) -> range:
 
 def mission_command(
     mission: Annotated[
-        str, typer.Argument(metavar="FILE.toml", help=f"A mission, or one that comes along: {', '.join(missions())}.")
+        str,
+        typer.Argument(
+            metavar="FILE.toml",
+            help=f"Mission file, or name of a mission that comes with hypertuna: {', '.join(missions())}.",
+        ),
     ],
-    robot: Annotated[str | None, opt.text("--robot", "Robot to send. (default: the file's)")] = None,
+    robot: Annotated[
+        str | None, opt.text("--robot", "Robot that swims the mission. (default: that of the mission file)")
+    ] = None,
     seed: Annotated[
         int | None,
-        opt.whole_number("--seed", "Seed of noise and of what the file randomizes; 0 randomizes nothing. (default: 0)"),
+        opt.whole_number(
+            "--seed",
+            "Seed of the sensors' noise and of the randomized conditions; 0 turns the latter off. (default: 0)",
+        ),
     ] = None,
     seeds: Annotated[
         Sequence[int] | None,
-        opt.option(("--seeds",), "Fly many seeds, FROM:TO without the last, such as 0:100.", "FROM:TO", _seeds),
+        opt.option(
+            ("--seeds",), "Fly one mission for each seed from FROM to TO - 1, such as 0:100.", "FROM:TO", _seeds
+        ),
     ] = None,
     threads: opt.Threads = None,
     fault: Annotated[
@@ -71,7 +82,7 @@ def mission_command(
     ] = None,
     duration: Annotated[
         float | None,
-        opt.number("--duration", "seconds", "Give up after this many s. (default: 10 min after the expected end)"),
+        opt.number("--duration", "seconds", "Time limit in s. (default: 10 min after the expected end)"),
     ] = None,
     checkpoint: opt.Checkpoint = None,
     plot: opt.Plot = None,
@@ -98,7 +109,9 @@ def mission_command(
     if seeds is not None:
         for key, value in {"--plot": plot, "--gpx": gpx, "--seed": seed}.items():
             if value:
-                raise InputError("is of one flight", key=key, fix="leave it out with --seeds, or leave --seeds out")
+                raise InputError(
+                    "applies to a single flight", key=key, fix="leave it out with --seeds, or leave --seeds out"
+                )
         options = {"threads": threads, "faults": fault or [], "duration": duration, "checkpoint": checkpoint}
         _fly_many(mission_file, fish, seeds, options, output, as_json)
         return
@@ -169,7 +182,11 @@ def _sentence(flight: Flight) -> str:
     """Describe the end of a flight, and whether the mission asks for more speed than the gaits have."""
     one, mission, fastest = outcome(flight), flight.record.mission, _max_speed(flight)
     asked = max([point.speed for point in mission.waypoints] + [mission.home_speed] * (not mission.stay))
-    beyond = f" It asked for {asked:.3g} m/s; the fastest gait swims {fastest:.3g}." if fastest < asked else ""
+    beyond = (
+        f" The mission commands {asked:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
+        if fastest < asked
+        else ""
+    )
     endings = ENDINGS | {"home": f"The robot came home early (waypoints reached: {one.reached})"}
     reasons = f"; reasons: {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""
     return f"{endings.get(one.status, one.status)} after {one.duration:.4g} s{reasons}.{beyond}"

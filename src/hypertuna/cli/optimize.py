@@ -60,7 +60,7 @@ def optimize_command(
 ) -> None:
     """Find the best gait for an objective: speed, or an expected speed at low cost of transport (Eq. 42).
 
-    The exit code is 0 for a gait, 1 if none keeps all limits, 2 for bad input.
+    The exit code is 0 for a gait, 1 if none satisfies all limits, 2 for bad input.
     """
     if context.invoked_subcommand is not None:
         _check_alone(context)

@@ -183,7 +183,7 @@ Bias = Annotated[Sequence[float] | None, numbers("--bias", "degrees", f"Mean ang
 Frequencies = Annotated[Sequence[tuple[float]] | None, ranges("--frequency", "Hz", f"{RANGE} in Hz.")]
 Amplitudes = Annotated[
     list[Any] | None,
-    ranges("--amplitude", "degrees", f"{RANGE} per joint group in degrees; once for each level."),
+    ranges("--amplitude", "degrees", f"{RANGE} per joint group in degrees; repeat it for each level."),
 ]
 Phases = Annotated[
     Sequence[tuple[float, ...]] | None,
@@ -250,7 +250,7 @@ Pressures = Annotated[
 
 FIGURES = (".svg", ".png", ".pdf")
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Plot = Annotated[str | None, file("--plot", help="Draw the result to this .svg, .png or .pdf file.", suffixes=FIGURES)]
+Plot = Annotated[str | None, file("--plot", help="Write the plot to this .svg, .png or .pdf file.", suffixes=FIGURES)]
 TableOutput = Annotated[
     str | None,
     file("-o", "--output", help="Write the data to this .nc or .csv file.", suffixes=(".nc", ".csv")),

@@ -76,7 +76,7 @@ def pareto_command(
 ) -> None:
     """Find the Pareto front of gaits: NSGA-II, polished by exact gradients.
 
-    The exit code is 0 for a front, 1 if no gait keeps all limits, 2 for bad input.
+    The exit code is 0 for a front, 1 if no gait satisfies all limits, 2 for bad input.
     """
     fish = load(robot).using(joints=joints, areas=areas, water=water)
     with progress_bar("evolving") as progress:

@@ -36,8 +36,8 @@ def posture_command(
         opt.numbers(
             "--angle",
             "degrees",
-            "Peak bend to hold in degrees, one per joint group; a single one is for those that bend so far. (default: "
-            "20, or 9/10 of the maximum bend where that is less)",
+            "Peak bend to hold in degrees, one per joint group; a single value is for all groups that bend that far. "
+            "(default: 20, or 9/10 of the maximum bend where that is less)",
         ),
     ] = None,
     duration: opt.Duration = 8,

@@ -151,7 +151,7 @@ def _variables(sizes: list[Size]) -> dict[str, Any]:
 
 def _lines(robot: Robot, sizes: list[Size]) -> Iterator[Any]:
     """Lay out the servos of each joint, then one case in full, or a table over bore and temperature."""
-    yield f"{robot.name}: the pump's servos, the lines, and the bend that remains in air", "bold"
+    yield f"{robot.name}: the pump's servos, the lines, and the bend reached in air", "bold"
     beats: dict[tuple[str, float], list[Size]] = {}
     for size in sizes:
         beats.setdefault((size.joint, size.frequency), []).append(size)
@@ -165,7 +165,7 @@ def _lines(robot: Robot, sizes: list[Size]) -> Iterator[Any]:
         legend = "; ".join(f"{letter} {LIMITS[name]}" for name, letter in LETTERS.items())
         if any(size.turbulent for size in sizes):
             legend += f"; t {TURBULENT}"
-        yield f"bend that remains [deg] (corner of the line [Hz]); {legend}"
+        yield f"bend reached [deg] (corner of the line [Hz]); {legend}"
 
 
 def _servo_lines(size: Size) -> Iterator[Any]:
@@ -192,7 +192,7 @@ def _case_lines(size: Size) -> Iterator[str]:
         "corner frequency of the line": f"{size.corner:.3g} Hz, for small motions {size.corner_rest:.3g} Hz",
         "resonance with the muscles": f"{size.resonance:.3g} Hz, damping ratio {size.damping:.2g}",
         "resonance with the cylinder": f"{size.ring:.3g} Hz, damping ratio {size.ring_damping:.2g}",
-        "bend that remains": f"{record['amplitude_deg']:.3g} deg, {record['lag_deg']:.3g} deg late",
+        "bend reached": f"{record['amplitude_deg']:.3g} deg, {record['lag_deg']:.3g} deg late",
         "command of the servos": f"{100 * size.command_fraction:.3g} % of the whole",
         "pressure of the cylinders": f"{record['pressure_min_kpa']:.0f} to {record['pressure_max_kpa']:.0f} kPa",
         "limited by": " and ".join(LIMITS[name] for name in _limits(size)) or "nothing",
@@ -203,7 +203,7 @@ def _case_lines(size: Size) -> Iterator[str]:
 
 
 def _case_table(cases: list[Size]) -> Any:
-    """Lay out the bend that remains over bore and temperature."""
+    """Lay out the bend reached over bore and temperature."""
     temperatures = list(dict.fromkeys(size.temperature for size in cases))
     bores = list(dict.fromkeys(size.bore for size in cases))
     known = {(size.bore, size.temperature): size for size in cases}

@@ -48,13 +48,15 @@ def range_command(
         float | None, opt.number("--power", "W", "Mean power of the servos in W, instead of a gait.")
     ] = None,
     speed: Annotated[float | None, opt.number("--speed", "m/s", "Speed in m/s, with --power.")] = None,
-    reserve: Annotated[float, opt.number("--reserve", "parts of one", "Part of the charge that is kept, 0 to 1.")] = 0,
+    reserve: Annotated[
+        float, opt.number("--reserve", "parts of one", "Fraction of the charge kept in reserve, 0 to 1.")
+    ] = 0,
     duration: opt.Duration = 20,
     as_json: opt.AsJson = False,
 ) -> None:
     """Compute range and endurance on one battery charge: at the twin's power and speed in a gait, or at given ones.
 
-    The exit code is 0 for a range, 1 if the twin does not come to swim steadily, 2 for bad input.
+    The exit code is 0 for a range, 1 if the twin does not reach steady swimming, 2 for bad input.
     """
     fish = load(robot)
     beat = {"--frequency": frequency, "--amplitude": amplitude, "--phase": phase}
@@ -86,10 +88,12 @@ def _check_choice(gait: str | None, beat: dict[str, Any], power: float | None, s
     given = power is not None or speed is not None
     if gait is not None and (swum or given):
         fix = "give the gait alone"
-        raise InputError("cannot go with --frequency, --amplitude, --phase, --power or --speed", key="--gait", fix=fix)
+        raise InputError(
+            "cannot be combined with --frequency, --amplitude, --phase, --power or --speed", key="--gait", fix=fix
+        )
     if swum and given:
         fix = "give either a beat for the twin, or power and speed"
-        raise InputError("cannot go with --frequency, --amplitude or --phase", key="--power", fix=fix)
+        raise InputError("cannot be combined with --frequency, --amplitude or --phase", key="--power", fix=fix)
     if not (gait is not None or swum or given):
         fix = "give --gait NAME, or --frequency and --amplitude, or --power and --speed"
         raise InputError("needs a gait, or power and speed", key="range", fix=fix)

@@ -150,7 +150,9 @@ def _check_manifest_options(context: typer.Context) -> None:
         source = str(context.get_parameter_source(parameter.name or ""))
         if source.endswith("COMMANDLINE") and parameter.name not in WITH_MANIFEST:
             fix = "leave it out, or give a CSV file of joint angles"
-            raise InputError("does not go with a manifest or a folder", key=max(parameter.opts, key=len), fix=fix)
+            raise InputError(
+                "cannot be combined with a manifest or a folder", key=max(parameter.opts, key=len), fix=fix
+            )
 
 
 def _names(text: str) -> list[str]:
@@ -178,7 +180,7 @@ def _replay_recordings(
     trials = read_trials(path, robot)
     if not trials.recordings:
         fix = "only tracked runs are replayed: add [[recordings]]"
-        raise InputError("must hold a recording at least", file=path, fix=fix)
+        raise InputError("must hold at least one recording", file=path, fix=fix)
     recordings = [with_fitted_clock(robot, recording) for recording in trials.recordings]
     results, compared = _compared(robot, recordings, step)
 

@@ -42,7 +42,11 @@ Speed = Annotated[
 ]
 Weight = Annotated[
     float | None,
-    opt.number("--weight", "m/s per J/(kg m)", "k of Eq. 42 in m/s per J/(kg m). (default: small enough to reach it)"),
+    opt.number(
+        "--weight",
+        "m/s per J/(kg m)",
+        "k of Eq. 42 in m/s per J/(kg m). (default: small enough to reach the expected speed)",
+    ),
 ]
 Method = Annotated[str, opt.text("--method", "pso, cma, gradient or de.")]
 Particles = Annotated[
@@ -61,7 +65,9 @@ Rate = Annotated[float | None, opt.number("--max-joint-rate", "deg/s", "Maximum 
 Torque = Annotated[float | None, opt.number("--max-torque", "N m", "Maximum torque of a joint in N m.")]
 Reach = Annotated[
     bool,
-    typer.Option("--amplitude-by-bandwidth", help="Limit amplitudes to what the joints' bandwidth leaves of them."),
+    typer.Option(
+        "--amplitude-by-bandwidth", help="Limit amplitudes to those that the joints' bandwidth lets them reach."
+    ),
 ]
 Strouhal = Annotated[
     Sequence[float] | None,

@@ -40,7 +40,9 @@ def swim_command(
     ),
     plot: Annotated[
         str | None,
-        opt.file("--plot", help="Draw to this .svg, .png, .pdf or .gif file.", suffixes=(*opt.FIGURES, ".gif")),
+        opt.file(
+            "--plot", help="Write the plot to this .svg, .png, .pdf or .gif file.", suffixes=(*opt.FIGURES, ".gif")
+        ),
     ] = None,
     output: Annotated[
         str | None, opt.file("-o", "--output", help="Write the motion to this .nc file.", suffixes=(".nc",))

@@ -48,7 +48,7 @@ def turn_command(
 ) -> None:
     """Turn by a one-sided beat: radius against phase, bias and frequency, and a circle fitted to each path.
 
-    Without --phase, the phase of the last joint group goes once around. The exit code is 0 if a gait turns, 1 if none
+    Without --phase, the phase of the last joint group covers a full turn. The exit code is 0 if a gait turns, 1 if none
     does, 2 for bad input.
     """
     fish = load(robot).using(joints=joints, areas=areas, water=water)
@@ -79,7 +79,7 @@ def _grid(robot: Robot, gait: str | None, given: dict[str, Sequence[tuple[float,
         given = given | {"phase": [(*lags, last) for last in AROUND.tolist()]}
     count = math.prod(len(points) for points in given.values() if points is not None)
     if count > MAX_TURNS:
-        fix = "take fewer values; `hypertuna sweep` gives the radii of many without fitting circles"
+        fix = "give fewer values; `hypertuna sweep` gives the radii of many without fitting circles"
         raise InputError(f"must be at most {MAX_TURNS} in all", key="gaits", value=f"{count}", fix=fix)
     return gait_grid(robot, gait, given)
 

@@ -246,7 +246,7 @@ def write_geometry(body: JointBody, path: str | Path) -> None:
 
     path, kind = Path(path), Path(path).suffix.lower()
     if kind not in (".step", ".stp", ".stl"):
-        raise InputError("must end in .step, .stp or .stl", key="path", value=str(path), fix="name the file so")
+        raise InputError("must end in .step, .stp or .stl", key="path", value=str(path), fix="rename the file")
     front, (matrix, tip) = _connector(body), _solids(body, 1.0, body.channels)
     if kind == ".stl":  # as one solid: shared faces would leave gaps between triangles
         write_atomically(path, _stl(front + matrix + tip, body))

@@ -227,7 +227,7 @@ def _numbers(values: ArrayLike, key: str, unit: str) -> Array:
     except (TypeError, ValueError):
         array = np.array([math.nan])
     if array.ndim != 1 or not len(array) or not np.isfinite(array).all():
-        rule, fix = "must be a list of finite numbers", f"give them in a row, in {unit}"
+        rule, fix = "must be a list of finite numbers", f"give them as a list, in {unit}"
         raise InputError(rule, key=key, value=shown(values), fix=fix)
     return array
 

@@ -45,7 +45,7 @@ def find_firmware(robot: str, board: str, folder: str | Path | None = None) -> P
     path = Path(FOLDER if folder is None else folder) / f"{robot}-{BOARDS[board]}"
     if not path.is_file():
         fix = f"run `make firmware ROBOT={robot}`" if missing(board) is None else str(missing(board))
-        raise InputError("is no firmware: it does not exist", file=str(path), fix=fix)
+        raise InputError("must be a firmware program, but the file does not exist", file=str(path), fix=fix)
     return path
 
 

@@ -108,7 +108,7 @@ def free(
     for name in names:
         places += resolve(robot, known, name.strip(), list(offsets), "free")
     if not places:
-        raise InputError("must name one coefficient at least", key="free", fix="give names such as water.drag")
+        raise InputError("must name at least one coefficient", key="free", fix="give names such as water.drag")
     check_once(places)
 
     def by_place(table: Mapping[str, Any], key: str) -> dict[tuple[str, str], Any]:
@@ -210,7 +210,7 @@ def sample_robots(robot: Robot, count: int, seed: int) -> list[Robot]:
     """
     fit = robot.fit
     if fit is None:
-        fix = "take a file that `hypertuna identify -o` wrote"
+        fix = "give a file that `hypertuna identify -o` wrote"
         raise InputError("must have a table [fit] to sample from", file=robot.file, fix=fix)
     frees = [
         Free(name, lower, upper, value, scale)

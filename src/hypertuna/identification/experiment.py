@@ -77,7 +77,7 @@ def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = ()) -> Expe
     Where the time offset of a recording is free, only frames are used that the replay spans for all its values.
     """
     if not trials.runs:
-        raise InputError("must have one run at least", key="trials", fix="give measured runs")
+        raise InputError("must have at least one run", key="trials", fix="give measured runs")
     steady = [
         (kind, r, value, sd, run.repeats)
         for r, run in enumerate(trials.steady)

@@ -164,7 +164,7 @@ def check_once(places: Sequence[tuple[str, str]]) -> None:
         for i in [index] if column in NUISANCES else members(index or "0"):
             if (column, i) in taken:
                 name = f"{column}[{i}]" if index else column
-                raise InputError("must be free once", key=name, value="named twice", fix="remove it from one")
+                raise InputError("must be listed only once", key=name, value="named twice", fix="remove it from one")
             taken.add((column, i))
 
 

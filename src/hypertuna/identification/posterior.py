@@ -106,7 +106,7 @@ def check_posterior(steps: int, loss: str) -> None:
     """Check the number of steps, and that the loss is a likelihood."""
     if steps < MIN_STEPS:
         raise InputError(
-            f"must be {MIN_STEPS} at least", key="posterior", value=str(steps), fix="give a number such as 1000"
+            f"must be at least {MIN_STEPS}", key="posterior", value=str(steps), fix="give a number such as 1000"
         )
     if loss == "cauchy":
         rule, fix = "must be a likelihood for a posterior", "fit with soft_l1, huber or linear"

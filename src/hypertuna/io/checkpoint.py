@@ -89,7 +89,7 @@ class Journal:
         if self._next < len(self.records):
             record = self.records[self._next]
             if "told" not in record or record.get("asked") != json.loads(_line({"asked": asked}))["asked"]:
-                rule = "answers another question: the run that wrote it took another course"
+                rule = "belongs to a different run: its entries do not match those of this one"
                 raise InputError(rule, file=self._place(self._next), fix=ANOTHER)
         else:
             record = self.append({"asked": asked, "told": work()})

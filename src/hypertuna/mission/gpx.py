@@ -58,7 +58,7 @@ def gpx_text(record: MissionRecord) -> str:
         _track(root, record.name, record, record.position[:, :2], record.position[:, 2], seconds)
     if {"position_estimated", "depth_estimated"} <= set(record.data):
         believed = record.data["position_estimated"]
-        _track(root, f"{record.name}, believed", record, believed, -record.data["depth_estimated"], seconds)
+        _track(root, f"{record.name}, estimated", record, believed, -record.data["depth_estimated"], seconds)
     ElementTree.indent(root, " ")
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
@@ -86,7 +86,7 @@ def read_gpx(path: str | Path) -> list[GpxTrack]:
         if isinstance(error, InputError):
             raise InputError(error.rule, file=file, fix=error.fix) from None
         raise InputError(
-            "must be valid XML", file=file, value=f"not ({shown(str(error))})", fix="write it anew"
+            "must be valid XML", file=file, value=f"not ({shown(str(error))})", fix="export it again"
         ) from None
     if root.tag != f"{{{SPACE}}}gpx":
         value, fix = shown(root.tag), "give a GPX 1.1 file"

@@ -90,7 +90,7 @@ def _draw_plan(axes: Axes, record: MissionRecord, low: Array, high: Array) -> No
     if record.true:
         axes.plot(*record.path[:, :2].T, color=TRUE, lw=1.5, label="true")
     if "position_estimated" in record.data:
-        axes.plot(*record.data["position_estimated"][record.every(1.0)].T, color=BELIEVED, lw=1.0, label="believed")
+        axes.plot(*record.data["position_estimated"][record.every(1.0)].T, color=BELIEVED, lw=1.0, label="estimated")
     for k, point in enumerate(mission.waypoints):
         axes.add_patch(Circle((point.x, point.y), point.radius, fill=False, ec=INK, lw=0.9))
         axes.annotate(f"{k + 1}", (point.x, point.y), (5, 5), textcoords="offset points", fontsize=8)

@@ -43,7 +43,7 @@ def read_log(path: str | Path) -> Log:
         raise InputError("must be a log of a mission or a black box", file=file, value="one of the radio", fix=fix)
     if content.metadata is None or "record" not in content.metadata:
         cut = f", and it is {content.fault}" if content.fault else ""
-        raise InputError(f"must be a log of hypertuna: it has no such head{cut}", file=file, fix="give another file")
+        raise InputError(f"must be a hypertuna log: it lacks the header{cut}", file=file, fix="give another file")
     try:
         record = _record(content)
     except InputError as error:
@@ -68,7 +68,7 @@ def _record(content: Messages) -> MissionRecord:
         modes, reasons = tuple(head["modes"]), tuple(head["reasons"])
         controls, faults = tuple(head.get("controls", ())), tuple(head.get("faults", ()))
     except (ValueError, KeyError, TypeError, IndexError):
-        raise InputError("must have a head as hypertuna writes it", key="record", fix="write the log anew") from None
+        raise InputError("must have a header in hypertuna's format", key="record", fix="record the log again") from None
     topics = fields(known, joints, circuits)
     frames = {"/tf robot": "attitude", "/tf estimate": "attitude_estimated"}
     required = [*(topic for topic, name in frames.items() if name in known), *topics]
@@ -84,8 +84,8 @@ def _record(content: Messages) -> MissionRecord:
         if "/tf estimate" in required:
             data["attitude_estimated"] = _poses(content.contents["/tf estimate"][:count])[1]
     except (ValueError, KeyError, TypeError, IndexError, struct.error):
-        fix = "write the log anew"
-        raise InputError("must have messages as hypertuna writes them", key="topics", fix=fix) from None
+        fix = "record the log again"
+        raise InputError("must have messages in hypertuna's format", key="topics", fix=fix) from None
     facts = {key: value for key, value in content.metadata.items() if key != "record"}
     return MissionRecord(
         *texts, mission, stamps / NANO, data, joints, circuits, modes, reasons, origin, facts, controls, faults

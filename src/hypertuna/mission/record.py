@@ -50,12 +50,12 @@ COLUMNS: dict[str, Column] = {
     "attitude": Column("quaternion", "1", "from the body (x nose to tail, y starboard, z up) to the world"),
     "velocity": Column("axis", "m/s", "of the nose through the water, in body axes"),
     "turn_rate": Column("axis", "rad/s", "angular velocity, in body axes"),
-    "position_estimated": Column("plane", "m", "estimate: east, north"),
-    "depth_estimated": Column("", "m", "estimate"),
-    "attitude_estimated": Column("quaternion", "1", "estimate"),
-    "speed_estimated": Column("", "m/s", "through the water, estimate"),
-    "current_estimated": Column("plane", "m/s", "estimate: east, north"),
-    "factor_estimated": Column("", "1", "speed over that of the gait table, estimate"),
+    "position_estimated": Column("plane", "m", "estimated position: east, north"),
+    "depth_estimated": Column("", "m", "estimated depth of the nose"),
+    "attitude_estimated": Column("quaternion", "1", "estimated attitude, from the body to the world"),
+    "speed_estimated": Column("", "m/s", "estimated speed through the water"),
+    "current_estimated": Column("plane", "m/s", "estimated current: east, north"),
+    "factor_estimated": Column("", "1", "estimated ratio of the speed to that of the gait table"),
     "position_error": Column("", "m", "standard deviation of the estimated position"),
     "mode": Column("", "1", "index in the list of modes"),
     "reasons": Column("", "1", "one bit each in the order of the list of reasons"),
@@ -113,7 +113,7 @@ class MissionRecord:
     def __post_init__(self) -> None:
         time = np.asarray(self.time, float)
         if time.ndim != 1 or not len(time) or not np.isfinite(time).all() or (np.diff(time) <= 0).any():
-            raise InputError("must be finite times that increase, one at least", key="time", fix="give them in s")
+            raise InputError("must be at least one finite time, in increasing order", key="time", fix="give them in s")
         believed = self.data.keys().isdisjoint(TRUE) and not self.data.keys().isdisjoint(BELIEVED)
         for name in BELIEVED if believed else TRUE:
             if name not in self.data:
@@ -226,7 +226,7 @@ def mission_from(table: Mapping[str, Any]) -> Mission:
         given = {key: _tuples(value) for key, value in table.items()}
         return Mission(**given | {"waypoints": tuple(Waypoint(*point) for point in given["waypoints"])})
     except (TypeError, KeyError, ValueError):
-        raise InputError("must be a mission as hypertuna writes it", key="mission", fix="write the log anew") from None
+        raise InputError("must be a mission in hypertuna's format", key="mission", fix="record the log again") from None
 
 
 def record_facts(record: MissionRecord) -> dict[str, Any]:

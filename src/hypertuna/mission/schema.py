@@ -61,7 +61,7 @@ class WaypointTable(Place):
 
     depth: Depth = entry("depth_m", "depth on the way there (default: 0)", "m", default=0.0)
     speed: Speed = entry("speed_m_s", "speed through the water on the way there", "m/s")
-    radius: Positive = entry("radius_m", "distance within which it counts as reached", "m")
+    radius: Positive = entry("radius_m", "distance within which the waypoint counts as reached", "m")
 
 
 class Home(Place):
@@ -91,12 +91,14 @@ class Limits(Part):
     """The bounds of the mission."""
 
     fence: tuple[Pair, ...] = entry(
-        "fence_m", "corners [x, y] around the water that it may be in (default: no fence)", "m", default=()
+        "fence_m", "corners [x, y] of the area in which the robot must stay (default: no fence)", "m", default=()
     )
-    depth: Below = entry("depth_m", "depth that it may not go below (default: 5)", "m", default=5.0)
-    battery: Reserve = entry("battery", "part of the usable charge to come home with (default: 0.1)", default=0.1)
+    depth: Below = entry("depth_m", "depth that the robot must not exceed (default: 5)", "m", default=5.0)
+    battery: Reserve = entry(
+        "battery", "fraction of the usable charge that must remain at home (default: 0.1)", default=0.1
+    )
     duration: Seconds | None = entry(
-        "duration_s", "time after which it should be home (default: no end)", "s", default=None
+        "duration_s", "time by which the robot should be home (default: no end)", "s", default=None
     )
 
 
@@ -104,11 +106,11 @@ class Gps(Part):
     """Fixes of the position, which only come at the surface."""
 
     surface_every: Seconds | None = entry(
-        "surface_every_s", "time after the last fix to come up for the next (default: only when needed)", "s",
+        "surface_every_s", "time since the last fix after which the robot surfaces (default: only when needed)", "s",
         default=None,
     )  # fmt: skip
     gaps: tuple[tuple[Moment, Moment], ...] = entry(
-        "gaps_s", "times [from, to] without satellites, in order (default: none)", "s", default=()
+        "gaps_s", "periods [from, to] without satellites, in order (default: none)", "s", default=()
     )
 
 
@@ -116,12 +118,12 @@ class Scatter(Part):
     """What differs from seed to seed, beside the sensors' noise: randomized by every seed other than 0."""
 
     current: Current = entry(
-        "current_m_s", "largest speed of a current in any direction that is added (default: 0)", "m/s", default=0.0
+        "current_m_s", "maximum speed of an added current in a random direction (default: 0)", "m/s", default=0.0
     )
     gaps: Annotated[int, Field(strict=True, ge=0, le=MAX_GAPS)] = entry(
-        "gaps", "number of times without satellites that are added (default: 0)", default=0
+        "gaps", "number of added periods without satellites (default: 0)", default=0
     )
-    gap: NotNegative = entry("gap_s", "largest length of each of them (default: 0)", "s", default=0.0)
+    gap: NotNegative = entry("gap_s", "maximum duration of each of these periods (default: 0)", "s", default=0.0)
 
 
 def _printable(text: str) -> str:
@@ -136,12 +138,14 @@ class Document(Part):
 
     format: Literal[1] = entry("format", "version of this format, 1")
     name: Annotated[Text, AfterValidator(_printable)] = entry("name", "name of the mission")
-    description: str = entry("description", "sentence that says what it is for (default: none)", default="")
-    robot: Text | None = entry("robot", "robot to send (default: that of --robot)", default=None)
-    stay: Annotated[bool, Field(strict=True)] = entry(
-        "stay", "whether it comes up at the last waypoint instead of going home (default: false)", default=False
+    description: str = entry(
+        "description", "sentence that states the purpose of the mission (default: none)", default=""
     )
-    origin: Origin | None = entry("origin", "table of the place that x and y are counted from", default=None)
+    robot: Text | None = entry("robot", "robot that swims the mission (default: that of --robot)", default=None)
+    stay: Annotated[bool, Field(strict=True)] = entry(
+        "stay", "whether the robot surfaces at the last waypoint instead of going home (default: false)", default=False
+    )
+    origin: Origin | None = entry("origin", "table of the origin of x and y", default=None)
     start: Start = entry("start", "table of the start")
     waypoints: tuple[WaypointTable, ...] = entry(
         "waypoints", "list of waypoints in their order", min_length=1, max_length=MAX_WAYPOINTS
@@ -150,7 +154,7 @@ class Document(Part):
     water: Water = entry("water", "table of the water", default_factory=Water)
     limits: Limits = entry("limits", "table of the bounds", default_factory=Limits)
     gps: Gps = entry("gps", "table of the fixes", default_factory=Gps)
-    scatter: Scatter = entry("scatter", "table of what differs from seed to seed", default_factory=Scatter)
+    scatter: Scatter = entry("scatter", "table of the randomized conditions", default_factory=Scatter)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -160,7 +164,7 @@ class Document(Part):
         _check_gaps(self.gps.gaps)
         if self.scatter.gaps and not self.scatter.gap:
             fix = "give the largest length of a gap in s, or leave scatter.gaps out"
-            raise InputError("must be positive where scatter.gaps are", key="scatter.gap_s", value="0", fix=fix)
+            raise InputError("must be positive if scatter.gaps is", key="scatter.gap_s", value="0", fix=fix)
         return self
 
 
@@ -197,7 +201,9 @@ def _check_water(document: Document) -> None:
             if depth > highest or (depth == highest and what == "water.bottom_m"):
                 above = "above the ground, less than" if what == "water.bottom_m" else "at most"
                 rule = f"must be {above} {what} = {highest:g}"
-                raise InputError(rule, key=f"{key}.depth_m", value=f"{depth:g}", fix="go less deep, or correct that")
+                raise InputError(
+                    rule, key=f"{key}.depth_m", value=f"{depth:g}", fix="reduce the depth, or correct that value"
+                )
 
 
 def _check_fence(document: Document) -> None:
@@ -215,7 +221,7 @@ def _check_fence(document: Document) -> None:
             raise too_far(f"limits.fence_m[{i}]", x, y)
         if around[i][0] == around[i][1]:
             fix = "leave out one of the two; the last corner is joined to the first by itself"
-            raise InputError("must not repeat the corner beside it", key=f"limits.fence_m[{i}]", fix=fix)
+            raise InputError("must not repeat the corner before it", key=f"limits.fence_m[{i}]", fix=fix)
     for i, first in enumerate(around):
         for k in range(i + 2, len(around) - (i == 0)):
             if cross(first, around[k]):
@@ -229,14 +235,14 @@ def _check_gaps(gaps: Sequence[tuple[float, float]]) -> None:
     """Check that gaps follow each other."""
     if len(gaps) > MAX_GAPS:
         value, fix = f"{len(gaps)}", "join those that meet"
-        raise InputError(f"must be {MAX_GAPS} at most", key="gps.gaps_s", value=value, fix=fix)
+        raise InputError(f"must be at most {MAX_GAPS}", key="gps.gaps_s", value=value, fix=fix)
     last = 0.0
     for i, (begin, end) in enumerate(gaps):
         if begin >= end:
             rule = "must be two times, the first earlier"
             raise InputError(rule, key=f"gps.gaps_s[{i}]", value=f"[{begin:g}, {end:g}]", fix="write [from, to]")
         if begin < last:
-            rule = f"must begin after the gap before has ended, at {last:g} s"
+            rule = f"must begin after the previous gap ends at {last:g} s"
             fix = "sort them, and join those that meet"
             raise InputError(rule, key=f"gps.gaps_s[{i}]", value=f"[{begin:g}, {end:g}]", fix=fix)
         last = end

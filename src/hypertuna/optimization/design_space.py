@@ -107,7 +107,11 @@ def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | Non
     low, high = np.array([bounds[column] for column in units]).T
     space = DesignSpace(tuple(units), np.array(list(units.values())), low, high)
     if not len(space.free):
-        raise InputError("must leave a value of the gait free", key="bounds", fix="give some value a range")
+        raise InputError(
+            "must leave at least one gait parameter free",
+            key="bounds",
+            fix="give a parameter a lower and a higher bound",
+        )
     return space
 
 

@@ -58,8 +58,8 @@ class TankOptions:
         target = choose_objective(maximize=self.maximize, minimize=self.minimize, speed=self.speed, weight=self.weight)
         problem = Problem(robot, gait_bounds(robot, self.bounds), (target,), self.limits)
         if self.method == "gradient":
-            rule = "must do without derivatives, which a tank does not give"
-            raise InputError(rule, key="method", value="'gradient'", fix="take pso, cma or de")
+            rule = "must not need derivatives, which a tank cannot measure"
+            raise InputError(rule, key="method", value="'gradient'", fix="use pso, cma or de")
         known = {*MEASURED, "stride_length", *gait_quantities(robot, problem.space.gaits([problem.space.lower]))[0]}
         for name in problem.needs:
             if name not in known:
@@ -139,7 +139,7 @@ class TankSearch:
             k = self._index(run, [k for k in open_points if k not in measured])
             measured[k] = self._measurements(run)
         if not measured:
-            raise InputError("must have at least one run", key="tell", value="none", fix="give what was measured")
+            raise InputError("must have at least one run", key="tell", value="none", fix="give the measured values")
         asked = [self._batch[k].tolist() for k in measured]
         self._measured.update(measured)
         self._journal.append({"asked": asked, "told": list(measured.values())})
@@ -158,7 +158,7 @@ class TankSearch:
         gaits = {k: self.problem.space.gait(self._batch[k]) for k in indices}
         near = [k for k, gait in gaits.items() if _distance(run.gait, gait, self.problem) < SAME]
         if not near:
-            rule = "must be a gait that was asked for and not measured yet"
+            rule = "must be a gait of the current batch that is not measured yet"
             fix = "see `hypertuna optimize ask`" if indices else "ask for the next batch"
             raise InputError(rule, file=run.file or None, key=_place(run), fix=fix)
         return next((k for k in near if self._name(k) == run.name), near[0])
@@ -172,7 +172,7 @@ class TankSearch:
         for name in sorted(required):
             if values[name] is None:
                 rule = f"must have a {name.replace('_', ' ')}, which the objective needs"
-                raise InputError(rule, file=run.file or None, key=_place(run), fix="give what was measured")
+                raise InputError(rule, file=run.file or None, key=_place(run), fix="give the measured values")
         return {name: np.nan if value is None else float(value) for name, value in values.items()}
 
     def _advance(self) -> int:
@@ -206,8 +206,8 @@ class TankSearch:
         for point, row in pairs:
             k = next((k for k in self._open() if asked[k] == point), None)
             if k is None or not (isinstance(row, dict) and set(MEASURED) <= row.keys()):
-                rule = "holds gaits that this search does not ask for"
-                raise InputError(rule, file=place, fix="use the version of hypertuna that began the search")
+                rule = "holds gaits that are not in this search"
+                raise InputError(rule, file=place, fix="use the version of hypertuna that started the search")
             self._measured[k] = row
         self._advance()
 
@@ -215,7 +215,7 @@ class TankSearch:
 def _options_of(path: str | Path) -> TankOptions:
     """Return the options in a journal."""
     if not Path(path).exists():
-        rule, fix = "does not exist", "begin a search: give --robot and --maximize speed, for example"
+        rule, fix = "does not exist", "start a search: give --robot and --maximize speed, for example"
         raise InputError(rule, file=str(path), fix=fix)
     header = read_header(path)
     if header.get("kind") != "experiment":
@@ -224,7 +224,7 @@ def _options_of(path: str | Path) -> TankOptions:
     try:
         return TankOptions.of(header["options"])
     except (KeyError, TypeError, ValueError, AttributeError):
-        rule, fix = "does not hold the options of a search", "use the version of hypertuna that began the search"
+        rule, fix = "does not hold the options of a search", "use the version of hypertuna that started the search"
         raise InputError(rule, file=f"{path}:1", fix=fix) from None
 
 

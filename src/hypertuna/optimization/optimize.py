@@ -47,7 +47,7 @@ def choose_objective(
     if speed is not None:
         return expected_speed(speed, WEIGHT if weight is None else weight)
     if weight is not None:
-        raise InputError("goes with an expected speed only", key="weight", fix="leave it out, or give --speed")
+        raise InputError("applies only to an expected speed", key="weight", fix="leave it out, or give --speed")
     return objective(maximize or minimize or "", maximize=maximize is not None)
 
 
@@ -108,7 +108,7 @@ def optimize(
     Returns
     -------
     Optimum
-        Its gait is None if no gait keeps all limits; `stop` then names the limits.
+        Its gait is None if no gait satisfies all limits; `stop` then names the limits.
 
     Raises
     ------
@@ -158,7 +158,10 @@ def make_optimizer(
         raise InputError("must be from 0 to 4294967295", key="seed", value=str(seed), fix="take 1")
     lower, upper = problem.space.lower, problem.space.upper
     if method == "cma" and len(lower) < 2:
-        rule, fix = "must fit a search with one free value of the gait", "take pso, gradient or de, or free another"
+        rule, fix = (
+            "must support a search with one free gait parameter",
+            "use pso, gradient or de, or free a second parameter",
+        )
         raise InputError(rule, key="method", value="'cma', which varies at least two", fix=fix)
     if method == "cma":
         strategy = CMAES(lower, upper, particles=size, iterations=batches, seed=seed)
@@ -173,8 +176,8 @@ def make_optimizer(
 def _multi_start(problem: Problem, *, starts: int, iterations: int, seed: int) -> MultiStart:
     """Return SQP from several starts, if all quantities have derivatives."""
     if problem.non_differentiable:
-        rule = f"must do without derivatives, which {' and '.join(problem.non_differentiable)} does not have"
-        raise InputError(rule, key="method", value="'gradient'", fix="take pso, cma or de")
+        rule = f"must not need derivatives, which are not available for {' and '.join(problem.non_differentiable)}"
+        raise InputError(rule, key="method", value="'gradient'", fix="use pso, cma or de")
     space, target = problem.space, problem.objectives[0]
     # Differences in value are scaled to what matters: to the cost of transport beside |U - U_e|.
     scale = target.terms[0][1] if target.expected is not None and target.terms[0][1] > 0 else 1.0

@@ -49,8 +49,8 @@ class Optimizer(ABC):
     def tell(self, evaluation: Evaluation) -> None:
         """Take the evaluation of all points of the last batch."""
         if self._batch is None or not np.array_equal(evaluation.x, self._batch):
-            fix = "ask first, and tell every point of the batch in its order"
-            raise InputError("must be the points last asked for", key="tell", fix=fix)
+            fix = "call ask first, then tell with every point of the batch in the same order"
+            raise InputError("must be the last points that ask returned", key="tell", fix=fix)
         self._batch = None
         self.batches.append(len(evaluation.x))
         self._best = self._better(evaluation)

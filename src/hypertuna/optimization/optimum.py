@@ -48,7 +48,7 @@ class Optimum:
 
     robot: Robot
     objective: Objective
-    gait: Gait | None  # None if no gait keeps all limits
+    gait: Gait | None  # None if no gait satisfies all limits
     swim: Swim | None  # of the robot itself
     value: float  # of the objective, minimized; over the sampled robots in a robust search
     robust: str | None  # "mean" or "worst5" over robots sampled from the fit
@@ -57,7 +57,7 @@ class Optimum:
     evaluations: int  # gaits swum by all robots, those of a checkpoint included
     seconds: float  # of this run [s]
     stop: str  # why the search ended, as a sentence
-    history: Array  # (batches,) least value after each batch; infinite before a gait keeps all limits
+    history: Array  # (batches,) least value after each batch; infinite before a gait satisfies all limits
     swum: NDArray[np.int_]  # (batches,) gaits swum until then, counted as in `evaluations`
     margins: tuple[Margin, ...]
     bounds: Mapping[str, str]  # "lower" or "upper" for every coordinate on a bound, by the names of `gait_columns`
@@ -196,7 +196,7 @@ def _infeasible(margins: Sequence[Margin]) -> str:
     violated = [f"{m.limit.quantity} by {-100 * m.margin:.3g} %" for m in others if m.margin < 0]
     if forward.margin < 0 or not violated:
         return "No gait was found that settles and swims forward."
-    return f"No gait was found that keeps all limits: the nearest one violates {' and '.join(violated)}."
+    return f"No gait was found that satisfies all limits: the nearest one violates {' and '.join(violated)}."
 
 
 def _missed(problem: Problem, speed: float, own: float) -> str:

@@ -310,7 +310,7 @@ def _scale(front: Evaluation) -> Array:
 def _polishing(evolved: Evaluation, front: Evaluation, polish: bool, rough: Sequence[str]) -> str:
     """Return a sentence on the polishing."""
     if not len(evolved.x):
-        return "No gait kept all limits."
+        return "No gait satisfied all limits."
     if not polish:
         return "Polishing was disabled."
     if rough:

@@ -61,7 +61,7 @@ def connect(text: str, *, key: bytes | None = None, patience: float = 10.0, list
         heartbeat = client.wait(lambda m: m.get_type() == "HEARTBEAT", patience)
         if heartbeat is None:
             fix = "switch the robot on, and check address and key"
-            raise InputError(f"must be heard within {patience:g} s", key="--connect", value="silent", fix=fix)
+            raise InputError(f"must receive a message within {patience:g} s", key="--connect", value="silent", fix=fix)
         if heartbeat.autopilot != GENERIC:
             kind = dialect().enums["MAV_AUTOPILOT"].get(heartbeat.autopilot)
             value = kind.name if kind else f"autopilot {heartbeat.autopilot}"

@@ -82,7 +82,7 @@ def _caption(run: TwinRun) -> str:
 
 
 def _last(run: TwinRun, beats: int) -> NDArray[np.intp]:
-    """Return the indices of the last so many beats."""
+    """Return the indices of the last `beats` beats."""
     step = run.time[1] - run.time[0]
     count = min(len(run.time), round(beats / (run.gait.frequency * step)) + 1)
     return np.arange(len(run.time) - count, len(run.time))

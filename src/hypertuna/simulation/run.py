@@ -306,7 +306,7 @@ class TwinRun(Run):
         if math.isnan(self.change):
             return "The run is too short to tell whether it is settled."
         settled = "settled" if self.settled else "not settled"
-        return f"The run is {settled}: the most that changes does so by {_percent(abs(self.change))} per beat."
+        return f"The run is {settled}: the largest change is {_percent(abs(self.change))} per beat."
 
     def dataset(self) -> xr.Dataset:
         """Label what was recorded: dimensions time, joint, circuit, servo; units and meaning in the attributes.

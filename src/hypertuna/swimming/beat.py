@@ -201,7 +201,7 @@ def status_text(status: str, *, beats: float, distance: float, spectral_radius: 
         return f"The gait is unsettled after {beats:.0f} beats: {off}."
     return (
         f"The gait diverged within {beats:.0f} beats: its speeds left all bounds; "
-        "take more steps per beat, or check the coefficients."
+        "use more steps per beat, or check the coefficients."
     )
 
 

@@ -80,7 +80,7 @@ class Gaits:
             If there is none, or they differ in their number of joint groups.
         """
         if not gaits:
-            raise InputError("must hold one gait at least", key="gaits", value="empty", fix="give the gaits to swim")
+            raise InputError("must hold at least one gait", key="gaits", value="empty", fix="give the gaits to swim")
         if len({len(gait.amplitude) for gait in gaits}) > 1:
             fix = "give every gait one value per joint group"
             raise InputError("must have equally many joint groups", key="gaits", fix=fix)
@@ -120,7 +120,7 @@ class Gaits:
         axes = [frequency, amplitude, phase, bias]
         for name, axis in zip(("frequency", "amplitude", "phase", "bias"), axes, strict=True):
             if not len(axis):
-                raise InputError("must have one value at least", key=name, value="empty", fix="give a range or a list")
+                raise InputError("must have at least one value", key=name, value="empty", fix="give a range or a list")
         # Each value is checked once, not once for every combination.
         for k in range(max(len(axis) for axis in axes)):
             f, a, p, b = (axis[min(k, len(axis) - 1)] for axis in (frequency, amplitude, phase, bias))

@@ -85,7 +85,7 @@ def fit_circle(points: Points) -> Circle:
 
     z = np.asarray(points, dtype=np.complex128)
     if z.ndim != 1 or len(z) < 3 or not np.isfinite(z).all():
-        raise InputError("must be three finite points at least", key="points", fix="give x + i y of a path")
+        raise InputError("must be at least three finite points", key="points", fix="give x + i y of a path")
     middle = complex(z.mean())
     size = float(np.sqrt(np.mean(np.abs(z - middle) ** 2)))
     if size == 0:

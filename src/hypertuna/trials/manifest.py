@@ -204,7 +204,7 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
     span = joints.time[[0, -1]] + table.time_offset
     for track in tracks:
         if not ((track.time[1:] >= span[0]) & (track.time[1:] <= span[1])).any():
-            rule = f"must have two frames at least, the second within the joint angles, {span[0]:g} to {span[1]:g} s"
+            rule = f"must have at least two frames, the second within the joint angles, {span[0]:g} to {span[1]:g} s"
             value = f"{len(track.time)} frames" + f", {track.time[0]:g} to {track.time[-1]:g} s" * bool(len(track.time))
             fix = "give both on one clock, by time_offset_s, and a window that spans them"
             raise InputError(rule, file=file, key=f"{key}: run {track.run}", value=value, fix=fix)

@@ -51,7 +51,7 @@ def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
             runs.append(SteadyRun(name=name, gait=gait, speed=speed[0], speed_sd=speed[1], file=log.file))
     if not runs:
         duration = SETTLING + MIN_PARTS * PART
-        fix = f"swim each gait for {duration:g} s at least, in view of the camera"
+        fix = f"swim each gait for at least {duration:g} s, in view of the camera"
         raise InputError("must have a gait that settled", file=log.file, fix=fix)
     return tuple(runs)
 

@@ -232,7 +232,7 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
         If there is no run, or one does not overlap the replay.
     """
     if not tracks:
-        raise InputError("must hold one run at least", key="tracks", fix="give the tracked poses")
+        raise InputError("must hold at least one run", key="tracks", fix="give the tracked poses")
     differences = [residuals(robot, result, track) for track in tracks]
     direction, clock = tracks[0].pose[0, 2], tracks[0].time
     common = _inside(tracks[0], result["time"].to_numpy())

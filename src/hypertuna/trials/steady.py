@@ -45,7 +45,7 @@ class SteadyRun:
 
     def __post_init__(self) -> None:
         if self.speed is None and self.cost_of_transport is None:
-            fix = "a run has one of the two at least"
+            fix = "give at least one of the two"
             raise InputError("must be given, or cost_of_transport", key="speed", fix=fix)
         _check_number(self.speed, "speed", positive=False)
         _check_number(self.cost_of_transport, "cost_of_transport", positive=True)
@@ -104,7 +104,7 @@ def _keys(head: Sequence[str], robot: Robot, file: str, line: int) -> list[str]:
             raise InputError("is not a known column", file=file, key=f"line {line}, {column}", fix=hint + fix)
         if known[column] in keys:
             twin = head[keys.index(known[column])]
-            raise InputError("must stand once", file=file, key=f"line {line}, {column}", value=f"{twin}, too")
+            raise InputError("must appear only once", file=file, key=f"line {line}, {column}", value=f"{twin}, too")
         keys.append(known[column])
     required = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in ANGLES[:2] for g, name in enumerate(groups)}
     del required["phase[0]"]  # 0 by definition

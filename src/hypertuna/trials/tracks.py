@@ -50,7 +50,7 @@ class JointSeries:
         """Check the values."""
         samples = len(self.time)
         if samples < MIN_SAMPLES:
-            rule, fix = f"must have {MIN_SAMPLES} samples at least", "record a longer series"
+            rule, fix = f"must have at least {MIN_SAMPLES} samples", "record a longer series"
             raise InputError(rule, file=self.file, key="the series", value=f"{samples} long", fix=fix)
         values = np.column_stack([self.time, self.angle])
         for k, column in np.argwhere(~np.isfinite(values))[:1]:

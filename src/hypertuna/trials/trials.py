@@ -94,7 +94,7 @@ def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot) -> Trial
     """
     files = [paths] if isinstance(paths, (str, Path)) else list(paths)
     if not files:
-        raise InputError("must name one file at least", key="trials", fix="give a CSV file, a manifest or a folder")
+        raise InputError("must name at least one file", key="trials", fix="give a CSV file, a manifest or a folder")
     return sum((_read(Path(path), robot) for path in files), Trials())
 
 

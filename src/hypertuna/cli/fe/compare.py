@@ -53,7 +53,11 @@ def compare_command(
     mixed: Mixed = FeOptions.mixed,
     mesh: Mesh = FeOptions.mesh,
     reasons: Annotated[
-        bool, typer.Option("--reasons", help="Take the analytic model toward finite elements step by step.")
+        bool,
+        typer.Option(
+            "--reasons",
+            help="Turn the analytic model into finite elements step by step, and print the bend after each step.",
+        ),
     ] = False,
     output: Annotated[
         str | None,

@@ -54,7 +54,7 @@ def reduce_command(
     """Reduce a joint of finite elements to a table of moment and volume for the twin.
 
     Pressures are those of the left side; angles are positive to the left. Every couple takes about as long as
-    `fe bend`, so the mesh is coarse unless asked otherwise: half an hour a joint. The exit code is 1 if some points
+    `fe bend`, so the mesh is coarse unless asked otherwise: half an hour per joint. The exit code is 1 if some points
     were not reached (the table is fitted to the others), 2 for bad input.
     """
     fish = load(robot)

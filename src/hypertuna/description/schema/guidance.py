@@ -80,7 +80,7 @@ class Guidance(Part):
     climb_gain: NotNegative = entry("climb_gain", "fin angle per error of the path angle")
     pitch_gain: Real = entry("pitch_gain", "fin angle per pitch, against it")
     pitch_damping: NotNegative = entry("pitch_damping_s", "fin angle per pitch rate, against it", "s")
-    speed_min: Positive = entry("speed_min_m_s", "speed that the steering gains assume at least", "m/s")
+    speed_min: Positive = entry("speed_min_m_s", "minimum speed that the steering gains assume", "m/s")
 
     surface_depth: Positive = entry("surface_depth_m", "depth above which the robot counts as at the surface", "m")
     fence_margin: Positive = entry(
