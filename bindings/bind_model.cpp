@@ -79,10 +79,10 @@ static Model make_model(const std::string& law, const std::map<std::string, bool
         if (group < -1 || group >= model.groups) throw nb::value_error("joint_group: no such group");
     const std::vector<ParameterColumn> all = parameter_columns(model);
     for (std::size_t i = gait_columns; i < all.size(); ++i) {
-        const auto found = columns.find(all[i].name);
-        if (found == columns.end()) throw nb::value_error((std::string("columns: lacks ") + all[i].name).c_str());
-        check_extent(all[i].name, found->second.size(), extent(model, all[i]));
-        model.robot.insert(model.robot.end(), found->second.begin(), found->second.end());
+        const auto column = columns.find(all[i].name);
+        if (column == columns.end()) throw nb::value_error((std::string("columns: lacks ") + all[i].name).c_str());
+        check_extent(all[i].name, column->second.size(), extent(model, all[i]));
+        model.robot.insert(model.robot.end(), column->second.begin(), column->second.end());
     }
     return model;
 }

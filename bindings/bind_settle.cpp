@@ -17,7 +17,7 @@ HYPERTUNA_DECLARE(x86_64_v3)
 HYPERTUNA_DECLARE(x86_64_v4)
 
 /// Kernels that were built and that this processor runs, the fastest last.
-static std::vector<const Kernel*> usable_kernels() {
+static std::vector<const Kernel*> available_kernels() {
     std::vector<const Kernel*> kernels = {&kernel_scalar};
 #ifdef HYPERTUNA_HAVE_X86_64_V2
     if (__builtin_cpu_supports("x86-64-v2")) kernels.push_back(&kernel_x86_64_v2);
@@ -32,22 +32,22 @@ static std::vector<const Kernel*> usable_kernels() {
 }
 
 static const Kernel* find_kernel(const std::string& name) {
-    for (const Kernel* kernel : usable_kernels())
+    for (const Kernel* kernel : available_kernels())
         if (name == kernel->name) return kernel;
     return nullptr;
 }
 
 /// The kernel in use: HYPERTUNA_ISA names one, else the fastest.
 static const Kernel& kernel() {
-    static const std::string wish = [] {
+    static const std::string wanted = [] {
         const char* name = std::getenv("HYPERTUNA_ISA");
         return std::string(name ? name : "");
     }();
-    static const Kernel* const chosen = wish.empty() ? usable_kernels().back() : find_kernel(wish);
+    static const Kernel* const chosen = wanted.empty() ? available_kernels().back() : find_kernel(wanted);
     if (chosen) return *chosen;
     std::string message = "HYPERTUNA_ISA must name an instruction set that this build and processor have, but is '" +
-                          wish + "': use one of";
-    for (const Kernel* k : usable_kernels()) message += std::string(" ") + k->name;
+                          wanted + "': use one of";
+    for (const Kernel* k : available_kernels()) message += std::string(" ") + k->name;
     throw nb::value_error(message.c_str());
 }
 
@@ -106,14 +106,14 @@ static void in_parallel(int count, int block, int threads, const Work& work) {
 }
 
 static Output settle_batch(const Model& model, const Frequency& frequency, const PerGroup& amplitude,
-                           const PerGroup& phase, const PerGroup& bias, int steps, int wait, int most_beats,
+                           const PerGroup& phase, const PerGroup& bias, int steps, int wait, int max_beats,
                            int threads) {
     const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
     check_steps(steps);
     const int count = static_cast<int>(frequency.shape(0));
     const Kernel& use = kernel();
     Output rows = zeros({frequency.shape(0), names(use.settle_column).size()});
-    const SettleOptions options{steps, wait, most_beats};
+    const SettleOptions options{steps, wait, max_beats};
     const nb::gil_scoped_release unlocked;
     in_parallel(count, 16 * use.lanes, threads,
                 [&](int begin, int end) { use.settle(model, gaits, options, begin, end, rows.data()); });
@@ -157,16 +157,16 @@ static NamedArrays track(const Model& model, const Input<3>& joints, const Input
     check_extent("joints", joints.shape(2), 3);
     const Directions directions = sort_directions(model, along, false);
     const std::size_t steps = joints.shape(0) / 2;
-    Output pose = zeros({steps + 1, 3}), rate = zeros({steps + 1, 3}), slope = zeros({steps + 1, 3, along.shape(1)});
+    Output pose = zeros({steps + 1, 3}), rate = zeros({steps + 1, 3}), gradient_out = zeros({steps + 1, 3, along.shape(1)});
     const Kernel& use = kernel();
     {
         const nb::gil_scoped_release unlocked;
-        use.track(model, {joints.data(), steps, step}, directions, {pose.data(), rate.data(), slope.data()});
+        use.track(model, {joints.data(), steps, step}, directions, {pose.data(), rate.data(), gradient_out.data()});
     }
     NamedArrays out;
     out["pose"] = pose;
     out["rate"] = rate;
-    out["slope"] = slope;
+    out["gradient"] = gradient_out;
     return out;
 }
 
@@ -176,15 +176,15 @@ void bind_settle(nb::module_& m) {
         "isas",
         [] {
             std::vector<std::string> all;
-            for (const Kernel* k : usable_kernels()) all.push_back(k->name);
+            for (const Kernel* k : available_kernels()) all.push_back(k->name);
             return all;
         },
         "Names of the instruction sets that this build and this processor have.");
     m.def("lanes", [] { return kernel().lanes; }, "Gaits that one instruction serves.");
     m.def("settle", &settle_batch, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
-          nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("most_beats"), nb::arg("threads"),
+          nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("max_beats"), nb::arg("threads"),
           "Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method, or "
-          "(wait >= 0) by so many beats from rest.");
+          "(wait >= 0) by `wait` beats from rest.");
     m.def("gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
           nb::arg("bias"), nb::arg("momentum"), nb::arg("directions"), nb::kw_only(), nb::arg("steps"),
           nb::arg("threads"),

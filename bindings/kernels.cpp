@@ -54,9 +54,9 @@ void load_gaits(const Model& model, const GaitBatch& gaits, int first, int end, 
     }
 }
 
-/// What is told of a settled beat, and in which order.
+/// Results of a settled beat, in the order of their columns.
 struct Row {
-    const Settled<Real>& found;
+    const Settled<Real>& settled;
     Twist<Real> xi;  // at the start of the beat
     Real speed, towed_power, rate_peak;
 };
@@ -66,28 +66,28 @@ struct Column {
 };
 template <int i, int k>
 Real monodromy(const Row& row) {
-    return row.found.monodromy.a[i][k];
+    return row.settled.monodromy.a[i][k];
 }
 constexpr Column columns[] = {
     {"speed", [](const Row& row) { return row.speed; }},
-    {"turn", [](const Row& row) { return row.found.beat.displacement.heading; }},
-    {"radius", [](const Row& row) { return row.found.beat.radius; }},
-    {"excursion", [](const Row& row) { return row.found.beat.excursion; }},
-    {"power", [](const Row& row) { return row.found.beat.power; }},
-    {"power_positive", [](const Row& row) { return row.found.beat.power_positive; }},
-    {"loss", [](const Row& row) { return row.found.beat.loss; }},
+    {"turn", [](const Row& row) { return row.settled.beat.displacement.heading; }},
+    {"radius", [](const Row& row) { return row.settled.beat.radius; }},
+    {"excursion", [](const Row& row) { return row.settled.beat.excursion; }},
+    {"power", [](const Row& row) { return row.settled.beat.power; }},
+    {"power_positive", [](const Row& row) { return row.settled.beat.power_positive; }},
+    {"loss", [](const Row& row) { return row.settled.beat.loss; }},
     {"towed_power", [](const Row& row) { return row.towed_power; }},
-    {"torque_peak", [](const Row& row) { return row.found.beat.torque_peak; }},
+    {"torque_peak", [](const Row& row) { return row.settled.beat.torque_peak; }},
     {"rate_peak", [](const Row& row) { return row.rate_peak; }},
-    {"residual", [](const Row& row) { return row.found.residual; }},
-    {"distance", [](const Row& row) { return row.found.distance; }},
-    {"beats", [](const Row& row) { return row.found.beats; }},
+    {"residual", [](const Row& row) { return row.settled.residual; }},
+    {"distance", [](const Row& row) { return row.settled.distance; }},
+    {"beats", [](const Row& row) { return row.settled.beats; }},
     {"u", [](const Row& row) { return row.xi.x; }},
     {"v", [](const Row& row) { return row.xi.y; }},
     {"r", [](const Row& row) { return row.xi.z; }},
-    {"p_x", [](const Row& row) { return row.found.start.x; }},
-    {"p_y", [](const Row& row) { return row.found.start.y; }},
-    {"l", [](const Row& row) { return row.found.start.z; }},
+    {"p_x", [](const Row& row) { return row.settled.start.x; }},
+    {"p_y", [](const Row& row) { return row.settled.start.y; }},
+    {"l", [](const Row& row) { return row.settled.start.z; }},
     {"m_00", monodromy<0, 0>},
     {"m_01", monodromy<0, 1>},
     {"m_02", monodromy<0, 2>},
@@ -116,7 +116,7 @@ void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOption
         const Settled<Real> s = options.wait >= 0 ? wait(tank.fish, tank.joints.data(), tank.table, length, period,
                                                          rest, options.wait, tank.scratch)
                                                   : settle(tank.fish, tank.joints.data(), tank.table, length, period,
-                                                           brisk, options.most_beats, tank.scratch);
+                                                           brisk, options.max_beats, tank.scratch);
         const Real speed = mean_speed(s.beat, tank.frequency);
         const Row row{s, twist(tank.table[0], s.start), speed, towing_power(tank.fish, speed),
                       largest_rate(model.groups, tank.groups.data(), tank.frequency)};
@@ -135,16 +135,16 @@ void settle_any(const Model& model, const GaitBatch& gaits, const SettleOptions&
 }
 
 /// Derivatives fill the lanes: every lane holds the same value and its derivative in a direction of its own.
-using Slope = Dual<Real, 1>;
+using Derivative = Dual<Real, 1>;
 
-/// What has derivatives, and in which order.
+/// Results that have derivatives, in the order of their rows.
 struct Measured {
-    Beat<Slope> beat;
-    Slope speed, rate_peak;
+    Beat<Derivative> beat;
+    Derivative speed, rate_peak;
 };
 struct Differentiated {
     const char* name;
-    Slope (*of)(const Measured&);
+    Derivative (*of)(const Measured&);
 };
 constexpr Differentiated outputs[] = {
     {"speed", [](const Measured& m) { return m.speed; }},
@@ -163,9 +163,9 @@ constexpr int output_count = sizeof(outputs) / sizeof(outputs[0]);
 const char* gradient_output(int k) { return k < output_count ? outputs[k].name : nullptr; }
 
 /// Point the lanes into directions first, first + 1, ... of a list; beyond the last, the last is repeated.
-void point(const Directions& directions, const std::vector<int>& list, std::size_t first, Momentum<Slope>& start,
-           std::vector<Slope>& parameters) {
-    Slope* const axes[3] = {&start.x, &start.y, &start.z};
+void point(const Directions& directions, const std::vector<int>& list, std::size_t first, Momentum<Derivative>& start,
+           std::vector<Derivative>& parameters) {
+    Derivative* const axes[3] = {&start.x, &start.y, &start.z};
     for (int k = 0; k < lanes && !list.empty(); ++k) {
         const int direction = list[std::min(first + k, list.size() - 1)];
         for (int i = 0; i < 3; ++i) set_lane(axes[i]->d[0], k, direction == i - 3 ? 1.0 : 0.0);
@@ -179,29 +179,29 @@ template <class Law, class G>
 void gradient_along(const Model& model, const GaitBatch& gaits, const Directions& directions,
                     const std::vector<int>& list, int begin, int end, const double* momentum, int steps, double* rows) {
     if (list.empty()) return;
-    Tank<Slope, Law, G> tank(model, steps);
+    Tank<Derivative, Law, G> tank(model, steps);
     const int count = 3 + directions.count;
     std::vector<Real> parameters(gait_parameters(model.groups), Real(0.0));
     for (int gait = begin; gait < end; ++gait) {
         load_gaits(model, gaits, gait, gait + 1, parameters);
-        for (std::size_t i = 0; i < parameters.size(); ++i) tank.parameters[i] = Slope(parameters[i]);
+        for (std::size_t i = 0; i < parameters.size(); ++i) tank.parameters[i] = Derivative(parameters[i]);
         const double* const P = momentum + 3 * gait;
-        Momentum<Slope> start{Slope(Real(P[0])), Slope(Real(P[1])), Slope(Real(P[2]))};
+        Momentum<Derivative> start{Derivative(Real(P[0])), Derivative(Real(P[1])), Derivative(Real(P[2]))};
         double* const out = rows + static_cast<std::size_t>(gait) * output_count * count;
         for (std::size_t first = 0; first < list.size(); first += lanes) {
             point(directions, list, first, start, tank.parameters);
-            if (first == 0 || std::same_as<G, Slope>)
+            if (first == 0 || std::same_as<G, Derivative>)
                 tank.fill();
             else
                 tank.refill();
-            const Beat<Slope> beat = measure_beat(tank.fish, tank.joints.data(), tank.table,
-                                                  Slope(Real(1.0)) / tank.frequency, start, tank.scratch);
+            const Beat<Derivative> beat = measure_beat(tank.fish, tank.joints.data(), tank.table,
+                                                  Derivative(Real(1.0)) / tank.frequency, start, tank.scratch);
             const Measured m{beat, mean_speed(beat, tank.frequency),
                              largest_rate(model.groups, tank.groups.data(), tank.frequency)};
             for (int o = 0; o < output_count; ++o) {
-                const Real slope = outputs[o].of(m).d[0];
+                const Real derivative = outputs[o].of(m).d[0];
                 for (std::size_t k = 0; k < lanes && first + k < list.size(); ++k)
-                    out[o * count + 3 + list[first + k]] = lane(slope, static_cast<int>(k));
+                    out[o * count + 3 + list[first + k]] = lane(derivative, static_cast<int>(k));
             }
         }
     }
@@ -211,12 +211,12 @@ template <class Law>
 void gradient_of(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
                  const double* momentum, int steps, double* rows) {
     gradient_along<Law, Real>(model, gaits, directions, directions.still, begin, end, momentum, steps, rows);
-    gradient_along<Law, Slope>(model, gaits, directions, directions.moving, begin, end, momentum, steps, rows);
+    gradient_along<Law, Derivative>(model, gaits, directions, directions.moving, begin, end, momentum, steps, rows);
 }
 
 void gradient_any(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
                   const double* momentum, int steps, double* rows) {
-    with_law<Slope>(model.law, [&](auto law) {
+    with_law<Derivative>(model.law, [&](auto law) {
         gradient_of<typename decltype(law)::type>(model, gaits, directions, begin, end, momentum, steps, rows);
     });
 }
@@ -224,7 +224,7 @@ void gradient_any(const Model& model, const GaitBatch& gaits, const Directions& 
 template <class Law, class G>
 void track_along(const Model& model, const JointSeries& series, const Directions& directions,
                  const std::vector<int>& list, const Track& track) {
-    Tank<Slope, Law, G> tank(model, block_steps + 1);
+    Tank<Derivative, Law, G> tank(model, block_steps + 1);
     std::vector<JointMotion<G>> joints(model.links);
     const auto joints_at = [&](std::size_t k) {
         const double* at = series.motion + 3 * model.links * k;
@@ -234,23 +234,23 @@ void track_along(const Model& model, const JointSeries& series, const Directions
         }
         return joints.data();
     };
-    const Slope zero(Real(0.0));
-    Momentum<Slope> rest{zero, zero, zero};
+    const Derivative zero(Real(0.0));
+    Momentum<Derivative> rest{zero, zero, zero};
     for (std::size_t first = 0; first == 0 || first < list.size(); first += lanes) {
         point(directions, list, first, rest, tank.parameters);
         tank.read();
-        swim_joints(tank, series.steps, Slope(Real(series.step)), {rest, {zero, zero, zero}}, joints_at,
-                    [&](std::size_t k, const Instant<Slope, G>& now, const Motion<Slope>& motion) {
-                        const Pose<Slope>& pose = motion.pose;
-                        const Pose<Slope> rate = pose_rate(pose, twist(now, motion.momentum));
-                        const Slope at[3] = {pose.x, pose.y, pose.heading};
-                        const Slope going[3] = {rate.x, rate.y, rate.heading};
+        swim_joints(tank, series.steps, Derivative(Real(series.step)), {rest, {zero, zero, zero}}, joints_at,
+                    [&](std::size_t k, const Instant<Derivative, G>& now, const Motion<Derivative>& motion) {
+                        const Pose<Derivative>& pose = motion.pose;
+                        const Pose<Derivative> rate = pose_rate(pose, twist(now, motion.momentum));
+                        const Derivative at[3] = {pose.x, pose.y, pose.heading};
+                        const Derivative going[3] = {rate.x, rate.y, rate.heading};
                         for (int axis = 0; axis < 3; ++axis) {
                             const std::size_t place = 3 * k + axis;
                             track.pose[place] = lane(at[axis].v, 0);
                             track.rate[place] = lane(going[axis].v, 0);
                             for (std::size_t i = 0; i < lanes && first + i < list.size(); ++i)
-                                track.slope[place * directions.count + list[first + i]] =
+                                track.gradient[place * directions.count + list[first + i]] =
                                     lane(at[axis].d[0], static_cast<int>(i));
                         }
                     });
@@ -261,11 +261,11 @@ template <class Law>
 void track_of(const Model& model, const JointSeries& series, const Directions& directions, const Track& track) {
     if (directions.moving.empty() || !directions.still.empty())  // once at least, for the pose itself
         track_along<Law, Real>(model, series, directions, directions.still, track);
-    if (!directions.moving.empty()) track_along<Law, Slope>(model, series, directions, directions.moving, track);
+    if (!directions.moving.empty()) track_along<Law, Derivative>(model, series, directions, directions.moving, track);
 }
 
 void track_any(const Model& model, const JointSeries& series, const Directions& directions, const Track& track) {
-    with_law<Slope>(model.law,
+    with_law<Derivative>(model.law,
                     [&](auto law) { track_of<typename decltype(law)::type>(model, series, directions, track); });
 }
 

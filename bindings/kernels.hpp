@@ -15,8 +15,8 @@ struct GaitBatch {
 
 struct SettleOptions {
     int steps;       // per beat, a multiple of 4
-    int wait;        // integrate so many beats from rest instead of Newton's method; negative for Newton
-    int most_beats;  // of each of the stages of Newton's method
+    int wait;        // beats from rest instead of Newton's method; negative for Newton
+    int max_beats;  // of each of the stages of Newton's method
 };
 
 /// A joint motion given at every half step: angle, rate and acceleration, 2 steps + 1 x links x 3.
@@ -28,7 +28,7 @@ struct JointSeries {
 
 /// Pose of the nose at every step, its rate, and its derivatives: steps + 1 x 3 (x directions), row-major.
 struct Track {
-    double *pose, *rate, *slope;
+    double *pose, *rate, *gradient;
 };
 
 /// Directions in the space of all parameters: parameters x count, row-major; -3, -2, -1 are those of the momentum.

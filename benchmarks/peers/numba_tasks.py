@@ -16,7 +16,7 @@ from peers.fish import STEPS, Array, Fish, Gaits
 
 compiled = numba.njit(fastmath=True, error_model="numpy")
 SETTLED = 1e-9  # change of speed from beat to beat, relative: finite differences need no less
-MOST_BEATS = 600
+MAX_BEATS = 600
 
 
 @compiled
@@ -82,7 +82,7 @@ def _swim(length, com, mass, inertia, k_t, k_n, share, frequency, amplitude, pha
         _tabulate(length, com, mass, inertia, share, amplitude[gait], phase[gait], 2 * np.pi * frequency[gait], table)
         dt, last = 1 / (STEPS * frequency[gait]), 0.0
         state[:3] = 0
-        for _ in range(MOST_BEATS):
+        for _ in range(MAX_BEATS):
             state[3:] = 0
             for step in range(STEPS):
                 _rate(state, table[2 * step], k_t, k_n, total, k1)

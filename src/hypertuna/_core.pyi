@@ -61,7 +61,7 @@ def settle(
     *,
     steps: int,
     wait: int,
-    most_beats: int,
+    max_beats: int,
     threads: int,
 ) -> NDArray[numpy.float64]:
     """

@@ -31,7 +31,7 @@ from hypertuna.firmware.scenario import find_scenario, random_messages
 from hypertuna.swimming.gait import named_gait
 from program import Run
 
-MOST_INSTRUCTIONS, MOST_TEXT, MOST_STACK = 4000, 64 * 1024, 2048
+MAX_INSTRUCTIONS, MAX_TEXT, MAX_STACK = 4000, 64 * 1024, 2048
 
 
 @pytest.fixture(scope="module")
@@ -62,8 +62,8 @@ def test_hundred_thousand_ticks_have_the_same_bits(fish: ht.Robot, qemu: Path) -
     run = firmware_in_the_loop(fish, find_scenario("random"), board="qemu", ticks=100_000, seed=1)
     assert run.ticks == 100_000
     assert len(run.mismatches) == 0
-    assert run.instructions("controller") <= MOST_INSTRUCTIONS
-    assert 0 < run.answers["stack"].max() <= MOST_STACK
+    assert run.instructions("controller") <= MAX_INSTRUCTIONS
+    assert 0 < run.answers["stack"].max() <= MAX_STACK
     # The messages went everywhere: other digests in nearly every tick, arming, all sources of commands, refusals.
     assert len(np.unique(run.answers["digest"])) > 0.99 * run.ticks
     assert {0, 1, 2} <= set(run.answers["control"].tolist())
@@ -87,7 +87,7 @@ def test_gait_on_the_twin(fish: ht.Robot, qemu: Path) -> None:
     run = firmware_in_the_loop(fish, find_scenario("gait:unoptimised-0.3", fish), board="qemu", ticks=600)
     assert len(run.mismatches) == 0
     assert not run.refused
-    assert run.instructions("controller") <= MOST_INSTRUCTIONS
+    assert run.instructions("controller") <= MAX_INSTRUCTIONS
     assert run.answers["armed"][-1] == 1
     assert run.mission_run is not None
     assert run.status is None  # there is no mission that could end
@@ -124,7 +124,7 @@ def test_mission_on_the_twin(fish: ht.Robot, pc: Path, board: str, request: pyte
 
 def test_sizes_and_symbols(qemu: Path) -> None:
     text = int(subprocess.run(["arm-none-eabi-size", qemu], capture_output=True, text=True).stdout.split()[6])
-    assert text <= MOST_TEXT
+    assert text <= MAX_TEXT
     symbols = subprocess.run(["arm-none-eabi-nm", "-C", qemu], capture_output=True, text=True).stdout
     for word in ("malloc", "operator new", "free", "_sbrk", "unwind", "__cxa_throw", "personality"):
         assert word not in symbols, word

@@ -60,7 +60,7 @@ class Joint:
     length: Sequence[float]  # m
     stiffness: Sequence[float]  # N m^2, E I
     relaxation: float  # s
-    pressure_most: float  # Pa, of one side alone, up to which the joint is looked at
+    pressure_max: float  # Pa, of one side alone, up to which the joint is looked at
 
     def segment_energy(self, i: int, bend: float) -> float:
         """Energy of a segment's matrix and walls [J]."""
@@ -87,7 +87,7 @@ class Joint:
         """Energy, and oil of the left and the right side beyond the straight joint's, over the whole bend."""
         segments = range(len(self.length))
         rows = []
-        for pressure in np.linspace(0, self.pressure_most**0.5, 60) ** 2:
+        for pressure in np.linspace(0, self.pressure_max**0.5, 60) ** 2:
             bends = [self.segment_bend(i, pressure) if pressure > 0 else 0.0 for i in segments]
             energy = sum(self.segment_energy(i, bend) for i, bend in zip(segments, bends, strict=True))
             left, right = (

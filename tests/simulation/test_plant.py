@@ -44,7 +44,7 @@ def oracle_joint(robot: Robot, g: int) -> oracle.Joint:
         length=joint.actuator.segment_length,
         stiffness=[young * math.pi * a * b**3 / 4 for a, b in sections],
         relaxation=matrix.relaxation,
-        pressure_most=400e3,
+        pressure_max=400e3,
     )
 
 

@@ -31,9 +31,9 @@ static void against_double() {
         Search<float> search = search_from(single.brisk(), 0.0f);
         newton(single.swimmer, single.table, 1, single.length, single.period, 1e-3f, false, 60, search);
         CHECK(search.distance < 1e-3f);
-        const Beat<float> found =
+        const Beat<float> solved =
             measure_beat(single.swimmer, single.joints, single.table, single.period, search.P, single.scratch);
-        CHECK_NEAR(found.displacement.x / wanted.displacement.x, 1, 1e-4);
+        CHECK_NEAR(solved.displacement.x / wanted.displacement.x, 1, 1e-4);
     }
 }
 

@@ -28,7 +28,7 @@ static void lag_by_hand() {
     CHECK_NEAR(std::atan2(-offset.cosine, offset.sine), pi, 1e-15);
 }
 
-/// The group that makes the larger amplitude is the faster one: here the one that was told the smaller.
+/// The group that makes the larger amplitude is the faster one: here the one with the smaller command.
 static void largest_rate_by_hand() {
     const double infinite = std::numeric_limits<double>::infinity();
     const Harmonic<double> groups[2] = {{0.4, 0.0, 0.1, 1.0}, {0.3, 0.0, 0.0, infinite}};

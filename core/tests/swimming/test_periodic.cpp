@@ -27,17 +27,17 @@ static void cramer() {
 template <class Law>
 static void newton_equals_waiting() {
     const Fish<double, Law> fish(2.0, 0.2);
-    const Settled<double> found = settle_by_newton(fish);
+    const Settled<double> solved = settle_by_newton(fish);
     const Settled<double> waited =
         wait(fish.swimmer, fish.joints, fish.table, fish.length, fish.period, fish.rest(), 400, fish.scratch);
-    CHECK(found.distance < settle_tolerances.settled && found.beats < 20);
-    CHECK_NEAR(distance(found.start, waited.start), 0, 1e-9);
-    CHECK_NEAR(found.beat.displacement.x, waited.beat.displacement.x, 1e-9);
-    CHECK_NEAR(found.beat.excursion, waited.beat.excursion, 1e-9);
-    CHECK(found.beat.displacement.x < -0.05 * 0.44);  // it does swim: 5 % of its length a beat and more
+    CHECK(solved.distance < settle_tolerances.settled && solved.beats < 20);
+    CHECK_NEAR(distance(solved.start, waited.start), 0, 1e-9);
+    CHECK_NEAR(solved.beat.displacement.x, waited.beat.displacement.x, 1e-9);
+    CHECK_NEAR(solved.beat.excursion, waited.beat.excursion, 1e-9);
+    CHECK(solved.beat.displacement.x < -0.05 * 0.44);  // it does swim: 5 % of its length a beat and more
     // What the joints give, the water takes: over a settled beat the energy returns to where it was.
-    CHECK_NEAR(found.beat.power / found.beat.loss, 1, 1e-5);
-    CHECK(found.beat.power_positive >= found.beat.power);
+    CHECK_NEAR(solved.beat.power / solved.beat.loss, 1, 1e-5);
+    CHECK(solved.beat.power_positive >= solved.beat.power);
 }
 
 /// Near the settled beat a step of Newton squares the distance to it: half as far away, a quarter of it is left.
@@ -66,14 +66,14 @@ static void monodromy() {
     const double h = 1e-5;
     const Momentum<double> directions[3] = {{h, 0, 0}, {0, h, 0}, {0, 0, h}};
     for (int k = 0; k < 3; ++k) {
-        const Momentum<double> slope = 0.5 / h * (end(P + directions[k]) - end(P - directions[k]));
+        const Momentum<double> rate = 0.5 / h * (end(P + directions[k]) - end(P - directions[k]));
         const auto& m = map.monodromy.a;
-        CHECK_NEAR(distance(slope, {m[0][k], m[1][k], m[2][k]}), 0, 1e-6);
+        CHECK_NEAR(distance(rate, {m[0][k], m[1][k], m[2][k]}), 0, 1e-6);
     }
 }
 
 /// One step of y' = y is the exponential series up to its fourth power; a beat errs 16 times less with twice the steps.
-/// Linear drag alone, because quadratic drag has a kink in its slope at every reversal.
+/// Linear drag alone, because quadratic drag has a kink in its derivative at every reversal.
 static void runge_kutta_order() {
     const double e = runge_kutta_4(1.0, 1.0, [](int, double y) { return y; });
     CHECK_NEAR(e, 1 + 1 + 1 / 2.0 + 1 / 6.0 + 1 / 24.0, 1e-15);

@@ -49,7 +49,7 @@ static Balance look(const Circuit<double>& c, const CircuitState<double>& at, do
 }
 
 /// A second of a hard beat, its targets held for ticks of 10 ms, while the units give and take 1 mL; Simpson's rule.
-static void nothing_is_lost(double air, double most_swelling) {
+static void nothing_is_lost(double air, double max_swelling) {
     const Circuit<double> c = round_circuit(air);
     CircuitState<double> state{};
     const double h = 1e-5, turn = 2 * pi * 3, gives = 1e-6;
@@ -78,7 +78,7 @@ static void nothing_is_lost(double air, double most_swelling) {
     CHECK(in > 5);
     CHECK(lowest < -80e3);  // suction is part of it
     CHECK_NEAR(gained, in - out - swelling, 1e-6 * in);
-    CHECK(std::fabs(swelling) < most_swelling * in);
+    CHECK(std::fabs(swelling) < max_swelling * in);
 }
 
 int main() {

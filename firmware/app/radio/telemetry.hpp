@@ -86,7 +86,7 @@ inline int stream_index(std::uint32_t id) {
 }
 
 /// Stream to be sent now; -1 for none.
-inline int most_urgent(const Telemetry& telemetry, std::uint32_t tick) {
+inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick) {
     int urgent = -1;
     float latest = 1.0f;
     for (int k = 0; k < streams; ++k) {
@@ -105,7 +105,7 @@ inline int most_urgent(const Telemetry& telemetry, std::uint32_t tick) {
 inline bool send_telemetry(Telemetry& telemetry, Outbox& out, Signing& signing, const Vehicle& vehicle,
                            const Parser& parser) {
     const std::uint32_t tick = snapshot(vehicle).tick;
-    const int k = most_urgent(telemetry, tick);
+    const int k = max_urgent(telemetry, tick);
     if (k < 0) return false;
     TelemetryStream& stream = telemetry.stream[k];
     const std::uint32_t before = out.sent;

@@ -94,7 +94,7 @@ def settle(
     check_steps(steps)
     gaits = (frequency, amplitude, phase, bias)
     model = model or core_model(robot)
-    rows = _core.settle(model, *gaits, steps=steps, wait=wait, most_beats=MAX_BEATS, threads=threads)
+    rows = _core.settle(model, *gaits, steps=steps, wait=wait, max_beats=MAX_BEATS, threads=threads)
     return quantities(robot, frequency, rows)
 
 

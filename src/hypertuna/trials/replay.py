@@ -155,7 +155,7 @@ def replay_jacobian(
     """
     joints, along = np.ascontiguousarray(joints), np.ascontiguousarray(directions)
     track = _core.track(model or core_model(robot), joints, along, step=step)
-    return track["pose"], track["rate"], track["slope"]
+    return track["pose"], track["rate"], track["gradient"]
 
 
 def head_center(robot: Robot, result: xr.Dataset) -> Array:

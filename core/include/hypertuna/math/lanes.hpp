@@ -35,9 +35,9 @@ struct Mask {
 
 template <class T, int W>
 HYPERTUNA_INLINE bool any(Mask<T, W> mask) {
-    bool found = false;
-    for (int k = 0; k < W; ++k) found |= mask.v[k] != 0;
-    return found;
+    bool result = false;
+    for (int k = 0; k < W; ++k) result |= mask.v[k] != 0;
+    return result;
 }
 template <class T, int W>
 HYPERTUNA_INLINE bool all(Mask<T, W> mask) {

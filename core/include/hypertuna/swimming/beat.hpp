@@ -68,10 +68,10 @@ S peak(int count, const At& at) {
     S highest = at(0);
     for (int k = 0; k < count; ++k) {
         const S before = at((k + count - 1) % count), here = at(k), after = at((k + 1) % count);
-        const S bend = here + here - before - after, slope = after - before;
-        const S top = here + slope * slope / (S(base_t<S>(8)) * bend);
+        const S bend = here + here - before - after, difference = after - before;
+        const S top = here + difference * difference / (S(base_t<S>(8)) * bend);
         // The parabola has its top within half a sample of a sample that neither neighbor exceeds.
-        const auto summit = (abs(slope) <= bend) & (S(0) < bend);
+        const auto summit = (abs(difference) <= bend) & (S(0) < bend);
         highest = max(highest, select(summit, top, here));
     }
     return highest;

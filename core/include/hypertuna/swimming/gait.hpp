@@ -1,4 +1,4 @@
-/// Gait: how the joints are told to move, and how much of it they make.
+/// Gait: the commanded motion of the joints, and their response.
 #pragma once
 
 #include "hypertuna/math/trig.hpp"

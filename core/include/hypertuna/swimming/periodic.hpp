@@ -125,12 +125,12 @@ S stride(const Twist<S>& xi, const S& length, const S& period) {
 /// the residual (or leaves the numbers) is halved.
 template <class S, class Law>
 HYPERTUNA_NOINLINE void newton(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, int stride_instants,
-                               const S& length, const S& period, base_t<S> tolerance, bool damped, int most_beats,
+                               const S& length, const S& period, base_t<S> tolerance, bool damped, int max_beats,
                                Search<S>& search) {
     using T = base_t<S>;
     const Instant<S> start = table[0];
     const Symmetric<S> inertia = inverse(start.mobility);
-    for (int beat = 0; beat < most_beats; ++beat) {
+    for (int beat = 0; beat < max_beats; ++beat) {
         const auto open = !(search.distance < S(tolerance));
         if (!any(open)) return;
         const BeatMap<S> map = beat_map(fish, table, stride_instants, period, search.P);

@@ -84,7 +84,7 @@ HYPERTUNA_NOINLINE Settled<S> prove(const Swimmer<S, Law>& fish, const JointShar
 /// Where that fails, the search goes on; then it begins anew with damped steps; and at last after a long wait.
 template <class S, class Law>
 Settled<S> settle(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table, const S& length,
-                  const S& period, const Momentum<S>& guess, int most_beats, const BeatScratch<S>& scratch) {
+                  const S& period, const Momentum<S>& guess, int max_beats, const BeatScratch<S>& scratch) {
     using T = base_t<S>;
     constexpr SettleTolerances tolerance = settle_tolerances;
     const Momentum<S> warm = swim_beat(fish, table, 2, period, swim_beat(fish, table, 2, period, guess));
@@ -105,13 +105,13 @@ Settled<S> settle(const Swimmer<S, Law>& fish, const JointShare<S>* joints, cons
         Search<S> again = search_from(start, out.beats + S(T(wait)));
         again.distance = select(open, again.distance, S(0));
         const bool damped = retry != Retry::go_on;
-        newton(fish, table, 1, length, period, T(tolerance.last), damped, damped ? most_beats : quick_beats, again);
+        newton(fish, table, 1, length, period, T(tolerance.last), damped, damped ? max_beats : quick_beats, again);
         out = select(open, prove(fish, joints, table, length, period, again.P, again, scratch), out);
     }
     return out;
 }
 
-/// The same by waiting: so many plain beats, and one more measured. How far that is from settled follows from how the
+/// The same by waiting: `beats` plain beats, and one more measured. Its distance from the settled beat follows from how the
 /// change per beat shrinks, as in a geometric series.
 template <class S, class Law>
 Settled<S> wait(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table, const S& length,
