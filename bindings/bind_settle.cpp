@@ -157,7 +157,8 @@ static NamedArrays track(const Model& model, const Input<3>& joints, const Input
     check_extent("joints", joints.shape(2), 3);
     const Directions directions = sort_directions(model, along, false);
     const std::size_t steps = joints.shape(0) / 2;
-    Output pose = zeros({steps + 1, 3}), rate = zeros({steps + 1, 3}), gradient_out = zeros({steps + 1, 3, along.shape(1)});
+    Output pose = zeros({steps + 1, 3}), rate = zeros({steps + 1, 3}),
+           gradient_out = zeros({steps + 1, 3, along.shape(1)});
     const Kernel& use = kernel();
     {
         const nb::gil_scoped_release unlocked;

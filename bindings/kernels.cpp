@@ -195,7 +195,7 @@ void gradient_along(const Model& model, const GaitBatch& gaits, const Directions
             else
                 tank.refill();
             const Beat<Derivative> beat = measure_beat(tank.fish, tank.joints.data(), tank.table,
-                                                  Derivative(Real(1.0)) / tank.frequency, start, tank.scratch);
+                                                       Derivative(Real(1.0)) / tank.frequency, start, tank.scratch);
             const Measured m{beat, mean_speed(beat, tank.frequency),
                              largest_rate(model.groups, tank.groups.data(), tank.frequency)};
             for (int o = 0; o < output_count; ++o) {
@@ -266,7 +266,7 @@ void track_of(const Model& model, const JointSeries& series, const Directions& d
 
 void track_any(const Model& model, const JointSeries& series, const Directions& directions, const Track& track) {
     with_law<Derivative>(model.law,
-                    [&](auto law) { track_of<typename decltype(law)::type>(model, series, directions, track); });
+                         [&](auto law) { track_of<typename decltype(law)::type>(model, series, directions, track); });
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

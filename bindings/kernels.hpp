@@ -14,8 +14,8 @@ struct GaitBatch {
 };
 
 struct SettleOptions {
-    int steps;       // per beat, a multiple of 4
-    int wait;        // beats from rest instead of Newton's method; negative for Newton
+    int steps;      // per beat, a multiple of 4
+    int wait;       // beats from rest instead of Newton's method; negative for Newton
     int max_beats;  // of each of the stages of Newton's method
 };
 

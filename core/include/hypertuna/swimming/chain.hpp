@@ -62,8 +62,8 @@ struct LinkShape {
 template <class S>
 using LinkAcceleration = Along<S>;
 
-/// Shape of the body from its joint motions: one recursion from nose to tail. direction(i) is sine and cosine of psi_i; it
-/// is called once for each link in turn.
+/// Shape of the body from its joint motions: one recursion from nose to tail. direction(i) is sine and cosine of psi_i;
+/// it is called once for each link in turn.
 template <class S, class Direction>
 HYPERTUNA_INLINE void shape(int links, const Link<S>* link, const JointMotion<S>* joint, LinkShape<S>* out,
                             LinkAcceleration<S>* acceleration, Direction&& direction) {

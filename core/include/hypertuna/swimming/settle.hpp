@@ -111,8 +111,8 @@ Settled<S> settle(const Swimmer<S, Law>& fish, const JointShare<S>* joints, cons
     return out;
 }
 
-/// The same by waiting: `beats` plain beats, and one more measured. Its distance from the settled beat follows from how the
-/// change per beat shrinks, as in a geometric series.
+/// The same by waiting: `beats` plain beats, and one more measured. Its distance from the settled beat follows from how
+/// the change per beat shrinks, as in a geometric series.
 template <class S, class Law>
 Settled<S> wait(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table, const S& length,
                 const S& period, const Momentum<S>& from, int beats, const BeatScratch<S>& scratch) {
