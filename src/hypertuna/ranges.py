@@ -95,9 +95,10 @@ WHOLE = Whole()
 POSITIVE_WHOLE = Whole(min=1)
 
 
-def check_name(name: str, names: Iterable[str], key: str, kind: str) -> str:
+def check_name(name: str, names: Iterable[str], key: str, kind: str, fix: str = "") -> str:
     """Return a name that is one of `names`, or raise InputError with the nearest one: "must be a known frame"."""
     names = list(names)
     if name not in names:
-        raise InputError(f"must be a known {kind}", key=key, value=shown(name), fix=did_you_mean(str(name), names))
+        fix = fix or did_you_mean(str(name), names)
+        raise InputError(f"must be a known {kind}", key=key, value=shown(name), fix=fix)
     return name

@@ -257,7 +257,10 @@ def test_the_colors_end_at_a_round_number(value: float, rounded: float) -> None:
 
 BAD = {
     "joint": ((*BEND[:-1], "III"), "joint must be a joint of hypertuna, but is 'III': did you mean II?"),
-    "robot": ((*BEND[:3], "rexeel", "--joint", "1"), "robots/rexeel.toml: [drive_unit] is missing"),
+    "robot": (
+        (*BEND[:3], "rexeel", "--joint", "1"),
+        "robots/rexeel.toml: drive_unit is missing: add the table [drive_unit].",
+    ),
     "falling": (
         (*BEND, "--pressure", "60,30"),
         "60 kPa, then 30 kPa: write the lower one first, and each once: 30,60.",

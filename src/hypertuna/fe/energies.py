@@ -33,7 +33,7 @@ class Solid:
     poisson: float  # Poisson's ratio
 
     def __post_init__(self) -> None:
-        check_name(self.law, LAWS, "law", "law")
+        check_name(self.law, LAWS, "law", "law", f"use one of {', '.join(LAWS)}; linear is Hooke's")
         Range(min=0, below=0.5).check(self.poisson, "poisson", "use 0.475 to 0.499 for silicone")
 
     @property
