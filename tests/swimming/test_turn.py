@@ -90,7 +90,7 @@ def test_points_on_a_line_have_no_circle() -> None:
 
 @pytest.mark.parametrize("points", [np.array([1 + 0j, 2]), np.array([0, 1, math.nan + 0j])])
 def test_what_is_no_path_is_told(points: np.ndarray) -> None:
-    with pytest.raises(ht.InputError, match="must be three finite points"):
+    with pytest.raises(ht.InputError, match="must be at least three finite points"):
         fit_circle(points)
 
 
