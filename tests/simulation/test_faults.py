@@ -44,7 +44,7 @@ def test_pulses_stay_within_clamp_and_slew(rows: list[Any]) -> None:
 def test_every_fault_is_told_and_no_other(rows: list[Any], study: Any) -> None:
     for fault, _, healthy, faulty in rows:
         found = {name for name in faulty.conditions if name.endswith("_fault")}
-        assert found == {study.told(fault)}, fault
+        assert found == {study.condition(fault)}, fault
         assert not [name for name in healthy.conditions if name.endswith("_fault")]
 
 
@@ -52,4 +52,4 @@ def test_the_tail_beats_on(rows: list[Any], study: Any) -> None:
     """Half of the healthy swing at least, where no circuit was released."""
     for fault, _, healthy, faulty in rows:
         if "hard_stop" not in faulty.conditions:
-            assert (faulty.swing > study.KEPT * healthy.swing).all(), fault
+            assert (faulty.swing > study.SWING_MIN * healthy.swing).all(), fault

@@ -12,6 +12,9 @@ from models import MODELS, fastest
 # Runge and Kutta's method is of the fourth order where forces are smooth: with the cross-flow form v_n |v| of drag.
 # v_n |v_n| has a kink in its slope wherever a section comes to rest, twice a beat; the step across it errs by h^3.
 SMOOTH = [name for name in MODELS if name.endswith("cross-flow")]
+# Errors of 5e-7 at 64 steps leave no room for an order: Newton's tolerance, and a disturbance that shrinks to 0.92 of
+# itself each beat, leave 1e-8.
+ACCURATE = ["hypertuna-elongated"]
 FINEST = 4096
 
 
@@ -35,10 +38,15 @@ def test_fourth_order(name: str) -> None:
     np.testing.assert_allclose(order, 4, atol=0.15)
 
 
-@pytest.mark.parametrize("name", sorted(MODELS.keys() - set(SMOOTH)))
+@pytest.mark.parametrize("name", sorted(MODELS.keys() - {*SMOOTH, *ACCURATE}))
 def test_third_order_where_drag_has_kinks(name: str) -> None:
     order = np.log2(errors(MODELS[name], 1) / errors(MODELS[name], 4)) / 2
     assert (order > 2.5).all()
+
+
+@pytest.mark.parametrize("name", ACCURATE)
+def test_errors_below_the_tolerance_of_newton_s_method(name: str) -> None:
+    assert (errors(MODELS[name], 1) < 1e-6).all()
 
 
 def test_the_usual_number_of_steps_is_enough(every_model: ht.Robot) -> None:

@@ -330,7 +330,7 @@ def changed(line, old, new):
             "line 21, time_s must follow the sample before within 5 median",
         ),
         (lambda lines: [*lines[:9], "0.5,1,2"], "line 10 must have 6 cells, like the line of names, but is 3 long"),
-        (lambda lines: lines[:12], "the series must have 12 samples at least, but is 8 long: record a longer series"),
+        (lambda lines: lines[:12], "the series must have at least 12 samples, but is 8 long: record a longer series"),
         (lambda lines: lines[:4], "must be a table, but is empty: give a line of column names"),
         (lambda lines: [], "must be a table, but is empty"),
         (

@@ -28,6 +28,6 @@ class Channel(NamedTuple):
         return {"joint": joints, "circuit": 2 * joints, "robot": self.size}[self.per]
 
 
-CHANNELS = {row[0]: Channel(*row) for row in _core.channel_table()}  # type: ignore[arg-type] # C++ knows no Literal
+CHANNELS = {row[0]: Channel(*row) for row in _core.channel_table()}  # type: ignore[arg-type]  # C++ knows no Literal
 COUNTED = {name: channel for name, channel in CHANNELS.items() if channel.converter != "none"}
 ANALOG = tuple(name for name, channel in CHANNELS.items() if channel.converter == "analog")

@@ -174,7 +174,7 @@ def fly_seeds(
         }
         try:
             for k, seed in enumerate(seeds):
-                outcomes.append(Outcome(**journal.answer(seed, lambda seed=seed: work[seed].result())))  # type: ignore[misc]
+                outcomes.append(Outcome(**journal.answer(seed, lambda seed=seed: work[seed].result())))  # type: ignore[misc]  # a default argument is not inferred
                 if report is not None:
                     report(k + 1, len(seeds))
         except BaseException:

@@ -103,7 +103,7 @@ class Pymoo(Optimizer):
         import scipy.spatial.distance  # noqa: F401 - pymoo needs it in its first iteration: what is timed has no imports
         from pymoo.core.problem import Problem
 
-        class Box(Problem):  # type: ignore[misc] # pymoo is not typed
+        class Box(Problem):  # type: ignore[misc]  # pymoo is not typed
             def has_bounds(self) -> bool:
                 return bounded
 
