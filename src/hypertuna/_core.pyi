@@ -65,7 +65,7 @@ def settle(
     threads: int,
 ) -> NDArray[numpy.float64]:
     """
-    Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method, or (wait >= 0) by so many beats from rest.
+    Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method, or (wait >= 0) by `wait` beats from rest.
     """
 
 def gradient(
