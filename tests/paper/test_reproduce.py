@@ -41,6 +41,20 @@ def folder(ledger: Ledger, sections: list[Section], tmp_path_factory: pytest.Tem
         return write_ledger(ledger, tmp_path_factory.mktemp("reproduce") / "demo").parent
 
 
+def test_numbers_and_verdicts_are_those_of_the_golden_file(ledger: Ledger) -> None:
+    """A change of form leaves every digit; a change of physics changes golden.json, with its reason in the commit.
+
+    Optima are the ends of searches: another instruction set may end them elsewhere within their tolerance.
+    """
+    golden = json.loads(Path(__file__).with_name("golden.json").read_text())
+    entries = {f"{entry.id} | {entry.model or ''}".strip(" |"): entry for entry in ledger.entries}
+    assert entries.keys() == golden.keys()
+    for key, (computed, verdict) in golden.items():
+        tolerance = 1e-4 if key.startswith("optimum") else 1e-9
+        assert entries[key].computed == pytest.approx(computed, rel=tolerance), key
+        assert entries[key].verdict == verdict, key
+
+
 def found(ledger: Ledger, key: str, model: str | None = None) -> Entry:
     """Return the one entry with an id, of a model where there are several."""
     (entry,) = [entry for entry in ledger.entries if entry.id == key and model in (None, entry.model)]
