@@ -81,7 +81,7 @@ class Spread:
     """What the twin's speeds may be while its estimates are off."""
 
     gaits: tuple[str, ...]
-    speed: Array  # (draws, gaits) [m/s]; not a number where a run diverged
+    speed: Array  # (samples, gaits) [m/s]; NaN where a run diverged
 
     def interval(self, gait: str) -> tuple[float, float]:
         """Return the interval that holds 95 % of the draws: returns [m/s]."""

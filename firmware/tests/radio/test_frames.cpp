@@ -13,7 +13,7 @@ static void test_checksums() {
     CHECK(digest[0] == 0xba && digest[1] == 0x78 && digest[2] == 0x16 && digest[3] == 0xbf && digest[31] == 0xad);
 }
 
-/// A good frame is found behind any bytes whatever, and inside of a bad frame's.
+/// A good frame is found after any bytes, and inside a bad frame.
 static void test_parser_finds_what_is_good() {
     Bench bench;
     const Bytes good = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));

@@ -78,7 +78,7 @@ static void a_watchdog_and_a_slow_tick() {
     CHECK(snapshot(v).faults.has(Fault::overrun));
 }
 
-/// Silent or wild sensors are told, and forbid arming until they are good again.
+/// Silent or implausible sensors are reported, and forbid arming until they recover.
 static void sensors_fail() {
     begin();
     const auto fail = [&](int channel, int ticks) {

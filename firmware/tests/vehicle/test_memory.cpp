@@ -183,7 +183,7 @@ static void a_stored_mission_has_its_origin() {
     CHECK(v.has_mission);
 }
 
-/// The same value once more is not written once more, and memory that does not hold is told.
+/// An unchanged value is not written again, and memory that does not hold a value is reported.
 static void the_memory_wears() {
     begin();
     const int soft = index_of("pressure_soft");

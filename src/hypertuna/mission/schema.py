@@ -249,6 +249,6 @@ def _check_gaps(gaps: Sequence[tuple[float, float]]) -> None:
 
 
 def too_far(key: str, x: float, y: float) -> InputError:
-    """Say that a place is too far away: `x`, `y` [m]."""
+    """Return the error of a place that is too far away: `x`, `y` [m]."""
     rule, fix = f"must be within {MAX_DISTANCE / 1e3:g} km of the origin", "give it in m, or move the origin"
     return InputError(rule, key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)

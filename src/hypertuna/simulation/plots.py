@@ -72,7 +72,7 @@ def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
 
 
 def _caption(run: TwinRun) -> str:
-    """Say what was run."""
+    """Return the title: what was run."""
     gait = run.gait
     angles, lags = (", ".join(f"{a:.3g}" for a in np.degrees(part).round(9)) for part in (gait.amplitude, gait.phase))
     told = f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, phase {lags}°, in {run.medium}"

@@ -48,7 +48,7 @@ struct Channel {
     Reader reader;
     Member member;
 
-    /// Channels reserved for it, whatever the number of joints.
+    /// Channels reserved for this part, independent of the number of joints.
     static constexpr int size = [] {
         using Field = std::remove_reference_t<std::invoke_result_t<Member, PilotReadings<float>&>>;
         return std::is_array_v<Field> ? int(std::extent_v<Field>) : 1;
