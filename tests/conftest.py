@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from importlib.util import find_spec
 
 import pytest
 from hypothesis import HealthCheck, Phase, settings
@@ -23,16 +22,6 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("hypertuna")
-
-
-FE = ("netgen", "ngsolve", "pyvista")  # packages of the extra fe
-
-
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Skip what is marked `fe` where the extra is not installed."""
-    missing = [name for name in FE if find_spec(name) is None]
-    if missing and item.get_closest_marker("fe"):
-        pytest.skip(f"needs the extra fe ({', '.join(missing)} not installed): make test-fe")
 
 
 @pytest.fixture
