@@ -8,7 +8,8 @@ from functools import cache
 import numpy as np
 
 import hypertuna
-from hypertuna.trials.trials import SteadyRun, Trials
+from hypertuna.trials.steady import SteadyRun
+from hypertuna.trials.trials import Trials
 from items import Item, Row, setting
 from peers import numba_tasks
 from peers.fish import Array, Fish

@@ -34,7 +34,8 @@ from hypertuna.description.robot import load
 from hypertuna.figures import save
 from hypertuna.optimization.constraints import gait_limits
 from hypertuna.optimization.objective import OBJECTIVES
-from hypertuna.optimization.optimize import METHODS, Optimum, optimize
+from hypertuna.optimization.optimize import METHODS, optimize
+from hypertuna.optimization.optimum import Optimum
 from hypertuna.optimization.pareto import Front, pareto
 from hypertuna.optimization.plots import plot_convergence, plot_pareto
 from hypertuna.paper.chapters.coefficients import bandwidth_table, coefficient_table

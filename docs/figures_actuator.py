@@ -13,9 +13,17 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from hypertuna import _core
-from hypertuna.actuation.bending import LAWS, MATERIAL_SETS, bend, joint_tables, misprints
+from hypertuna.actuation.bending import LAWS, bend, misprints
 from hypertuna.actuation.plots import plot_bend
-from hypertuna.actuation.soft_joint import JointTable, joint_group, mooney, muscle, soft_joint
+from hypertuna.actuation.soft_joint import (
+    MATERIAL_SETS,
+    JointTable,
+    joint_group,
+    joint_tables,
+    mooney,
+    muscle,
+    soft_joint,
+)
 from hypertuna.description.robot import Robot, load, parse
 
 FISH = load("hypertuna")

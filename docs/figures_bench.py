@@ -17,8 +17,8 @@ from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.experiment_design import information_gain
 from hypertuna.characterization.fit import BenchFit, fit_bench
 from hypertuna.characterization.plots import plot_bench
-from hypertuna.characterization.unknowns import FACTORS, PER_JOINT, SHARED, unknowns
-from hypertuna.cli.actuator import BORDER, COUNTED
+from hypertuna.characterization.unknowns import BORDER, FACTORS, PER_JOINT, SHARED, unknowns
+from hypertuna.cli.actuator import COUNTED
 from hypertuna.description.robot import load
 
 FOLDER = Path(__file__).resolve().parents[1] / "examples" / "bench"

@@ -8,10 +8,12 @@ import numpy as np
 
 import hypertuna as ht
 from hypertuna.swimming.beat import settle
+from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import head_center, replay
 from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tracks import JointSeries, Track
-from hypertuna.trials.trials import Recording, SteadyRun, Trials
+from hypertuna.trials.trials import Trials
 
 NINE = ("water.added_mass[0,1-6,7]", "water.friction[0,1-6,7]", "water.drag[0,1-6,7]")  # Table III
 

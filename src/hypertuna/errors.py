@@ -5,8 +5,6 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-__all__ = ["InputError", "did_you_mean", "shown"]
-
 
 class InputError(ValueError):
     """Bad input, described in one sentence.

@@ -16,8 +16,6 @@ from matplotlib.figure import Figure
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
 
-__all__ = ["FAINT", "GRID", "POINTS", "SEQUENCE", "TIGHT", "WIDTH", "save", "sequence", "styled"]
-
 # Colors of Okabe and Ito, distinct for every kind of color vision; shapes repeat their meaning.
 COLORS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 SHAPES = ("o", "s", "^", "D", "v", "P")

@@ -26,21 +26,6 @@ from numpy.typing import ArrayLike, NDArray
 from hypertuna.errors import InputError
 from hypertuna.ranges import check_name
 
-__all__ = [
-    "Frame",
-    "angles_of",
-    "attitude_from",
-    "attitude_of",
-    "attitude_to",
-    "body_to",
-    "pose_from",
-    "pose_to",
-    "rotation_of",
-    "twist_from",
-    "twist_to",
-    "world_to",
-]
-
 Frame = Literal["ned", "enu"]
 Array = NDArray[np.float64]
 

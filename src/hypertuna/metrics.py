@@ -5,15 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "body_lengths_per_second",
-    "cost_of_transport",
-    "efficiency",
-    "mean_speed",
-    "stride_length",
-    "strouhal",
-]
-
 Array = NDArray[np.float64]
 
 

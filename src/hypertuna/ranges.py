@@ -10,8 +10,6 @@ from typing import Any
 
 from hypertuna.errors import InputError, did_you_mean, shown
 
-__all__ = ["FINITE", "FRACTION", "NOT_NEGATIVE", "POSITIVE", "POSITIVE_WHOLE", "WHOLE", "Range", "Whole", "check_name"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Range:

@@ -15,8 +15,8 @@ from scipy.special import ellipe
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.actuation.bending import MATERIAL_SETS, bend, joint_tables, misprints
-from hypertuna.actuation.soft_joint import COLUMNS, mooney, muscle, soft_joint
+from hypertuna.actuation.bending import bend, misprints
+from hypertuna.actuation.soft_joint import COLUMNS, MATERIAL_SETS, joint_tables, mooney, muscle, soft_joint
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.actuation.bending import joint_tables
 from hypertuna.actuation.hydraulics import (
     circuits,
     line_inertance,
@@ -20,6 +19,7 @@ from hypertuna.actuation.hydraulics import (
     viscosity,
 )
 from hypertuna.actuation.sizing import POWERS, Size, largest_beat, size_pump
+from hypertuna.actuation.soft_joint import joint_tables
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 

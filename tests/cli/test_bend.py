@@ -10,8 +10,9 @@ import pytest
 import xarray as xr
 
 import hypertuna as ht
-from hypertuna.actuation.bending import MATERIAL_SETS, bend
+from hypertuna.actuation.bending import bend
 from hypertuna.actuation.plots import plot_bend
+from hypertuna.actuation.soft_joint import MATERIAL_SETS
 from program import Run
 
 BEND = ("bend", "--robot", "hypertuna", "--joint", "I")

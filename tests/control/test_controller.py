@@ -7,8 +7,8 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.actuation.bending import joint_tables
 from hypertuna.actuation.hydraulics import circuits
+from hypertuna.actuation.soft_joint import joint_tables
 from hypertuna.control.controller import controller_columns, pump_map
 from hypertuna.errors import InputError
 

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from typer.testing import CliRunner
 
 import hypertuna as ht
-from hypertuna.actuation.bending import JointTable, joint_tables
+from hypertuna.actuation.soft_joint import JointTable, joint_tables
 from hypertuna.cli.fe.app import fe_app
 from hypertuna.description.robot import load, parse
 from hypertuna.description.writer import write_robot

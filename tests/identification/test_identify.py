@@ -19,7 +19,8 @@ from hypertuna.identification.experiment import experiment
 from hypertuna.identification.identify import compare, identify
 from hypertuna.identification.posterior import posterior, with_posterior
 from hypertuna.identification.prediction import FAILED, predict, weighted
-from hypertuna.trials.trials import SteadyRun, Trials, digest, split
+from hypertuna.trials.steady import SteadyRun
+from hypertuna.trials.trials import Trials, digest, split
 from models import MODELS, changed
 from synthetic import NINE, grid, steady, swims
 

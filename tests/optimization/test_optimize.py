@@ -18,7 +18,8 @@ from hypertuna.errors import InputError
 from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.objective import objective
-from hypertuna.optimization.optimize import METHODS, WEIGHT, Optimum, optimize
+from hypertuna.optimization.optimize import METHODS, WEIGHT, optimize
+from hypertuna.optimization.optimum import Optimum
 from hypertuna.optimization.problem import Problem
 from models import changed
 

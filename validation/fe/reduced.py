@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import hypertuna as ht
-from hypertuna.actuation.bending import joint_tables
+from hypertuna.actuation.soft_joint import joint_tables
 from hypertuna.cli.console import progress_bar
 from hypertuna.description.provenance import provenance
 from hypertuna.description.writer import write_robot

@@ -12,7 +12,8 @@ from scipy.optimize import least_squares
 import hypertuna as ht
 from hypertuna.description.robot import parse
 from hypertuna.identification.identify import identify
-from hypertuna.trials.replay import replay, rmse, smooth
+from hypertuna.trials.replay import replay, rmse
+from hypertuna.trials.smoothing import smooth
 from hypertuna.trials.tracks import read_joints
 from hypertuna.trials.trials import read_trials
 

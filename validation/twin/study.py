@@ -16,8 +16,8 @@ import numpy as np
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.actuation.bending import joint_tables
 from hypertuna.actuation.hydraulics import circuits, servo_angle
+from hypertuna.actuation.soft_joint import joint_tables
 from hypertuna.description.robot import parse
 from hypertuna.simulation.plant import parts_of
 from hypertuna.simulation.run import TwinRun

@@ -15,8 +15,6 @@ from hypertuna.metrics import cost_of_transport
 from hypertuna.ranges import POSITIVE
 from hypertuna.ranges import Range as Limits
 
-__all__ = ["BatteryColumns", "Range", "battery_columns", "range_of"]
-
 Array = NDArray[np.float64]
 
 POINTS = 32  # of Gauss-Legendre over the charge: voltage and current are smooth

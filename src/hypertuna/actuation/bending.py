@@ -16,12 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import (
     LUMEN_MIN,
-    MATERIAL_SETS,
-    JointTable,
     drive_unit,
     joint_group,
-    joint_tables,
-    mooney,
     muscle,
     soft_joint,
 )
@@ -33,23 +29,6 @@ from hypertuna.io.files import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "LAWS",
-    "MATERIAL_SETS",
-    "SIDES",
-    "Bend",
-    "JointTable",
-    "Step",
-    "bend",
-    "check_pressure",
-    "check_side",
-    "joint_tables",
-    "misprints",
-    "mooney",
-    "soft_joint",
-    "straightness",
-]
 
 Array = NDArray[np.float64]
 

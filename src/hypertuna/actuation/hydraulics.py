@@ -14,22 +14,6 @@ from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.hydraulics import HOTTEST, Line, Oil, Pump, Servo
 from hypertuna.errors import InputError
 
-__all__ = [
-    "SIDES",
-    "ZERO_CELSIUS",
-    "Circuits",
-    "circuits",
-    "line_inertance",
-    "line_loss",
-    "line_resistance",
-    "oil_of",
-    "pump_servo",
-    "rest_volume",
-    "servo_angle",
-    "supply_voltage",
-    "viscosity",
-]
-
 Array = NDArray[np.float64]
 
 SIDES = ("left", "right")

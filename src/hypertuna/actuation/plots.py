@@ -10,11 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from hypertuna.actuation.bending import Bend
-from hypertuna.actuation.hydraulics import ZERO_CELSIUS
 from hypertuna.actuation.sizing import Size
+from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
-
-__all__ = ["plot_bend", "plot_pump"]
 
 DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))
 

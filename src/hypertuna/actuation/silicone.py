@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from hypertuna.errors import InputError, shown
 
-__all__ = ["Mooney", "TensileFit", "TensileTest", "fit_silicone", "read_tensile"]
-
 Array = NDArray[np.float64]
 
 UP_TO = 1.0  # engineering strain up to which a test is fitted: that of a data sheet's modulus

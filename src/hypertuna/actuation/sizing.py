@@ -12,12 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.actuation.bending import JointTable, joint_tables
 from hypertuna.actuation.hydraulics import Circuits, circuits, servo_angle, supply_voltage
+from hypertuna.actuation.soft_joint import JointTable, joint_tables
 from hypertuna.description.robot import Robot, parse, require
 from hypertuna.errors import InputError
-
-__all__ = ["POWERS", "Size", "largest_beat", "size_pump", "with_bore"]
 
 Array = NDArray[np.float64]
 

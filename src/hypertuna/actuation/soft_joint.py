@@ -21,19 +21,6 @@ from hypertuna.description.schema.body import JointGroup
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import WHOLE
 
-__all__ = [
-    "COLUMNS",
-    "LUMEN_MIN",
-    "MATERIAL_SETS",
-    "JointTable",
-    "drive_unit",
-    "joint_group",
-    "joint_tables",
-    "mooney",
-    "muscle",
-    "soft_joint",
-]
-
 Array = NDArray[np.float64]
 
 MATERIAL_SETS: tuple[MaterialSet, ...] = get_args(MaterialSet)

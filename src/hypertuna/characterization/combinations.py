@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from hypertuna.characterization.unknowns import Unknown
 from hypertuna.identification.estimator import Direction
 
-__all__ = ["DETERMINED", "Combination", "combinations"]
-
 Array = NDArray[np.float64]
 
 DETERMINED = 3.0  # narrowing of an interval by the bench, above which a combination counts as determined

@@ -10,13 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.actuation.bending import SIDES
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import check_width, read_rows
 from hypertuna.trials.radio_log import bench_rows
-
-__all__ = ["COLUMNS", "MAX_PRESSURE", "Bench", "Loop", "joint_index", "read_bench"]
 
 Array = NDArray[np.float64]
 

@@ -9,15 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.actuation.bending import SIDES, bend
+from hypertuna.actuation.bending import bend
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney, muscle, soft_joint
 from hypertuna.characterization.data import Bench, Loop
 from hypertuna.characterization.fit import BenchFit
 from hypertuna.characterization.problem import computed
 from hypertuna.characterization.unknowns import with_unknowns
 from hypertuna.description.robot import Robot
-
-__all__ = ["InformationGain", "information_gain"]
 
 Array = NDArray[np.float64]
 

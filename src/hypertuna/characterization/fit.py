@@ -23,8 +23,6 @@ from hypertuna.identification import estimator
 from hypertuna.identification.estimator import Direction
 from hypertuna.identification.loss import interval_factor, residual_scale
 
-__all__ = ["BenchFit", "fit_bench"]
-
 Array = NDArray[np.float64]
 
 STARTS = 3

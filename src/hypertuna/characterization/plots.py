@@ -10,13 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hypertuna.actuation.bending import SIDES, bend
+from hypertuna.actuation.bending import bend
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.characterization.combinations import DETERMINED
 from hypertuna.characterization.data import Loop
 from hypertuna.characterization.fit import BenchFit
 from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
-
-__all__ = ["plot_bench"]
 
 Array = NDArray[np.float64]
 

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.actuation.bending import SIDES, bend
+from hypertuna.actuation.bending import bend
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.characterization.data import Bench
 from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.identification.loss import check_loss
-
-__all__ = ["KINDS", "BenchProblem", "bench_problem", "computed", "effective_parameters"]
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from hypertuna.characterization.problem import BenchProblem
 
-__all__ = ["randomized_fits"]
-
 Array = NDArray[np.float64]
 
 COUNT = 32

@@ -17,18 +17,6 @@ from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.identification.names import split_names
 
-__all__ = [
-    "BORDER",
-    "FACTORS",
-    "PER_JOINT",
-    "SHARED",
-    "Unknown",
-    "check_tables",
-    "keys_of",
-    "unknowns",
-    "with_unknowns",
-]
-
 Array = NDArray[np.float64]
 
 # Unknowns and their default bounds, as factors on the described value; those in ABSOLUTE as values [rad or 1].

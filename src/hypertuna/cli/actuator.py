@@ -23,8 +23,6 @@ from hypertuna.description.robot import load
 from hypertuna.description.writer import write_robot
 from hypertuna.io.files import version
 
-__all__ = ["actuator_app"]
-
 actuator_app = opt.group("Characterize an actuator: silicone from a tensile test, unknowns from a bench.")
 
 NOISE = {"angle": ("deg", 180 / math.pi), "volume": ("ml", 1e6)}

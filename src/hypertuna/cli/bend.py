@@ -11,7 +11,8 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from hypertuna.actuation.bending import MATERIAL_SETS, Bend, Step, bend, misprints, mooney
+from hypertuna.actuation.bending import Bend, Step, bend, misprints
+from hypertuna.actuation.soft_joint import MATERIAL_SETS, mooney
 from hypertuna.characterization.data import joint_index
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import table
@@ -19,8 +20,6 @@ from hypertuna.cli.emit import emit, made_by
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.io.files import rows_csv
-
-__all__ = ["bend_command"]
 
 ALL = "all"  # every material set that the robot has the values of
 SMOOTH = 50  # minimum number of pressures of a plotted curve

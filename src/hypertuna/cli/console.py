@@ -22,20 +22,6 @@ if TYPE_CHECKING:
 
     from hypertuna.io.quantity import Quantity
 
-__all__ = [
-    "command_line",
-    "counted",
-    "json_text",
-    "plain",
-    "print_json",
-    "print_lines",
-    "print_written",
-    "progress_bar",
-    "run_folder",
-    "summary_table",
-    "table",
-]
-
 PATIENCE = 1.0  # seconds after which work shows its progress
 
 

@@ -16,8 +16,6 @@ from hypertuna.description.robot import load
 from hypertuna.io.files import columns_csv
 from hypertuna.simulation.dive import Dive, dive
 
-__all__ = ["dive_command"]
-
 
 def dive_command(
     robot: opt.RobotName,

@@ -27,8 +27,6 @@ from hypertuna.radio.drive import EVENT, Stick, gamepad, keys, moved, pressed, v
 from hypertuna.radio.log import RadioLogWriter, check_new
 from hypertuna.swimming.gait import named_gait
 
-__all__ = ["Pad", "drive_command"]
-
 PERIOD = 0.2  # s between two stick messages: two fit into a timeout of half a second even if one is lost
 
 

@@ -12,8 +12,6 @@ import typer
 from hypertuna.cli.console import command_line, print_json, print_lines, print_written
 from hypertuna.errors import InputError
 
-__all__ = ["draw", "emit", "made_by", "refused"]
-
 R = TypeVar("R")
 
 

@@ -22,8 +22,6 @@ from hypertuna.optimization.experiment import TankOptions, TankSearch
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import COLUMNS, SteadyRun, read_steady
 
-__all__ = ["ask_command", "tell_command"]
-
 State = Annotated[str, opt.text("--state", "File that stores the search; created by the first ask.", "FILE")]
 MEASURED = (COLUMNS["speed"], COLUMNS["cost_of_transport"])
 

@@ -18,8 +18,6 @@ from hypertuna.firmware.in_the_loop import PARTS, FirmwareRun, firmware_in_the_l
 from hypertuna.firmware.relay import radio_model
 from hypertuna.firmware.scenario import find_scenario
 
-__all__ = ["fil_command"]
-
 ROBOT = "hypertuna"  # that flies scenarios without a robot of their own
 
 

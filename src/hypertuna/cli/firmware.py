@@ -16,8 +16,6 @@ from hypertuna.description.robot import load
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table, header
 from hypertuna.io.files import write_atomically
 
-__all__ = ["firmware_app"]
-
 firmware_app = opt.group("Firmware: parameters from a robot's description, list of faults.")
 
 

@@ -13,8 +13,6 @@ from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.swimming.sweep import Gaits
 
-__all__ = ["KINDS", "check_duration", "gait_degrees", "gait_grid", "gait_record", "gait_text", "one_gait"]
-
 KINDS = ("amplitude", "phase", "bias")
 MIN_BEATS = 2  # of a run: for means over whole beats
 Axes = dict[str, list[tuple[float, ...]]]  # values of each option [Hz, deg]

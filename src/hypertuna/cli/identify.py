@@ -27,8 +27,6 @@ from hypertuna.identification.posterior import Posterior, check_posterior, poste
 from hypertuna.identification.residuals import LABELS
 from hypertuna.trials.trials import Trials, read_trials
 
-__all__ = ["identify_command"]
-
 UNITS = {"rad": ("deg", 180 / math.pi)}  # units that people read and write in another
 
 

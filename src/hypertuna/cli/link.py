@@ -27,8 +27,6 @@ from hypertuna.radio.dialect import SILENT, need_radio
 from hypertuna.radio.log import RadioLogWriter, check_new
 from hypertuna.radio.parameters import read_parameter, read_parameters, set_parameter
 
-__all__ = ["FLUSH", "Connect", "Key", "link_app", "read_key"]
-
 link_app = opt.group("A robot over the radio; needs the extra radio, and log for logs.")
 
 PLACES = "udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600."

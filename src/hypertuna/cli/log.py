@@ -23,8 +23,6 @@ from hypertuna.mission.log_fields import DEGREES, DERIVED, fields
 from hypertuna.mission.read_log import Log, read_log
 from hypertuna.mission.record import MissionRecord, record_facts
 
-__all__ = ["log_app"]
-
 log_app = opt.group("Logs of missions and black boxes: summary, plot, table, track; needs the extra log.")
 
 LogFile = Annotated[str, typer.Argument(metavar="FILE.mcap", help="A log that hypertuna wrote.")]

@@ -16,8 +16,6 @@ from typer.main import get_command
 
 from hypertuna.errors import InputError
 
-__all__ = ["COMMANDS", "app", "main"]
-
 INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
 UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser inside typer: unknown options and the like
 

@@ -26,8 +26,6 @@ from hypertuna.mission.flight import Flight, Outcome, expected, fly, fly_seeds, 
 from hypertuna.mission.gpx import check_origin, write_gpx
 from hypertuna.mission.record import record_facts
 
-__all__ = ["mission_command"]
-
 ENDINGS = {
     "done": "The mission is done",
     "hold": "The robot holds: it cannot go home",

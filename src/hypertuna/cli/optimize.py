@@ -18,12 +18,11 @@ from hypertuna.description.robot import Robot, load, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
-from hypertuna.optimization.optimize import Margin, Optimum, optimize
+from hypertuna.optimization.optimize import optimize
+from hypertuna.optimization.optimum import Margin, Optimum
 from hypertuna.optimization.robust import STATISTICS
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import Gait
-
-__all__ = ["optimize_app"]
 
 optimize_app = typer.Typer(invoke_without_command=True, add_completion=False, rich_markup_mode=None)
 optimize_app.command("ask")(ask_command)

@@ -21,8 +21,6 @@ from hypertuna.optimization.pareto import SLOW, Front, pareto
 from hypertuna.optimization.robust import STATISTICS
 from hypertuna.swimming.beat import DEFAULT_STEPS
 
-__all__ = ["NAMES", "pareto_command"]
-
 ROWS = 24  # points of the front that the terminal shows
 
 # What is printed of each gait: name in JSON and CSV with its unit, and quantity.

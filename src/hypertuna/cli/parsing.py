@@ -10,21 +10,6 @@ from typing import NamedTuple
 
 from hypertuna.errors import InputError, did_you_mean, shown
 
-__all__ = [
-    "Bound",
-    "Setting",
-    "bound",
-    "choice",
-    "interval",
-    "number",
-    "numbers",
-    "output_file",
-    "ranges",
-    "setting",
-    "values",
-    "whole_number",
-]
-
 MAX_VALUES = 1_000_000  # of one range
 
 

@@ -10,16 +10,14 @@ import numpy as np
 import typer
 
 from hypertuna import _core
-from hypertuna.actuation.hydraulics import ZERO_CELSIUS
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.twin import kelvin, robot_with
 from hypertuna.description.robot import Robot
+from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.io.files import rows_csv
 from hypertuna.simulation.posture_test import CLOSE, EASED, PostureTest, posture_test
-
-__all__ = ["posture_command"]
 
 CAVITATED = "the oil cavitated in a cylinder"
 ANGLE = math.radians(20)  # the paper's

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from hypertuna.actuation.hydraulics import ZERO_CELSIUS, circuits
+from hypertuna.actuation.hydraulics import circuits
 from hypertuna.actuation.sizing import Size, largest_beat, size_pump
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
@@ -16,11 +16,10 @@ from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.twin import kelvin
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
+from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset, rows_csv
 from hypertuna.swimming.gait import named_gait
-
-__all__ = ["COLUMNS", "pump_command"]
 
 # Of a size: name with its unit, attribute, factor from SI.
 COLUMNS = (

@@ -23,8 +23,6 @@ from hypertuna.paper.ledger import judge, published
 from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import Gait, named_gait
 
-__all__ = ["range_command"]
-
 PAPER = "hypertuna"  # the robot whose range is published
 
 

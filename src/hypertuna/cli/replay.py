@@ -26,8 +26,6 @@ from hypertuna.trials.trials import Trials, read_trials
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["replay_command"]
-
 COMPARED = ("rmse", "mean_rmse", "repeatability")
 # Units on the terminal, and how many of them are one SI unit.
 BORDER = {"m": ("cm", 100.0), "rad": ("deg", 180 / np.pi)}

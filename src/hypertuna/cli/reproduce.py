@@ -16,8 +16,6 @@ from hypertuna.paper.reproduce import Ledger, ledger_record, reproduce
 if TYPE_CHECKING:
     from rich.text import Text
 
-__all__ = ["reproduce_command"]
-
 STYLES = {"reproduced": "green", "deviates": "yellow", "contradicted": "bold red"} | dict.fromkeys(
     ("undetermined", "not-computed"), "dim"
 )

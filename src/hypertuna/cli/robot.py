@@ -13,8 +13,6 @@ from hypertuna.cli.emit import emit, refused
 from hypertuna.description.reference import json_schema
 from hypertuna.description.robot import Entry, Robot, load
 
-__all__ = ["robot_app"]
-
 robot_app = opt.group("Robot descriptions: print the format, check a file, show a robot.")
 
 RobotFile = Annotated[

@@ -13,25 +13,6 @@ from hypertuna.cli import parsing
 from hypertuna.description.robot import Robot
 from hypertuna.optimization.constraints import Limit, gait_limits
 
-__all__ = [
-    "Iterations",
-    "Maximize",
-    "Method",
-    "MinSpeed",
-    "Minimize",
-    "Particles",
-    "Rate",
-    "Reach",
-    "Robust",
-    "Samples",
-    "SearchRobot",
-    "Speed",
-    "Strouhal",
-    "Torque",
-    "Weight",
-    "limits_of",
-]
-
 SearchRobot = Annotated[
     str | None, opt.text("--robot", "Name of a robot that comes with hypertuna, or path of its file.")
 ]

@@ -21,8 +21,6 @@ from hypertuna.swimming.swim import SUMMARY
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["sweep_command"]
-
 ROWS = 40  # gaits that the terminal shows one by one
 HEADS = {
     "frequency_hz": "f\n[Hz]",

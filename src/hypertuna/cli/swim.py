@@ -14,8 +14,6 @@ from hypertuna.description.schema.water import LAWS
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.swim import Swim, swim
 
-__all__ = ["swim_command"]
-
 
 def swim_command(
     robot: opt.RobotName,

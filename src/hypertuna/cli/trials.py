@@ -21,8 +21,6 @@ from hypertuna.trials.manifest import Recording
 from hypertuna.trials.steady import COLUMNS, SteadyRun
 from hypertuna.trials.trials import Trials, read_trials
 
-__all__ = ["trials_app"]
-
 trials_app = opt.group("Tank trials: check them, import published ones.")
 
 AXES = {"x_cm": 100.0, "y_cm": 100.0, "yaw_deg": 180 / np.pi}  # of repeatability, per SI unit

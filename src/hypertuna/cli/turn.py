@@ -20,8 +20,6 @@ from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.sweep import Gaits
 from hypertuna.swimming.turn import Tightest, Turning, gait_at, turn
 
-__all__ = ["turn_command"]
-
 AROUND = np.linspace(0, 320, 9)  # deg of the last joint group's phase: once around, as in the paper's Fig. 14(b)
 MAX_TURNS = 2000  # each is swum a whole circle
 ROWS = 40  # that the terminal shows

@@ -9,19 +9,17 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from hypertuna.actuation.hydraulics import ZERO_CELSIUS
 from hypertuna.actuation.sizing import with_bore
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import summary_table, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import check_duration, gait_degrees, gait_text, one_gait
 from hypertuna.description.robot import Robot, load
+from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.io.files import columns_csv
 from hypertuna.io.quantity import Quantity
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
-
-__all__ = ["BACKWARD", "kelvin", "robot_with", "swims_forward", "twin_command"]
 
 KILO = 1e3
 MIN_SPEED = 0.01  # 1/s: a robot slower than this many body lengths stands, and has no cost per distance

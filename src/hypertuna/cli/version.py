@@ -9,8 +9,6 @@ from hypertuna import _core
 from hypertuna.cli.options import AsJson
 from hypertuna.io.files import version
 
-__all__ = ["version_command"]
-
 
 def version_command(as_json: AsJson = False) -> None:
     """Print the version and the instruction set in use; HYPERTUNA_ISA chooses another."""

@@ -12,15 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.actuation.bending import JointTable, joint_tables
 from hypertuna.actuation.hydraulics import Circuits, circuits, pump_servo, servo_angle
+from hypertuna.actuation.soft_joint import JointTable, joint_tables
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError
 from hypertuna.swimming.model import core_model
-
-__all__ = ["PumpMap", "controller_columns", "pump_map"]
 
 Array = NDArray[np.float64]
 

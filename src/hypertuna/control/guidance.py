@@ -25,8 +25,6 @@ from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim
 
-__all__ = ["GaitTable", "gait_table", "glide", "mission_columns", "pilot_columns"]
-
 Array = NDArray[np.float64]
 
 DEPTH_STEP = 0.5  # m, largest change of a working depth sensor within a tick

@@ -10,8 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Mission", "Waypoint", "cross", "fence_distance", "sides"]
-
 Array = NDArray[np.float64]
 Point = tuple[float, float]
 

@@ -13,8 +13,6 @@ from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Sensor
 from hypertuna.errors import InputError, did_you_mean, shown
 
-__all__ = ["Fault", "channels", "faults", "pilot_sensor_columns", "sensor_columns", "sensor_of"]
-
 NUMBERS = ("low", "high", "noise", "resolution", "drift", "bias", "nonlinearity")
 KINDS = tuple(kind for kind in _core.fault_kinds() if kind != "none")
 FOREVER = float("inf")

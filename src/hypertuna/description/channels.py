@@ -6,8 +6,6 @@ from typing import Literal, NamedTuple
 
 from hypertuna import _core
 
-__all__ = ["ANALOG", "CHANNELS", "COUNTED", "Channel"]
-
 
 class Channel(NamedTuple):
     """A kind of sensor."""

@@ -9,8 +9,6 @@ from hypertuna import _core
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import version
 
-__all__ = ["journal_header", "provenance"]
-
 
 def provenance(robot: Robot, *, water: bool = True) -> dict[str, str]:
     """Return the attributes of every dataset and file: version, instruction set, robot and, with `water`, its model."""

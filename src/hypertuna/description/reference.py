@@ -8,8 +8,6 @@ from typing import Any
 
 from hypertuna.description.robot import Robot
 
-__all__ = ["json_schema", "markdown", "reference"]
-
 _NOUNS = {
     "number": ("number", "numbers"),
     "integer": ("whole number", "whole numbers"),

@@ -36,8 +36,6 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_toml
 
-__all__ = ["Entry", "Robot", "cached", "load", "parse", "require", "robot_path", "robots"]
-
 T = TypeVar("T")
 
 TOLERANCE = 1e-6  # relative, of sums: links to the body length, shares to one

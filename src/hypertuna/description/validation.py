@@ -12,8 +12,6 @@ from pydantic.fields import FieldInfo
 
 from hypertuna.errors import InputError, did_you_mean, shown
 
-__all__ = ["Place", "field_at", "fix_for", "nested_model", "translate", "unit_of", "written"]
-
 Place = tuple[int | str, ...]  # place of a value in a document: keys and indices, outermost first
 _NOUNS = {
     "dictionary": "a table",

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from hypertuna.description.robot import Robot, parse, robot_path
 from hypertuna.io.files import write_atomically
 
-__all__ = ["robot_text", "write_robot"]
-
 Array = NDArray[np.float64]
 
 SAME = 1e-13  # relative tolerance of the same number in another notation

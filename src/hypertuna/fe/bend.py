@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.actuation.bending import SIDES, check_pressure, check_side, straightness
+from hypertuna.actuation.bending import check_pressure, check_side, straightness
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot
@@ -23,8 +24,6 @@ from hypertuna.io.files import dataset, write_atomically
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["JOURNAL", "FeBend", "fe_bend", "ngsolve_version"]
 
 Array = NDArray[np.float64]
 

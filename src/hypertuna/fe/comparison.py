@@ -31,8 +31,6 @@ from hypertuna.fe.geometry import joint_body
 from hypertuna.fe.record import oil_taken
 from hypertuna.fe.section import section_bend
 
-__all__ = ["FeComparison", "Reason", "compare", "shortening_bend"]
-
 Array = NDArray[np.float64]
 
 STEP = 5e3  # Pa, largest step of the path to a pressure

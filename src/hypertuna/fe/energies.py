@@ -13,11 +13,6 @@ from typing import Any
 from hypertuna.actuation.silicone import Mooney
 from hypertuna.ranges import Range, check_name
 
-__all__ = [
-    *("LAWS", "SLACK", "Solid", "Wall", "braid_energy", "cavity", "fiber_stretches", "hose_energy", "nominal_stress"),
-    "solid_energy",
-]
-
 LAWS = ("linear", "neo_hookean", "mooney_rivlin")
 SLACK = 1e-3  # stiffness of a shortened fiber over that of a taut one: fibers do not push
 

@@ -8,8 +8,6 @@ from importlib.util import find_spec
 
 from hypertuna.errors import InputError
 
-__all__ = ["need_fe", "need_pictures", "need_screenless"]
-
 INSTALL = "pip install 'hypertuna[fe]'"
 
 

@@ -10,8 +10,6 @@ from hypertuna.fe.energies import solid_energy
 from hypertuna.fe.model import FeModel
 from hypertuna.io.files import write_atomically
 
-__all__ = ["DISPLACEMENT", "FACE", "FACE_NUMBERS", "STRAIN", "STRESS", "surface_path", "volume_path", "write_vtu"]
-
 # Names of the fields in the files.
 DISPLACEMENT, FACE = "displacement [m]", "face [1]"
 STRESS, STRAIN = "von Mises stress [Pa]", "largest principal logarithmic strain [1]"

@@ -21,8 +21,6 @@ from hypertuna.errors import InputError
 from hypertuna.fe.extra import need_fe
 from hypertuna.io.files import write_atomically
 
-__all__ = ["FACES", "Channel", "JointBody", "half_shape", "joint_body", "write_geometry"]
-
 Array = NDArray[np.float64]
 
 MM = 1e3  # drawings are in mm, as STEP is by default

@@ -13,8 +13,6 @@ from hypertuna.fe.energies import cavity, fiber_stretches, nominal_stress
 from hypertuna.fe.geometry import FACES
 from hypertuna.fe.model import FeModel, surface_strain
 
-__all__ = ["Measured", "measure", "von_mises"]
-
 Array = NDArray[np.float64]
 
 QUANTILE = 0.99  # of the matrix' volume for strain and stress, of the walls' area for fibers

@@ -16,8 +16,6 @@ from hypertuna.errors import InputError
 from hypertuna.fe.geometry import FACES, MM, JointBody, half_shape
 from hypertuna.ranges import check_name
 
-__all__ = ["MESHES", "MeshSize", "joint_mesh", "mesh_size"]
-
 AREA = 2e-3  # relative tolerance of a mesh's areas and volume
 TRIES = 5  # meshes, each finer than the last, until no element is inverted
 FINER = 0.9  # ratio of element sizes of successive meshes

@@ -14,8 +14,6 @@ from typing import Any
 from hypertuna.errors import InputError
 from hypertuna.fe.energies import Solid
 
-__all__ = ["dilatation", "mixed_energy", "mixed_space", "settling"]
-
 LOWER = 2  # order of the displacement minus that of the pressure
 
 

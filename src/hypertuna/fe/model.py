@@ -24,8 +24,6 @@ from hypertuna.fe.mesh import MeshSize, joint_mesh, mesh_size
 from hypertuna.fe.mixed import mixed_energy, mixed_space, settling
 from hypertuna.fe.newton import Equilibrium, Problem, lead
 
-__all__ = ["FeModel", "FeOptions", "SurfaceStrain", "equilibrium", "fe_model", "soft_parts", "surface_strain"]
-
 PLATE = 1e3  # shear modulus of the plates over that of the matrix
 STRIP = 1e6  # N/m, of the strip: nearly inextensible
 

@@ -7,8 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Equilibrium", "Problem", "lead"]
-
 MAX_STEPS = 40  # Newton steps of a load step
 CLOSE = 1e-7  # converged when the next, last step lowers the energy by less than this fraction of the loads' work
 MIN_WORK = 1e-12  # J, below which work is zero

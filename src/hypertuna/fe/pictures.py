@@ -30,17 +30,6 @@ from hypertuna.fe.record import SUMMARY
 from hypertuna.figures import FAINT, SEQUENCE, WIDTH, styled
 from hypertuna.io.files import write_atomically
 
-__all__ = [
-    "QUANTITIES",
-    "Film",
-    "Quantity",
-    "draw_filmstrip",
-    "draw_step",
-    "read_film",
-    "write_filmstrip",
-    "write_png",
-]
-
 Array = NDArray[np.float64]
 
 PARTS = {

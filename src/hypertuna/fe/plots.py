@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike
 
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 
-__all__ = ["plot_fe_bend"]
-
 KILO, MILLILITER = 1e3, 1e-6
 NARROW = 6.0  # inch, below which the legend has one column
 DASHED = (0, (5, 2))

@@ -20,8 +20,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.errors import InputError
 
-__all__ = ["Potential", "Residual", "Samples", "best_potential", "fit_potential", "residual"]
-
 Array = NDArray[np.float64]
 
 ELASTIC = (1, 2, 3, 4)  # numbers of terms of U', odd powers of the angle

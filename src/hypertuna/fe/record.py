@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.actuation.bending import SIDES
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.description.provenance import provenance
 from hypertuna.fe.bend import FeBend, ngsolve_version
 from hypertuna.fe.measure import Measured
-
-__all__ = ["SUMMARY", "bend_csv", "bend_record", "measured_record", "oil_taken"]
 
 SUMMARY = "bend.json"  # file of the record in the folder of a run
 

@@ -37,17 +37,6 @@ from hypertuna.io.files import dataset
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Joint",
-    "Pair",
-    "ReducedJoint",
-    "couples",
-    "joint_by_elements",
-    "reduce_joint",
-    "with_reduced",
-    "write_reduced",
-]
-
 Array = NDArray[np.float64]
 ANGLES = 49  # rows of a table: a spline through them is the fitted polynomials to 1e-5
 STRONGEST = 0.5  # largest couple by default, over the moment of the largest pressure on the straight joint

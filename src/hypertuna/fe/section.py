@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hypertuna.actuation.bending import SIDES, check_side
+from hypertuna.actuation.bending import check_side
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import joint_group
 from hypertuna.description.robot import Robot
 from hypertuna.fe.energies import Solid, Wall, braid_energy, hose_energy, solid_energy
@@ -22,8 +23,6 @@ from hypertuna.fe.extra import need_fe
 from hypertuna.fe.geometry import MM, joint_body
 from hypertuna.fe.model import FeOptions, soft_parts
 from hypertuna.fe.newton import Problem, lead
-
-__all__ = ["Section", "section_bend"]
 
 Array = NDArray[np.float64]
 

@@ -24,8 +24,6 @@ from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.mission.file import MissionFile
 from hypertuna.mission.record import COLUMNS, MissionRecord
 
-__all__ = ["Box", "mission_record", "read_black_box", "record_dtype"]
-
 Array = NDArray[np.float64]
 Ticks = NDArray[Any]
 

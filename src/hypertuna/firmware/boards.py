@@ -21,8 +21,6 @@ from hypertuna.errors import InputError
 from hypertuna.firmware.lockstep import FROM_BOARD
 from hypertuna.io.files import write_atomically
 
-__all__ = ["BOARDS", "Board", "find_firmware", "missing", "started"]
-
 BOARDS = {"pc": "pc", "qemu": "qemu_mps2.elf"}
 EMULATOR = "qemu-system-arm"
 BOX = "black_box"  # file written by a board

@@ -13,8 +13,6 @@ import numpy as np
 
 from hypertuna.ranges import POSITIVE, Range
 
-__all__ = ["Air", "RadioModel"]
-
 SIDES = 2  # robot, ground
 
 

@@ -27,8 +27,6 @@ from hypertuna.firmware.scenario import Scenario, random_messages, scheduled_ord
 from hypertuna.mission.run import MissionRun, fly_part, joined, mission_start
 from hypertuna.ranges import Whole
 
-__all__ = ["FirmwareRun", "firmware_in_the_loop"]
-
 Array = NDArray[np.float64]
 Messages = NDArray[Any]
 

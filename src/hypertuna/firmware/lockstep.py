@@ -12,8 +12,6 @@ from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.firmware.parameters import CONVERTER, SIGNED, FirmwareTable
 from hypertuna.mission.geodesy import from_local
 
-__all__ = ["COMPARED", "FROM_BOARD", "ORDERS", "SAMPLES", "TO_BOARD", "Counts", "order"]
-
 Array = NDArray[np.float64]
 
 SERVOS_MAX = 10

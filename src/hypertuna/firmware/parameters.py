@@ -22,8 +22,6 @@ from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.firmware import Firmware
 from hypertuna.errors import InputError
 
-__all__ = ["FirmwareTable", "Parameter", "firmware_table", "header"]
-
 Array = NDArray[np.float32]
 
 CONVERTER = 65536  # counts of the analog converter's range

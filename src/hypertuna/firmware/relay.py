@@ -12,8 +12,6 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.firmware.channel import Air, RadioModel
 from hypertuna.ranges import FINITE
 
-__all__ = ["Relay", "radio_model"]
-
 HOST = "127.0.0.1"
 TIMEOUT = 10.0  # s until an emulated board must listen
 DATAGRAM = 65536  # bytes

@@ -19,8 +19,6 @@ from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.ranges import WHOLE
 from hypertuna.swimming.gait import Gait, named_gait
 
-__all__ = ["Scenario", "find_scenario", "random_messages", "scheduled_orders"]
-
 START = 100  # ticks before the first command: the attitude settles
 STORED = 250  # ticks to store the longest mission before arming
 Messages = NDArray[Any]

@@ -26,22 +26,6 @@ from hypertuna.identification.names import (
 from hypertuna.identification.truncated_normal import truncated_normal
 from hypertuna.swimming.model import parameter_names
 
-__all__ = [
-    "ABSOLUTE_UNITS",
-    "Free",
-    "bounds_of",
-    "column_key",
-    "column_of",
-    "columns",
-    "free",
-    "from_scale",
-    "parameter_jacobian",
-    "position",
-    "sample_robots",
-    "to_scale",
-    "with_values",
-]
-
 Array = NDArray[np.float64]
 
 ABSOLUTE_UNITS = {"time_offset": 0.1, "joints.phase_offset": 0.1}  # s and rad: coefficients without a relative error

@@ -13,18 +13,6 @@ from numpy.typing import NDArray
 from hypertuna.identification.loss import loss_terms
 from hypertuna.identification.profile import Optimum, profile_sd
 
-__all__ = [
-    "Direction",
-    "Estimate",
-    "LeastSquares",
-    "estimate",
-    "fit",
-    "minimize",
-    "on_bound",
-    "start_points",
-    "t_quantile",
-]
-
 Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95

@@ -18,8 +18,6 @@ from hypertuna.trials.replay import joint_grid, seen_from_start
 from hypertuna.trials.smoothing import smooth
 from hypertuna.trials.trials import Trials
 
-__all__ = ["FIRST_LEVEL", "KINDS", "Experiment", "Replayed", "experiment"]
-
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Indices = NDArray[np.intp]

@@ -32,8 +32,6 @@ from hypertuna.io.files import version
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
 from hypertuna.trials.trials import Trials, digest, read_trials, split
 
-__all__ = ["Fit", "compare", "identify", "with_fit"]
-
 Array = NDArray[np.float64]
 Paths = str | Path | Sequence[str | Path]
 

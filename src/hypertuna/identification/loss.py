@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from hypertuna.errors import InputError, did_you_mean, shown
 
-__all__ = ["LOSSES", "check_loss", "curvature", "interval_factor", "loss_terms", "residual_scale"]
-
 Array = NDArray[np.float64]
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")

@@ -14,18 +14,6 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
 from hypertuna.swimming.model import parameter_names
 
-__all__ = [
-    "NUISANCES",
-    "check_once",
-    "covered",
-    "default_bounds",
-    "free_of",
-    "known_columns",
-    "members",
-    "resolve",
-    "split_names",
-]
-
 NUISANCES = {"time_offset": "s", "cost_factor": "1"}  # of the trials, not of the robot: name and unit
 NAME = re.compile(r"(?P<column>[\w.]+)(?:\[(?P<index>.*)\])?")
 

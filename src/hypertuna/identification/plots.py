@@ -17,8 +17,6 @@ from hypertuna.identification.identify import Fit
 from hypertuna.identification.posterior import Posterior
 from hypertuna.identification.residuals import LABELS, Errors
 
-__all__ = ["plot_correlation", "plot_errors", "plot_intervals", "plot_measured", "short_names"]
-
 Array = NDArray[np.float64]
 
 DARK = 0.85  # correlation above which the text of a cell is white

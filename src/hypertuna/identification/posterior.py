@@ -25,8 +25,6 @@ from hypertuna.identification.residuals import squares
 from hypertuna.io.checkpoint import Journal
 from hypertuna.trials.trials import digest
 
-__all__ = ["Posterior", "check_posterior", "posterior", "with_posterior"]
-
 Array = NDArray[np.float64]
 
 WALKERS, MIN_WALKERS = 4, 16  # per coefficient, and in all

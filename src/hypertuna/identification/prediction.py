@@ -15,8 +15,6 @@ from hypertuna.swimming.beat import DEFAULT_STEPS, directional_derivatives, sett
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.replay import replay_jacobian
 
-__all__ = ["FAILED", "Prediction", "predict", "weighted"]
-
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 

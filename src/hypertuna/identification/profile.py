@@ -8,8 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Optimum", "profile_sd"]
-
 Array = NDArray[np.float64]
 
 MIN_INTERVAL = 0.2  # length of a linear 95 % interval above which the profile along that direction is computed

@@ -13,8 +13,6 @@ from hypertuna.identification.experiment import KINDS, Experiment
 from hypertuna.identification.loss import loss_terms
 from hypertuna.identification.prediction import Prediction, weighted
 
-__all__ = ["ERRORS", "LABELS", "Errors", "criteria", "errors", "lack_of_fit", "squares"]
-
 Array = NDArray[np.float64]
 
 MAX_ITERATIONS, SAME_LEVEL = 200, 1e-6  # of the fixed-point iteration for the likeliest noise level

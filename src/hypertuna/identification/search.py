@@ -19,8 +19,6 @@ from hypertuna.identification.residuals import squares
 from hypertuna.io.checkpoint import Journal
 from hypertuna.trials.trials import Trials
 
-__all__ = ["CONVERGED", "Search", "fit", "start_points", "stop_sentence", "subset"]
-
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-10  # relative change of the coefficients that ends a search

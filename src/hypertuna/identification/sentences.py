@@ -15,8 +15,6 @@ from hypertuna.identification.names import NUISANCES
 from hypertuna.identification.prediction import Prediction
 from hypertuna.trials.trials import Trials
 
-__all__ = ["WEIGHTY", "direction_sentence", "helpful_measurements", "repeated_motions", "warnings_of"]
-
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["truncated_normal"]
-
 Array = NDArray[np.float64]
 
 ROUNDS = 12  # trajectories between two samples: without bounds, one alone forgets the last sample

@@ -18,8 +18,6 @@ from hypertuna.identification.prediction import Prediction, weighted
 from hypertuna.identification.residuals import lack_of_fit, squares
 from hypertuna.identification.sentences import WEIGHTY, direction_sentence, helpful_measurements
 
-__all__ = ["Uncertainty", "uncertainty"]
-
 Array = NDArray[np.float64]
 
 MIN_UNIT = 0.1  # of the allowed range: the smallest unit of a coefficient

@@ -16,8 +16,6 @@ from typing import Any, Self
 
 from hypertuna.errors import InputError, shown
 
-__all__ = ["Journal", "read_header"]
-
 MARK = "hypertuna journal"
 ANOTHER = "give another file, or remove this one to start over"
 

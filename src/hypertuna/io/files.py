@@ -16,8 +16,6 @@ from hypertuna.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["columns_csv", "dataset", "rows_csv", "shipped", "version", "write_atomically", "write_netcdf"]
-
 
 @functools.cache
 def version() -> str:

@@ -13,19 +13,6 @@ from typing import Any
 
 from hypertuna.errors import InputError
 
-__all__ = [
-    "CHUNK",
-    "ENDING",
-    "INSTALL",
-    "LINK",
-    "METADATA",
-    "NANO",
-    "Messages",
-    "need_log",
-    "protobuf_fields",
-    "read_messages",
-]
-
 INSTALL = "pip install 'hypertuna[log]'"
 CHUNK = 64 * 1024  # bytes before compression: a few seconds of a mission
 NANO = 1_000_000_000

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-__all__ = ["Quantity"]
-
 
 class Quantity(NamedTuple):
     """One line of a result's summary: what the terminal's table and the JSON object say."""

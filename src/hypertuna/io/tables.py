@@ -11,8 +11,6 @@ from typing import Any
 
 from hypertuna.errors import InputError
 
-__all__ = ["check_width", "read_rows", "read_text", "read_toml"]
-
 
 def read_text(path: str | Path, kind: str, *, file: str | None = None) -> str:
     """Read a text file in UTF-8; errors name it by `file`, the path by default, and `kind`: "a CSV file"."""

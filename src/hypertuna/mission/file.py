@@ -24,8 +24,6 @@ from hypertuna.io.tables import read_toml
 from hypertuna.mission.geodesy import MAX_DISTANCE, to_local
 from hypertuna.mission.schema import Document, Place, Scatter, too_far
 
-__all__ = ["MissionFile", "Scatter", "missions", "parse_mission", "randomized", "read_mission", "reference"]
-
 TURN = 2 * math.pi
 
 

@@ -28,8 +28,6 @@ from hypertuna.mission.run import MissionRun, MissionStart, fly_part, mission_st
 from hypertuna.mission.run import joined as joined_parts
 from hypertuna.swimming.sweep import thread_count
 
-__all__ = ["Flight", "Outcome", "expected", "fly", "fly_seeds", "outcome"]
-
 Array = NDArray[np.float64]
 Report = Callable[[int, int], None]
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["MAX_DISTANCE", "from_local", "to_local"]
-
 Array = NDArray[np.float64]
 
 MAX_DISTANCE = 100e3  # m from the origin

@@ -18,8 +18,6 @@ from hypertuna.io.files import version, write_atomically
 from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.record import MissionRecord
 
-__all__ = ["GpxTrack", "check_origin", "gpx_text", "read_gpx", "write_gpx"]
-
 Array = NDArray[np.float64]
 
 SPACE = "http://www.topografix.com/GPX/1/1"

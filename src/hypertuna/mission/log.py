@@ -24,8 +24,6 @@ from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.log_fields import DEGREES, DERIVED, Field, fields, schema
 from hypertuna.mission.record import BELIEVED, COLUMNS, MissionRecord, mission_table
 
-__all__ = ["LogWriter", "write_log"]
-
 Array = NDArray[np.float64]
 
 PART = 2000  # rows written at once

@@ -10,8 +10,6 @@ import numpy as np
 
 from hypertuna.mission.record import COLUMNS, READ, parts_of
 
-__all__ = ["SCALARS", "Field", "fields", "schema"]
-
 
 class Field(NamedTuple):
     """A number of a message: its key with the unit, the quantity and its part, and the factor from SI."""

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from hypertuna.figures import COLORS, EDGE, FAINT, GRID, INK, TIGHT, WIDTH, styled
 from hypertuna.mission.record import MissionRecord
 
-__all__ = ["plot_mission"]
-
 Array = NDArray[np.float64]
 
 NARROW = 6.0  # inches: below it there are fewer columns in the legends

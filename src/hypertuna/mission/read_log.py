@@ -17,8 +17,6 @@ from hypertuna.io.mcap import LINK, NANO, Messages, protobuf_fields, read_messag
 from hypertuna.mission.log_fields import fields
 from hypertuna.mission.record import COLUMNS, MissionRecord, mission_from
 
-__all__ = ["Log", "read_log"]
-
 Array = NDArray[np.float64]
 
 

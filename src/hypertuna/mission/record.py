@@ -15,11 +15,6 @@ from hypertuna.description.channels import COUNTED
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.frames import angles_of
 
-__all__ = [
-    *("BELIEVED", "COLUMNS", "Column", "MissionRecord"),
-    *("joined", "mission_from", "mission_table", "parts_of", "record_facts"),
-]
-
 Array = NDArray[np.float64]
 
 HOUR = 3600.0

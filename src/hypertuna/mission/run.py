@@ -31,8 +31,6 @@ from hypertuna.simulation.plant import (
 from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import Motion
 
-__all__ = ["MissionRun", "MissionStart", "fly_mission", "fly_part", "mission_start"]
-
 Array = NDArray[np.float64]
 
 MAX_DURATION = 1e5  # s of a mission: at 10 rows a second half a gigabyte of record

@@ -13,8 +13,6 @@ from hypertuna.description.schema.base import Degrees, NotNegative, Part, Positi
 from hypertuna.errors import InputError
 from hypertuna.mission.geodesy import MAX_DISTANCE
 
-__all__ = ["Document", "Place", "Scatter", "too_far"]
-
 MAX_SPEED = 5.0  # m/s of robot or water
 MAX_DEPTH = 1000.0  # m
 MAX_WAYPOINTS, MAX_CORNERS, MAX_GAPS = 1000, 64, 1000

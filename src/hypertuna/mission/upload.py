@@ -11,8 +11,6 @@ from hypertuna.errors import InputError
 from hypertuna.radio.client import SYSTEM, Client
 from hypertuna.radio.dialect import dialect
 
-__all__ = ["download", "items_of", "upload"]
-
 LOCAL = 1  # MAV_FRAME_LOCAL_NED
 STEP = 1e4  # of an item's x and y in 1 m
 

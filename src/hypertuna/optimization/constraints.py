@@ -11,8 +11,6 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.sweep import Gaits
 
-__all__ = ["Limit", "gait_limits", "gait_quantities"]
-
 Array = NDArray[np.float64]
 
 

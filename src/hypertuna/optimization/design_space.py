@@ -15,8 +15,6 @@ from hypertuna.swimming.gait import LARGEST, Gait
 from hypertuna.swimming.model import parameter_names
 from hypertuna.swimming.sweep import Gaits
 
-__all__ = ["DesignSpace", "gait_bounds", "gait_columns"]
-
 Array = NDArray[np.float64]
 
 KINDS = ("amplitude", "phase", "bias")

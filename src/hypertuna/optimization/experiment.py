@@ -21,8 +21,6 @@ from hypertuna.optimization.problem import Problem
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import SteadyRun
 
-__all__ = ["TankOptions", "TankSearch"]
-
 Array = NDArray[np.float64]
 
 SAME = 1e-4  # of the range of a coordinate: difference of gaits that count as the same

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from hypertuna.errors import InputError, did_you_mean, shown
 
-__all__ = ["DIFFERENTIABLE", "OBJECTIVES", "UNUSABLE", "Evaluation", "Objective", "expected_speed", "objective"]
-
 Array = NDArray[np.float64]
 
 UNUSABLE = 1e30  # stands for infinity where a finite value or violation is required

@@ -17,12 +17,10 @@ from hypertuna.optimization.constraints import Limit
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.objective import Objective, expected_speed, objective
 from hypertuna.optimization.optimizers import CMAES, Optimizer, de, pso
-from hypertuna.optimization.optimum import Margin, Optimum, make_optimum
+from hypertuna.optimization.optimum import Optimum, make_optimum
 from hypertuna.optimization.problem import Problem, over_fit
 from hypertuna.optimization.sqp import MultiStart
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
-
-__all__ = ["METHODS", "WEIGHT", "Margin", "Optimum", "choose_objective", "make_optimizer", "optimize"]
 
 METHODS = ("pso", "cma", "gradient", "de")
 SIZES = {"pso": (15, 60), "de": (15, 60), "cma": (None, 200), "gradient": (6, 60)}  # gaits per batch, batches

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from hypertuna.errors import InputError
 from hypertuna.optimization.objective import UNUSABLE, Evaluation
 
-__all__ = ["CMAES", "Optimizer", "Pymoo", "de", "hypervolume", "nondominated", "nsga2", "pso"]
-
 Array = NDArray[np.float64]
 
 # Of a particle swarm that converges: Clerc and Kennedy (2002), constriction of phi = 4.1.

@@ -17,8 +17,6 @@ from hypertuna.optimization.problem import Problem
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import Swim, swim
 
-__all__ = ["Margin", "Optimum", "make_optimum"]
-
 Array = NDArray[np.float64]
 
 NEAR = 5e-3  # relative distance at which a limit or bound counts as active

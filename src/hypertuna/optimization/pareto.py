@@ -30,8 +30,6 @@ from hypertuna.swimming.sweep import sweep
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Front", "pareto"]
-
 Array = NDArray[np.float64]
 
 SLOW = 0.1  # default min speed of a front [body lengths/s]

@@ -13,13 +13,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hypertuna.figures import FAINT, INK, POINTS, SEQUENCE, TIGHT, WIDTH, sequence, styled
-from hypertuna.optimization.optimize import Optimum
+from hypertuna.optimization.optimum import Optimum
 from hypertuna.optimization.pareto import Front
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.sweep import sweep
-
-__all__ = ["plot_convergence", "plot_pareto"]
 
 Array = NDArray[np.float64]
 

@@ -17,8 +17,6 @@ from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import Evaluation
 from hypertuna.optimization.sqp import MARGIN, PENALTY, SQP, Point
 
-__all__ = ["MAX_ROUNDS", "Target", "run_targets", "stationarity"]
-
 Array = NDArray[np.float64]
 
 MAX_ROUNDS = 40  # evaluations of one search

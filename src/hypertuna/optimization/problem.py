@@ -19,8 +19,6 @@ from hypertuna.optimization.robust import Statistic, aggregate, check_statistic
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, directional_derivatives, settle
 from hypertuna.swimming.sweep import Gaits
 
-__all__ = ["Problem", "over_fit", "robust_problem"]
-
 Array = NDArray[np.float64]
 
 MIN_STRIDE = 1e-3  # body lengths per beat: below, a gait stands still

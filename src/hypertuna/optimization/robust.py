@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from hypertuna.errors import InputError, shown
 from hypertuna.optimization.objective import Evaluation
 
-__all__ = ["STATISTICS", "Statistic", "aggregate", "check_statistic"]
-
 Array = NDArray[np.float64]
 
 Statistic = Literal["mean", "worst5"]

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from hypertuna.optimization.objective import Evaluation
 from hypertuna.optimization.optimizers import Optimizer
 
-__all__ = ["MARGIN", "PENALTY", "SQP", "MultiStart", "Point", "latin_hypercube"]
-
 Array = NDArray[np.float64]
 
 PRECISION = 1e-8  # change of the value at which a search ends

@@ -14,8 +14,6 @@ from hypertuna.reports.html import Section
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["Chapter", "Trials", "prose"]
-
 T = TypeVar("T")
 Trials: TypeAlias = Mapping[str, Trial]  # swims of all that the paper reports, by model
 

@@ -21,26 +21,6 @@ from hypertuna.swimming.swim import Swim, swim
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "AS_PRINTED",
-    "COSTS",
-    "MODELS",
-    "OURS",
-    "PAPER",
-    "SPEEDS",
-    "SWIM",
-    "TANK_PHASE",
-    "TARGETS",
-    "TWIN",
-    "Bores",
-    "Trial",
-    "Twins",
-    "bandwidths",
-    "run_published",
-    "swim_bores",
-    "swim_published",
-]
-
 PAPER = "ideal joints"  # the paper's own model
 OURS = "joint bandwidth"  # with our one parameter more
 MODELS: dict[str, dict[str, str]] = {PAPER: {"joints": "ideal"}, OURS: {"joints": "bandwidth"}}

@@ -18,9 +18,6 @@ from hypertuna.swimming.swim import Swim
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["plot_against", "plot_changes", "plot_descent", "plot_dots", "plot_intervals", "plot_map"]
-__all__ += ["plot_normalized", "plot_paths", "plot_start"]
-
 
 LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))
 

@@ -13,8 +13,6 @@ import numpy as np
 
 from hypertuna.io.files import shipped
 
-__all__ = ["MARKS", "RULES", "VERDICTS", "Entry", "Finding", "Rule", "judge", "published", "published_value"]
-
 VERDICTS = ("reproduced", "deviates", "contradicted", "undetermined", "not-computed")
 MARKS = dict(zip(VERDICTS, "✓≠✗○…", strict=True))
 

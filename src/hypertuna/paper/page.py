@@ -14,8 +14,6 @@ from hypertuna.paper.ledger import MARKS, RULES, VERDICTS, Entry
 from hypertuna.paper.reproduce import Ledger, ledger_record, ledger_sections
 from hypertuna.reports.html import WIDTH, Fact, Picture, Section, page
 
-__all__ = ["ledger_html", "write_ledger"]
-
 NAMES = dict(zip(VERDICTS, VERDICTS, strict=True)) | {"not-computed": "to come"}
 TITLES = {"fe": "Finite elements", "fe-vs-analytic": "Finite elements and the analytic model"}
 CLOSED = ("coefficient", "optimum")  # chapters of the ledger that are closed at first: they repeat tables

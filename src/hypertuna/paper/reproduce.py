@@ -29,8 +29,6 @@ from hypertuna.paper.computed import AS_PRINTED, MODELS, SPEEDS, swim_published
 from hypertuna.paper.ledger import RULES, VERDICTS, Entry, judge, published
 from hypertuna.reports.html import Section
 
-__all__ = ["CHAPTERS", "Ledger", "ledger_record", "ledger_sections", "reproduce"]
-
 # In the order of the page, and of the entries with the same id.
 CHAPTERS: tuple[Chapter[Any], ...] = (
     gaits.CHAPTER,

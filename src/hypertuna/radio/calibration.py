@@ -14,8 +14,6 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import check_width, read_rows
 from hypertuna.ranges import FINITE
 
-__all__ = ["KINDS", "Calibration", "Pair", "calibrate", "parse_sensor", "read_pairs"]
-
 # Kind of sensor: unit of the reference, and its value of 1 in SI.
 KINDS = {
     "bend": ("deg", 180 / math.pi),

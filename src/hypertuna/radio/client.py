@@ -13,8 +13,6 @@ from hypertuna.errors import InputError, shown
 from hypertuna.radio.dialect import dialect, mavutil
 from hypertuna.swimming.gait import Gait
 
-__all__ = ["COMPONENT", "PATIENCE", "SYSTEM", "Client", "Listener", "address", "connect"]
-
 SYSTEM, COMPONENT = 255, 190  # MAV_COMP_ID_MISSIONPLANNER, as of ground stations
 PATIENCE = 2.0  # s for an answer, five times what a LoRa radio of 4.8 kbit/s needs
 TRIES = 5

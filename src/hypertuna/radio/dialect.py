@@ -19,8 +19,6 @@ from typing import Any
 from hypertuna.errors import InputError
 from hypertuna.io.files import shipped
 
-__all__ = ["HOW", "SILENT", "dialect", "dialect_file", "mavutil", "need_radio"]
-
 HOW = "pip install 'hypertuna[radio]'"
 SILENT = 32767  # in a field of HYDRAULICS: the sensor does not answer
 NAME = "pymavlink.dialects.v20.hypertuna"  # where mavutil looks for a dialect of this name

@@ -17,8 +17,6 @@ from rich.text import Text
 
 from hypertuna.radio.dialect import SILENT, dialect
 
-__all__ = ["EVENT", "KEYS", "Stick", "gamepad", "keys", "moved", "pressed", "view"]
-
 STEP_AHEAD, STEP_TURN, STEP_CLIMB = 0.1, 0.2, 0.2
 KEYS = (
     ("w s", "faster, slower"),

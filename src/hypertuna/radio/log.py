@@ -18,8 +18,6 @@ from hypertuna.errors import InputError
 from hypertuna.io.files import version
 from hypertuna.io.mcap import CHUNK, LINK, METADATA, NANO, need_log, read_messages
 
-__all__ = ["RadioLog", "RadioLogWriter", "check_new", "read_radio_log"]
-
 Array = NDArray[np.float64]
 
 TOPIC = "/mavlink/"

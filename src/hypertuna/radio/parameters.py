@@ -10,8 +10,6 @@ from hypertuna.errors import InputError, shown
 from hypertuna.radio.client import PATIENCE, Client
 from hypertuna.radio.dialect import dialect
 
-__all__ = ["read_parameter", "read_parameters", "set_parameter"]
-
 NAME_LENGTH_MAX = 16  # characters in MAVLink
 SEE = "see them by `hypertuna link params`"
 

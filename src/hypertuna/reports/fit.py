@@ -19,8 +19,6 @@ from hypertuna.trials.comparison import replay_recording, with_fitted_clock
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.plots import plot_recordings
 
-__all__ = ["fit_sections", "write_fit"]
-
 
 def write_fit(
     fits: Mapping[str, Fit], best: str, path: str | Path, *, sampled: Posterior | None = None, command: str = ""

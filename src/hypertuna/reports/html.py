@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from markdown_it import MarkdownIt
     from matplotlib.figure import Figure
 
-__all__ = ["WIDTH", "Fact", "Part", "Picture", "Section", "Table", "inline", "page", "write_page"]
-
 WIDTH = 4.3  # of a plot on a page, inches: its text stays readable on a phone
 COLUMN = 502  # px, of two on a wide page
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from hypertuna.errors import InputError
 from hypertuna.identification.identify import Fit
-from hypertuna.optimization.optimize import Optimum
+from hypertuna.optimization.optimum import Optimum
 from hypertuna.optimization.pareto import Front
 from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table, write_page
 from hypertuna.simulation.posture_test import Held, PostureTest
@@ -19,8 +19,6 @@ from hypertuna.simulation.run import TwinRun
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import Swim
-
-__all__ = ["posture_table", "report", "spelled_limits"]
 
 MOST = 8  # gaits of a front in a table
 Result: TypeAlias = Swim | TwinRun | PostureTest | Fit | Optimum | Front

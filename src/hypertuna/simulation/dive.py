@@ -17,8 +17,6 @@ from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.simulation.twin import STILL, twin_at_sea
 from hypertuna.swimming.gait import Gait
 
-__all__ = ["Dive", "Leg", "dive"]
-
 Array = NDArray[np.float64]
 
 ANGLE = math.radians(45)

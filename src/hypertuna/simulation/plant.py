@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
-from hypertuna.actuation.bending import JointTable, joint_tables
 from hypertuna.actuation.hydraulics import Circuits, circuits
+from hypertuna.actuation.soft_joint import JointTable, joint_tables
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.sensors import Fault, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
@@ -25,11 +25,6 @@ from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim
-
-__all__ = [
-    *("EXACT", "STEP", "Parts", "checked_seed", "controller_of", "fault_list", "parts_of", "read_sensor_faults"),
-    *("run_command", "steps_needed"),
-]
 
 Array = NDArray[np.float64]
 

@@ -18,8 +18,6 @@ from hypertuna.simulation.run import TwinRun
 if TYPE_CHECKING:
     from matplotlib.gridspec import GridSpec
 
-__all__ = ["plot_dive", "plot_limits", "plot_posture", "plot_pressures", "plot_twin"]
-
 KILO = 1e3
 FINE = 100  # samples of a beat
 LETTERS, HANDLE = 52, 4  # that a legend above a panel has room for; as many of them take the line and gap of an entry

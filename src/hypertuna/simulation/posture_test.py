@@ -23,8 +23,6 @@ from hypertuna.swimming.gait import Gait
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["CLOSE", "Held", "PostureTest", "Reach", "peak_bends", "posture_test", "reach"]
-
 Array = NDArray[np.float64]
 
 CLOSE = math.radians(0.5)  # error of a peak bend that counts as none

@@ -20,8 +20,6 @@ from hypertuna.swimming.gait import Gait
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Run", "TwinRun"]
-
 Array = NDArray[np.float64]
 
 SIDES = ("left", "right")

@@ -15,8 +15,6 @@ from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE
 
-__all__ = ["Sea", "space_columns", "world_at_sea"]
-
 Array = NDArray[np.float64]
 
 DIP = math.radians(60)  # of the Earth's magnetic field below the horizon, at the latitudes of most lakes

@@ -17,8 +17,6 @@ from hypertuna.simulation.sea import Sea
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Motion", "SeaRun"]
-
 Array = NDArray[np.float64]
 
 PLANAR = ("x", "y", "heading", "speed", "sway", "yaw")  # of the head in the plane

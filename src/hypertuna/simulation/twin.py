@@ -19,13 +19,11 @@ from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.frames import attitude_of
 from hypertuna.ranges import FINITE, POSITIVE_WHOLE
-from hypertuna.simulation.plant import EXACT, STEP, run_command
+from hypertuna.simulation.plant import EXACT, run_command
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.swimming.gait import Gait, check_gait
-
-__all__ = ["STEP", "STILL", "twin", "twin_at_sea", "twins"]
 
 Array = NDArray[np.float64]
 Fins = float | ArrayLike | Callable[[float], ArrayLike]

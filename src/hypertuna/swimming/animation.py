@@ -18,8 +18,6 @@ from hypertuna.swimming.plots import last_beat
 from hypertuna.swimming.swim import Swim
 from hypertuna.swimming.trajectory import body_points
 
-__all__ = ["animate_swim", "outlines", "slowed", "swimming_svg"]
-
 Array = NDArray[np.float64]
 
 FRAMES = 32  # of one beat

@@ -14,18 +14,6 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.model import core_model
 
-__all__ = [
-    "DEFAULT_STEPS",
-    "QUANTITIES",
-    "STATUSES",
-    "Quantity",
-    "check_steps",
-    "directional_derivatives",
-    "quantities",
-    "settle",
-    "status_text",
-]
-
 Array = NDArray[np.float64]
 
 DEFAULT_STEPS = 128  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power

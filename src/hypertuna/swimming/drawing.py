@@ -16,8 +16,6 @@ from hypertuna.figures import BODY, COLORS, EDGE, INK, SHAPES
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.swimming.trajectory import body_points
 
-__all__ = ["midline", "plot_robot"]
-
 PHASES = 12  # midlines in one beat
 WIDTH = 7.2  # of the figure, inches
 

@@ -11,8 +11,6 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, POSITIVE
 
-__all__ = ["LARGEST", "Gait", "check_gait", "named_gait"]
-
 # Largest magnitude of each angle [rad]: half a turn of a joint, and a phase whose sine is still exact.
 LARGEST = {"amplitude": math.pi * (1 + 1e-12), "phase": 1e4, "bias": math.pi * (1 + 1e-12)}
 

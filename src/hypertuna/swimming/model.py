@@ -13,8 +13,6 @@ from hypertuna.description.robot import Robot, cached
 from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError, did_you_mean, shown
 
-__all__ = ["core_model", "parameter_names", "twist_from_rest"]
-
 
 def core_model(robot: Robot, columns: Mapping[str, Sequence[float]] | None = None) -> _core.Model:
     """Return the core's model of a robot, with other values for some `columns` if given.

@@ -20,8 +20,6 @@ from hypertuna.swimming.trajectory import body_points
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["last_beat", "plot_ledger", "plot_sweep", "plot_swim", "unroll"]
-
 Array = NDArray[np.float64]
 
 MIDLINES = 12  # in one beat

@@ -20,8 +20,6 @@ from hypertuna.swimming.turn import Points, Tightest, Turning, nose_path
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["plot_turn", "plot_turning"]
-
 Array = NDArray[np.float64]
 
 AXES = {"phase": "phase difference [deg]", "frequency": "frequency [Hz]", "bias": "bias [deg]"}

@@ -23,8 +23,6 @@ from hypertuna.swimming.model import parameter_names
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Gaits", "Gradient", "gradient", "sweep", "thread_count"]
-
 Array = NDArray[np.float64]
 
 MAX_GAITS = 10_000_000  # of a grid: 2 GB of results

@@ -21,8 +21,6 @@ from hypertuna.swimming.trajectory import trajectory
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SUMMARY", "Swim", "swim"]
-
 Array = NDArray[np.float64]
 
 MAX_BEATS = 10_000  # from rest: half a gigabyte of trajectory

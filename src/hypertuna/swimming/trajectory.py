@@ -15,8 +15,6 @@ from hypertuna.io.files import dataset
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["body_points", "trajectory"]
-
 Array = NDArray[np.float64]
 
 

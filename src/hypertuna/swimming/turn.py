@@ -20,19 +20,6 @@ from hypertuna.swimming.swim import Swim, swim
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Circle",
-    "Tightest",
-    "Turning",
-    "fit_circle",
-    "gait_at",
-    "nose_path",
-    "point_radius",
-    "scaled",
-    "tightest",
-    "turn",
-]
-
 Array = NDArray[np.float64]
 Points = NDArray[np.complex128]
 

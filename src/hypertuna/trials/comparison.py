@@ -18,8 +18,6 @@ from hypertuna.trials.tracks import Track
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["best_time_offset", "compare_recording", "repeatability", "replay_recording", "with_fitted_clock"]
-
 Array = NDArray[np.float64]
 
 MAX_SHIFT = 0.25  # s, to either side, of the best time offset

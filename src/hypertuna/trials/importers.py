@@ -9,8 +9,6 @@ from typing import Any
 
 from hypertuna.errors import InputError, did_you_mean, shown
 
-__all__ = ["FORMATS", "import_folder", "manifest_text"]
-
 ANGLES, POSES = "deg_hardware_motor_angles.csv", "deg_hardware_trajectories.csv"  # of the robot eel, by amplitude
 EEL = "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot"
 

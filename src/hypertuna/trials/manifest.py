@@ -21,8 +21,6 @@ from hypertuna.trials.replay import Pose
 from hypertuna.trials.steady import SteadyRun, read_steady
 from hypertuna.trials.tracks import JointSeries, Track, read_joints, read_tracks
 
-__all__ = ["Manifest", "Recording", "parse_manifest", "read_manifest", "reference"]
-
 Array = NDArray[np.float64]
 
 # --- the schema; keys of the file carry the unit, attributes are SI and radians

@@ -18,8 +18,6 @@ from hypertuna.trials.tracks import Track
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["plot_recordings", "plot_replay"]
-
 SCALES = {"m": ("cm", 100.0), "rad": ("deg", 180 / np.pi)}
 COLUMN = 2.6  # inch, minimum width of the panels of a recording
 TITLE = "Center of the head link, from its start"

@@ -16,8 +16,6 @@ from hypertuna.radio.log import RadioLog, read_radio_log
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import SteadyRun
 
-__all__ = ["Row", "bench_rows", "steady_runs"]
-
 Array = NDArray[np.float64]
 
 CDEG = math.pi / 18000  # rad

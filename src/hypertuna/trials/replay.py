@@ -21,18 +21,6 @@ from hypertuna.trials.tracks import JointSeries, Track
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Pose",
-    "at_times",
-    "head_center",
-    "joint_grid",
-    "replay",
-    "replay_jacobian",
-    "residuals",
-    "rmse",
-    "seen_from_start",
-]
-
 Array = NDArray[np.float64]
 
 MAX_STEPS = 1_000_000

@@ -15,8 +15,6 @@ from hypertuna.trials.tracks import JointSeries
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-__all__ = ["SmoothSeries", "smooth"]
-
 Array = NDArray[np.float64]
 
 DEGREE = 5  # of the splines: accelerations are three times differentiable

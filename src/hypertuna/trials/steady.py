@@ -12,8 +12,6 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import check_width, read_rows
 from hypertuna.swimming.gait import Gait
 
-__all__ = ["COLUMNS", "SteadyRun", "read_steady"]
-
 # Columns of a file by attribute of `SteadyRun`; columns of angles are named by joint group.
 COLUMNS = {
     "name": "run",

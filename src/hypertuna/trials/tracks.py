@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import check_width, read_rows
 
-__all__ = ["JointSeries", "Track", "read_joints", "read_tracks"]
-
 Array = NDArray[np.float64]
 
 ANGLES = {"rad": 1.0, "deg": math.pi / 180}  # in rad

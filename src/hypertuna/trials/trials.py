@@ -18,8 +18,6 @@ from hypertuna.trials.manifest import Recording, parse_manifest, read_manifest
 from hypertuna.trials.radio_log import steady_runs
 from hypertuna.trials.steady import SteadyRun, read_steady
 
-__all__ = ["Recording", "SteadyRun", "Trials", "digest", "read_trials", "split"]
-
 
 @dataclass(frozen=True)
 class Trials:

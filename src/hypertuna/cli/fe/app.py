@@ -28,8 +28,6 @@ from hypertuna.fe.model import FeModel, FeOptions
 from hypertuna.fe.record import SUMMARY, bend_csv, bend_record, oil_taken
 from hypertuna.io.files import write_atomically, write_netcdf
 
-__all__ = ["fe_app"]
-
 fe_app = opt.group("The soft joints by finite elements; needs the extra fe.")
 
 PRESSURES: Any = "0:250:6"  # kPa, as typed

@@ -21,8 +21,6 @@ from hypertuna.fe.model import FeOptions
 from hypertuna.fe.record import bend_record
 from hypertuna.io.files import write_atomically
 
-__all__ = ["compare_command"]
-
 PRESSURES: Any = "50:250:5"  # kPa, as typed
 SUMMARY = "compare.json"
 COLUMNS = {  # of the table: head and format

@@ -9,13 +9,12 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from hypertuna.actuation.bending import MATERIAL_SETS, check_pressure
+from hypertuna.actuation.bending import check_pressure
+from hypertuna.actuation.soft_joint import MATERIAL_SETS
 from hypertuna.cli.options import number, text
 from hypertuna.errors import InputError
 from hypertuna.fe.energies import LAWS
 from hypertuna.fe.mesh import MESHES
-
-__all__ = ["Law", "Material", "Mesh", "Mixed", "Poisson", "rising"]
 
 MAX_PRESSURES = 200  # of one call: each takes seconds at least
 

@@ -18,8 +18,6 @@ from hypertuna.fe.bend import ngsolve_version
 from hypertuna.fe.model import FeOptions
 from hypertuna.fe.reduction import ReducedJoint, reduce_joint, write_reduced
 
-__all__ = ["reduce_command"]
-
 PRESSURES: Any = "0:250:6"  # kPa, as typed
 
 

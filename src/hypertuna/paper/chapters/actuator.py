@@ -8,15 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hypertuna.actuation.bending import MATERIAL_SETS, Bend, Step, bend, misprints
+from hypertuna.actuation.bending import Bend, Step, bend, misprints
+from hypertuna.actuation.soft_joint import MATERIAL_SETS
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.paper.chapter import Chapter, Trials, prose
 from hypertuna.paper.computed import OURS
 from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section, Table
-
-__all__ = ["ACTUATOR", "CHAPTER", "PRINTED", "Bends", "bend_published", "findings", "step_table"]
 
 ACTUATOR = "actuator"
 PRINTED = "actuator, equations as printed"

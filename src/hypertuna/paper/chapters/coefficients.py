@@ -15,10 +15,8 @@ from hypertuna.paper.ledger import Finding, published_value
 from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
-from hypertuna.trials.trials import SteadyRun
+from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.trials import Trials as Runs
-
-__all__ = ["CHAPTER", "Fits", "bandwidth_table", "coefficient_table"]
 
 TIES = "[0,1-6,7]"  # Table III: head, six links alike, fin
 NINE = tuple(f"water.{name}{TIES}" for name in ("added_mass", "friction", "drag"))

@@ -12,8 +12,6 @@ from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.simulation.dive import Dive, dive
 from hypertuna.swimming.gait import named_gait
 
-__all__ = ["CHAPTER"]
-
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Dive:
     """Dive as the paper's robot did."""

@@ -23,9 +23,6 @@ from hypertuna.paper.chapter import Chapter, Trials, prose
 from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section, Table
 
-__all__ = ["CHAPTER", "FE", "MESH", "PRESSURES", "ROBOTS", "Elements", "Solved", "command", "difference_table"]
-__all__ += ["findings", "joint_hash", "read_elements", "sections", "solve_elements"]
-
 Array = NDArray[np.float64]
 
 FE = "finite elements"

@@ -14,8 +14,6 @@ from hypertuna.paper.ledger import Finding, judge, published, published_value
 from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.swimming.swim import Swim
 
-__all__ = ["ARITHMETIC", "CHAPTER", "RANGE", "range_finding"]
-
 ARITHMETIC = "the paper's own numbers"
 
 

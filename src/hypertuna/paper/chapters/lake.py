@@ -18,8 +18,6 @@ from hypertuna.paper.chapter import Chapter, Trials
 from hypertuna.paper.ledger import Finding, published
 from hypertuna.reports.html import WIDTH, Picture, Section
 
-__all__ = ["CHAPTER", "LAKE", "STORED", "Lake", "findings", "fly_lake", "lake_record", "read_lake", "sections"]
-
 LAKE = "twin at sea"  # the model in the ledger
 MISSION = "lake"
 STORED = "missions/lake.json"  # below data

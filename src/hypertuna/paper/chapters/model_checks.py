@@ -14,8 +14,6 @@ from hypertuna.paper.ledger import published, published_value
 from hypertuna.reports.html import WIDTH, Part, Picture, Section
 from hypertuna.swimming.swim import swim
 
-__all__ = ["model_checks"]
-
 
 def model_checks(fits: Mapping[str, Fit], trials: Trials) -> Section:
     """Show Fig. 12, from the fits of the nine coefficients by model."""

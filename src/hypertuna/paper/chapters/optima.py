@@ -9,15 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.optimization.optimize import Optimum, optimize
+from hypertuna.optimization.optimize import optimize
+from hypertuna.optimization.optimum import Optimum
 from hypertuna.paper.chapter import Chapter, Trials, prose
 from hypertuna.paper.computed import COSTS, OURS, PAPER, TARGETS, Trial
 from hypertuna.paper.ledger import RULES, Finding, published_value
 from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import swim
-
-__all__ = ["CHAPTER", "Optima", "gait_table", "method_table"]
 
 METHODS = ("pso", "gradient")
 NAMES = {"pso": "particle swarm", "gradient": "gradient"}

@@ -10,8 +10,6 @@ from hypertuna.paper.computed import OURS
 from hypertuna.paper.ledger import published
 from hypertuna.reports.html import WIDTH, Picture, Section, Table
 
-__all__ = ["CHAPTER", "computed_among", "robot_table"]
-
 COMPUTED = "HyperTuna, computed"
 
 

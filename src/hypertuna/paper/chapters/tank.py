@@ -12,8 +12,6 @@ from hypertuna.paper.computed import OURS, PAPER, Trial
 from hypertuna.paper.ledger import Finding, published
 from hypertuna.reports.html import WIDTH, Picture, Section
 
-__all__ = ["CHAPTER"]
-
 Array = NDArray[np.float64]
 
 

@@ -12,8 +12,6 @@ from hypertuna.paper.ledger import Finding, published, published_value
 from hypertuna.reports.html import WIDTH, Picture, Section
 from hypertuna.swimming.turn import fit_circle, nose_path, point_radius
 
-__all__ = ["CHAPTER"]
-
 
 def findings(trials: Trials) -> Iterator[Finding]:
     """Yield turning radii and the phase of the tightest turn."""

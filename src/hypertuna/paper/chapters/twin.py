@@ -29,8 +29,6 @@ from hypertuna.reports.results import posture_table, spelled_limits
 from hypertuna.simulation.posture_test import CLOSE, Held
 from hypertuna.simulation.run import TwinRun
 
-__all__ = ["CHAPTER", "EASED", "bore_table", "findings", "sections", "speed_table", "tank_table"]
-
 Array = NDArray[np.float64]
 
 EASED = "twin, angle within reach"  # where the set angle of Fig. 8 is out of reach
