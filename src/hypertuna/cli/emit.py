@@ -18,12 +18,15 @@ R = TypeVar("R")
 def emit(
     result: R,
     *,
-    record: Callable[[R], Mapping[str, Any]],
     lines: Callable[[R], Iterable[Any]],
     as_json: bool,
+    record: Callable[[R], Mapping[str, Any]] | None = None,
     output: str | None = None,
     csv: Callable[[R], str] | None = None,
+    columns: Mapping[str, str] | Sequence[str] = (),
+    digits: int | None = 6,
     dataset: Callable[[R], Any] | None = None,
+    facts: Callable[[R], Mapping[str, Any]] | None = None,
     plot: str | None = None,
     figure: str = "",
     drawn: Sequence[Any] | None = None,
@@ -32,21 +35,30 @@ def emit(
 ) -> None:
     """Write the files that are asked for, and print a result as one JSON object or as tables and sentences.
 
-    `record` makes the JSON object, `lines` the tables and sentences, `csv` and `dataset` (default: the result's own)
-    the content of `output`. `figure` names the function, as "package.module:function", that draws the arguments `drawn`
-    (default: the result). `written` names files that are written already. A result that `failed` is printed first,
-    since it may have nothing to draw, and ends with exit code 1.
+    `lines` makes the tables and sentences, `record` the JSON object (default: the result's summary and what made it),
+    `dataset` the content of `output` (default: the result's own, or the result itself). A CSV file has its variables
+    `columns`, maybe with the names of their columns, to so many `digits` (see `variable_columns` and `columns_csv`), or
+    is the text that `csv` makes. `facts` are attributes of either file beside those of the dataset. `figure` names the
+    function, as "package.module:function", that draws the arguments `drawn` (default: the result). `written` names
+    files that are written already. A result that `failed` is printed first, since it may have nothing to draw, and ends
+    with exit code 1.
     """
 
     def show() -> None:
-        print_json(record(result)) if as_json else print_lines(lines(result))
+        print_json(_summary(result) if record is None else record(result)) if as_json else print_lines(lines(result))
 
     if failed:
         show()
     if plot is not None:
         draw(figure, plot, *((result,) if drawn is None else drawn))
     if output is not None:
-        _write(result, output, csv, dataset)
+        if csv is not None and output.lower().endswith(".csv"):
+            _write_text(output, csv(result))
+        else:
+            data = (
+                dataset(result) if dataset is not None else result.dataset() if hasattr(result, "dataset") else result
+            )
+            _write(data, output, {} if facts is None else facts(result), columns, digits)
     if not failed:
         show()
     if not as_json:
@@ -85,13 +97,42 @@ def made_by(robot: Any, **facts: Any) -> dict[str, Any]:
     return provenance(robot) | {"command": command_line()} | facts
 
 
-def _write(result: Any, output: str, csv: Callable[[Any], str] | None, dataset: Callable[[Any], Any] | None) -> None:
-    """Write the data of a result to a .csv or a .nc file."""
-    from hypertuna.io.files import write_atomically, write_netcdf
+def _summary(result: Any) -> dict[str, Any]:
+    """Return the values of a result's summary, and what made the result."""
+    return {key: quantity.value for key, quantity in result.summary().items()} | made_by(result.robot)
 
-    if csv is not None and output.lower().endswith(".csv"):
-        write_atomically(output, csv(result).encode())
-        return
-    data = (result.dataset() if dataset is None else dataset(result)).copy()  # shallow: of a dataset, or a tree of them
-    data.attrs["command"] = command_line()
-    write_netcdf(data, output)
+
+def _write(
+    data: Any, output: str, facts: Mapping[str, Any], columns: Mapping[str, str] | Sequence[str], digits: int | None
+) -> None:
+    """Write a dataset and more attributes to a .csv or a .nc file."""
+    from hypertuna.io.files import columns_csv, variable_columns, write_netcdf
+
+    data = data.copy()  # shallow: of a dataset, or a tree of them
+    data.attrs |= attributes(facts) | {"command": command_line()}
+    if output.lower().endswith(".csv"):
+        _write_text(output, columns_csv(data.attrs, variable_columns(data, columns), digits=digits))
+    else:
+        write_netcdf(data, output)
+
+
+def _write_text(output: str, text: str) -> None:
+    """Write a .csv file."""
+    from hypertuna.io.files import write_atomically
+
+    write_atomically(output, text.encode())
+
+
+def attributes(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a record as attributes that NetCDF can hold: rows by their names, texts joined, flags as 0 or 1."""
+    flat: dict[str, Any] = {}
+    for key, value in record.items():
+        rows = value if isinstance(value, list | tuple) else ()
+        if rows and isinstance(rows[0], Mapping):
+            for row in rows:
+                flat |= {f"{row['name']}_{part}".replace("-", "_"): x for part, x in row.items() if part != "name"}
+        elif isinstance(value, list | tuple) and all(isinstance(part, str) for part in value):
+            flat[key] = "; ".join(value)
+        elif value is not None:
+            flat[key] = int(value) if isinstance(value, bool) else value
+    return flat

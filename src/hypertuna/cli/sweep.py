@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import command_line, progress_bar, table
+from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import gait_grid
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
-from hypertuna.io.files import rows_csv
-from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
+from hypertuna.io.files import variable_columns
+from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.sweep import sweep
 from hypertuna.swimming.swim import SUMMARY
 
@@ -62,8 +62,8 @@ def sweep_command(
         result,
         record=lambda data: provenance(fish) | {"gaits": _rows(data)},
         lines=_lines,
-        csv=_csv,
-        dataset=lambda data: data,
+        columns=_names(result),
+        digits=None,
         output=output,
         plot=plot,
         figure="hypertuna.swimming.plots:plot_sweep",
@@ -75,37 +75,22 @@ def sweep_command(
         typer.echo(f"{unsettled} of {result.settled.size} gaits are not settled: see their status.", err=True)
 
 
-def _columns(result: xr.Dataset) -> dict[str, Any]:
-    """Return gaits and results, one value per gait, names with units."""
-    like = result["status"]
-
-    def column(name: str) -> Any:
-        return result[name].broadcast_like(like).transpose(*like.dims).values.ravel()
-
-    angles = [str(name) for name in result.coords if name != "frequency"]
-    return (
-        {"frequency_hz": column("frequency")}
-        | {f"{name}_deg": np.degrees(column(name)).round(10) for name in angles}
-        | {key: column(name) for key, (name, *_) in SUMMARY.items()}
-        | {"status": np.array(STATUSES)[column("status")], "spectral_radius": column("spectral_radius")}
-    )
+def _names(result: xr.Dataset) -> dict[str, str]:
+    """Name the columns of gaits and results in CSV and JSON."""
+    gait = {str(name): str(name) for name in result.coords}
+    values = {name: key for key, (name, *_) in SUMMARY.items()}
+    return gait | values | {"status": "status", "spectral_radius": "spectral_radius"}
 
 
 def _rows(result: xr.Dataset) -> list[dict[str, Any]]:
     """Return gaits and results as rows."""
-    columns = _columns(result)
+    columns = variable_columns(result, _names(result))
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-
-
-def _csv(result: xr.Dataset) -> str:
-    """Write the gaits as comma-separated values."""
-    facts = {str(key): value for key, value in result.attrs.items()} | {"command": command_line()}
-    return rows_csv(facts, _rows(result))
 
 
 def _lines(result: xr.Dataset) -> Iterator[Any]:
     """Lay out the gaits, or the best of many."""
-    columns = _columns(result)
+    columns = variable_columns(result, _names(result))
     settled = columns["status"] == "settled"
     remarks = _remarks(columns, settled)
     varying = [name for name in columns if name.endswith(("_hz", "_deg")) and np.ptp(columns[name]) > 0]

@@ -59,7 +59,8 @@ def swim_command(
         result,
         record=_record,
         lines=_lines,
-        dataset=_dataset,
+        dataset=lambda result: result.trajectory,
+        facts=_record,
         output=output,
         plot=plot,
         figure="hypertuna.swimming.animation:animate_swim" if animated else "hypertuna.swimming.plots:plot_swim",
@@ -79,12 +80,6 @@ def _record(result: Swim) -> dict[str, Any]:
         | {"from_rest_s": result.duration, "current_m_s": result.current}
         | made_by(result.robot)
     )
-
-
-def _dataset(result: Swim) -> Any:
-    """Return the motion with what NetCDF can hold of the record."""
-    record = {key: value for key, value in _record(result).items() if value is not None}
-    return result.trajectory.assign_attrs(record | {"settled": int(result.settled)})
 
 
 def _lines(result: Swim) -> Iterator[Any]:

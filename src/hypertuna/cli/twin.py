@@ -16,13 +16,16 @@ from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import check_duration, gait_degrees, gait_text, one_gait
 from hypertuna.description.robot import Robot, load
 from hypertuna.description.schema.base import ZERO_CELSIUS
-from hypertuna.io.files import columns_csv
 from hypertuna.io.quantity import Quantity
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
 
 KILO = 1e3
 MIN_SPEED = 0.01  # 1/s: a robot slower than this many body lengths stands, and has no cost per distance
+# Variables in a CSV file, with the names of their columns.
+COLUMNS = {name: name for name in ("time", "angle_set", "angle", "angle_measured", "pump_pressure", "unit_pressure")}
+COLUMNS |= {"servo_angle": "servo_angle", "power": "electrical_power"}
+COLUMNS |= {name: name for name in ("x", "y", "heading", "speed", "status")}
 BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
 
 
@@ -78,8 +81,8 @@ def twin_command(
         run,
         record=_record,
         lines=_lines,
-        csv=_csv,
-        dataset=lambda run: run.dataset().assign_attrs(_attributes(run)),
+        columns=COLUMNS,
+        facts=_record,
         output=output,
         plot=plot,
         figure="hypertuna.simulation.plots:plot_twin",
@@ -150,33 +153,6 @@ def _record(run: TwinRun) -> dict[str, Any]:
         | {"closed_loop": run.closed_loop, "oil_temperature_c": run.temperature - ZERO_CELSIUS}
         | made
     )
-
-
-def _attributes(run: TwinRun) -> dict[str, Any]:
-    """Return what NetCDF can hold of the record."""
-    flat = {key: value for key, value in _record(run).items() if key not in ("joints", "circuits")}
-    texts = {key: "; ".join(flat.pop(key)) for key in ("limits", "faults", "status_text")}
-    for row in (*_joints(run), *_circuits(run)):
-        name = row.pop("name").replace("-", "_")
-        flat |= {f"{name}_{key}": value for key, value in row.items()}
-    flags = {key: int(flat.pop(key)) for key in ("settled", "closed_loop")}
-    return flat | texts | flags
-
-
-def _csv(run: TwinRun) -> str:
-    """Write a run as comma-separated values, one row per control period."""
-    circuits = [name.replace("-", "_") for name in run.circuits]
-    data = run.data
-    columns: dict[str, Any] = {"time_s": run.time}
-    for key in ("angle_set", "angle", "angle_measured"):
-        columns |= {f"{key}_{name}_deg": np.degrees(data[key][:, j]) for j, name in enumerate(run.joints)}
-    for key in ("pump_pressure", "unit_pressure"):
-        columns |= {f"{key}_{name}_kpa": data[key][:, c] / KILO for c, name in enumerate(circuits)}
-    columns |= {f"servo_angle_{name}_deg": np.degrees(data["servo_angle"][:, c]) for c, name in enumerate(circuits)}
-    columns |= {"electrical_power_w": data["power"]}
-    columns |= {"x_m": data["x"], "y_m": data["y"], "heading_deg": np.degrees(data["heading"])}
-    columns |= {"speed_m_s": data["speed"], "status": data["status"]}
-    return columns_csv(_attributes(run), columns)
 
 
 def _lines(run: TwinRun) -> Iterator[Any]:

@@ -11,6 +11,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hypertuna.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,11 +34,54 @@ def dataset(variables: Mapping[str, Any], coordinates: Mapping[str, Any], attrib
     return xr.Dataset(variables, coordinates, attributes)
 
 
-def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[float]], *, digits: int = 6) -> str:
-    """Return columns as CSV below comments with their provenance; NaN leaves its cell empty."""
-    cells = ([f"{value + 0.0:.{digits}g}" if value == value else "" for value in column] for column in columns.values())
-    rows = zip(*cells, strict=True)
-    return _csv(facts, [list(columns), *rows])
+def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[Any]], *, digits: int | None = 6) -> str:
+    """Return columns as CSV below comments with their provenance.
+
+    Text, and without `digits` all cells, are written in full; else NaN leaves its cell empty.
+    """
+
+    def cell(value: Any) -> str:
+        if digits is None or isinstance(value, str):
+            return f"{value}"
+        return f"{value + 0.0:.{digits}g}" if value == value else ""
+
+    cells = ([cell(value) for value in column] for column in columns.values())
+    return _csv(facts, [list(columns), *zip(*cells, strict=True)])
+
+
+def variable_columns(data: xr.Dataset, names: Mapping[str, str] | Iterable[str]) -> dict[str, Any]:
+    """Return variables and coordinates as columns NAME_LABEL_unit: angles in degrees, pressures in kPa, codes in words.
+
+    A dimension with labels (joints, sides) stands in the names of columns, every combination of the others is a row.
+    `names` may map variables to the names of their columns, which may end in the unit.
+    """
+    names = names if isinstance(names, Mapping) else {name: name for name in names}
+    labels = {dim: data[dim].values for dim in data.dims if dim in data.coords and data[dim].dtype.kind in "UO"}
+    rows = {dim: size for dim, size in data.sizes.items() if dim not in labels}
+    columns: dict[str, Any] = {}
+    for name, head in names.items():
+        variable, over = data[name], [dim for dim in data[name].dims if dim in labels]
+        unit, values = _unit_and_values(variable, coordinate=name in data.coords)
+        whole = variable.copy(data=values).expand_dims({dim: n for dim, n in rows.items() if dim not in variable.dims})
+        table = whole.transpose(*over, *rows).values.reshape(*(len(labels[dim]) for dim in over), -1)
+        for place in np.ndindex(*table.shape[:-1]):
+            parts = [head, *(labels[dim][k] for dim, k in zip(over, place, strict=True))]
+            column = "_".join(str(part).replace("-", "_") for part in parts)
+            columns[f"{column}{unit}" if not column.endswith(unit) else column] = table[place]
+    return columns
+
+
+def _unit_and_values(variable: xr.DataArray, *, coordinate: bool) -> tuple[str, Any]:
+    """Return the end of a column's name and the values in that unit; coordinates in degrees are rounded."""
+    values, unit = variable.values, variable.attrs.get("units", "1")
+    if "flag_values" in variable.attrs:
+        return "", np.array(variable.attrs["flag_meanings"].split())[values]
+    if unit == "rad":
+        return "_deg", np.degrees(values).round(10) if coordinate else np.degrees(values)
+    if unit == "Pa":
+        return "_kpa", values / 1e3
+    name = unit.lower().replace("/(", "_per_").replace(")", "").replace("/", "_").replace(" ", "_").replace("^", "")
+    return "_" + name.removeprefix("1_") if unit != "1" else "", values
 
 
 def rows_csv(facts: Mapping[str, Any], rows: Iterable[Mapping[str, Any]]) -> str:
