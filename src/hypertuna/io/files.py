@@ -11,8 +11,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from hypertuna.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,13 +53,15 @@ def variable_columns(data: xr.Dataset, names: Mapping[str, str] | Iterable[str])
     A dimension with labels (joints, sides) stands in the names of columns, every combination of the others is a row.
     `names` may map variables to the names of their columns, which may end in the unit.
     """
+    import numpy as np  # `hypertuna version` does without
+
     names = names if isinstance(names, Mapping) else {name: name for name in names}
     labels = {dim: data[dim].values for dim in data.dims if dim in data.coords and data[dim].dtype.kind in "UO"}
     rows = {dim: size for dim, size in data.sizes.items() if dim not in labels}
     columns: dict[str, Any] = {}
     for name, head in names.items():
         variable, over = data[name], [dim for dim in data[name].dims if dim in labels]
-        unit, values = _unit_and_values(variable, coordinate=name in data.coords)
+        unit, values = _unit_and_values(variable)
         whole = variable.copy(data=values).expand_dims({dim: n for dim, n in rows.items() if dim not in variable.dims})
         table = whole.transpose(*over, *rows).values.reshape(*(len(labels[dim]) for dim in over), -1)
         for place in np.ndindex(*table.shape[:-1]):
@@ -71,13 +71,15 @@ def variable_columns(data: xr.Dataset, names: Mapping[str, str] | Iterable[str])
     return columns
 
 
-def _unit_and_values(variable: xr.DataArray, *, coordinate: bool) -> tuple[str, Any]:
+def _unit_and_values(variable: xr.DataArray) -> tuple[str, Any]:
     """Return the end of a column's name and the values in that unit; coordinates in degrees are rounded."""
+    import numpy as np
+
     values, unit = variable.values, variable.attrs.get("units", "1")
     if "flag_values" in variable.attrs:
         return "", np.array(variable.attrs["flag_meanings"].split())[values]
     if unit == "rad":
-        return "_deg", np.degrees(values).round(10) if coordinate else np.degrees(values)
+        return "_deg", np.degrees(values).round(10) if variable.name in variable.coords else np.degrees(values)
     if unit == "Pa":
         return "_kpa", values / 1e3
     name = unit.lower().replace("/(", "_per_").replace(")", "").replace("/", "_").replace(" ", "_").replace("^", "")
