@@ -13,9 +13,9 @@ from scipy.optimize import brentq
 
 from hypertuna.description.robot import Robot, load
 from hypertuna.paper.ledger import published
-from hypertuna.swimming.gait import Gait, named_gait
+from hypertuna.swimming.gait import Gait, Gaits, named_gait
 from hypertuna.swimming.plots_turn import plot_turn
-from hypertuna.swimming.sweep import Gaits, sweep
+from hypertuna.swimming.sweep import sweep
 from hypertuna.swimming.swim import swim
 from hypertuna.swimming.turn import Turning, point_radius, scaled, turn
 

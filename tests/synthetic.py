@@ -45,10 +45,7 @@ def steady(
     told: bool = False,
 ) -> Trials:
     """Steady runs with relative noise, told or not told in the file."""
-    columns = [
-        np.array([getattr(gait, name) for gait in gaits]) for name in ("frequency", "amplitude", "phase", "bias")
-    ]
-    found = settle(robot, *columns)
+    found = settle(robot, ht.Gaits.of(gaits))
     rng = np.random.default_rng(seed)
     speed, spent = (
         found[name] * (1 + noise * rng.standard_normal(len(gaits))) for name in ("speed", "cost_of_transport")

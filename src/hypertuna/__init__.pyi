@@ -28,8 +28,8 @@ from .simulation.twin import twin as twin
 from .simulation.twin import twin_at_sea as twin_at_sea
 from .simulation.twin import twins as twins
 from .swimming.gait import Gait as Gait
+from .swimming.gait import Gaits as Gaits
 from .swimming.gait import named_gait as named_gait
-from .swimming.sweep import Gaits as Gaits
 from .swimming.sweep import Gradient as Gradient
 from .swimming.sweep import gradient as gradient
 from .swimming.sweep import sweep as sweep

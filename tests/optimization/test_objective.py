@@ -153,7 +153,7 @@ def test_largest_rate_of_the_gait_is_that_of_its_swim(tuna: ht.Robot, points: np
     for robot in (tuna, tuna.using(joints="ideal")):
         gaits = gait_bounds(robot).gaits(points)
         rates, _ = gait_quantities(robot, gaits)
-        swum = settle(robot, gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
+        swum = settle(robot, gaits)
         assert np.maximum(rates["rate_I"], rates["rate_II"]) == pytest.approx(swum["rate_peak"], rel=1e-12)
 
 

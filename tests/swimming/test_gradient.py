@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 import hypertuna as ht
 from hypertuna.description.robot import parse
 from hypertuna.swimming.beat import STATUSES, directional_derivatives, settle
+from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model, parameter_names
-from hypertuna.swimming.sweep import Gaits
 from models import MODELS, changed, fastest, turning
 
 Array = NDArray[np.float64]
@@ -185,13 +185,12 @@ def test_a_straight_gait_swims_slower_or_faster_whichever_way_it_is_bent(every_m
 def test_slopes_along_directions_are_combinations_of_all_derivatives(every_model: ht.Robot) -> None:
     """Of several gaits at once, more directions than lanes, and none at all."""
     gaits = Gaits.of([fastest(every_model), turning(every_model), turning(every_model, -0.1)])
-    arrays = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
-    found = settle(every_model, *arrays)
+    found = settle(every_model, gaits)
     count = len(parameter_names(every_model))
-    whole = directional_derivatives(every_model, *arrays, found, np.eye(count))
+    whole = directional_derivatives(every_model, gaits, found, np.eye(count))
     directions = np.random.default_rng(0).normal(size=(count, 11))
-    along = directional_derivatives(every_model, *arrays, found, directions)
-    nowhere = directional_derivatives(every_model, *arrays, found, np.empty((count, 0)))
+    along = directional_derivatives(every_model, gaits, found, directions)
+    nowhere = directional_derivatives(every_model, gaits, found, np.empty((count, 0)))
     assert along.keys() == whole.keys() == nowhere.keys()
     for name, slope in along.items():
         assert nowhere[name].shape == (3, 0)
@@ -201,13 +200,12 @@ def test_slopes_along_directions_are_combinations_of_all_derivatives(every_model
 
 def test_slopes_of_another_model_are_that_model_s(tuna: ht.Robot) -> None:
     gaits = Gaits.of([fastest(tuna)])
-    arrays = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
     drag = [2 * drag for drag in tuna.water.lumped.drag]  # type: ignore[union-attr]
     by_all = np.eye(len(parameter_names(tuna)))
     model = core_model(tuna, {"water.lumped.drag": drag})
-    here = directional_derivatives(tuna, *arrays, settle(tuna, *arrays, model=model), by_all, model=model)
+    here = directional_derivatives(tuna, gaits, settle(tuna, gaits, model=model), by_all, model=model)
     written = changed(tuna, {"water.lumped.drag": drag})
-    there = directional_derivatives(written, *arrays, settle(written, *arrays), by_all)
+    there = directional_derivatives(written, gaits, settle(written, gaits), by_all)
     assert all(np.array_equal(here[name], there[name]) for name in here)
 
 
@@ -215,10 +213,9 @@ def test_gaits_without_derivatives_leave_the_others_theirs(tuna: ht.Robot) -> No
     """One does not settle; and a body at rest keeps every disturbance as it is, so that I - dP1/dP0 is singular."""
     still = replace(fastest(tuna), amplitude=(0.0, 0.0))
     gaits = Gaits.of([fastest(tuna), turning(tuna), still])
-    arrays = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
-    found = settle(tuna, *arrays)
+    found = settle(tuna, gaits)
     found["status"][1] = STATUSES.index("unsettled")
-    by_all = directional_derivatives(tuna, *arrays, found, np.eye(len(parameter_names(tuna))))
+    by_all = directional_derivatives(tuna, gaits, found, np.eye(len(parameter_names(tuna))))
     alone = ht.gradient(tuna, fastest(tuna))
     assert np.array_equal(by_all["speed"][0], alone.speed)
     assert np.isnan(by_all["speed"][1]).all()

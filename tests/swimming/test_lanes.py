@@ -13,7 +13,7 @@ import xarray as xr
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.swimming.sweep import Gaits
+from hypertuna.swimming.gait import Gaits
 from models import MODELS, fastest, turning
 
 LANES = 1e-12  # scalar against lanes: only the order of some sums and fused products differ

@@ -16,17 +16,11 @@ from hypertuna.description.schema.body import Links
 from hypertuna.description.schema.water import LAWS, Water, WaterLaw
 from hypertuna.description.validation import nested_model, unit_of
 from hypertuna.swimming.beat import settle
+from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model, parameter_names
-from hypertuna.swimming.sweep import Gaits
 from models import changed, fastest
 
 LAG = 0.3  # rad
-
-
-def arrays(gait: ht.Gait) -> tuple[np.ndarray, ...]:
-    """One gait as `settle` takes it."""
-    gaits = Gaits.of([gait])
-    return gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias
 
 
 def test_columns_take_the_place_of_the_robot_s(tuna: ht.Robot) -> None:
@@ -37,10 +31,10 @@ def test_columns_take_the_place_of_the_robot_s(tuna: ht.Robot) -> None:
     lumped = {"water.lumped.drag": drag, "links.mass_kg": mass, "links.inertia_kg_m2": inertia}
     written = changed(tuna, lumped)
     model = core_model(tuna, {"water.lumped.drag": drag, "links.mass": mass})
-    gait = arrays(fastest(tuna))
-    here, there = settle(tuna, *gait, model=model), settle(written, *gait)
+    gait = Gaits.of([fastest(tuna)])
+    here, there = settle(tuna, gait, model=model), settle(written, gait)
     assert all(np.array_equal(here[name], there[name]) for name in here)
-    assert here["speed"] != settle(tuna, *gait)["speed"]
+    assert here["speed"] != settle(tuna, gait)["speed"]
 
 
 def test_every_column_has_the_name_of_its_parameters(every_model: ht.Robot) -> None:

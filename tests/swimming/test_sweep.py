@@ -12,8 +12,9 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.io.files import write_netcdf
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, STATUSES
+from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model
-from hypertuna.swimming.sweep import CHUNK, Gaits
+from hypertuna.swimming.sweep import CHUNK
 from models import MODELS, changed, fastest
 
 FREQUENCY = [1.0, 2.5, 6.0]
@@ -117,12 +118,12 @@ def box(count: int, seed: int) -> Gaits:
     rng = np.random.default_rng(seed)
     amplitude = np.deg2rad(rng.uniform(0, (16, 25), (count, 2)))
     phase = np.deg2rad(rng.uniform(0, (0, 80), (count, 2)))
-    return Gaits(rng.uniform(0.1, 6.0, count), amplitude, phase, np.zeros((count, 2)), (count,))
+    return Gaits(rng.uniform(0.1, 6.0, count), amplitude, phase, np.zeros((count, 2)), shape=(count,))
 
 
 def some(gaits: Gaits, index: np.ndarray) -> Gaits:
     columns = (getattr(gaits, name)[index] for name in ("frequency", "amplitude", "phase", "bias"))
-    return Gaits(*columns, (len(index),))
+    return Gaits(*columns, shape=(len(index),))
 
 
 @pytest.mark.parametrize("name", ["hypertuna-lumped", "hypertuna-lumped-ideal", "hypertuna-strip"])

@@ -10,8 +10,7 @@ import numpy as np
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.swimming.gait import Gait, named_gait
-from hypertuna.swimming.sweep import Gaits
+from hypertuna.swimming.gait import Gait, Gaits, named_gait
 
 KINDS = ("amplitude", "phase", "bias")
 MIN_BEATS = 2  # of a run: for means over whole beats

@@ -16,8 +16,7 @@ from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.io.files import rows_csv
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
-from hypertuna.swimming.gait import named_gait
-from hypertuna.swimming.sweep import Gaits
+from hypertuna.swimming.gait import Gaits, named_gait
 from hypertuna.swimming.turn import Tightest, Turning, gait_at, turn
 
 AROUND = np.linspace(0, 320, 9)  # deg of the last joint group's phase: once around, as in the paper's Fig. 14(b)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hypertuna.identification.coefficients import Free, columns, parameter_jacobian, position
 from hypertuna.identification.experiment import KINDS, Experiment, Replayed
 from hypertuna.swimming.beat import DEFAULT_STEPS, directional_derivatives, settle
+from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.replay import replay_jacobian
 
@@ -99,19 +100,12 @@ def _steady(
     threads: int,
 ) -> tuple[dict[str, tuple[Array, Array]], NDArray[Any]]:
     """Compute speed and cost of transport of every steady run, with their Jacobians, and its status."""
-    gaits = [run.gait for run in data.trials.steady]
-    frequency = np.array([gait.frequency for gait in gaits])
-    amplitude, phase, bias = (
-        np.array([getattr(gait, name) for gait in gaits]) for name in ("amplitude", "phase", "bias")
-    )
-    arrays = (frequency, amplitude, phase, bias)
-    beats = settle(data.robot, *arrays, model=model, steps=steps[0], threads=threads)
+    gaits = Gaits.of([run.gait for run in data.trials.steady])
+    beats = settle(data.robot, gaits, model=model, steps=steps[0], threads=threads)
     by: dict[str, Array] = dict.fromkeys(KINDS[:2], np.zeros((len(gaits), len(frees))))
     if along is not None:
         with np.errstate(all="ignore"):  # gaits without a settled beat have no derivatives
-            by = directional_derivatives(
-                data.robot, *arrays, beats, along, model=model, steps=steps[1], threads=threads
-            )
+            by = directional_derivatives(data.robot, gaits, beats, along, model=model, steps=steps[1], threads=threads)
     usable = np.isin(beats["status"], USABLE) & np.isfinite(beats["cost_of_transport"]) & (beats["speed"] != 0)
     status = np.where(usable, beats["status"], 3)
     table = {

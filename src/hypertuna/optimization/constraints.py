@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.swimming.sweep import Gaits
+from hypertuna.swimming.gait import Gaits
 
 Array = NDArray[np.float64]
 

@@ -11,13 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.swimming.gait import LARGEST, Gait
+from hypertuna.swimming.gait import KINDS, LARGEST, Gait, Gaits
 from hypertuna.swimming.model import parameter_names
-from hypertuna.swimming.sweep import Gaits
 
 Array = NDArray[np.float64]
-
-KINDS = ("amplitude", "phase", "bias")
 
 
 def gait_columns(robot: Robot) -> dict[str, float]:
@@ -63,18 +60,15 @@ class DesignSpace:
         points = np.asarray(x, dtype=np.float64)
         values = np.tile(self.low, (len(points), 1))
         values[:, self.free] = points
-        amplitude, phase, bias = (np.ascontiguousarray(part) for part in np.split(values[:, 1:], len(KINDS), axis=1))
-        return Gaits(np.ascontiguousarray(values[:, 0]), amplitude, phase, bias, (len(points),))
+        return Gaits(values[:, 0], *np.split(values[:, 1:], len(KINDS), axis=1), shape=(len(points),))
 
     def gait(self, x: ArrayLike) -> Gait:
         """Return the gait at one point, shape (dim,) [Hz or rad]."""
-        gaits = self.gaits(np.asarray(x, dtype=np.float64)[np.newaxis])
-        angles = (tuple(getattr(gaits, kind)[0].tolist()) for kind in KINDS)
-        return Gait(float(gaits.frequency[0]), *angles)
+        return self.gaits(np.asarray(x, dtype=np.float64)[np.newaxis])[0]
 
     def point(self, gait: Gait) -> Array:
         """Return the point of a gait, shape (dim,) [Hz or rad]; fixed values are left out."""
-        return np.array([gait.frequency, *gait.amplitude, *gait.phase, *gait.bias])[self.free]
+        return gait.values[self.free]
 
     def directions(self, robot: Robot) -> Array:
         """Return the derivatives of all model parameters by the coordinates, shape (parameters, dim) [1]."""

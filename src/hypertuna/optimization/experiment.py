@@ -234,6 +234,5 @@ def _place(run: SteadyRun) -> str:
 def _distance(one: Gait, other: Gait, problem: Problem) -> float:
     """Max difference of two gaits, relative to the range of each coordinate; of fixed values, in Hz or rad."""
     space = problem.space
-    rows = [np.array([gait.frequency, *gait.amplitude, *gait.phase, *gait.bias]) for gait in (one, other)]
     width = np.where(space.high > space.low, space.high - space.low, 1.0)
-    return float(np.max(np.abs(rows[0] - rows[1]) / width))
+    return float(np.max(np.abs(one.values - other.values) / width))

@@ -17,7 +17,7 @@ from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import DIFFERENTIABLE, UNUSABLE, Evaluation, Objective
 from hypertuna.optimization.robust import Statistic, aggregate, check_statistic
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, directional_derivatives, settle
-from hypertuna.swimming.sweep import Gaits
+from hypertuna.swimming.gait import Gaits
 
 Array = NDArray[np.float64]
 
@@ -85,8 +85,7 @@ class Problem:
     def _swim(self, robot: Robot, x: Array, derivatives: bool) -> dict[str, Array]:
         """Swim with one robot."""
         gaits = self.space.gaits(x)
-        columns = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
-        beats = settle(robot, *columns, steps=self.steps, threads=self.threads)
+        beats = settle(robot, gaits, steps=self.steps, threads=self.threads)
         of_gait, d_gait = gait_quantities(robot, gaits)
         quantities = {name: (of_gait | beats)[name] for name in (*self.needs, "status")}
         if not derivatives:
@@ -153,8 +152,7 @@ def _value_gradient(objective: Objective, known: Mapping[str, Array]) -> Array:
 
 def _gradients(robot: Robot, gaits: Gaits, beats: Mapping[str, Any], directions: Array, steps: int) -> dict[str, Array]:
     """Differentiate the quantities of gaits along directions, shape (gaits, dim); NaN where a gait does not settle."""
-    columns = (gaits.frequency, gaits.amplitude, gaits.phase, gaits.bias)
-    gradients = directional_derivatives(robot, *columns, beats, directions, steps=steps)
+    gradients = directional_derivatives(robot, gaits, beats, directions, steps=steps)
     # d(U / (f L)) = (dU - U df / f) / (f L); the frequency is the first parameter.
     d_frequency = beats["speed"][:, np.newaxis] * directions[0] / gaits.frequency[:, np.newaxis]
     stride = (gradients["speed"] - d_frequency) / (robot.body.length * gaits.frequency[:, np.newaxis])

@@ -14,8 +14,8 @@ from hypertuna.description.robot import Robot
 from hypertuna.simulation.posture_test import PostureTest, posture_test
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twins
-from hypertuna.swimming.gait import Gait, named_gait
-from hypertuna.swimming.sweep import Gaits, sweep
+from hypertuna.swimming.gait import Gait, Gaits, named_gait
+from hypertuna.swimming.sweep import sweep
 from hypertuna.swimming.swim import Swim, swim
 
 if TYPE_CHECKING:

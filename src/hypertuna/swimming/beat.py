@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hypertuna import _core, metrics
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
+from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model
 
 Array = NDArray[np.float64]
@@ -63,37 +64,28 @@ def check_steps(steps: int) -> None:
         raise InputError("must be a multiple of 4 from 8 to 8192", key="steps", value=str(steps), fix="take 128")
 
 
-def settle(
-    robot: Robot,
-    frequency: Array,
-    amplitude: Array,
-    phase: Array,
-    bias: Array,
-    *,
-    model: _core.Model | None = None,
-    steps: int = DEFAULT_STEPS,
-    wait: int = -1,
-    threads: int = 1,
-) -> dict[str, Any]:
-    """Find the settled beats of gaits.
-
-    `frequency` (gaits,) [Hz], `amplitude`, `phase`, `bias` (gaits, groups) [rad].
-    """
-    check_steps(steps)
-    gaits = (frequency, amplitude, phase, bias)
-    model = model or core_model(robot)
-    rows = _core.settle(model, *gaits, steps=steps, wait=wait, max_beats=MAX_BEATS, threads=threads)
-    return quantities(robot, frequency, rows)
-
-
 _COLUMNS = _core.settle_columns()
 _TWIST, _MOMENTUM, _MONODROMY = (_COLUMNS.index(name) for name in ("u", "p_x", "m_00"))
 _END = slice(_core.gradient_outputs().index("end_p_x"), None)
 _PERIODIC = [STATUSES.index(status) for status in ("settled", "unstable")]
 
 
-def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
-    """Turn rows of the core into quantities: `frequency` (gaits,) [Hz], `rows` (gaits, len(_core.settle_columns()."""
+def settle(
+    robot: Robot,
+    gaits: Gaits,
+    *,
+    model: _core.Model | None = None,
+    steps: int = DEFAULT_STEPS,
+    wait: int = -1,
+    threads: int = 1,
+) -> dict[str, Any]:
+    """Find the settled beats of gaits: quantities, status, twist, momentum and multipliers, (gaits,) each.
+
+    `wait` is the number of beats to swim from rest before the one that counts, -1 to solve for the settled beat.
+    """
+    check_steps(steps)
+    model, frequency = model or core_model(robot), gaits.frequency
+    rows = _core.settle(model, *gaits.columns, steps=steps, wait=wait, max_beats=MAX_BEATS, threads=threads)
     row = dict(zip(_COLUMNS, rows.T[:_TWIST], strict=False))
     length, mass = robot.body.length, robot.body.mass
     speed = row["speed"]
@@ -128,10 +120,7 @@ def quantities(robot: Robot, frequency: Array, rows: Array) -> dict[str, Any]:
 
 def directional_derivatives(
     robot: Robot,
-    frequency: Array,
-    amplitude: Array,
-    phase: Array,
-    bias: Array,
+    gaits: Gaits,
     beats: Mapping[str, Any],
     directions: Array,
     *,
@@ -144,13 +133,13 @@ def directional_derivatives(
     One beat in dual numbers gives the derivatives of its end P1 and its results by the start P0 and the parameters p.
     The settled start moves with p so that P1 = P0 stays: dP0/dp = (I - dP1/dP0)^-1 dP1/dp (implicit function theorem).
 
-    `frequency` (gaits,) [Hz], `amplitude`, `phase`, `bias` (gaits, groups) [rad], `directions` (parameters,
-    directions).
+    `directions` (parameters, directions); returns (gaits, directions) of each quantity.
     """
     check_steps(steps)
     momentum, along = np.ascontiguousarray(beats["momentum"]), np.ascontiguousarray(directions)
-    gaits = (frequency, amplitude, phase, bias)
-    rows = _core.gradient(model or core_model(robot), *gaits, momentum, along, steps=steps, threads=threads)
+    frequency = gaits.frequency
+    model = model or core_model(robot)
+    rows = _core.gradient(model, *gaits.columns, momentum, along, steps=steps, threads=threads)
     by_start, by_parameters = rows[..., :3], rows[..., 3:]
     remains = np.eye(3) - by_start[:, _END]
     sound = np.isin(beats["status"], _PERIODIC) & (np.abs(np.linalg.det(remains)) > 0)

@@ -1,18 +1,25 @@
-"""Harmonic gaits: one sine per joint group."""
+"""Harmonic gaits, one sine per joint group: one gait, a list of gaits, a grid."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Self
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, POSITIVE
 
+Array = NDArray[np.float64]
+
+KINDS = ("amplitude", "phase", "bias")
 # Largest magnitude of each angle [rad]: half a turn of a joint, and a phase whose sine is still exact.
 LARGEST = {"amplitude": math.pi * (1 + 1e-12), "phase": 1e4, "bias": math.pi * (1 + 1e-12)}
+MAX_GAITS = 10_000_000  # of a grid: 2 GB of results
 
 
 @dataclass(frozen=True)
@@ -46,7 +53,9 @@ class Gait:
     bias: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        _keep(self, self.frequency, self.amplitude, self.phase, self.bias, unit=1.0)
+        angles = {kind: getattr(self, kind) for kind in KINDS}
+        for name, value in _checked(self.frequency, angles, unit=1.0).items():
+            object.__setattr__(self, name, value)
 
     @classmethod
     def from_degrees(
@@ -82,9 +91,126 @@ class Gait:
         >>> round(gait.phase[1], 4)
         0.6981
         """
-        gait = cls.__new__(cls)
-        _keep(gait, frequency, amplitude, phase, () if bias is None else bias, unit=math.pi / 180)
-        return gait
+        angles = {"amplitude": amplitude, "phase": phase, "bias": () if bias is None else bias}
+        return cls(**_checked(frequency, angles, unit=math.pi / 180))
+
+    @property
+    def values(self) -> Array:
+        """Frequency [Hz], then amplitude, phase and bias of every joint group [rad], shape (1 + 3 groups,)."""
+        return np.array([self.frequency, *self.amplitude, *self.phase, *self.bias])
+
+
+@dataclass(frozen=True)
+class Gaits:
+    """Many gaits: a list, or a grid."""
+
+    frequency: Array  # (gaits,) [Hz]
+    amplitude: Array  # (gaits, groups) [rad], as phase and bias
+    phase: Array
+    bias: Array
+    # (gaits,) of a list; (frequencies, amplitudes, phases, biases) of a grid, whose gaits are in that order,
+    # the last changing fastest
+    shape: tuple[int, ...] = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        count, groups = len(self.frequency), np.shape(self.amplitude)[-1]
+        for name, column in zip(KINDS, self.columns[1:], strict=True):
+            if np.shape(column) != (count, groups):
+                rule, fix = (
+                    f"must have the shape ({count}, {groups}), one row per gait",
+                    "give an angle per joint group",
+                )
+                raise InputError(rule, key=name, value=f"{np.shape(column)}", fix=fix)
+        if math.prod(self.shape) != count:
+            rule = f"must multiply to {count}, the number of gaits"
+            raise InputError(rule, key="shape", value=f"{self.shape}", fix="use Gaits.of or Gaits.grid")
+        sound = np.isfinite(self.frequency) & (self.frequency > 0) & (self.amplitude >= 0).all(axis=1)
+        for name, column in zip(KINDS, self.columns[1:], strict=True):
+            sound &= (np.abs(column) <= LARGEST[name]).all(axis=1)
+        if not sound.all():
+            self[int(np.argmin(sound))]  # raises the error of this gait
+
+    @classmethod
+    def of(cls, gaits: Sequence[Gait]) -> Self:
+        """Put gaits in a list.
+
+        Parameters
+        ----------
+        gaits : sequence of Gait
+            With equally many joint groups.
+
+        Returns
+        -------
+        Gaits
+
+        Raises
+        ------
+        InputError
+            If there is none, or they differ in their number of joint groups.
+        """
+        if not gaits:
+            raise InputError("must hold at least one gait", key="gaits", value="empty", fix="give the gaits to swim")
+        if len({len(gait.amplitude) for gait in gaits}) > 1:
+            fix = "give every gait one value per joint group"
+            raise InputError("must have equally many joint groups", key="gaits", fix=fix)
+        columns = (np.array([getattr(gait, name) for gait in gaits]) for name in ("frequency", *KINDS))
+        return cls(*columns, shape=(len(gaits),))
+
+    @classmethod
+    def grid(
+        cls,
+        *,
+        frequency: Sequence[float],
+        amplitude: Sequence[Sequence[float]],
+        phase: Sequence[Sequence[float]],
+        bias: Sequence[Sequence[float]] | None = None,
+    ) -> Self:
+        """Combine every frequency with every amplitude, phase and bias.
+
+        Parameters
+        ----------
+        frequency : sequence of float
+            [Hz].
+        amplitude, phase, bias : sequence of sequence of float
+            Each entry has one angle per joint group [rad]; no bias if left out.
+
+        Returns
+        -------
+        Gaits
+
+        Raises
+        ------
+        InputError
+            As `Gait` does, at the first value that cannot be used.
+        """
+        if bias is None:
+            bias = [(0.0,) * len(angles) for angles in amplitude[:1]]
+        axes: dict[str, Sequence[Any]] = {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}
+        for name, axis in axes.items():
+            if not len(axis):
+                raise InputError("must have at least one value", key=name, value="empty", fix="give a range or a list")
+        # Each value is checked once, not once for every combination.
+        for k in range(max(map(len, axes.values()))):
+            Gait(**{name: axis[min(k, len(axis) - 1)] for name, axis in axes.items()})
+        shape = tuple(map(len, axes.values()))
+        if math.prod(shape) > MAX_GAITS:
+            rule = f"must have at most {MAX_GAITS} gaits in all"
+            raise InputError(rule, key="grid", value=f"{math.prod(shape)}", fix="take fewer values")
+        index = np.indices(shape).reshape(4, -1)
+        columns = (np.asarray(axis, dtype=np.float64)[k] for axis, k in zip(axes.values(), index, strict=True))
+        return cls(*columns, shape=shape)
+
+    def __len__(self) -> int:
+        return len(self.frequency)
+
+    def __getitem__(self, k: int) -> Gait:
+        return Gait(float(self.frequency[k]), *(tuple(column[k].tolist()) for column in self.columns[1:]))
+
+    @property
+    def columns(self) -> tuple[Array, Array, Array, Array]:
+        """Frequency [Hz], amplitude, phase and bias [rad] in memory as the core takes them."""
+        frequency, *angles = (np.ascontiguousarray(getattr(self, name)) for name in ("frequency", *KINDS))
+        return frequency, angles[0], angles[1], angles[2]
 
 
 def check_gait(gait: Gait, robot: Robot) -> None:
@@ -125,25 +251,17 @@ def named_gait(robot: Robot, name: str) -> Gait:
     return Gait(known.frequency, known.amplitude, known.phase, known.bias)
 
 
-def _keep(
-    gait: Gait,
-    frequency: float,
-    amplitude: Sequence[float],
-    phase: Sequence[float],
-    bias: Sequence[float],
-    *,
-    unit: float,
-) -> None:
-    """Check the values as given and set the fields of a frozen gait, angles times their unit."""
+def _checked(frequency: float, angles: Mapping[str, Sequence[float]], unit: float) -> dict[str, Any]:
+    """Check values as given; return frequency [Hz] and angles [rad], `unit` the size of their unit [rad]."""
     beat = POSITIVE.check(frequency, "frequency", "give it in Hz")
-    angles = {"amplitude": _list(amplitude, "amplitude"), "phase": _list(phase, "phase"), "bias": _list(bias, "bias")}
-    groups = len(angles["amplitude"])
-    angles["bias"] = angles["bias"] or (0.0,) * groups
-    for key, values in angles.items():
+    lists = {kind: _list(values, kind) for kind, values in angles.items()}
+    groups = len(lists["amplitude"])
+    lists["bias"] = lists["bias"] or (0.0,) * groups
+    for key, values in lists.items():
         if len(values) != groups:
             rule = f"must be {groups} long, as amplitude is"
             raise InputError(rule, key=key, value=f"{len(values)} long", fix="give one value per joint group")
-    for key, values in angles.items():
+    for key, values in lists.items():
         for g, value in enumerate(values):
             if key == "amplitude" and value < 0:
                 fix = "add half a turn to its phase instead"
@@ -151,9 +269,7 @@ def _keep(
             if abs(value) * unit > LARGEST[key]:
                 rule = f"must be at most {LARGEST[key] / unit:g} {'rad' if unit == 1 else 'deg'}"
                 raise InputError(rule, key=f"{key}[{g}]", value=f"{value:g}", fix="check its unit")
-    object.__setattr__(gait, "frequency", beat)
-    for key, values in angles.items():
-        object.__setattr__(gait, key, tuple(value * unit for value in values))
+    return {"frequency": beat} | {key: tuple(value * unit for value in values) for key, values in lists.items()}
 
 
 def _list(values: Sequence[float], key: str) -> tuple[float, ...]:

@@ -14,7 +14,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES, check_steps, settle, status_text
-from hypertuna.swimming.gait import Gait, check_gait
+from hypertuna.swimming.gait import Gait, Gaits, check_gait
 from hypertuna.swimming.model import core_model, twist_from_rest
 from hypertuna.swimming.trajectory import trajectory
 
@@ -173,8 +173,7 @@ def swim(
     if np.shape(current) != (2,) or not np.isfinite(current).all():
         raise InputError("must be two finite numbers", key="current", value=str(current), fix="give m/s along x and y")
     wait = int(beats_swum) - 1
-    arrays = (np.array([gait.frequency]), *(np.array([a]) for a in (gait.amplitude, gait.phase, gait.bias)))
-    result = settle(robot, *arrays, steps=steps, wait=wait)
+    result = settle(robot, Gaits.of([gait]), steps=steps, wait=wait)
     status = STATUSES[result.pop("status")[0]]
     twist, multipliers = result.pop("twist")[0].copy(), result.pop("multipliers")[0]
     del result["momentum"]

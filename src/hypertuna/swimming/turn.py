@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
-from hypertuna.swimming.gait import Gait
-from hypertuna.swimming.sweep import Gaits, sweep
+from hypertuna.swimming.gait import KINDS, Gait, Gaits
+from hypertuna.swimming.sweep import sweep
 from hypertuna.swimming.swim import Swim, swim
 
 if TYPE_CHECKING:
@@ -24,7 +24,6 @@ Array = NDArray[np.float64]
 Points = NDArray[np.complex128]
 
 MAX_BEATS = 120  # of a path: a gait that turns by 3 degrees a beat comes round in them
-KINDS = ("amplitude", "phase", "bias")
 PER_BEAT = 32  # points of a path
 PHASE = math.radians(0.05)  # tolerance of the phase of the tightest turn
 
@@ -156,7 +155,7 @@ def turn(
         if settled[k] and math.isinf(bends[k]):
             radius[k] = math.inf
         elif settled[k]:
-            circle = fit_circle(nose_path(swim(robot, _gait(gaits, k), steps=steps)))
+            circle = fit_circle(nose_path(swim(robot, gaits[k], steps=steps)))
             radius[k], residual[k] = circle.radius, circle.residual
         if progress is not None:
             progress(k + 1, len(gaits))
@@ -225,12 +224,6 @@ def _taubin(w: Points) -> Array | None:
     return np.array([-b / (2 * a), -c / (2 * a), math.sqrt(b * b + c * c - 4 * a * d) / abs(2 * a)])
 
 
-def _gait(gaits: Gaits, k: int) -> Gait:
-    """One gait of many."""
-    angles = (tuple(column[k].tolist()) for column in (gaits.amplitude, gaits.phase, gaits.bias))
-    return Gait(float(gaits.frequency[k]), *angles)
-
-
 def _length(text: str) -> dict[str, str]:
     """Attributes of a length."""
     return {"units": "m", "long_name": text}
@@ -241,7 +234,7 @@ def _tightest(robot: Robot, gaits: Gaits, radius: Array, among: NDArray[np.bool_
     if not among.any():
         return None
     k = int(np.where(among, radius, math.inf).argmin())
-    gait = _gait(gaits, k)
+    gait = gaits[k]
     beat = swim(robot, gait, steps=steps)
     assert beat.status == STATUSES[0]
     phases = np.unique(gaits.phase[:, -1])
