@@ -21,13 +21,13 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.ranges import check_name
 
 Frame = Literal["ned", "enu"]
-Array = NDArray[np.float64]
 
 # theirs = A ours + b, with A orthogonal.
 _POSE: dict[str, tuple[Array, Array]] = {

@@ -6,16 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError
 from hypertuna.metrics import cost_of_transport
 from hypertuna.ranges import POSITIVE
 from hypertuna.ranges import Range as Limits
-
-Array = NDArray[np.float64]
 
 POINTS = 32  # of Gauss-Legendre over the charge: voltage and current are smooth
 

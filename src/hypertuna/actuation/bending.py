@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import (
@@ -21,6 +21,7 @@ from hypertuna.actuation.soft_joint import (
     muscle,
     soft_joint,
 )
+from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.actuator import NEUTRAL_BRAID
@@ -29,8 +30,6 @@ from hypertuna.io.files import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 # The equations that the core solves, and the steps from the printed to the corrected ones.
 LAWS: dict[str, dict[str, bool]] = {

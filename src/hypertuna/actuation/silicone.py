@@ -13,11 +13,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
-
-Array = NDArray[np.float64]
 
 UP_TO = 1.0  # engineering strain up to which a test is fitted: that of a data sheet's modulus
 POINTS_MIN = 5  # of a fit

@@ -9,15 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import Circuits, circuits, servo_angle, supply_voltage
 from hypertuna.actuation.soft_joint import JointTable, joint_tables
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse, require
 from hypertuna.errors import InputError
-
-Array = NDArray[np.float64]
 
 SAMPLE = 1e-3  # s between rows of a run
 BEATS, LAGS = 4, 6.0  # length of a run: beats and time constants of the line, whichever is longer

@@ -11,17 +11,16 @@ from dataclasses import dataclass
 from typing import cast, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hypertuna import _core
 from hypertuna.actuation.silicone import Mooney
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.actuator import Actuator, DriveUnit, Material, MaterialSet, Reduced
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import WHOLE
-
-Array = NDArray[np.float64]
 
 MATERIAL_SETS: tuple[MaterialSet, ...] = get_args(MaterialSet)
 

@@ -7,12 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.characterization.unknowns import Unknown
 from hypertuna.identification.estimator import Direction
-
-Array = NDArray[np.float64]
 
 DETERMINED = 3.0  # narrowing of an interval by the bench, above which a combination counts as determined
 SHARPNESS = (10.0, DETERMINED)  # narrowing of sharp combinations, which come first, and of the others

@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.actuation.hydraulics import SIDES
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import check_width, read_rows
 from hypertuna.trials.radio_log import bench_rows
-
-Array = NDArray[np.float64]
 
 BRANCHES = ("load", "unload")
 COLUMNS = ("joint", "side", "pressure_kpa", "angle_deg", "branch", "angle_sd_deg", "volume_ml", "run")

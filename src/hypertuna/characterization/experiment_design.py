@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.hydraulics import SIDES
@@ -17,8 +16,6 @@ from hypertuna.characterization.fit import BenchFit
 from hypertuna.characterization.problem import computed
 from hypertuna.characterization.unknowns import with_unknowns
 from hypertuna.description.robot import Robot
-
-Array = NDArray[np.float64]
 
 STEP = 1e-4  # of a logarithm, for differences
 # Standard deviation of each measurement, of common workshop instruments.

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.characterization.combinations import DETERMINED, Combination, combinations
 from hypertuna.characterization.data import Bench
 from hypertuna.characterization.problem import KINDS, BenchProblem, bench_problem, computed, effective_parameters
@@ -22,8 +22,6 @@ from hypertuna.errors import InputError
 from hypertuna.identification import estimator
 from hypertuna.identification.estimator import Direction
 from hypertuna.identification.loss import interval_factor, residual_scale
-
-Array = NDArray[np.float64]
 
 STARTS = 3
 TOLERANCE, ROUGH = 1e-6, 1e-3  # relative change that ends a search, and a rough one

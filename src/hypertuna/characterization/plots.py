@@ -17,8 +17,6 @@ from hypertuna.characterization.data import Loop
 from hypertuna.characterization.fit import BenchFit
 from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
 
-Array = NDArray[np.float64]
-
 POINTS = 24  # of a curve
 FAR = 5.0  # standard deviations between angle and fit, above which a row was likely misread
 MIN_SINGULAR = 1e-3  # lower end of the axis

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.hydraulics import SIDES
+from hypertuna.arrays import Array
 from hypertuna.characterization.data import Bench
 from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.identification.loss import check_loss
-
-Array = NDArray[np.float64]
 
 KINDS = ("angle", "volume")
 STEP = 1e-4  # of a logarithm, for central differences

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.characterization.problem import BenchProblem
-
-Array = NDArray[np.float64]
 
 COUNT = 32
 PARTS = (0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)  # of the perturbation, step by step; then corrections

@@ -8,16 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.identification.names import split_names
-
-Array = NDArray[np.float64]
 
 # Unknowns and their default bounds, as factors on the described value; those in ABSOLUTE as values [rad or 1].
 PER_JOINT = {

@@ -9,18 +9,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import Circuits, circuits, pump_servo, servo_angle
 from hypertuna.actuation.soft_joint import JointTable, joint_tables
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError
 from hypertuna.swimming.model import core_model
-
-Array = NDArray[np.float64]
 
 SETTLED = 4.7439  # rate times time at which a critically damped filter has made 95 % of a step: (1 + x) e^-x = 0.05
 MAP_DEGREE = 5

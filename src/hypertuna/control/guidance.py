@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns, range_of
@@ -24,8 +23,6 @@ from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim
-
-Array = NDArray[np.float64]
 
 DEPTH_STEP = 0.5  # m, largest change of a working depth sensor within a tick
 FIELD_BAND = (0.5, 1.5)  # of the field's strength: a compass reading outside is a fault

@@ -8,13 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hypertuna.description.robot import Robot, parse, robot_path
 from hypertuna.io.files import write_atomically
-
-Array = NDArray[np.float64]
 
 SAME = 1e-13  # relative tolerance of the same number in another notation
 

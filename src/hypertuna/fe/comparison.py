@@ -20,18 +20,17 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hypertuna.actuation.bending import Bend, bend, check_side
 from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney, muscle
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe.bend import FeBend
 from hypertuna.fe.geometry import joint_body
 from hypertuna.fe.record import oil_taken
 from hypertuna.fe.section import section_bend
-
-Array = NDArray[np.float64]
 
 STEP = 5e3  # Pa, largest step of the path to a pressure
 BALANCED = 1e-6  # tolerance of force and moment as strain, and as curvature times lever

@@ -13,15 +13,13 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna.actuation.soft_joint import drive_unit, joint_group
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe.extra import need_fe
 from hypertuna.io.files import write_atomically
-
-Array = NDArray[np.float64]
 
 MM = 1e3  # drawings are in mm, as STEP is by default
 WALL = 0.0005  # m, minimum matrix between hoses, and between hose and water

@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.fe.energies import cavity, fiber_stretches, nominal_stress
 from hypertuna.fe.geometry import FACES
 from hypertuna.fe.model import FeModel, surface_strain
-
-Array = NDArray[np.float64]
 
 QUANTILE = 0.99  # of the matrix' volume for strain and stress, of the walls' area for fibers
 TAUT = 0.02  # tolerance of inextensible fibers, for 99 % of them

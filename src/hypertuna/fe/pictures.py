@@ -23,14 +23,13 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.fe.extra import need_pictures
 from hypertuna.fe.fields import DISPLACEMENT, FACE, FACE_NUMBERS, STRAIN, STRESS, surface_path
 from hypertuna.fe.record import SUMMARY
 from hypertuna.figures import FAINT, SEQUENCE, WIDTH, styled
 from hypertuna.io.files import write_atomically
-
-Array = NDArray[np.float64]
 
 PARTS = {
     "outer": ("outer",),

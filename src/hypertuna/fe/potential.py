@@ -18,9 +18,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError
-
-Array = NDArray[np.float64]
 
 ELASTIC = (1, 2, 3, 4)  # numbers of terms of U', odd powers of the angle
 VOLUME = (1, 2, 3, 4, 5, 6)  # degrees of V

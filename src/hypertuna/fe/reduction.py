@@ -20,9 +20,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hypertuna.actuation.soft_joint import drive_unit, joint_group, joint_tables
+from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, load, parse
 from hypertuna.description.writer import write_robot
@@ -37,7 +38,6 @@ from hypertuna.io.files import dataset
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 ANGLES = 49  # rows of a table: a spline through them is the fitted polynomials to 1e-5
 STRONGEST = 0.5  # largest couple by default, over the moment of the largest pressure on the straight joint
 

@@ -12,19 +12,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hypertuna.actuation.bending import check_side
 from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import joint_group
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.fe.energies import Solid, Wall, braid_energy, hose_energy, solid_energy
 from hypertuna.fe.extra import need_fe
 from hypertuna.fe.geometry import MM, joint_body
 from hypertuna.fe.model import FeOptions, soft_parts
 from hypertuna.fe.newton import Problem, lead
-
-Array = NDArray[np.float64]
 
 ORDER = 3  # of displacements and curved elements
 AROUND = 0.8  # size of edges on the channels over their radius

@@ -24,7 +24,6 @@ from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.mission.file import MissionFile
 from hypertuna.mission.record import COLUMNS, MissionRecord
 
-Array = NDArray[np.float64]
 Ticks = NDArray[Any]
 
 WORD = 4

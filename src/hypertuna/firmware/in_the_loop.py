@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import INSTRUCTIONS, Board, find_firmware, started
@@ -27,7 +28,6 @@ from hypertuna.firmware.scenario import Scenario, random_messages, scheduled_ord
 from hypertuna.mission.run import MissionRun, fly_part, joined, mission_start
 from hypertuna.ranges import Whole
 
-Array = NDArray[np.float64]
 Messages = NDArray[Any]
 
 CHUNK = 3000  # ticks that the twin simulates at a time

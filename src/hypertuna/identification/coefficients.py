@@ -9,8 +9,8 @@ from functools import cache
 from typing import Any, Literal, cast, get_origin
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.validation import Place, field_at, nested_model, unit_of
 from hypertuna.errors import InputError
@@ -25,8 +25,6 @@ from hypertuna.identification.names import (
 )
 from hypertuna.identification.truncated_normal import truncated_normal
 from hypertuna.swimming.model import parameter_names
-
-Array = NDArray[np.float64]
 
 ABSOLUTE_UNITS = {"time_offset": 0.1, "joints.phase_offset": 0.1}  # s and rad: coefficients without a relative error
 MAX_BOUND = 1e12  # SI

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.identification.loss import loss_terms
 from hypertuna.identification.profile import Optimum, profile_sd
-
-Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 ROUNDS = 12  # of estimating noise levels and coefficients in turn

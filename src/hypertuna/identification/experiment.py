@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import Free, position
@@ -18,7 +19,6 @@ from hypertuna.trials.replay import joint_grid, seen_from_start
 from hypertuna.trials.smoothing import smooth
 from hypertuna.trials.trials import Trials
 
-Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.water import LAWS
@@ -32,7 +32,6 @@ from hypertuna.io.files import version
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
 from hypertuna.trials.trials import Trials, digest, read_trials, split
 
-Array = NDArray[np.float64]
 Paths = str | Path | Sequence[str | Path]
 
 MAX_STARTS = 4096

@@ -7,9 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
-
-Array = NDArray[np.float64]
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 MAX_ITERATIONS, SAME_SCALE = 200, 1e-6  # of the fixed-point iteration for a scale, and its relative tolerance

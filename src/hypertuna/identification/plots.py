@@ -9,15 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, to_rgba
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 from hypertuna.identification.coefficients import Free, bounds_of, to_scale
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.posterior import Posterior
 from hypertuna.identification.residuals import LABELS, Errors
-
-Array = NDArray[np.float64]
 
 DARK = 0.85  # correlation above which the text of a cell is white
 PARTS = {"training": (COLORS[1], "o"), "validation": (COLORS[0], "s")}

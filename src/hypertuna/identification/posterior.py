@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
@@ -24,8 +24,6 @@ from hypertuna.identification.prediction import predict
 from hypertuna.identification.residuals import squares
 from hypertuna.io.checkpoint import Journal
 from hypertuna.trials.trials import digest
-
-Array = NDArray[np.float64]
 
 WALKERS, MIN_WALKERS = 4, 16  # per coefficient, and in all
 BLOCK = 25  # steps between two records of the checkpoint

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.identification.coefficients import Free, columns, parameter_jacobian, position
 from hypertuna.identification.experiment import KINDS, Experiment, Replayed
 from hypertuna.swimming.beat import DEFAULT_STEPS, directional_derivatives, settle
@@ -16,7 +17,6 @@ from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.replay import replay_jacobian
 
-Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 FAILED = 10.0  # error of a run without a settled beat: times what was measured, or body lengths, or rad

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hypertuna.arrays import Array
 
 MIN_INTERVAL = 0.2  # length of a linear 95 % interval above which the profile along that direction is computed
 STEPS = 4  # along a direction, to its standard deviation; longer ones beyond it

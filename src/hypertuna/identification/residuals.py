@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.identification.experiment import KINDS, Experiment
 from hypertuna.identification.loss import loss_terms
 from hypertuna.identification.prediction import Prediction, weighted
-
-Array = NDArray[np.float64]
 
 MAX_ITERATIONS, SAME_LEVEL = 200, 1e-6  # of the fixed-point iteration for the likeliest noise level
 ERRORS = {  # names of errors by kind, with the unit

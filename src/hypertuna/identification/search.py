@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.identification import estimator
 from hypertuna.identification.coefficients import Free, bounds_of, from_scale, to_scale
 from hypertuna.identification.experiment import FIRST_LEVEL, KINDS, Experiment
@@ -18,8 +18,6 @@ from hypertuna.identification.prediction import predict, weighted
 from hypertuna.identification.residuals import squares
 from hypertuna.io.checkpoint import Journal
 from hypertuna.trials.trials import Trials
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-10  # relative change of the coefficients that ends a search
 SAME_ERROR = 1e-8  # the same of the error: far less than a standard deviation of any coefficient

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, column_of
 from hypertuna.identification.estimator import MIN_SINGULAR, Direction
 from hypertuna.identification.experiment import KINDS, Experiment
@@ -15,7 +16,6 @@ from hypertuna.identification.names import NUISANCES
 from hypertuna.identification.prediction import Prediction
 from hypertuna.trials.trials import Trials
 
-Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 WEIGHTY = 0.35  # of the largest entry of a direction: smaller entries are not named

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hypertuna.arrays import Array
 
 ROUNDS = 12  # trajectories between two samples: without bounds, one alone forgets the last sample
 MAX_BOUNCES = 1000  # of one trajectory

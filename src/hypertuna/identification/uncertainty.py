@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.identification import estimator
 from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, bounds_of, from_scale, to_scale
 from hypertuna.identification.estimator import Direction
@@ -17,8 +17,6 @@ from hypertuna.identification.loss import interval_factor, residual_scale
 from hypertuna.identification.prediction import Prediction, weighted
 from hypertuna.identification.residuals import lack_of_fit, squares
 from hypertuna.identification.sentences import WEIGHTY, direction_sentence, helpful_measurements
-
-Array = NDArray[np.float64]
 
 MIN_UNIT = 0.1  # of the allowed range: the smallest unit of a coefficient
 

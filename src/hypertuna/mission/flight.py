@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
+from hypertuna.arrays import Array
 from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot
@@ -28,7 +28,6 @@ from hypertuna.mission.run import MissionRun, MissionStart, fly_part, mission_st
 from hypertuna.mission.run import joined as joined_parts
 from hypertuna.swimming.sweep import thread_count
 
-Array = NDArray[np.float64]
 Report = Callable[[int, int], None]
 
 MAX_SEEDS = 10_000

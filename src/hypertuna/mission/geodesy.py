@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from hypertuna.arrays import Array
 
 MAX_DISTANCE = 100e3  # m from the origin
 ROUNDS = 5  # of the height's fixed point: at 100 km each leaves (distance / Earth's radius)^2 = 2e-4 of its error

@@ -13,12 +13,11 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import version, write_atomically
 from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.record import MissionRecord
-
-Array = NDArray[np.float64]
 
 SPACE = "http://www.topografix.com/GPX/1/1"
 BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)  # a simulated mission has no date: its times count from here

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import IO, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.frames import attitude_to
 from hypertuna.io.files import write_atomically
@@ -23,8 +23,6 @@ from hypertuna.io.mcap import CHUNK, ENDING, METADATA, NANO, need_log
 from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.log_fields import DEGREES, DERIVED, Field, fields, schema
 from hypertuna.mission.record import BELIEVED, COLUMNS, MissionRecord, mission_table
-
-Array = NDArray[np.float64]
 
 PART = 2000  # rows written at once
 

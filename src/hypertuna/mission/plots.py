@@ -7,12 +7,10 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, EDGE, FAINT, GRID, INK, TIGHT, WIDTH, styled
 from hypertuna.mission.record import MissionRecord
-
-Array = NDArray[np.float64]
 
 NARROW = 6.0  # inches: below it there are fewer columns in the legends
 TRUE, BELIEVED, POWER = COLORS[1], COLORS[0], COLORS[2]

@@ -9,15 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.frames import attitude_from
 from hypertuna.io.mcap import LINK, NANO, Messages, protobuf_fields, read_messages
 from hypertuna.mission.log_fields import fields
 from hypertuna.mission.record import COLUMNS, MissionRecord, mission_from
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.control.mission import Mission, Waypoint
 from hypertuna.description.channels import COUNTED
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.frames import angles_of
-
-Array = NDArray[np.float64]
 
 HOUR = 3600.0
 WINDOW = 1.0  # s: the nose swings with the beat; distances are of its path averaged over this window

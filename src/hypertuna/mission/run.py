@@ -10,10 +10,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
+from hypertuna.arrays import Array
 from hypertuna.control.guidance import GaitTable, gait_table, mission_columns, pilot_columns
 from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.control.sensors import FOREVER, pilot_sensor_columns
@@ -30,8 +30,6 @@ from hypertuna.simulation.plant import (
 )
 from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import Motion
-
-Array = NDArray[np.float64]
 
 MAX_DURATION = 1e5  # s of a mission: at 10 rows a second half a gigabyte of record
 PART = 30.0  # s, flown at a time

@@ -9,12 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.swimming.gait import KINDS, LARGEST, Gait, Gaits
 from hypertuna.swimming.model import parameter_names
-
-Array = NDArray[np.float64]
 
 
 def gait_columns(robot: Robot) -> dict[str, float]:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
@@ -20,8 +20,6 @@ from hypertuna.optimization.optimize import choose_objective, make_optimizer
 from hypertuna.optimization.problem import Problem
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import SteadyRun
-
-Array = NDArray[np.float64]
 
 SAME = 1e-4  # of the range of a coordinate: difference of gaits that count as the same
 MEASURED = ("speed", "cost_of_transport")

@@ -9,9 +9,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
-
-Array = NDArray[np.float64]
 
 UNUSABLE = 1e30  # stands for infinity where a finite value or violation is required
 

@@ -8,10 +8,9 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.optimization.objective import UNUSABLE, Evaluation
-
-Array = NDArray[np.float64]
 
 # Of a particle swarm that converges: Clerc and Kennedy (2002), constriction of phi = 4.1.
 INERTIA, LEARNING = 0.7298, 1.49618

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.optimization.constraints import Limit
 from hypertuna.optimization.design_space import DesignSpace
@@ -16,8 +17,6 @@ from hypertuna.optimization.optimizers import Optimizer
 from hypertuna.optimization.problem import Problem
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import Swim, swim
-
-Array = NDArray[np.float64]
 
 NEAR = 5e-3  # relative distance at which a limit or bound counts as active
 MET = 5e-3  # relative error at which an expected speed counts as met

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
@@ -29,8 +29,6 @@ from hypertuna.swimming.sweep import sweep
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 SLOW = 0.1  # default min speed of a front [body lengths/s]
 WIDE = 1.5  # times the mean distance between neighbors: wider gaps of a front are filled

@@ -10,16 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.figures import FAINT, INK, POINTS, SEQUENCE, TIGHT, WIDTH, sequence, styled
 from hypertuna.optimization.optimum import Optimum
 from hypertuna.optimization.pareto import Front
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.sweep import sweep
-
-Array = NDArray[np.float64]
 
 NEAR = 0.18  # of the largest value over the figure's width in inch: distance of points that share a label
 

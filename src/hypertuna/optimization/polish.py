@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import Evaluation
 from hypertuna.optimization.sqp import MARGIN, PENALTY, SQP, Point
-
-Array = NDArray[np.float64]
 
 MAX_ROUNDS = 40  # evaluations of one search
 ON_BOUND = 1e-9  # of the range of a variable

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import sample_robots
@@ -18,8 +18,6 @@ from hypertuna.optimization.objective import DIFFERENTIABLE, UNUSABLE, Evaluatio
 from hypertuna.optimization.robust import Statistic, aggregate, check_statistic
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, directional_derivatives, settle
 from hypertuna.swimming.gait import Gaits
-
-Array = NDArray[np.float64]
 
 MIN_STRIDE = 1e-3  # body lengths per beat: below, a gait stands still
 MAX_SAMPLES = 10_000

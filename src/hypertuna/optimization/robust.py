@@ -9,10 +9,9 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.optimization.objective import Evaluation
-
-Array = NDArray[np.float64]
 
 Statistic = Literal["mean", "worst5"]
 

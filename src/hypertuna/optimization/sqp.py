@@ -9,12 +9,10 @@ from queue import SimpleQueue
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.optimization.objective import Evaluation
 from hypertuna.optimization.optimizers import Optimizer
-
-Array = NDArray[np.float64]
 
 PRECISION = 1e-8  # change of the value at which a search ends
 MARGIN = 1e-7  # by which constraints are tightened: SLSQP only nears them

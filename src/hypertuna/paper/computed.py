@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna.actuation.sizing import with_bore
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.simulation.posture_test import PostureTest, posture_test
 from hypertuna.simulation.run import TwinRun
@@ -31,7 +31,6 @@ COSTS = TARGETS[:3]  # those whose costs of transport the paper compares
 SPEEDS = tuple(f"{kind}optimised-{speed}" for kind in ("un", "") for speed in TARGETS)
 REST = 10.0  # s: Fig. 12(c), from rest until long after the speed has settled
 
-Array = NDArray[np.float64]
 # By bore of the oil lines [m] and gait: speed [m/s], swing of each joint [rad] and power [W].
 Bores: TypeAlias = dict[float, dict[str, tuple[float, Array, float]]]
 

@@ -12,13 +12,11 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.files import version
 from hypertuna.io.mcap import CHUNK, LINK, METADATA, NANO, need_log, read_messages
-
-Array = NDArray[np.float64]
 
 TOPIC = "/mavlink/"
 SKIPPED = ("mavpackettype",)

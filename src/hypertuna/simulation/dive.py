@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
@@ -16,8 +15,6 @@ from hypertuna.simulation.sea import Sea
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.simulation.twin import STILL, twin_at_sea
 from hypertuna.swimming.gait import Gait
-
-Array = NDArray[np.float64]
 
 ANGLE = math.radians(45)
 STEADY = math.radians(2)  # of the pitch, averaged over beats, from end to end of the last half of a leg

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
 from hypertuna.actuation.hydraulics import Circuits, circuits
 from hypertuna.actuation.soft_joint import JointTable, joint_tables
+from hypertuna.arrays import Array
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.sensors import Fault, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
@@ -25,8 +25,6 @@ from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim
-
-Array = NDArray[np.float64]
 
 STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
 STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable

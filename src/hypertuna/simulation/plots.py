@@ -176,7 +176,6 @@ def _above(axes: Axes) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=max(1, min(4, LETTERS // most)), **TIGHT)
 
 
-Array = NDArray[np.float64]
 LARGEST_ERROR = 1.3  # height of the panel of errors, in largest ones
 HEADROOM = 1.08
 ERRORS = (0, 0.25, 0.5, 1, 2, 5, 10, 20, 40)  # deg, that are marked

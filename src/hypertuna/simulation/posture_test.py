@@ -9,8 +9,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
@@ -22,8 +22,6 @@ from hypertuna.swimming.gait import Gait
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 CLOSE = math.radians(0.5)  # error of a peak bend that counts as none
 RESOLUTION = math.radians(0.5)  # to which the largest amplitude is sought

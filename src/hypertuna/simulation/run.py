@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, require
 from hypertuna.io.files import dataset
@@ -19,8 +20,6 @@ from hypertuna.swimming.gait import Gait
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 SIDES = ("left", "right")
 LAST = 0.3  # part of the run that its last whole beats are taken from

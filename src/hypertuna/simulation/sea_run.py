@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.frames import angles_of, rotation_of
 from hypertuna.simulation.run import VARIABLES as INNER
 from hypertuna.simulation.run import Run, Variables
@@ -16,8 +16,6 @@ from hypertuna.simulation.sea import Sea
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 PLANAR = ("x", "y", "heading", "speed", "sway", "yaw")  # of the head in the plane
 

@@ -11,9 +11,10 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hypertuna import _core
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, did_you_mean, shown
@@ -25,7 +26,6 @@ from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.swimming.gait import Gait, check_gait
 
-Array = NDArray[np.float64]
 Fins = float | ArrayLike | Callable[[float], ArrayLike]
 T = TypeVar("T")
 

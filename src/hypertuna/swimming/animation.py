@@ -12,13 +12,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
+from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, FAINT, GRID, INK
 from hypertuna.io.files import write_atomically
 from hypertuna.swimming.plots import last_beat
 from hypertuna.swimming.swim import Swim
 from hypertuna.swimming.trajectory import body_points
-
-Array = NDArray[np.float64]
 
 FRAMES = 32  # of one beat
 FRAME = 40  # ms: a beat takes 1.3 s on the screen, on any gait

@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core, metrics
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model
-
-Array = NDArray[np.float64]
 
 DEFAULT_STEPS = 128  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
 MAX_BEATS = 60  # of each stage of Newton's method

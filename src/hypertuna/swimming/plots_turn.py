@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, EDGE, FAINT, INK, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.swimming.swim import Swim, swim
@@ -19,8 +19,6 @@ from hypertuna.swimming.turn import Points, Tightest, Turning, nose_path
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 AXES = {"phase": "phase difference [deg]", "frequency": "frequency [Hz]", "bias": "bias [deg]"}
 MAX_LINES = 8

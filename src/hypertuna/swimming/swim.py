@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
@@ -20,8 +21,6 @@ from hypertuna.swimming.trajectory import trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 MAX_BEATS = 10_000  # from rest: half a gigabyte of trajectory
 AT_REST = 1e-4  # from rest, a gait is settled when its last beat is this near the settled speed (relative)

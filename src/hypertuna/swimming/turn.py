@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
@@ -20,7 +21,6 @@ from hypertuna.swimming.swim import Swim, swim
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 Points = NDArray[np.complex128]
 
 MAX_BEATS = 120  # of a path: a gait that turns by 3 degrees a beat comes round in them

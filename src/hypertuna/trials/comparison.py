@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import Pose, at_times, head_center, replay, rmse, seen_from_start
@@ -17,8 +17,6 @@ from hypertuna.trials.tracks import Track
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 MAX_SHIFT = 0.25  # s, to either side, of the best time offset
 GRID = 51  # offsets of the first search

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from hypertuna.arrays import Array
 from hypertuna.description.reference import markdown
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.base import Count, Degrees, Flag, NotNegativeDegrees, Part, Real, Text, entry, unique
@@ -20,8 +20,6 @@ from hypertuna.io.tables import read_toml
 from hypertuna.trials.replay import Pose
 from hypertuna.trials.steady import SteadyRun, read_steady
 from hypertuna.trials.tracks import JointSeries, Track, read_joints, read_tracks
-
-Array = NDArray[np.float64]
 
 # --- the schema; keys of the file carry the unit, attributes are SI and radians
 

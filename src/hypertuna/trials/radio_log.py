@@ -7,16 +7,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.radio.dialect import SILENT
 from hypertuna.radio.log import RadioLog, read_radio_log
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import SteadyRun
-
-Array = NDArray[np.float64]
 
 CDEG = math.pi / 18000  # rad
 SETTLING = 6.0  # s at the start of a gait that are left out

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import check_width, read_rows
-
-Array = NDArray[np.float64]
 
 ANGLES = {"rad": 1.0, "deg": math.pi / 180}  # in rad
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # in m

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import Bend, bend, straightness
 from hypertuna.actuation.soft_joint import drive_unit, joint_group
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.fe.bend import fe_bend
@@ -22,8 +22,6 @@ from hypertuna.io.files import shipped
 from hypertuna.paper.chapter import Chapter, Trials, prose
 from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Picture, Section, Table
-
-Array = NDArray[np.float64]
 
 FE = "finite elements"
 ROBOTS = {FE: "hypertuna-fe", f"{FE}, geometry of hypertuna": "hypertuna"}  # by the name of the model in the ledger

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.paper.chapter import Chapter, Trials, prose
 from hypertuna.paper.computed import OURS, PAPER, Trial
 from hypertuna.paper.ledger import Finding, published
 from hypertuna.reports.html import WIDTH, Picture, Section
-
-Array = NDArray[np.float64]
 
 
 def findings(trials: Trials) -> Iterator[Finding]:

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna.actuation.battery import range_of
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.paper.chapter import Chapter, Trials, prose
 from hypertuna.paper.computed import (
@@ -28,8 +28,6 @@ from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table
 from hypertuna.reports.results import posture_table, spelled_limits
 from hypertuna.simulation.posture_test import CLOSE, Held
 from hypertuna.simulation.run import TwinRun
-
-Array = NDArray[np.float64]
 
 EASED = "twin, angle within reach"  # where the set angle of Fig. 8 is out of reach
 ESTIMATED = "servos as data sheets have them, not fitted to this number, but chosen with it in sight"
