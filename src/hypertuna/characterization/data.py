@@ -14,14 +14,15 @@ from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.io.tables import check_width, read_rows
-from hypertuna.trials.radio_log import bench_rows
+from hypertuna.io.tables import parse_float, read_table
+from hypertuna.ranges import NOT_NEGATIVE, POSITIVE, Range
+from hypertuna.trials.radio_log import BenchRow, bench_rows
 
 BRANCHES = ("load", "unload")
 COLUMNS = ("joint", "side", "pressure_kpa", "angle_deg", "branch", "angle_sd_deg", "volume_ml", "run")
 REQUIRED = COLUMNS[:4]
-MAX_PRESSURE = 2e6  # Pa, ten times that of soft actuators: higher values have another unit
-MAX_ANGLE = math.pi
+MAX_PRESSURE = Range(max=2000)  # kPa, ten times that of soft actuators: higher values have another unit
+MAX_ANGLE = Range(max=180)  # deg
 SMALL_ANGLES = math.radians(1.0)  # if all bends are smaller, their unit is likely rad
 
 
@@ -61,33 +62,17 @@ class Bench:
         return tuple(int(s) for s in np.unique(self.side[self.joint == joint]))
 
 
-@dataclass(frozen=True)
-class _Row:
-    """One row of a file, in SI units."""
-
-    joint: int
-    side: int
-    pressure: float
-    angle: float
-    unload: bool
-    angle_sd: float
-    volume: float
-    run: str
-    file: str
-    line: int
-
-
 def read_bench(paths: str | Path | Sequence[str | Path], robot: Robot) -> Bench:
     """Read bench runs from CSV files and logs of the radio; docs/bench.md lists the columns."""
     files = [paths] if isinstance(paths, (str, Path)) else list(paths)
     if not files:
         raise InputError("must name at least one file", key="bench", fix="give a CSV file of pressures and angles")
     rows = [row for path in files for row in _read(path, robot)]
-    loops: dict[tuple[int, int, float], list[int]] = {}
     tops: dict[tuple[str, str, int, int], float] = {}
     for row in rows:
         key = (row.file, row.run, row.joint, row.side)
         tops[key] = max(tops.get(key, 0.0), row.pressure)
+    loops: dict[tuple[int, int, float], list[int]] = {}
     for k, row in enumerate(rows):
         loops.setdefault((row.joint, row.side, tops[row.file, row.run, row.joint, row.side]), []).append(k)
     columns = ("joint", "side", "pressure", "angle", "unload", "angle_sd", "volume")
@@ -102,67 +87,35 @@ def read_bench(paths: str | Path | Sequence[str | Path], robot: Robot) -> Bench:
     return bench
 
 
-def _read(path: str | Path, robot: Robot) -> list[_Row]:
+def _read(path: str | Path, robot: Robot) -> list[BenchRow]:
     """Read one file: CSV, or a radio log."""
-    file = str(path)
     if Path(path).suffix.lower() == ".mcap":
-        return [
-            _Row(joint, side, pressure, angle, unload, math.nan, math.nan, run, file, k + 1)
-            for k, (joint, side, pressure, angle, unload, run) in enumerate(bench_rows(path, robot))
-        ]
-    (line, head), *rows = read_rows(path)
-    for k, column in enumerate(head):
-        if column not in COLUMNS:
-            fix = did_you_mean(column, [name for name in COLUMNS if name not in head])
-            raise InputError("is not a known column", file=file, key=f"line {line}, {column}", fix=fix)
-        if column in head[:k]:
-            raise InputError(
-                "must appear only once", file=file, key=f"line {line}, {column}", fix="remove one of the two"
-            )
-    for column in REQUIRED:
-        if column not in head:
-            fix = f"add it; columns are {', '.join(COLUMNS)}"
-            raise InputError("must be a column", file=file, key=column, value="missing", fix=fix)
-    read = []
-    for line, row in rows:
-        check_width(row, head, file=file, line=line)
-        try:
-            read.append(_row(dict(zip(head, row, strict=True)), robot, file, line))
-        except InputError as error:
-            key = f"line {line}, {error.key}"
-            raise InputError(error.rule, file=file, key=key, value=error.value, fix=error.fix) from None
-    return read
+        return bench_rows(path, robot)
+    table = read_table(path)
+    table.keys({c: c for c in COLUMNS}, {c: c for c in REQUIRED}, fix=f"add it; columns are {', '.join(COLUMNS)}")
+    return table.parse(lambda line, cells: _row(cells, robot, table.file, line))
 
 
-def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> _Row:
+def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> BenchRow:
     """Return the row of its cells; errors name the column."""
-    pressure = 1e3 * _number(cells, "pressure_kpa", "kPa")
-    angle = math.radians(_number(cells, "angle_deg", "deg"))
-    sd = math.radians(_number(cells, "angle_sd_deg", "deg", optional=True))
-    volume = 1e-6 * _number(cells, "volume_ml", "ml", optional=True)
-    if pressure < 0:
-        fix = "give the gauge pressure of the side that bends the joint"
-        raise InputError("must not be negative", key="pressure_kpa", value=cells["pressure_kpa"], fix=fix)
-    if pressure > MAX_PRESSURE:
-        fix = "give it in kPa"
-        rule = f"must be at most {MAX_PRESSURE / 1e3:g}"
-        raise InputError(rule, key="pressure_kpa", value=cells["pressure_kpa"], fix=fix)
-    if abs(angle) > MAX_ANGLE:
-        raise InputError("must be at most 180", key="angle_deg", value=cells["angle_deg"], fix="give it in deg")
-    if sd <= 0:
-        fix = "give the standard deviation of the angle, or leave the cell empty"
-        raise InputError("must be greater than 0", key="angle_sd_deg", value=cells["angle_sd_deg"], fix=fix)
-    return _Row(
+    side = "give the gauge pressure of the side that bends the joint"
+    pressure = _number(cells, "pressure_kpa", (NOT_NEGATIVE, side), (MAX_PRESSURE, "give it in kPa"))
+    angle = _number(cells, "angle_deg")
+    MAX_ANGLE.check(abs(angle), "angle_deg", "give it in deg")
+    unknown = "give the standard deviation of the angle, or leave the cell empty"
+    sd = _number(cells, "angle_sd_deg", (POSITIVE, unknown)) if cells.get("angle_sd_deg") else math.nan
+    volume = _number(cells, "volume_ml") if cells.get("volume_ml") else math.nan
+    return BenchRow(
         joint=joint_index(cells["joint"], robot),
         side=_choice(cells["side"], "side", SIDES),
-        pressure=pressure,
-        angle=angle,
+        pressure=1e3 * pressure,
+        angle=math.radians(angle),
         unload=_choice(cells.get("branch") or "load", "branch", BRANCHES) == 1,
-        angle_sd=sd,
-        volume=volume,
         run=cells.get("run", ""),
         file=file,
         line=line,
+        angle_sd=math.radians(sd),
+        volume=1e-6 * volume,
     )
 
 
@@ -185,18 +138,16 @@ def _choice(text: str, key: str, known: Sequence[str]) -> int:
     return known.index(text.lower())
 
 
-def _number(cells: Mapping[str, str], key: str, unit: str, *, optional: bool = False) -> float:
-    """Return a finite number; NaN for an empty optional cell."""
-    text = cells.get(key, "")
-    if optional and not text:
-        return math.nan
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> float:
+    """Return a finite number within limits, each with the fix for a number beyond it."""
+    value = parse_float(cells[key])
     if not math.isfinite(value):
-        fix = f"give it in {unit}, or remove the line"
-        raise InputError("must be a finite number", key=key, value=shown(text) if text else "empty", fix=fix)
+        fix = f"give it in {key.rpartition('_')[2]}, or remove the line"
+        raise InputError(
+            "must be a finite number", key=key, value=shown(cells[key]) if cells[key] else "empty", fix=fix
+        )
+    for limit, fix in limits:
+        limit.check(value, key, fix)
     return value
 
 
@@ -211,7 +162,7 @@ def _check_direction(bench: Bench, robot: Robot) -> None:
             raise InputError(rule, file=bench.files[k], key=f"line {bench.lines[k]}, angle_deg", value=value, fix=fix)
 
 
-def _warnings(rows: Sequence[_Row]) -> tuple[str, ...]:
+def _warnings(rows: Sequence[BenchRow]) -> tuple[str, ...]:
     """Return a warning if the angles are likely in radians."""
     largest = max(abs(row.angle) for row in rows)
     if largest < SMALL_ANGLES and any(row.pressure > 0 for row in rows):

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import csv
+import math
 import os
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, did_you_mean
+
+R = TypeVar("R")
+
+MAX_NAMED = 5  # bad rows in an error
 
 
 def read_text(path: str | Path, kind: str, *, file: str | None = None) -> str:
@@ -36,8 +42,76 @@ def read_toml(path: str | Path, *, file: str | None = None) -> dict[str, Any]:
         raise InputError("must be valid TOML", file=file or str(path), value=f"not ({error})", fix=fix) from None
 
 
-def read_rows(path: str | Path) -> list[tuple[int, list[str]]]:
-    """Read line numbers and cells of a CSV file, column names first; empty lines and comments (#) are skipped."""
+@dataclass(frozen=True)
+class Table:
+    """A CSV file: names of its columns, and its rows."""
+
+    file: str
+    line: int  # of the names
+    head: list[str]
+    rows: list[tuple[int, list[str]]]  # lines and cells
+
+    def keys(
+        self,
+        known: Mapping[str, str],
+        required: Mapping[str, str],
+        *,
+        fix: str,
+        hint: Callable[[str], str] = lambda column: "",
+    ) -> list[str]:
+        """Return the key of each column; check that all are known, given once, and none missing.
+
+        known: key by name of a column; required: name by key; fix: for a missing column; hint: for an unknown one.
+        """
+        keys: list[str] = []
+        for column in self.head:
+            place = f"line {self.line}, {column}"
+            if column not in known:
+                near = did_you_mean(column, [c for c, key in known.items() if c not in self.head and key not in keys])
+                raise InputError("is not a known column", file=self.file, key=place, fix=hint(column) + near)
+            if known[column] in keys:
+                value = f"{self.head[keys.index(known[column])]}, too"
+                rule, other = "must appear only once", "remove one of the two"
+                raise InputError(rule, file=self.file, key=place, value=value, fix=other)
+            keys.append(known[column])
+        for key, column in required.items():
+            if key not in keys:
+                raise InputError("must be a column", file=self.file, key=column, value="missing", fix=fix)
+        return keys
+
+    def parse(
+        self,
+        make: Callable[[int, dict[str, str]], R],
+        keys: Sequence[str] | None = None,
+        names: Mapping[str, str] | None = None,
+    ) -> list[R]:
+        """Make a value of the line and the cells by key of each row; bad rows are reported together.
+
+        keys: of the columns (default: their names); names: of columns that the file may lack, for errors in their keys.
+        """
+        keys = self.head if keys is None else keys
+        columns = {**(names or {}), **dict(zip(keys, self.head, strict=True))}
+        values: list[R] = []
+        errors: list[InputError] = []
+        for line, row in self.rows:
+            try:
+                _check_width(row, self.head)
+                values.append(make(line, dict(zip(keys, row, strict=True))))
+            except InputError as error:
+                column = columns.get(error.key or "")
+                place = f"line {line}, {column}" if column else f"line {line}"
+                errors.append(InputError(error.rule, file=self.file, key=place, value=error.value, fix=error.fix))
+        if len(errors) > 1:
+            rows = (f"{error.key} {error.rule}" + f", but is {error.value}" * bool(error.value) for error in errors)
+            texts = [*list(rows)[:MAX_NAMED], *([f"and {len(errors) - MAX_NAMED} more"] * (len(errors) > MAX_NAMED))]
+            raise InputError(f"has {len(errors)} rows that cannot be used", file=self.file, fix="; ".join(texts))
+        if errors:
+            raise errors[0]
+        return values
+
+
+def read_table(path: str | Path) -> Table:
+    """Read a CSV file; empty lines and comments (#) are skipped."""
     file = str(path)
     lines = enumerate(read_text(path, "a CSV file").split("\n"), 1)
     content = [(n, line) for n, line in lines if line.strip() and line.lstrip()[0] != "#"]
@@ -48,7 +122,16 @@ def read_rows(path: str | Path) -> list[tuple[int, list[str]]]:
         if mark in content[0][1] and "," not in content[0][1]:
             rule, fix = "must be separated by commas", "save it with commas, and decimal points in numbers"
             raise InputError(rule, file=file, value=f"separated by {name}", fix=fix)
-    return [(n, _cells(line, file, n)) for n, line in content]
+    (line, head), *rows = ((n, _cells(line, file, n)) for n, line in content)
+    return Table(file, line, head, rows)
+
+
+def parse_float(text: str) -> float:
+    """Parse a number; NaN if it is not one."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _cells(line: str, file: str, number: int) -> list[str]:
@@ -60,8 +143,8 @@ def _cells(line: str, file: str, number: int) -> list[str]:
         raise InputError(rule, file=file, key=f"line {number}", value=f"not ({error})", fix=fix) from None
 
 
-def check_width(row: Sequence[str], head: Sequence[str], *, file: str, line: int) -> None:
+def _check_width(row: Sequence[str], head: Sequence[str]) -> None:
     """Check that a row of a CSV file has as many cells as the line of names."""
     if len(row) != len(head):
-        rule, value = f"must have {len(head)} cells, like the line of names", f"{len(row)} long"
-        raise InputError(rule, file=file, key=f"line {line}", value=value, fix="complete the line or remove it")
+        rule = f"must have {len(head)} cells, like the line of names"
+        raise InputError(rule, value=f"{len(row)} long", fix="complete the line or remove it")

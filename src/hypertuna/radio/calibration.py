@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.io.tables import check_width, read_rows
+from hypertuna.io.tables import parse_float, read_table
 from hypertuna.ranges import FINITE
 
 # Kind of sensor: unit of the reference, and its value of 1 in SI.
@@ -49,25 +49,19 @@ def parse_sensor(text: str) -> tuple[str, int]:
 
 def read_pairs(path: str | Path) -> list[Pair]:
     """Read a CSV file with the columns sensor, counts (servo: pulse [us]), reference [deg, kPa or A]."""
-    file = str(path)
-    (line, head), *rows = read_rows(path)
-    if sorted(head) != sorted(COLUMNS):
+    table = read_table(path)
+    if sorted(table.head) != sorted(COLUMNS):
         rule, fix = f"must be {', '.join(COLUMNS)}", "rename the columns"
-        raise InputError(rule, file=file, key=f"line {line}", value=", ".join(head), fix=fix)
-    pairs = []
-    for number, cells in rows:
-        check_width(cells, head, file=file, line=number)
-        row = dict(zip(head, cells, strict=True))
-        try:
-            kind, _ = parse_sensor(row["sensor"])
-            unit, factor = KINDS[kind]
-            counts = FINITE.check(_float(row["counts"]), "counts", "give a number")
-            reference = FINITE.check(_float(row["reference"]), "reference", f"give it in {unit}")
-        except InputError as error:
-            key = f"line {number}, {error.key}"
-            raise InputError(error.rule, file=file, key=key, value=error.value, fix=error.fix) from None
-        pairs.append((row["sensor"], counts, reference / factor))
-    return pairs
+        raise InputError(rule, file=table.file, key=f"line {table.line}", value=", ".join(table.head), fix=fix)
+    return table.parse(_pair)
+
+
+def _pair(_: int, cells: dict[str, str]) -> Pair:
+    """Return the pair of a row."""
+    unit, factor = KINDS[parse_sensor(cells["sensor"])[0]]
+    counts = FINITE.check(parse_float(cells["counts"]), "counts", "give a number")
+    reference = FINITE.check(parse_float(cells["reference"]), "reference", f"give it in {unit}")
+    return cells["sensor"], counts, reference / factor
 
 
 def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[Calibration, ...]:
@@ -99,11 +93,3 @@ def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[
             parameters = {f"{kind}_zero_{number}": zero, f"{kind}_scale_{number}": scale}
         calibrations.append(Calibration(sensor, parameters, rms, len(table)))
     return tuple(calibrations)
-
-
-def _float(text: str) -> float:
-    """Parse a number; NaN if it is not one."""
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,20 @@ SAMPLES = 4  # poses in a part
 VENTED, STEP = 5e3, 5e3  # Pa: maximum pressure of a vented side, minimum pressure between rows
 MAX_RATE = 30e3  # Pa/s that a joint follows
 
-Row = tuple[int, int, float, float, bool, str]  # joint, side, pressure [Pa], angle [rad], unloading, run
+
+class BenchRow(NamedTuple):
+    """One row of a bench test."""
+
+    joint: int  # joint group, from 0
+    side: int  # 0 for left, 1 for right
+    pressure: float  # gauge pressure of that side [Pa]; that of the other side is 0
+    angle: float  # bend [rad], positive toward the passive side
+    unload: bool  # whether pressure was falling
+    run: str
+    file: str
+    line: int  # of a log: number of the row
+    angle_sd: float = math.nan  # standard deviation [rad], NaN if unknown
+    volume: float = math.nan  # oil pumped since rest [m^3], NaN if not measured
 
 
 def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
@@ -32,13 +46,11 @@ def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
     The position of the robot itself is dead reckoning by its gait table and carries no information. The speed is the
     mean distance between the mean positions of parts of whole beats, over their time.
     """
-    log = read_radio_log(path)
-    for name, fix in (
-        ("GAIT", "record while the robot swims"),
-        ("ATT_POS_MOCAP", "have the tank's camera send the robot's pose to the ground station"),
-    ):
-        if not log.has(name):
-            raise InputError("must have messages of this kind", file=log.file, key=name, value="without", fix=fix)
+    fixes = {
+        "GAIT": "record while the robot swims",
+        "ATT_POS_MOCAP": "have the tank's camera send the robot's pose to the ground station",
+    }
+    log = _read_log(path, fixes)
     runs: list[SteadyRun] = []
     for begin, end, gait in _gaits(log, len(robot.joints)):
         speed = _speed(log, begin + SETTLING, end, gait.frequency)
@@ -52,30 +64,28 @@ def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
     return tuple(runs)
 
 
+def _read_log(path: str | Path, fixes: Mapping[str, str]) -> RadioLog:
+    """Read a log that must have some kinds of messages, each with the fix where it has none."""
+    log = read_radio_log(path)
+    for name, fix in fixes.items():
+        if not log.has(name):
+            raise InputError("must have messages of this kind", file=log.file, key=name, value="without", fix=fix)
+    return log
+
+
 def _gaits(log: RadioLog, joints: int) -> Iterator[tuple[float, float, Gait]]:
     """Yield begin and end [s] of each commanded gait."""
     fields, time = log.fields["GAIT"], log.sent("GAIT")
-
-    def angles(name: str) -> Array:
-        return np.concatenate([fields[name], fields[f"{name}_34"]], axis=1)[:, :joints] * CDEG
-
-    rows = np.column_stack([fields["frequency"] * 1e-3, angles("amplitude"), angles("lag"), angles("bias")])
+    angles = [_both(fields, name)[:, :joints] * CDEG for name in ("amplitude", "lag", "bias")]
+    rows = np.column_stack([fields["frequency"] * 1e-3, *angles])
     order = np.argsort(time, kind="stable")
     time, rows = time[order], rows[order]
     ends = np.flatnonzero(np.any(np.diff(rows, axis=0) != 0, axis=1)) + 1
     for part in np.split(np.arange(len(rows)), ends):
-        frequency, amplitude, lag, bias = (rows[part[0], cut] for cut in _cuts(joints))
-        if frequency[0] > 0 and np.any(amplitude > 0):
-            yield (
-                float(time[part[0]]),
-                float(time[part[-1]]),
-                Gait(float(frequency[0]), tuple(amplitude.tolist()), tuple(lag.tolist()), tuple(bias.tolist())),
-            )
-
-
-def _cuts(joints: int) -> tuple[slice, ...]:
-    """Return the slices of frequency, amplitudes, lags and biases in a row."""
-    return (slice(0, 1), *(slice(1 + k * joints, 1 + (k + 1) * joints) for k in range(3)))
+        frequency, *values = rows[part[0]].tolist()
+        amplitude, lag, bias = (tuple(values[k * joints : (k + 1) * joints]) for k in range(3))
+        if frequency > 0 and any(angle > 0 for angle in amplitude):
+            yield float(time[part[0]]), float(time[part[-1]]), Gait(frequency, amplitude, lag, bias)
 
 
 def _speed(log: RadioLog, begin: float, end: float, frequency: float) -> tuple[float, float] | None:
@@ -97,37 +107,35 @@ def _speed(log: RadioLog, begin: float, end: float, frequency: float) -> tuple[f
     return float(np.mean(speeds)), max(float(np.std(speeds, ddof=1)) / math.sqrt(len(speeds)), 1e-6)
 
 
-def bench_rows(path: str | Path, robot: Robot) -> list[Row]:
+def bench_rows(path: str | Path, robot: Robot) -> list[BenchRow]:
     """Return the rows of a bench test: one side of a joint under a slowly changing pressure, the other vented."""
-    log = read_radio_log(path)
-    if not log.has("HYDRAULICS"):
-        raise InputError("must have messages of this kind", file=log.file, key="HYDRAULICS", value="without",
-                         fix="record during the bench test")  # fmt: skip
+    log = _read_log(path, {"HYDRAULICS": "record during the bench test"})
     fields, time = log.fields["HYDRAULICS"], log.sent("HYDRAULICS")
-    bend, pressure = (_readings(fields, kind) * unit for kind, unit in (("bend", CDEG), ("pressure", 100.0)))
-    rows: list[Row] = []
+    # NaN for sensors that did not answer
+    bend, pressure = (
+        np.where(counts == SILENT, np.nan, counts) * unit
+        for counts, unit in ((_both(fields, "bend"), CDEG), (_both(fields, "pressure"), 100.0))
+    )
+    rows: list[BenchRow] = []
     for joint in range(len(robot.joints)):
         for side in (0, 1):
             own, other = pressure[:, 2 * joint + side], pressure[:, 2 * joint + 1 - side]
-            away = bend[:, joint] * (1 if side == 0 else -1)
-            rows += _loading(joint, side, time, own, other, away)
+            rows += _loading(joint, side, time, own, other, bend[:, joint] * (1 - 2 * side))
     if not rows:
-        kilo = 1e-3
-        rule = f"must have a joint with one side under pressure and the other below {VENTED * kilo:g} kPa"
-        fix = f"vent the other side, and change the pressure by less than {MAX_RATE * kilo:g} kPa/s"
+        rule = f"must have a joint with one side under pressure and the other below {VENTED / 1e3:g} kPa"
+        fix = f"vent the other side, and change the pressure by less than {MAX_RATE / 1e3:g} kPa/s"
         raise InputError(rule, file=log.file, fix=fix)
-    return rows
+    return [row._replace(file=str(path), line=k) for k, row in enumerate(rows, 1)]
 
 
-def _readings(fields: dict[str, Array], kind: str) -> Array:
-    """Return the readings of the sensors of all joints; NaN for sensors that did not answer."""
-    counts = np.concatenate([fields[kind], fields[f"{kind}_34"]], axis=1)
-    return np.where(counts == SILENT, np.nan, counts)
+def _both(fields: Mapping[str, Array], name: str) -> Array:
+    """Return a field of all joints, which two fields of a message share."""
+    return np.concatenate([fields[name], fields[f"{name}_34"]], axis=1)
 
 
-def _loading(joint: int, side: int, time: Array, own: Array, other: Array, away: Array) -> list[Row]:
+def _loading(joint: int, side: int, time: Array, own: Array, other: Array, away: Array) -> list[BenchRow]:
     """Return rows of one side, a step of pressure apart; each return to rest ends a run."""
-    rows: list[Row] = []
+    rows: list[BenchRow] = []
     run, before, top, falling = 0, 0.0, 0.0, False
     valid = np.isfinite(own) & np.isfinite(other) & np.isfinite(away)
     time, own, other, away = time[valid], own[valid], other[valid], away[valid]
@@ -141,5 +149,5 @@ def _loading(joint: int, side: int, time: Array, own: Array, other: Array, away:
         if abs(other[k]) > VENTED or rate[k] > MAX_RATE or abs(own[k] - before) < STEP:
             continue
         before = float(own[k])
-        rows.append((joint, side, before, float(away[k]), falling, f"{joint}{side}-{run}"))
+        rows.append(BenchRow(joint, side, before, float(away[k]), falling, f"{joint}{side}-{run}", "", 0))
     return rows

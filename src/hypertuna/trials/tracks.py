@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +11,8 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.io.tables import check_width, read_rows
+from hypertuna.io.tables import parse_float, read_table
+from hypertuna.ranges import check_name
 
 ANGLES = {"rad": 1.0, "deg": math.pi / 180}  # in rad
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # in m
@@ -98,14 +99,13 @@ def read_joints(path: str | Path, *, time: str, columns: Sequence[str], unit: st
     Raises
     ------
     InputError
-        If the file or a column is missing, or a value is not a number or not valid in a `JointSeries`.
+        If the file or a column is missing, or a value is not valid in a `JointSeries`.
     """
     if not columns:
         raise InputError("must name at least one column", key="columns", fix="name one column per joint group")
-    table = _read_table(path, [time, *columns])
-    values = np.column_stack([table.numbers(name) for name in (time, *columns)])
-    scale = _factor(ANGLES, unit, "unit")
-    return JointSeries(values[:, 0], values[:, 1:] * scale, str(path), table.lines, (time, *columns))
+    lines, values, _ = _read_columns(path, [time, *columns])
+    check_name(unit, ANGLES, "unit", "unit")
+    return JointSeries(values[:, 0], values[:, 1:] * ANGLES[unit], str(path), lines, (time, *columns))
 
 
 def read_tracks(
@@ -150,70 +150,49 @@ def read_tracks(
         If the file or a column is missing, a value is not a finite number, or time goes back within a run.
     """
     if len(pose) != 3:
-        fix = "name the columns of x, y and yaw"
-        raise InputError("must be 3 names", key="pose", value=f"{len(pose)}", fix=fix)
-    table = _read_table(path, [time, *pose, *([run] if run else [])])
-    values = np.column_stack([table.numbers(name) for name in (time, *pose)])
-    values[:, 1:3] *= _factor(LENGTHS, length_unit, "length_unit")
-    yaw = _factor(ANGLES, angle_unit, "angle_unit") * values[:, 3]
+        raise InputError("must be 3 names", key="pose", value=f"{len(pose)}", fix="name the columns of x, y and yaw")
+    lines, values, names = _read_columns(path, [time, *pose], run)
+    check_name(length_unit, LENGTHS, "length_unit", "unit")
+    check_name(angle_unit, ANGLES, "angle_unit", "unit")
+    values[:, 1:3] *= LENGTHS[length_unit]
+    yaw = ANGLES[angle_unit] * values[:, 3]
     values[:, 3] = yaw_zero + (-yaw if clockwise else yaw)
     rows: dict[str, list[int]] = {}
-    for k, name in enumerate(table.cells[run] if run else [Path(path).stem] * len(values)):
+    for k, name in enumerate(names):
         if not name:
-            key, fix = f"line {table.lines[k]}, {run}", "give the run's name, or leave out the line"
-            raise InputError("must not be empty", file=table.file, key=key, fix=fix)
+            key, fix = f"line {lines[k]}, {run}", "give the run's name, or leave out the line"
+            raise InputError("must not be empty", file=str(path), key=key, fix=fix)
         rows.setdefault(name, []).append(k)
-    return tuple(_track(table, time, name, members, values[members]) for name, members in rows.items())
+    tracks = []
+    for name, members in rows.items():
+        clock, x, y, angle = values[members].T
+        for k in np.flatnonzero(np.diff(clock) <= 0)[:1] + 1:
+            rule = f"must be later than the frame before, at {clock[k - 1]:g} s"
+            key, value = f"line {lines[members[k]]}, {time}", f"{clock[k]:g} s"
+            fix = "sort the frames of each run by time, or name the column of the run"
+            raise InputError(rule, file=str(path), key=key, value=value, fix=fix)
+        tracks.append(Track(name, clock, np.column_stack([x, y, np.unwrap(angle)])))
+    return tuple(tracks)
 
 
-@dataclass(frozen=True)
-class _Table:
-    """Columns of a CSV file as text, and the line of each row."""
+def _read_columns(
+    path: str | Path, columns: Sequence[str], run: str | None = None
+) -> tuple[list[int], Array, list[str]]:
+    """Return lines, numbers (rows, columns) and names of runs (default: that of the file) of a CSV file."""
+    table = read_table(path)
+    for name in [*columns, *([run] if run else [])]:
+        if name not in table.head:
+            key, fix = f"column {name}", did_you_mean(name, [other for other in table.head if other not in columns])
+            raise InputError("must be a column of the file", file=table.file, key=key, value="missing", fix=fix)
 
-    file: str
-    lines: list[int]
-    cells: Mapping[str, list[str]]
-
-    def numbers(self, column: str) -> Array:
-        """Return a column as finite numbers."""
-        values = np.empty(len(self.lines))
-        for k, cell in enumerate(self.cells[column]):
-            try:
-                values[k] = float(cell)
-            except ValueError:
-                values[k] = np.nan
-            if not math.isfinite(values[k]):
-                key, fix = f"line {self.lines[k]}, {column}", "give a number, or leave out the line"
-                raise InputError("must be a finite number", file=self.file, key=key, value=shown(cell), fix=fix)
+    def numbers(_: int, cells: dict[str, str]) -> list[float]:
+        values = [parse_float(cells[name]) for name in columns]
+        for name, value in zip(columns, values, strict=True):
+            if not math.isfinite(value):
+                fix = "give a number, or leave out the line"
+                raise InputError("must be a finite number", key=name, value=shown(cells[name]), fix=fix)
         return values
 
-
-def _read_table(path: str | Path, columns: Sequence[str]) -> _Table:
-    """Read the named columns of a CSV file."""
-    file = str(path)
-    (_, head), *rows = read_rows(path)
-    for name in columns:
-        if name not in head:
-            fix = did_you_mean(name, [other for other in head if other not in columns])
-            raise InputError("must be a column of the file", file=file, key=f"column {name}", value="missing", fix=fix)
-    for line, row in rows:
-        check_width(row, head, file=file, line=line)
-    cells = {name: [row[head.index(name)] for _, row in rows] for name in columns}
-    return _Table(file, [line for line, _ in rows], cells)
-
-
-def _track(table: _Table, time: str, run: str, members: Sequence[int], values: Array) -> Track:
-    """Return the run of its rows."""
-    for k in np.flatnonzero(np.diff(values[:, 0]) <= 0)[:1] + 1:
-        rule = f"must be later than the frame before, at {values[k - 1, 0]:g} s"
-        key, value = f"line {table.lines[members[k]]}, {time}", f"{values[k, 0]:g} s"
-        fix = "sort the frames of each run by time, or name the column of the run"
-        raise InputError(rule, file=table.file, key=key, value=value, fix=fix)
-    return Track(run, values[:, 0], np.column_stack([values[:, 1:3], np.unwrap(values[:, 3])]))
-
-
-def _factor(units: Mapping[str, float], unit: str, key: str) -> float:
-    """Return a unit in SI units."""
-    if unit not in units:
-        raise InputError("must be a known unit", key=key, value=shown(unit), fix=did_you_mean(unit, units))
-    return units[unit]
+    values = np.array(table.parse(numbers))
+    names = [row[table.head.index(run)] for _, row in table.rows] if run else [Path(path).stem] * len(values)
+    return [line for line, _ in table.rows], values, names
