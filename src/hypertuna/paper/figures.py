@@ -1,4 +1,4 @@
-"""Figures of the ledger."""
+"""Figures of the ledger, as wide as a column of its page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, styled
+from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SEQUENCE, SHAPES, TIGHT, styled
+from hypertuna.reports.html import WIDTH
 from hypertuna.swimming.swim import Swim
 
 if TYPE_CHECKING:
@@ -30,9 +31,9 @@ KINDS = {
 }
 
 
-def _single(width: float, height: float) -> tuple[Figure, Axes]:
-    """Return a figure of one plot [inch]."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+def _axes(height: float) -> tuple[Figure, Axes]:
+    """Return a figure of one plot, and its axes; the height in inches."""
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
     return figure, figure.subplots()
 
 
@@ -52,7 +53,6 @@ def plot_map(
     levels: Mapping[str, float | None],
     *,
     lowest: bool = False,
-    width: float = WIDTH,
 ) -> Figure:
     """Map a quantity over frequency and phase difference, a panel for each amplitude; dots mark the best phases.
 
@@ -62,7 +62,7 @@ def plot_map(
     values = grid[quantity].transpose("amplitude", "phase", "frequency").values
     frequency = grid.frequency.values
     phase = np.degrees(grid[[str(name) for name in grid.coords if str(name).startswith("phase_")][-1]].values)
-    figure = Figure(figsize=(width, 0.75 * width), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 0.75 * WIDTH), layout="constrained")
     panels = figure.subplots(1, len(levels), sharex=True, sharey=True)
     norm = Normalize(0, np.nanmax(values))
     for axes, part, (level, published) in zip(panels, values, levels.items(), strict=True):
@@ -81,9 +81,9 @@ def plot_map(
 
 
 @styled
-def plot_dots(rows: Sequence[tuple[str, float, str]], label: str, *, log: bool = False, width: float = WIDTH) -> Figure:
+def plot_dots(rows: Sequence[tuple[str, float, str]], label: str, *, log: bool = False) -> Figure:
     """Draw named numbers as dots on one scale."""
-    figure, axes = _single(width, 0.235 * len(rows) + 0.6)
+    figure, axes = _axes(0.235 * len(rows) + 0.6)
     if log:
         axes.set_xscale("log")
     low = 0.6 * min(value for _, value, _ in rows) if log else 0.0
@@ -100,9 +100,9 @@ def plot_dots(rows: Sequence[tuple[str, float, str]], label: str, *, log: bool =
 
 
 @styled
-def plot_start(swims: Mapping[str, Swim], *, width: float = WIDTH) -> Figure:
+def plot_start(swims: Mapping[str, Swim]) -> Figure:
     """Plot the forward speed from rest: at every instant, and its mean over each beat."""
-    figure, axes = _single(width, 0.62 * width)
+    figure, axes = _axes(0.62 * WIDTH)
     for k, (name, swim) in enumerate(swims.items()):
         motion, steps = swim.trajectory, swim.steps
         time, speed = motion.time.values, motion.forward_speed.values
@@ -117,11 +117,9 @@ def plot_start(swims: Mapping[str, Swim], *, width: float = WIDTH) -> Figure:
 
 
 @styled
-def plot_against(
-    published: ArrayLike, computed: Mapping[str, ArrayLike], *, within: float = 0.05, width: float = WIDTH
-) -> Figure:
+def plot_against(published: ArrayLike, computed: Mapping[str, ArrayLike], *, within: float = 0.05) -> Figure:
     """Plot computed against published speeds."""
-    figure, axes = _single(width, 0.8 * width)
+    figure, axes = _axes(0.8 * WIDTH)
     truth = np.asarray(published, dtype=np.float64)
     ends = np.array([0.9 * truth.min(), 1.05 * truth.max()])
     band = f"within {100 * within:g} %"
@@ -139,11 +137,9 @@ def plot_normalized(
     frequency: ArrayLike,
     cost: Mapping[str, ArrayLike],
     published: Sequence[tuple[float, float, str]],
-    *,
-    width: float = WIDTH,
 ) -> Figure:
     """Plot normalized cost of transport against frequency."""
-    figure, axes = _single(width, 0.62 * width)
+    figure, axes = _axes(0.62 * WIDTH)
     for k, (name, values) in enumerate(cost.items()):
         axes.plot(frequency, values, color=COLORS[k], marker=SHAPES[k], **POINTS, label=f"{name}, mechanical")
     for hertz, value, name in published:
@@ -155,9 +151,9 @@ def plot_normalized(
 
 
 @styled
-def plot_descent(curves: Mapping[str, ArrayLike], label: str, *, lowest: float = 1e-7, width: float = WIDTH) -> Figure:
+def plot_descent(curves: Mapping[str, ArrayLike], label: str, *, lowest: float = 1e-7) -> Figure:
     """Plot the distance of searches from their optimum over iterations, on a logarithmic scale."""
-    figure, axes = _single(width, 0.68 * width)
+    figure, axes = _axes(0.68 * WIDTH)
     for k, (name, values) in enumerate(curves.items()):
         value = np.asarray(values, dtype=np.float64)
         visible = np.where(np.isfinite(value) & (value > lowest), value, np.nan)
@@ -168,9 +164,9 @@ def plot_descent(curves: Mapping[str, ArrayLike], label: str, *, lowest: float =
 
 
 @styled
-def plot_changes(names: Sequence[str], bars: Mapping[str, Sequence[float]], *, width: float = WIDTH) -> Figure:
+def plot_changes(names: Sequence[str], bars: Mapping[str, Sequence[float]]) -> Figure:
     """Draw changes in percent as groups of bars."""
-    figure, axes = _single(width, 0.2 * len(bars) * len(names) + 1.3)
+    figure, axes = _axes(0.2 * len(bars) * len(names) + 1.3)
     rows, high = np.arange(len(names)), 0.8 / len(bars)
     for k, (name, values) in enumerate(bars.items()):
         at = rows + (k - (len(bars) - 1) / 2) * high
@@ -194,12 +190,10 @@ def plot_intervals(
     bounds: tuple[ArrayLike, ArrayLike],
     published: ArrayLike,
     identified: Mapping[str, tuple[ArrayLike, ArrayLike, ArrayLike]],
-    *,
-    width: float = WIDTH,
 ) -> Figure:
     """Draw coefficients and their intervals between their bounds."""
     low, high = (np.asarray(side, dtype=np.float64) for side in bounds)
-    figure, axes = _single(width, 0.38 * len(names) + 1.1)
+    figure, axes = _axes(0.38 * len(names) + 1.1)
     rows = np.arange(len(names))
     for k, (name, columns) in enumerate(identified.items()):
         value, lower, upper = ((np.asarray(column, dtype=np.float64) - low) / (high - low) for column in columns)
@@ -215,12 +209,12 @@ def plot_intervals(
 
 
 @styled
-def plot_paths(paths: Mapping[str, ArrayLike], names: Sequence[str], *, width: float = WIDTH) -> Figure:
+def plot_paths(paths: Mapping[str, ArrayLike], names: Sequence[str]) -> Figure:
     """Plot coefficients over iterations, as places between their bounds [1]: a column for each model, a row a kind."""
     kinds = [name.partition("[")[0] for name in names]
     links = [name.partition("[")[2].rstrip("]") for name in names]
     rows, lines = list(dict.fromkeys(kinds)), list(dict.fromkeys(links))
-    figure = Figure(figsize=(width, 0.28 * width * len(rows) + 0.7), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 0.28 * WIDTH * len(rows) + 0.7), layout="constrained")
     panels = figure.subplots(len(rows), len(paths), sharex="col", sharey=True, squeeze=False)
     for column, (model, path) in zip(panels.T, paths.items(), strict=True):
         for kind, link, values in zip(kinds, links, np.asarray(path, dtype=np.float64).T, strict=True):

@@ -53,7 +53,7 @@ class Table:
 
     columns: Sequence[str]
     rows: Sequence[Sequence[str | float]]  # numbers are written to three digits
-    shows: str  # caption: what the table shows, a sentence
+    shows: str = ""  # caption: what the table shows, a sentence
     made: str = ""  # how it was made, a sentence
     folded: str = ""  # label that unfolds the table; empty to show it open
 

@@ -12,10 +12,10 @@ from hypertuna.actuation.bending import Bend, Step, bend, misprints
 from hypertuna.actuation.soft_joint import MATERIAL_SETS
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.paper.chapter import Chapter, Trials, prose
+from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import OURS
 from hypertuna.paper.ledger import Finding
-from hypertuna.reports.html import WIDTH, Picture, Section, Table
+from hypertuna.reports.html import WIDTH, Section, Table
 
 ACTUATOR = "actuator"
 PRINTED = "actuator, equations as printed"
@@ -77,41 +77,26 @@ def sections(bends: Bends) -> list[Section]:
     from hypertuna.actuation.plots import plot_bend
 
     corrected = bends.corrected
-    pictures = [
-        Picture(
-            f"hysteresis-{name}",
-            plot_bend(result, bends.sets[name], width=WIDTH),
-            f"Bend of joint {name} against the pressure of one side as it rises and as it falls, also with other sets "
-            "of elastic constants.",
-            f"Made by `hypertuna bend --robot hypertuna --joint {name} --unload --plot {name}.svg`.",
-        )
-        for name, result in corrected.items()
-    ]
-    errors = [bends.printed[name].angle[-1] / result.angle[-1] - 1 for name, result in corrected.items()]
-    ends = [[np.degrees(result.angle[-1]) for result in sets.values()] for sets in bends.sets.values()]
-    text = prose(
+    figures = {f"hysteresis-{name}": plot_bend(bend, bends.sets[name], width=WIDTH) for name, bend in corrected.items()}
+    errors = [bends.printed[name].angle[-1] / bend.angle[-1] - 1 for name, bend in corrected.items()]
+    ends = [[np.degrees(bend.angle[-1]) for bend in sets.values()] for sets in bends.sets.values()]
+    section = compose(
         "actuator",
-        r_squared=" and ".join(f"{result.r_squared():.3f}" for result in corrected.values()),
-        loops=" and ".join(f"{_loop(result):.2g}" for result in corrected.values()),
+        figures | {"steps": step_table(bends)},
+        joints=list(corrected),
+        r_squared=" and ".join(f"{bend.r_squared():.3f}" for bend in corrected.values()),
+        loops=" and ".join(f"{_loop(bend):.2g}" for bend in corrected.values()),
         spreads=" and ".join(f"{min(angles):.1f} to {max(angles):.1f}" for angles in ends),
         printed=" and ".join(f"{100 * error:+.0f} %" for error in errors),
     )
-    return [Section("Bending under pressure, Fig. 6(e)", [text, *pictures, step_table(bends)])]
+    return [section]
 
 
 def step_table(bends: Bends) -> Table:
     """Tabulate how the bends change from the printed equations to the corrected ones."""
-    columns = zip(*bends.steps.values(), strict=True)
-    rows: list[list[str | float]] = [
-        [row[0].text, *(f"{np.degrees(step.angle):.1f}" for step in row)] for row in columns
-    ]
-    return Table(
-        ["equations", *(f"{name} [deg]" for name in bends.steps)],
-        rows,
-        "Bend at the largest pressure, from the printed equations to the corrected ones, each step on top of those "
-        "before it.",
-        "The shipped geometry.",
-    )
+    steps = zip(*bends.steps.values(), strict=True)
+    rows = [[joints[0].text, *(f"{np.degrees(joint.angle):.1f}" for joint in joints)] for joints in steps]
+    return Table(["equations", *(f"{name} [deg]" for name in bends.steps)], rows)
 
 
 def _loop(result: Bend) -> float:

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hypertuna.identification.identify import Fit, identify
-from hypertuna.paper.chapter import Chapter, Trials, prose
+from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.chapters.model_checks import model_checks
 from hypertuna.paper.computed import OURS, PAPER, SPEEDS, bandwidths
 from hypertuna.paper.ledger import Finding, published_value
-from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table
+from hypertuna.reports.html import Section, Table
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.trials import Trials as Runs
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 TIES = "[0,1-6,7]"  # Table III: head, six links alike, fin
 NINE = tuple(f"water.{name}{TIES}" for name in ("added_mass", "friction", "drag"))
@@ -72,15 +76,24 @@ def findings(fits: Fits) -> Iterator[Finding]:
 
 def sections(fits: Fits) -> list[Section]:
     """Show Table III and the bandwidth, then the checks of the model."""
-    parts: list[Part] = [_text(fits), _picture(fits), coefficient_table(fits), _bandwidth(fits), bandwidth_table(fits)]
-    return [Section("Identification, Table III", parts), model_checks(fits.nine, fits.trials)]
+    section = compose(
+        "coefficients",
+        {
+            "table-iii": _figure(fits),
+            "coefficients": coefficient_table(fits),
+            "bandwidth": bandwidth_table(fits),
+        },
+        **_facts(fits),
+        **_bandwidth(fits),
+    )
+    return [section, model_checks(fits.nine, fits.trials)]
 
 
 def coefficient_table(fits: Fits) -> Table:
     """Return Table III with our identification beside it."""
-    rows: list[list[str | float]] = []
+    rows = []
     for k, coefficient in enumerate(fits.nine[OURS].free):
-        cells: list[str | float] = [_symbol(coefficient.name), f"{coefficient.lower:g} to {coefficient.upper:g}"]
+        cells = [_symbol(coefficient.name), f"{coefficient.lower:g} to {coefficient.upper:g}"]
         cells.append(f"{published_value(_id(coefficient.name)):g}")
         for fit in fits.nine.values():
             end = _bound(fit, k)
@@ -88,29 +101,20 @@ def coefficient_table(fits: Fits) -> Table:
             cells.append(f"{fit.uncertainty.low[k]:.3g} to {fit.uncertainty.high[k]:.3g}")
         rows.append(cells)
     heads = [f"{model}: {what}" for model in fits.nine for what in ("identified", "95 % interval")]
-    return Table(
-        ["coefficient", "bounds", "published", *heads],
-        rows,
-        "Table III: the coefficients as published (column mu), and as identified from the eight published speeds.",
-        "Bounds and start values as the authors'; robust loss, noise of the speeds estimated from the residuals.",
-    )
+    return Table(["coefficient", "bounds", "published", *heads], rows)
 
 
 def bandwidth_table(fits: Fits) -> Table:
     """Return the eight speeds with the bandwidth from four gaits, and with that from the others of each."""
     from_four, left_out = _errors(fits)
-    rows: list[list[str | float]] = []
+    rows = []
     for name in SPEEDS:
         band, speed = fits.left_out[name]
         four = [f"{fits.predicted[name]:.3f}", f"{from_four[name]:+.1f} %"]
         others = [f"{band:.2f}", f"{speed:.3f}", f"{left_out[name]:+.1f} %"]
         rows.append([name, f"{published_value(f'speed/{name}'):.3f}", *four, *others])
-    return Table(
-        ["gait", "published [m/s]", "from four [m/s]", "error", "others' bandwidth [Hz]", "left out [m/s]", "error"],
-        rows,
-        "Speeds with the bandwidth from the four unoptimized gaits, and with that from the seven others of each gait.",
-        "`hypertuna identify --free joints.bandwidth`, Table III unchanged.",
-    )
+    heads = ["published [m/s]", "from four [m/s]", "error", "others' bandwidth [Hz]", "left out [m/s]", "error"]
+    return Table(["gait", *heads], rows)
 
 
 def _id(name: str) -> str:
@@ -130,48 +134,33 @@ def _bound(fit: Fit, k: int) -> float | None:
     return None if side is None else {"lower": fit.free[k].lower, "upper": fit.free[k].upper}[side]
 
 
-def _picture(fits: Fits) -> Picture:
+def _figure(fits: Fits) -> Figure:
     """Draw the coefficients between their bounds."""
     from hypertuna.paper.figures import plot_intervals
 
     free = fits.nine[OURS].free
-    return Picture(
-        "table-iii",
-        plot_intervals(
-            [_symbol(one.name) for one in free],
-            ([one.lower for one in free], [one.upper for one in free]),
-            [published_value(_id(one.name)) for one in free],
-            {model: (fit.values, fit.uncertainty.low, fit.uncertainty.high) for model, fit in fits.nine.items()},
-            width=WIDTH,
-        ),
-        "The nine coefficients of Table III between their bounds: as published, and as identified from the eight "
-        "published speeds, with 95 % intervals. Where the interval fills the whole range, the speeds say nothing about "
-        "the coefficient.",
-        "`hypertuna.identify` with exact derivatives from the paper's start values; intervals from the curvature of "
-        "the error at the result.",
+    return plot_intervals(
+        [_symbol(one.name) for one in free],
+        ([one.lower for one in free], [one.upper for one in free]),
+        [published_value(_id(one.name)) for one in free],
+        {model: (fit.values, fit.uncertainty.low, fit.uncertainty.high) for model, fit in fits.nine.items()},
     )
 
 
-def _text(fits: Fits) -> str:
-    """Describe what the speeds determine."""
+def _facts(fits: Fits) -> dict[str, Any]:
+    """Return what the text says of the coefficients."""
     ours = fits.nine[OURS]
     directions = [d for fit in fits.nine.values() for d in fit.uncertainty.directions]
     named = [d.sentence for d in ours.uncertainty.directions if any(one.name in d.sentence for one in ours.free)]
-
-    def percent(errors: Mapping[str, float]) -> str:
-        return f"{100 * errors['speed_relative']:.1f} %"
-
-    return prose(
-        "coefficients",
-        ideal=fits.nine[PAPER],
-        ours=ours,
-        percent=percent,
-        determined=sum(direction.determined for direction in directions),
-        bound=published_value("speed/model-error-max"),
-        at_bound=sum(side is not None for side in ours.uncertainty.bound),
-        best_known=named[0] if named else "",
-        starts=len(fits.nine[PAPER].costs),
-    )
+    return {
+        "ideal": fits.nine[PAPER],
+        "ours": ours,
+        "determined": sum(direction.determined for direction in directions),
+        "bound": published_value("speed/model-error-max"),
+        "at_bound": sum(side is not None for side in ours.uncertainty.bound),
+        "best_known": named[0] if named else "",
+        "starts": len(fits.nine[PAPER].costs),
+    }
 
 
 def _errors(fits: Fits) -> tuple[dict[str, float], dict[str, float]]:
@@ -181,30 +170,24 @@ def _errors(fits: Fits) -> tuple[dict[str, float], dict[str, float]]:
     return from_four, {name: 100 * (fits.left_out[name][1] / truth[name] - 1) for name in SPEEDS}
 
 
-def _bandwidth(fits: Fits) -> str:
-    """Describe the joints' bandwidth: from four gaits, tested on four, and leaving each one out."""
+def _bandwidth(fits: Fits) -> dict[str, Any]:
+    """Return what the text says of the bandwidth: from four gaits, tested on four, and leaving each one out."""
     uncertainty, (value,) = fits.four.uncertainty, fits.four.values
     from_four, left_out = _errors(fits)
-
-    def largest(values: Sequence[float]) -> float:
-        return max(map(abs, values))
-
-    def rms(values: Sequence[float]) -> float:
-        return float(np.sqrt(np.mean(np.square(values))))
-
-    return prose(
-        "bandwidth",
-        value=value,
-        low=uncertainty.low[0],
-        high=uncertainty.high[0],
-        largest=largest,
-        rms=rms,
-        fitted=[from_four[name] for name in UNOPTIMISED],
-        tested=[from_four[name] for name in OPTIMISED],
-        left_out=list(left_out.values()),
-        bands=[band for band, _ in fits.left_out.values()],
-        described=bandwidths(fits.four.described),
-    )
+    errors = {
+        "fitted": [from_four[name] for name in UNOPTIMISED],
+        "tested": [from_four[name] for name in OPTIMISED],
+        "left_out": list(left_out.values()),
+    }
+    return {
+        "bandwidth": value,
+        "low": uncertainty.low[0],
+        "high": uncertainty.high[0],
+        "largest": {name: max(map(abs, values)) for name, values in errors.items()},
+        "rms": {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in errors.items()},
+        "bands": [band for band, _ in fits.left_out.values()],
+        "described": bandwidths(fits.four.described),
+    }
 
 
 CHAPTER = Chapter("fits", sections, findings, compute, steps=3, full_steps=3)

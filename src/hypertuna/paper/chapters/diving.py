@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 
-from hypertuna.paper.chapter import Chapter, Trials
+from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import OURS, TWIN
 from hypertuna.paper.ledger import Finding, published
-from hypertuna.reports.html import WIDTH, Picture, Section
+from hypertuna.reports.html import WIDTH, Section
 from hypertuna.simulation.dive import Dive, dive
 from hypertuna.swimming.gait import named_gait
 
@@ -37,14 +37,8 @@ def sections(result: Dive) -> list[Section]:
     """Show the diving test."""
     from hypertuna.simulation.plots import plot_dive
 
-    picture = Picture(
-        "diving",
-        plot_dive(result, width=WIDTH),
-        "Depth, pitch and speed of the twin while its pectoral fins are down, then up.",
-        f"{result.run.gait.frequency:g} Hz, fins at {math.degrees(result.angle):g} deg down, then up, as in Fig. 15.",
-    )
-    text = f"{' '.join(result.sentences)} The paper shows both and gives no rate."
-    return [Section("Diving and floating", [picture, text])]
+    figures = {"diving": plot_dive(result, width=WIDTH)}
+    return [compose("diving", figures, dive=result, fins=math.degrees(result.angle))]
 
 
 CHAPTER = Chapter("diving", sections, findings, compute)

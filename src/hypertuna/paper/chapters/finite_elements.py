@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,9 +20,12 @@ from hypertuna.fe.bend import fe_bend
 from hypertuna.fe.model import FeOptions
 from hypertuna.fe.record import bend_record
 from hypertuna.io.files import shipped
-from hypertuna.paper.chapter import Chapter, Trials, prose
+from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.ledger import Finding
-from hypertuna.reports.html import WIDTH, Picture, Section, Table
+from hypertuna.reports.html import WIDTH, Section, Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FE = "finite elements"
 ROBOTS = {FE: "hypertuna-fe", f"{FE}, geometry of hypertuna": "hypertuna"}  # by the name of the model in the ledger
@@ -182,12 +186,19 @@ def sections(elements: Elements) -> list[Section]:
     solved = {joint: one for joint, one in elements.solved[FE].items() if one.record is not None}
     if not solved:
         return []
-    shapes = [_shape(joint, png, solved[joint]) for joint, png in elements.pictures.items() if joint in solved]
-    curves = [_curve(joint, one) for joint, one in solved.items()]
-    tables = [difference_table(elements, model) for model in elements.solved]
-    described = [(ROBOTS[model], text) for model in elements.solved if (text := _angles(elements, model))]
-    text = prose("finite_elements", described=described)
-    return [Section("Finite elements, Fig. 6", [text, *shapes, *curves, *filter(None, tables)])]
+    shapes = {joint: png for joint, png in elements.pictures.items() if joint in solved}
+    tables = {ROBOTS[model]: difference_table(elements, model) for model in elements.solved}
+    section = compose(
+        "finite_elements",
+        {f"fe-shape-{joint}": png for joint, png in shapes.items()}
+        | {f"fe-bend-{joint}": _curve(joint, one) for joint, one in solved.items()}
+        | {robot: table for robot, table in tables.items() if table},
+        described=[(ROBOTS[model], text) for model in elements.solved if (text := _angles(elements, model))],
+        shapes=shapes,
+        curves=solved,
+        command=lambda joint: " ".join(command(ROBOTS[FE], joint)[:-1]),
+    )
+    return [section]
 
 
 def difference_table(elements: Elements, model: str = FE) -> Table | None:
@@ -195,23 +206,20 @@ def difference_table(elements: Elements, model: str = FE) -> Table | None:
     joints = elements.solved[model]
     if any(one.record is None for one in joints.values()):
         return None
-    cells = {joint: (np.degrees(one.angle), np.degrees(one.analytic.angle)) for joint, one in joints.items()}
-    rows: list[list[str | float]] = []
-    for k, pressure in enumerate(next(iter(joints.values())).pressure):
-        row: list[str | float] = [f"{pressure / 1e3:g}"]
-        for joint, (ours, beside) in cells.items():
-            apart = f"{100 * joints[joint].difference[k]:+.0f} %" if k else ""
-            row += [f"{ours[k]:z.1f}", f"{beside[k]:z.1f}", apart]
-        rows.append(row)
+    columns = [_cells(one) for one in joints.values()]
+    pressures = [f"{pressure / 1e3:g}" for pressure in next(iter(joints.values())).pressure]
+    rows = [[pressure, *itertools.chain(*cells)] for pressure, *cells in zip(pressures, *columns, strict=True)]
     heads = [f"{joint}: {what}" for joint in joints for what in ("elements [deg]", "analytic [deg]", "difference")]
-    return Table(
-        ["pressure [kPa]", *heads],
-        rows,
-        f"Bend by finite elements and by the analytic model, both of `{ROBOTS[model]}`; "
-        "the latter with friction, on the way up.",
-        "Stored; the analytic model was run for this page.",
-        "" if model == FE else f"The same with the geometry of {ROBOTS[model]}",
-    )
+    folded = "" if model == FE else f"The same with the geometry of {ROBOTS[model]}"
+    return Table(["pressure [kPa]", *heads], rows, folded=folded)
+
+
+def _cells(one: Solved) -> list[list[str]]:
+    """Return a joint's bends in both models and their difference, at every pressure."""
+    angles = zip(np.degrees(one.angle), np.degrees(one.analytic.angle), one.difference, strict=True)
+    cells = [[f"{ours:z.1f}", f"{beside:z.1f}", f"{100 * apart:+.0f} %"] for ours, beside, apart in angles]
+    cells[0][2] = ""  # without pressure
+    return cells
 
 
 def _note(model: str, one: Solved) -> str:
@@ -243,33 +251,20 @@ def _top(joints: Mapping[str, Solved]) -> float:
     return max(float(one.pressure[-1]) for one in joints.values()) / 1e3
 
 
-def _shape(joint: str, png: bytes, one: Solved) -> Picture:
-    """Show the deformed joint."""
-    assert one.record is not None
-    shows = (
-        f"Joint {joint} at rising pressure of its left side, cut at the middle plane: von Mises' stress above, the "
-        "largest principal logarithmic strain below."
-    )
-    made = f"Made by `hypertuna {' '.join(command(ROBOTS[FE], joint)[:-1])} -o DIR`."
-    return Picture(f"fe-shape-{joint}", png, shows, made)
-
-
-def _curve(joint: str, one: Solved) -> Picture:
+def _curve(joint: str, one: Solved) -> Figure:
     """Draw a joint's bend over the pressure."""
     from hypertuna.fe.plots import plot_fe_bend
 
     fine = np.linspace(0, one.pressure[-1], 51)
     beside = bend(one.robot, joint, fine)
     pressure_max, bend_max = next((g.pressure_max, g.bend_max) for g in one.robot.joints if g.name == joint)
-    figure = plot_fe_bend(
+    return plot_fe_bend(
         one.pressure,
         one.angle,
         analytic=(fine, beside.angle, beside.volume),
         published=None if pressure_max is None or bend_max is None else (pressure_max, bend_max),
         width=WIDTH,
     )
-    shows = f"Bend of joint {joint} over the pressure of one side: {FE}, the analytic model, and as published."
-    return Picture(f"fe-bend-{joint}", figure, shows, "From the results stored in `data/fe`.")
 
 
 def _angles(elements: Elements, model: str) -> str:

@@ -8,10 +8,10 @@ import numpy as np
 
 from hypertuna.description.robot import Robot
 from hypertuna.metrics import cost_of_transport
-from hypertuna.paper.chapter import Chapter, Trials, prose
+from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import COSTS, OURS, PAPER, SPEEDS, Trial, bandwidths
 from hypertuna.paper.ledger import Finding, judge, published, published_value
-from hypertuna.reports.html import WIDTH, Picture, Section
+from hypertuna.reports.html import WIDTH, Section
 from hypertuna.swimming.swim import Swim
 
 ARITHMETIC = "the paper's own numbers"
@@ -39,44 +39,27 @@ def sections(trials: Trials) -> list[Section]:
     """Show the eight gaits, and how the fastest one swims."""
     from hypertuna.swimming.plots import plot_ledger, plot_swim
 
-    gaits = trials[OURS].gaits
+    gaits, best = trials[OURS].gaits, trials[OURS].gaits["unoptimised-max"]
     computed = {model: [trials[model].gaits[name].speed for name in SPEEDS] for model in (PAPER, OURS)}
-    speeds = Picture(
-        "speeds",
-        plot_ledger(
-            [_label(name, gaits[name]) for name in SPEEDS],
-            [published_value(f"speed/{name}") for name in SPEEDS],
-            computed,
-            width=WIDTH,
-        ),
-        "Speed of the eight gaits of Table IV: as first swum, and as improved by the authors' optimizer; each line "
-        "gives frequency and phase difference.",
-        "Settled beats with the coefficients of Table III unchanged; published speeds from Table IV and section III.D.",
+    labels, speeds = (
+        [_label(name, gaits[name]) for name in SPEEDS],
+        [published_value(f"speed/{name}") for name in SPEEDS],
     )
-    text = prose(
+    section = compose(
         "gaits",
+        {"speeds": plot_ledger(labels, speeds, computed, width=WIDTH), "swim": plot_swim(best, width=WIDTH)},
         ideal=_reproduced(trials[PAPER]),
         lagging=_reproduced(trials[OURS]),
         bandwidth=bandwidths(trials[OURS].robot),
         changes="; ".join(_cost_change(speed, trials[OURS]) for speed in COSTS),
+        best=best,
     )
-    best = gaits["unoptimised-max"]
-    motion = Picture(
-        "swim",
-        plot_swim(best, width=WIDTH),
-        "Paths, midlines, speed and power of the fastest unoptimized gait. The joints deliver power twice in a beat, "
-        "and take a little back.",
-        "Made by `hypertuna swim --robot hypertuna --gait unoptimised-max --plot swim.svg`.",
-    )
-    return [Section("Eight gaits, and the fastest of them", [speeds, text, motion, prose("fastest", best=best)])]
+    return [section]
 
 
 def range_sections(trials: Trials) -> list[Section]:
     """Show the range on one charge."""
-    finding = range_finding(trials[PAPER].robot)
-    entry = judge(published(), finding)
-    text = f"**{entry.published:g} km is {entry.verdict} by the paper's own numbers**: they give"
-    return [Section("Range", [f"{text} {entry.computed_text} km. {finding.note}."])]
+    return [compose("range", entry=judge(published(), range_finding(trials[PAPER].robot)))]
 
 
 def range_finding(robot: Robot) -> Finding:

@@ -14,9 +14,9 @@ from hypertuna.io.files import shipped
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.flight import Flight, fly, outcome
 from hypertuna.mission.record import MissionRecord
-from hypertuna.paper.chapter import Chapter, Trials
+from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.ledger import Finding, published
-from hypertuna.reports.html import WIDTH, Picture, Section
+from hypertuna.reports.html import WIDTH, Section
 
 LAKE = "twin at sea"  # the model in the ledger
 MISSION = "lake"
@@ -124,20 +124,12 @@ def findings(lake: Lake) -> Iterator[Finding]:
 
 def sections(lake: Lake) -> list[Section]:
     """Show the swim in open water."""
-    if lake.record is None:
-        return [Section("Open water", [f"Not available: {lake.reason}."])]
     from hypertuna.mission.plots import plot_mission
 
-    picture = Picture(
-        "lake",
-        plot_mission(_stored_record(lake.record), width=WIDTH),
-        "Track of the twin in the lake, true and estimated, its depth and the energy from its battery.",
-        "Seed 0: noise of the sensors, no current. The robot surfaces for a fix every five minutes.",
-    )
     distance, energy = findings(lake)
-    text = f"""The paper swam about 800 m of a lake in 30 min with its gait for 0.5 m/s, on 9.1 Wh. The twin at sea,
-under its own pilot, swims {distance.computed:.0f} m {distance.note}. It uses {energy.computed:.3g} Wh {energy.note}."""
-    return [Section("Open water", [picture, text])]
+    record = lake.record
+    figures = {} if record is None else {"lake": plot_mission(_stored_record(record), width=WIDTH)}
+    return [compose("lake", figures, flown=record is not None, distance=distance, energy=energy)]
 
 
 CHAPTER = Chapter("lake", sections, findings, compute)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from hypertuna.arrays import Array
 from hypertuna.optimization.optimize import optimize
 from hypertuna.optimization.optimum import Optimum
-from hypertuna.paper.chapter import Chapter, Trials, prose
+from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import COSTS, OURS, PAPER, TARGETS, Trial
 from hypertuna.paper.ledger import RULES, Finding, published_value
-from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table
+from hypertuna.reports.html import Section, Table
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import swim
 
@@ -60,13 +62,26 @@ def findings(optima: Optima) -> Iterator[Finding]:
 
 def sections(optima: Optima) -> list[Section]:
     """Show Table IV and Fig. 13."""
-    parts: list[Part] = [_text(optima), _fitness(optima), _changes(optima), gait_table(optima), method_table(optima)]
-    return [Section("Optimal gaits, Table IV and Fig. 13", parts)]
+    from hypertuna.paper.figures import plot_changes, plot_descent
+
+    bars = ["speed,\nmaximum", *(f"cost at\n{speed} m/s" for speed in COSTS)]
+    return [
+        compose(
+            "optima",
+            {
+                "fig13a": plot_descent(_distances(optima), "fitness above the optimum [m/s]"),
+                "fig13b": plot_changes(bars, _changes(optima)),
+                "gaits": gait_table(optima),
+                "methods": method_table(optima),
+            },
+            **_facts(optima),
+        )
+    ]
 
 
 def gait_table(optima: Optima) -> Table:
     """Return Table IV, with what the gaits do in the models."""
-    rows: list[list[str | float]] = []
+    rows = []
     for target in TARGETS:
         for kind in ("unoptimised", "optimised"):
             swims = [optima.trials[model].gaits[f"{kind}-{target}"] for model in (PAPER, OURS)]
@@ -79,32 +94,19 @@ def gait_table(optima: Optima) -> Table:
             rows.append([_label(target), f"ours, {model}", *_cells(best.gait), *both])
     angles = ["A I [deg]", "A II [deg]", "f [Hz]", "phase [deg]"]
     models = [f"{model}: {what}" for model in (PAPER, OURS) for what in ("speed [m/s]", "cost [J/(kg m)]")]
-    return Table(
-        ["objective", "gait", *angles, *models],
-        rows,
-        "Table IV: gaits as published and as optimal in each model, with their speed and mechanical cost of "
-        "transport in the models.",
-        "Settled beats; ours by gradient searches within Eq. 41.",
-    )
+    return Table(["objective", "gait", *angles, *models], rows)
 
 
 def method_table(optima: Optima) -> Table:
     """Compare the two methods."""
-    rows: list[list[str | float]] = []
-    for model in (PAPER, OURS):
-        for target in TARGETS:
-            pair = [optima.best[model, target, method] for method in METHODS]
-            fitness = [f"{(-1 if target == 'max' else 1) * best.value:.5f}" for best in pair]
-            phases = [f"{_numbers(best.gait)['phase']:.1f}" for best in pair]
-            rows.append([model, _label(target), *fitness, *phases, *(str(best.evaluations) for best in pair)])
+    rows = []
+    for model, target in itertools.product((PAPER, OURS), TARGETS):
+        pair = [optima.best[model, target, method] for method in METHODS]
+        fitness = [f"{(-1 if target == 'max' else 1) * best.value:.5f}" for best in pair]
+        phases = [f"{_numbers(best.gait)['phase']:.1f}" for best in pair]
+        rows.append([model, _label(target), *fitness, *phases, *(str(best.evaluations) for best in pair)])
     pairs = [f"{what}, {NAMES[m]}" for what in ("fitness [m/s]", "phase [deg]", "gaits swum") for m in METHODS]
-    return Table(
-        ["model", "objective", *pairs],
-        rows,
-        "Results of the two methods: the highest speed, or the fitness of Eq. 42; the phase difference there; and the "
-        "number of gaits swum.",
-        "`hypertuna optimize --maximize speed` or `--speed 0.4`, with `--method pso` or `gradient`.",
-    )
+    return Table(["model", "objective", *pairs], rows)
 
 
 def _numbers(gait: Gait | None) -> dict[str, float]:
@@ -126,8 +128,8 @@ def _label(target: str) -> str:
     return "maximum" if target == "max" else f"at\N{NO-BREAK SPACE}{target} m/s"
 
 
-def _text(optima: Optima) -> str:
-    """Describe the optima."""
+def _facts(optima: Optima) -> dict[str, Any]:
+    """Return what the text says of the optima."""
     best = {model: optima.gradient(model, "max") for model in (PAPER, OURS)}
     gaits = optima.trials[OURS].gaits
     phase = published_value("optimum/max/phase")
@@ -136,22 +138,21 @@ def _text(optima: Optima) -> str:
     which = {0: "with neither joint model", 1: f"only with {near[0] if near else ''}", 2: "with either joint model"}
     losses = {model: 100 * (1 - _speed_at(one, phase) / one.speed) for model, one in best.items()}
     cheapest = [_numbers(optima.gradient(OURS, target).gait) for target in COSTS]
-    return prose(
-        "optima",
-        weight=optima.gradient(OURS, COSTS[0]).objective.terms[0][1],
-        gap_ideal=_largest_gap(optima, PAPER),
-        gap=_largest_gap(optima, OURS),
-        on_bounds=all(set(one.bounds) >= BOUNDED for one in best.values()),
-        tolerance=RULE.tolerance,
-        near=which[len(near)],
-        phases=" and ".join(f"{value:.1f} deg with {model}" for model, value in phases.items()),
-        phase=phase,
-        losses=" and ".join(f"{part:.2f} % with {model}" for model, part in losses.items()),
-        loss_optimized=100 * (1 - gaits["optimised-max"].speed / best[OURS].speed),
-        loss_unoptimized=100 * (1 - gaits["unoptimised-max"].speed / best[OURS].speed),
-        gain=published_value("speed/change-max"),
-        spans={key: _span([gait[key] for gait in cheapest]) for key in cheapest[0]},
-    )
+    return {
+        "weight": optima.gradient(OURS, COSTS[0]).objective.terms[0][1],
+        "gap_ideal": _largest_gap(optima, PAPER),
+        "gap": _largest_gap(optima, OURS),
+        "on_bounds": all(set(one.bounds) >= BOUNDED for one in best.values()),
+        "tolerance": RULE.tolerance,
+        "near": which[len(near)],
+        "phases": " and ".join(f"{value:.1f} deg with {model}" for model, value in phases.items()),
+        "phase": phase,
+        "losses": " and ".join(f"{part:.2f} % with {model}" for model, part in losses.items()),
+        "loss_optimized": 100 * (1 - gaits["optimised-max"].speed / best[OURS].speed),
+        "loss_unoptimized": 100 * (1 - gaits["unoptimised-max"].speed / best[OURS].speed),
+        "gain": published_value("speed/change-max"),
+        "spans": {key: _span([gait[key] for gait in cheapest]) for key in cheapest[0]},
+    }
 
 
 def _speed_at(best: Optimum, phase: float) -> float:
@@ -171,45 +172,24 @@ def _span(values: Sequence[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _fitness(optima: Optima) -> Picture:
-    """Draw Fig. 13(a)."""
-    from hypertuna.paper.figures import plot_descent
-
+def _distances(optima: Optima) -> dict[str, Array]:
+    """Return how far the swarm is above the optimum after each iteration, by objective [m/s]."""
     curves = {}
     for target in TARGETS:
         swarm, best = optima.best[OURS, target, "pso"], optima.gradient(OURS, target)
         curves["maximum" if target == "max" else f"{target} m/s"] = swarm.history - min(best.value, swarm.value)
-    return Picture(
-        "fig13a",
-        plot_descent(curves, "fitness above the optimum [m/s]", width=WIDTH),
-        "Fig. 13(a): how far the best particle of the swarm is above the optimum after each iteration, for the four "
-        "objectives. For the highest speed sixty iterations are enough; at an expected speed the swarm stops up to "
-        f"{_largest_gap(optima, OURS):.1g} m/s short. The paper's curves have no numbers to compare.",
-        "Particle swarm of 15 x 60 with joint bandwidth; the optimum is that of the gradient searches, and curves end "
-        "1e-7 m/s from it.",
-    )
+    return curves
 
 
-def _changes(optima: Optima) -> Picture:
-    """Draw Fig. 13(b)."""
-    from hypertuna.paper.figures import plot_changes
-
+def _changes(optima: Optima) -> dict[str, list[float]]:
+    """Return changes by optimization [%]: of the highest speed, and of the costs at the expected ones."""
     keys = ("speed/change-max", *(f"cost-of-transport/change-{speed}" for speed in COSTS))
     bars = {"published": [published_value(key) for key in keys]}
     for model in (PAPER, OURS):
         trial = optima.trials[model]
         bars[f"authors' gaits, {model}"] = _change(trial, {t: trial.gaits[f"optimised-{t}"] for t in TARGETS})
     ours = {target: optima.gradient(OURS, target).swim for target in TARGETS}
-    bars[f"our gaits, {OURS}"] = _change(optima.trials[OURS], ours)
-    return Picture(
-        "fig13b",
-        plot_changes(["speed,\nmaximum", *(f"cost at\n{speed} m/s" for speed in COSTS)], bars, width=WIDTH),
-        "Fig. 13(b): change from the unoptimized to the optimized gaits, as measured by the authors, of their gaits "
-        "in the two models, and of our optima. Less cost is better; only at 0.3 m/s do model and measurement agree "
-        "on their gaits.",
-        "Mechanical cost of settled beats over that of the unoptimized gait in the same model, whose speed is not "
-        "exactly the expected one; published costs are electrical.",
-    )
+    return bars | {f"our gaits, {OURS}": _change(optima.trials[OURS], ours)}
 
 
 def _change(trial: Trial, after: Mapping[str, Any]) -> list[float]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from hypertuna.paper.chapter import Chapter, Trials, prose
+from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import OURS
 from hypertuna.paper.ledger import published
-from hypertuna.reports.html import WIDTH, Picture, Section, Table
+from hypertuna.reports.html import Section, Table
 
 COMPUTED = "HyperTuna, computed"
 
@@ -43,41 +43,21 @@ def sections(trials: Trials) -> list[Section]:
         [(row["name"], row[key], _mark(row)) for row in rows if key in row]
         for rows, key in ((robots, "speed_bl_s"), (swimmers, "cost_of_transport_j_per_kg_m"))
     )
-    source = "Others as in the paper's {} (`data/published/others.toml`);"
-    speeds = Picture(
-        "table-v",
-        plot_dots(sorted(fast, key=lambda row: -row[1]), "speed [body lengths/s]", width=WIDTH),
-        "Fastest swims of hydraulic soft robotic fish: HyperTuna is twice as fast as the others, and the model "
-        "with joint bandwidth agrees.",
-        source.format("Table V") + " computed: `optimised-max` of Table IV, joint bandwidth.",
-    )
-    costs = Picture(
-        "table-vi",
-        plot_dots(cost, "cost of transport [J/(kg m)]", log=True, width=WIDTH),
-        "Cost of transport, largest first, on a logarithmic scale: filled marks are electrical input power, "
-        "open ones are of another kind (metabolic for fish, mechanical for the computed robot).",
-        source.format("Table VI") + " computed: joints' mechanical power of `unoptimised-max`, joint bandwidth.",
-    )
-    return [Section("Other fish and robots, Tables V and VI", [prose("others"), speeds, costs, robot_table(robots)])]
+    figures = {
+        "table-v": plot_dots(sorted(fast, key=lambda row: -row[1]), "speed [body lengths/s]"),
+        "table-vi": plot_dots(cost, "cost of transport [J/(kg m)]", log=True),
+    }
+    return [compose("others", figures | {"robots": robot_table(robots)})]
 
 
 def robot_table(robots: list[dict[str, Any]]) -> Table:
     """Return Table V."""
     keys = ("actuator", "length_m", "joints", "frequency_max_hz", "speed_bl_s")
-    rows = [
-        [
-            row["name"] + (f" [{row['reference']}]" if "reference" in row else ""),
-            *(row[key] for key in keys),
-            row.get("turning_radius_bl", "–"),
-        ]
-        for row in robots
-    ]
-    return Table(
-        ["robot", "actuator", "length [m]", "joints", "up to [Hz]", "speed [BL/s]", "turn [BL]"],
-        rows,
-        "Table V; the numbers in brackets are those of the paper's list of references.",
-        "The last row is computed with joint bandwidth: `optimised-max` and `turning`.",
-    )
+    rows = []
+    for row in robots:
+        name = row["name"] + (f" [{row['reference']}]" if "reference" in row else "")
+        rows.append([name, *(row[key] for key in keys), row.get("turning_radius_bl", "–")])
+    return Table(["robot", "actuator", "length [m]", "joints", "up to [Hz]", "speed [BL/s]", "turn [BL]"], rows)
 
 
 def _mark(row: Mapping[str, Any]) -> str:

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.paper.chapter import Chapter, Trials, prose
+from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import OURS, PAPER, Trial
 from hypertuna.paper.ledger import Finding, published
-from hypertuna.reports.html import WIDTH, Picture, Section
+from hypertuna.reports.html import Section
 
 
 def findings(trials: Trials) -> Iterator[Finding]:
@@ -31,27 +31,14 @@ def sections(trials: Trials) -> list[Section]:
         for level, (one, two) in published()["tank"]["amplitude_deg"].items()
     }
     tank = trials[OURS].tank
-    speed = Picture(
-        "fig10-speed",
-        plot_map(tank, "speed", "speed [m/s]", levels, width=WIDTH),
-        "Speed over frequency and phase difference at small, medium and large amplitude of joints I and II: it "
-        "rises with frequency and amplitude, and peaks (dots) at phases where the paper found its best ones "
-        "(dashed) or 20 deg below.",
-        "One settled beat for each cell, with joint bandwidth and Table III.",
-    )
-    cost = Picture(
-        "fig10-cost",
-        plot_map(tank, "cost_of_transport", "cost of transport [J/(kg m)]", levels, lowest=True, width=WIDTH),
-        "Mechanical cost of transport of the same gaits. It rises with frequency and is least (dots) at the largest "
-        "phase, where the robot hardly swims; the paper measured the cost of the servos' electricity, which falls "
-        "with frequency.",
-        "The joints' mean mechanical power over 3.3 kg and speed (Eq. 39), from the same beats.",
-    )
+    figures = {
+        "fig10-speed": plot_map(tank, "speed", "speed [m/s]", levels),
+        "fig10-cost": plot_map(tank, "cost_of_transport", "cost of transport [J/(kg m)]", levels, lowest=True),
+    }
     costs = [trials[model].tank.cost_of_transport.isel(bias=0, amplitude=-1, phase=2).values for model in (OURS, PAPER)]
     rise, rise_ideal = (cost[-1] / cost[0] for cost in costs)
     phases, frequencies = published()["tank"]["phase_deg"], published()["tank"]["frequency_hz"]
-    text = prose("tank", phases=phases, frequencies=frequencies, rise=rise, rise_ideal=rise_ideal)
-    return [Section("The tank tests, Fig. 10", [text, speed, cost])]
+    return [compose("tank", figures, phases=phases, frequencies=frequencies, rise=rise, rise_ideal=rise_ideal)]
 
 
 def _lead(speed: Array) -> float:

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hypertuna.paper.chapter import Chapter, Trials
+from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import OURS, PAPER, Trial
 from hypertuna.paper.ledger import Finding, published, published_value
-from hypertuna.reports.html import WIDTH, Picture, Section
+from hypertuna.reports.html import WIDTH, Section
 from hypertuna.swimming.turn import fit_circle, nose_path, point_radius
 
 
@@ -23,20 +23,11 @@ def sections(trials: Trials) -> list[Section]:
     """Show the turning test."""
     from hypertuna.swimming.plots_turn import plot_turning
 
-    ours = trials[OURS]
-    point = published_value("turning/best-phase"), published_value("turning/radius-bl")
+    ours, point = trials[OURS], (published_value("turning/best-phase"), published_value("turning/radius-bl"))
     swept = {model: trials[model].turning for model in (PAPER, OURS)}
-    picture = Picture(
-        "turning",
-        plot_turning(swept, ours.robot.body.length, published=point, width=WIDTH),
-        "Mean distance of the nose from the center of the turn against the phase difference; open marks swim tail "
-        "first.",
-        "One-sided settled beats at 2 Hz and large amplitude, bias equal to amplitude; the star is Fig. 14(b)'s.",
-    )
+    figures = {"turning": plot_turning(swept, ours.robot.body.length, published=point, width=WIDTH)}
     radius, best = _turning(OURS, ours)
-    text = f"""The paper found its tightest turn at {point[0]:g} deg, with a radius of {point[1]:g} BL; the model's is
-at {best.computed:g} deg on the same grid. There its radius is {radius.computed:.3g} BL: {radius.note}."""
-    return [Section("Turning", [picture, text])]
+    return [compose("turning", figures, phase=point[0], published=point[1], radius=radius, best=best)]
 
 
 def _turning(model: str, trial: Trial) -> Iterator[Finding]:

@@ -10,7 +10,7 @@ import numpy as np
 from hypertuna.actuation.battery import range_of
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.paper.chapter import Chapter, Trials, prose
+from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import (
     COSTS,
     OURS,
@@ -24,7 +24,7 @@ from hypertuna.paper.computed import (
     run_published,
 )
 from hypertuna.paper.ledger import Finding, published, published_value
-from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table
+from hypertuna.reports.html import WIDTH, Section, Table
 from hypertuna.reports.results import posture_table, spelled_limits
 from hypertuna.simulation.posture_test import CLOSE, Held
 from hypertuna.simulation.run import TwinRun
@@ -57,13 +57,13 @@ def findings(twins: Twins) -> Iterator[Finding]:
 
 
 def sections(twins: Twins) -> list[Section]:
-    """Show the twin beside the paper."""
+    """Show the twin beside the paper: the eight gaits and what is behind them, and Fig. 8."""
     return [_swim_section(twins), _posture_section(twins)]
 
 
 def speed_table(twins: Twins) -> Table:
     """Tabulate the eight speeds, with amplitudes and power."""
-    rows: list[list[str | float]] = []
+    rows = []
     for name in SPEEDS:
         run, value = twins.gaits[name], published_value(f"speed/{name}")
         reached = ", ".join(f"{angle:.1f}" for angle in np.degrees(run.swing))
@@ -71,40 +71,26 @@ def speed_table(twins: Twins) -> Table:
         cells = [name, f"{run.gait.frequency:g}", setpoints, reached, f"{value:g}", f"{run.speed:.3f}"]
         error = f"{100 * (run.speed / value - 1):+.1f} %"
         rows.append([*cells, error, f"{run.power:.1f}", f"{run.cost_of_transport:.1f}"])
-    columns = ["gait", "f [Hz]", "set [deg]", "reached [deg]", "published [m/s]", "twin [m/s]", "error", "power [W]"]
-    return Table(
-        [*columns, "cost [J/(kg m)]"],
-        rows,
-        "The eight gaits of Table IV in the twin: half of the swing of each joint from left to right, speed, and the "
-        "electrical power of the servos.",
-        f"Runs of {SWIM:g} s; means over the last whole beats. No swimming data is used beyond Table III.",
-    )
+    angles, speeds = ["set [deg]", "reached [deg]"], ["published [m/s]", "twin [m/s]", "error"]
+    return Table(["gait", "f [Hz]", *angles, *speeds, "power [W]", "cost [J/(kg m)]"], rows)
 
 
 def tank_table(twins: Twins) -> Table:
     """Tabulate amplitudes over frequency beside those of the identified bandwidth."""
-    groups = twins.robot.joints
-    rows: list[list[str | float]] = []
+    groups, rows = twins.robot.joints, []
     for run in twins.tank:
-        row: list[str | float] = [f"{run.gait.frequency:g} Hz"]
+        row = [f"{run.gait.frequency:g} Hz"]
         for group, setpoint, amplitude in zip(groups, run.gait.amplitude, run.amplitude, strict=True):
             lag = 1 / np.sqrt(1 + (run.gait.frequency / group.bandwidth) ** 2) if group.bandwidth else np.nan
             row += [f"{np.degrees(amplitude):.1f}", f"{np.degrees(setpoint * lag):.1f}"]
         rows.append([*row, f"{run.speed:.3f}", f"{run.cost_of_transport:.1f}", spelled_limits(run.limits)])
     heads = [f"{group.name}: {what} [deg]" for group in groups for what in ("twin", "lag")]
-    both = " and ".join(f"{angle:g}" for angle in np.degrees(twins.tank[0].gait.amplitude).round(9))
-    return Table(
-        ["frequency", *heads, "speed [m/s]", "cost [J/(kg m)]", "active limits"],
-        rows,
-        f"Amplitude of the first harmonic of each joint where {both} deg are set, in the twin, and with a first-order "
-        f"lag of {bandwidths(twins.robot)} Hz that was identified from speeds.",
-        f"Runs of {SWIM:g} s in water at a phase difference of {TANK_PHASE:g} deg.",
-    )
+    return Table(["frequency", *heads, "speed [m/s]", "cost [J/(kg m)]", "active limits"], rows)
 
 
 def bore_table(bores: Bores) -> Table:
     """Tabulate the effect of the bore of the oil lines on the eight speeds."""
-    rows: list[list[str | float]] = []
+    rows = []
     for bore, gaits in bores.items():
         errors = [gaits[name][0] / published_value(f"speed/{name}") - 1 for name in SPEEDS]
         rms = 100 * math.sqrt(sum(error**2 for error in errors) / len(errors))
@@ -112,13 +98,7 @@ def bore_table(bores: Bores) -> Table:
         angles = ", ".join(f"{angle:.1f}" for angle in np.degrees(swing))
         cells = [f"{100 * error:+.0f} %" for error in errors]
         rows.append([f"{1e3 * bore:g} mm", f"{rms:.1f} %", *cells, angles, f"{power:.1f}"])
-    return Table(
-        ["bore", "rms error", *SPEEDS, "reached at 6 Hz [deg]", "power at 6 Hz [W]"],
-        rows,
-        "Errors of the eight speeds with oil lines of other bores, and amplitudes and power with the fastest "
-        "unoptimized gait.",
-        f"Runs of {SWIM:g} s, everything else as described.",
-    )
+    return Table(["bore", "rms error", *SPEEDS, "reached at 6 Hz [deg]", "power at 6 Hz [W]"], rows)
 
 
 def _powers(twins: Twins) -> Iterator[Finding]:
@@ -175,55 +155,31 @@ def _swim_section(twins: Twins) -> Section:
     """Show the eight gaits, amplitudes over frequency, and the pressures behind them."""
     from hypertuna.simulation.plots import plot_limits, plot_pressures, plot_twin
 
-    middle = twins.tank[len(twins.tank) // 2]
-    limits = Picture(
-        "twin-amplitude",
-        plot_limits([run.gait.frequency for run in twins.tank], _ratios(twins), _bandwidth(twins.robot), width=WIDTH),
-        "Amplitude that the joints reach over the one that is set, large amplitude in water, beside the first-order "
-        "lag that was identified from swimming speeds.",
-        f"The twin at {TANK_PHASE:g} deg of phase difference; first harmonic over the last whole beats.",
-    )
-    pressures = Picture(
-        "twin-pressures",
-        plot_pressures(middle, width=WIDTH),
-        f"Pressures of one beat at {middle.gait.frequency:g} Hz, large amplitude, in the pumps and behind the oil "
-        "lines in the drive units. Dotted: the controller's limit and cavitation.",
-        f"The last of {SWIM:g} s of the twin.",
-    )
-    whole = Picture(
-        "twin",
-        plot_twin(twins.gaits["unoptimised-max"], width=WIDTH),
-        "The fastest unoptimized gait in the twin: bend of both joints beside its setpoint, pressures, power, speed "
-        "and path.",
-        "Made as by `hypertuna twin --robot hypertuna --gait unoptimised-max --start swimming --plot twin.svg`.",
-    )
-    parts: list[Part] = [_swim_text(twins), limits, pressures, whole, tank_table(twins), speed_table(twins)]
-    parts += [bore_table(twins.bores)] if twins.bores else []
-    return Section("From servo to wake: the twin", parts)
-
-
-def _swim_text(twins: Twins) -> str:
-    """Describe the twin, and what it explains of the paper."""
+    middle, fastest = twins.tank[len(twins.tank) // 2], twins.gaits["unoptimised-max"]
+    frequencies = [run.gait.frequency for run in twins.tank]
     errors = {name: twins.gaits[name].speed / published_value(f"speed/{name}") - 1 for name in SPEEDS}
     slow, fast = twins.tank[0], twins.tank[-1]
     costs = {run.gait.frequency: run.cost_of_transport for run in twins.tank}
-
-    def reached(run: TwinRun) -> str:
-        one, two = (100 * run.amplitude[j] / run.gait.amplitude[j] for j in (0, 1))
-        return f"{one:.0f} and {two:.0f} %"
-
-    return prose(
+    return compose(
         "twin",
+        {
+            "twin-amplitude": plot_limits(frequencies, _ratios(twins), _bandwidth(twins.robot), width=WIDTH),
+            "twin-pressures": plot_pressures(middle, width=WIDTH),
+            "twin": plot_twin(fastest, width=WIDTH),
+            "tank": tank_table(twins),
+            "speeds": speed_table(twins),
+            "bores": bore_table(twins.bores),
+        },
         errors=errors,
         rms=float(np.sqrt(np.mean(np.square(list(errors.values()))))),
         worst=max(errors, key=lambda name: abs(errors[name])),
         slow=slow,
         fast=fast,
-        reached=reached,
+        middle=middle,
         bandwidth=bandwidths(twins.robot),
         lag=100 / np.sqrt(1 + (fast.gait.frequency / _bandwidth(twins.robot)) ** 2),
         limits=spelled_limits(fast.limits) if fast.limits else "",
-        fastest=twins.gaits["unoptimised-max"],
+        fastest=fastest,
         lake=twins.gaits[published()["lake"]["gait"]],
         measured=published_value("power/fastest"),
         measured_lake=published_value("power/lake"),
@@ -231,6 +187,10 @@ def _swim_text(twins: Twins) -> str:
         first=min(costs),
         last=max(costs),
         least=min(costs, key=lambda hertz: costs[hertz]),
+        setpoints=" and ".join(f"{angle:g}" for angle in np.degrees(slow.gait.amplitude).round(9)),
+        bores=twins.bores,
+        seconds=SWIM,
+        tank_phase=TANK_PHASE,
     )
 
 
@@ -239,18 +199,11 @@ def _posture_section(twins: Twins) -> Section:
     from hypertuna.simulation.plots import plot_posture
 
     test = twins.posture
-    name, degrees = test.held[0].name, np.degrees(test.held[0].angle)
-    picture = Picture(
-        "fig8",
-        plot_posture(test, width=WIDTH),
-        f"Fig. 8: bend of joint {name} from rest to {degrees:g} deg at one frequency; error of its peak bends, beat by "
-        "beat, at all of them; and the largest amplitude that it holds.",
-        "Made as by `hypertuna posture-test --robot hypertuna --plot fig8.svg`: in air, by the true bend.",
-    )
-    text = prose(
+    return compose(
         "posture",
-        joint=name,
-        degrees=degrees,
+        {"fig8": plot_posture(test, width=WIDTH), "posture": posture_table(test)},
+        joint=test.held[0].name,
+        degrees=np.degrees(test.held[0].angle),
         close=np.degrees(CLOSE),
         count=len(test.held),
         settled=[held.settling for held in test.held if held.settling is not None],
@@ -260,7 +213,6 @@ def _posture_section(twins: Twins) -> Section:
         angles=" and ".join(f"{np.degrees(held.angle):.3g}" for held in test.eased),
         times=[held.settling for held in test.eased if held.settling is not None],
     )
-    return Section("Posture control, Fig. 8", [picture, text, posture_table(test)])
 
 
 def _ratios(twins: Twins) -> dict[str, Array]:
