@@ -47,13 +47,13 @@ def test_battery_without_losses_gives_its_nominal_energy(tuna: ht.Robot) -> None
 
 
 def test_endurance_against_stepping_through_time(tuna: ht.Robot) -> None:
-    columns = battery_columns(tuna)
+    columns = np.array([*battery_columns(tuna).values()])
     taken, time, step = 0.0, 0.0, 20.0
     whole = 0.95 * 0.9 * 3.5 * 3600
     while taken < whole:  # Euler at the middle of each step
-        current = _core.battery_output(columns.values, np.array([taken]), np.array([20.0]))[0, 1]
+        current = _core.battery_output(columns, np.array([taken]), np.array([20.0]))[0, 1]
         middle = np.array([taken + current * step / 2])
-        taken += step * _core.battery_output(columns.values, middle, np.array([20.0]))[0, 1]
+        taken += step * _core.battery_output(columns, middle, np.array([20.0]))[0, 1]
         time += step
     found = range_of(tuna, power=20.0, speed=0.5, reserve=0.1)
     assert found.endurance == pytest.approx(time, abs=step)
@@ -65,8 +65,7 @@ def test_series_and_parallel_hold_the_same_energy(tuna: ht.Robot) -> None:
     rows = {}
     for series in (1, 2, 4):
         robot = with_battery(tuna, series=series, converter_v=None)
-        columns = battery_columns(robot)
-        rows[series] = dict(zip(columns.columns, columns.values, strict=True))
+        rows[series] = battery_columns(robot)
         assert rows[series]["charge"] * series == pytest.approx(4 * 3.5 * 3600)
         # n in series of n^2-fold resistance between one string and four: the same sag in watts.
         assert rows[series]["resistance"] / series**2 == pytest.approx(0.035 / 4)

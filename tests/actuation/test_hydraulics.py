@@ -17,6 +17,7 @@ from hypertuna.actuation.hydraulics import (
     servo_angle,
     supply_voltage,
     viscosity,
+    with_bore,
 )
 from hypertuna.actuation.sizing import POWERS, Size, largest_beat, size_pump
 from hypertuna.actuation.soft_joint import joint_tables
@@ -63,7 +64,7 @@ def test_lines_by_hand() -> None:
 
 
 def test_resistance_of_a_circuit_is_that_of_its_line(tuna: ht.Robot) -> None:
-    found = circuits(tuna, WARM, bore=0.004)
+    found = circuits(with_bore(tuna, 0.004), WARM)
     assert found.names == ("I-left", "I-right", "II-left", "II-right")
     mu = float(viscosity(tuna.oil, WARM)) * 870.0
     expected = [128 * mu * length / (np.pi * 0.004**4) for length in (0.08, 0.08, 0.20, 0.20)]
@@ -206,7 +207,7 @@ def test_oil_that_cannot_be_is_refused(tuna: ht.Robot, table: str, values: dict[
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"bore": [0.0]}, "bore must be greater than 0, but is 0 mm"),
+        ({"bore": [0.0]}, "bore must be greater than 0, but is 0: give the inner diameter of the lines in mm"),
         ({"frequency": [-1.0]}, "frequency must be greater than 0"),
         ({"amplitude": (0.1,)}, "amplitude must be 2 long"),
         ({"amplitude": (1.5, 0.1)}, r"amplitude_deg\[0\] must be at most what pump and joint can do"),

@@ -96,7 +96,7 @@ def test_the_shipped_constants_are_those_of_the_public_tests(tuna: ht.Robot, key
 
 
 BAD = {
-    "missing": (None, "must be a readable text file"),
+    "missing": (None, "bad.csv must be a file, but is missing"),
     "no names": ("1;2\n", "must have a row of names with Engineering Strain and Engineering Stress"),
     "no unit": ("Engineering Strain;Engineering Stress\n0;0\n", "bad.csv:1 must give the unit of the stress as .*none"),
     "odd unit": ("Engineering Strain;Engineering Stress (psi)\n0;0\n", "must give the unit.* but is psi"),

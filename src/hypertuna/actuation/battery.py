@@ -18,16 +18,8 @@ from hypertuna.ranges import Range as Limits
 POINTS = 32  # of Gauss-Legendre over the charge: voltage and current are smooth
 
 
-@dataclass(frozen=True)
-class BatteryColumns:
-    """The battery of a robot for the core."""
-
-    columns: tuple[str, ...]  # by their names in core/include/hypertuna/actuation/battery.hpp
-    values: Array  # (columns,) [SI]
-
-
-def battery_columns(robot: Robot) -> BatteryColumns:
-    """Return the battery of a robot for the core; it needs the number of cells in series."""
+def battery_columns(robot: Robot) -> dict[str, float]:
+    """Return the battery of a robot by the names of core battery.hpp [SI]; it needs the number of cells in series."""
     battery = require(robot.battery, "battery", robot)
     series = require(battery.series, "battery.series", robot)
     strings = battery.cells // series
@@ -40,8 +32,7 @@ def battery_columns(robot: Robot) -> BatteryColumns:
         "converter": math.inf if battery.converter is None else battery.converter,
         "efficiency": battery.efficiency,
     }
-    columns = tuple(_core.battery_columns())
-    return BatteryColumns(columns, np.array([row[name] for name in columns], dtype=np.float64))
+    return {name: float(row[name]) for name in _core.battery_columns()}
 
 
 @dataclass(frozen=True)
@@ -72,18 +63,16 @@ def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) 
     Limits(min=0, below=1).check(reserve, "reserve", "give the fraction of the charge to keep, such as 0.1")
     battery = require(robot.battery, "battery", robot)
     columns = battery_columns(robot)
-    charge = dict(zip(columns.columns, columns.values.tolist(), strict=True))["charge"]
-    taken = battery.usable * (1 - reserve) * charge * (np.polynomial.legendre.leggauss(POINTS)[0] + 1) / 2
-    ends = np.array([0.0, battery.usable * (1 - reserve) * charge])
-    at = _core.battery_output(columns.values, taken, np.full(POINTS, power))
-    edge = _core.battery_output(columns.values, ends, np.full(2, power))
+    row, whole = np.array([*columns.values()]), battery.usable * (1 - reserve) * columns["charge"]
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    at = _core.battery_output(row, whole * (nodes + 1) / 2, np.full(POINTS, power))
+    edge = _core.battery_output(row, np.array([0.0, whole]), np.full(2, power))
     if (edge[:, 0] * edge[:, 1] * battery.efficiency < power * (1 - 1e-9)).any():
         power_max = float((edge[:, 0] * edge[:, 1]).min() * battery.efficiency)
         rule = f"must be at most {power_max:.4g}, the battery's largest power with its inner resistance"
         raise InputError(rule, key="power", value=f"{power:g}", fix="give the mean power in W")
     # Time passes at 1 / current for each charge taken: Gauss-Legendre over the charge.
-    weights = np.polynomial.legendre.leggauss(POINTS)[1] * ends[1] / 2
-    endurance = float((weights / at[:, 1]).sum())
+    endurance = float((weights * whole / 2 / at[:, 1]).sum())
     energy = battery.cells * battery.capacity * battery.voltage
     return Range(
         power=power,

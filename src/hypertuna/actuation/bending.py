@@ -14,19 +14,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hypertuna.actuation.hydraulics import SIDES
-from hypertuna.actuation.soft_joint import (
-    LUMEN_MIN,
-    drive_unit,
-    joint_group,
-    muscle,
-    soft_joint,
-)
+from hypertuna.actuation.soft_joint import LUMEN_MIN, drive_unit, joint_group, muscle, soft_joint
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import dataset
+from hypertuna.ranges import check_name
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,14 +31,11 @@ LAWS: dict[str, dict[str, bool]] = {
     "corrected": {"printed": False, "nominal_stress": False, "inner_balance": False, "passive": True},
     "as_printed": {"printed": True, "nominal_stress": True, "inner_balance": True, "passive": False},
 }
+TRUE_STRESS = LAWS["as_printed"] | {"nominal_stress": False}
 STEPS: tuple[tuple[str, dict[str, bool], bool], ...] = (
     ("Eqs 4-18 as printed", LAWS["as_printed"], False),
-    ("Eqs 10-11: true stress on the deformed section", LAWS["as_printed"] | {"nominal_stress": False}, False),
-    (
-        "Eqs 12-13: balance on the outer diameter, deformed wall",
-        LAWS["as_printed"] | {"nominal_stress": False, "inner_balance": False},
-        False,
-    ),
+    ("Eqs 10-11: true stress on the deformed section", TRUE_STRESS, False),
+    ("Eqs 12-13: balance on the outer diameter, deformed wall", TRUE_STRESS | {"inner_balance": False}, False),
     ("stress as it varies through the wall", LAWS["corrected"] | {"passive": False}, False),
     ("walls of the other side resist", LAWS["corrected"], False),
     ("Eq. 4: friction, on the way up", LAWS["corrected"], True),
@@ -52,47 +44,24 @@ STEPS: tuple[tuple[str, dict[str, bool], bool], ...] = (
 
 @dataclass(frozen=True)
 class Bend:
-    """Bend of a joint under the pressure of one side.
-
-    Attributes
-    ----------
-    robot : Robot
-    joint, side, material, law : str
-        Joint group, side with the pressure, material set and equations.
-    friction : bool
-        Whether the braids rub.
-    pressure, angle : ndarray, shape (n,)
-        Rising gauge pressure [Pa] and angle toward its side [rad].
-    unload_pressure, unload_angle : ndarray or None, shape (n,)
-        The way back.
-    segments : ndarray, shape (n or 2 n, segments)
-        Angle of each segment all along [rad].
-    volume : ndarray, shape (n or 2 n,)
-        Oil that the muscles of that side have taken in since rest, all along [m^3].
-    braid_angle : float
-        Largest angle of any braid from its axis [rad].
-    lumen_left : float
-        Smallest part of its lumen that a stretched muscle keeps [1].
-    status, status_text : str
-        "free" or "locked", and a sentence.
-    """
+    """Bend of a joint under the pressure of one side."""
 
     robot: Robot
-    joint: str
-    side: str
-    material: str
-    law: str
-    friction: bool
-    pressure: Array
-    angle: Array
-    unload_pressure: Array | None
-    unload_angle: Array | None
-    segments: Array
-    volume: Array
-    braid_angle: float
-    lumen_left: float
-    status: str
-    status_text: str
+    joint: str  # name of the joint group
+    side: str  # under pressure, "left" or "right"
+    material: str  # material set
+    law: str  # equations, a key of `LAWS`
+    friction: bool  # whether the braids rub
+    pressure: Array  # (n,) rising gauge pressure [Pa]
+    angle: Array  # (n,) toward the side under pressure [rad]
+    unload_pressure: Array | None  # (n,) on the way back [Pa]
+    unload_angle: Array | None  # (n,) on the way back [rad]
+    segments: Array  # (n or 2 n, segments) angle of each segment, both ways [rad]
+    volume: Array  # (n or 2 n,) oil that the muscles of that side have taken in since rest, both ways [m^3]
+    braid_angle: float  # largest angle of any braid from its axis [rad]
+    lumen_left: float  # smallest fraction of its lumen that a stretched muscle keeps [1]
+    status: str  # "free" or "locked"
+    status_text: str  # sentence
 
     @property
     def loop_area(self) -> float:
@@ -125,11 +94,14 @@ class Bend:
         xarray.Dataset
             Dimension pressure; angle [rad] and, where asked for, unload_angle [rad] at the same pressures.
         """
-        text = "angle toward the side with the pressure"
-        variables = {"angle": ("pressure", self.angle, {"units": "rad", "long_name": f"{text}, on the way up"})}
+        branches = {"angle": (self.angle, "up")}
         if self.unload_angle is not None:
-            attributes = {"units": "rad", "long_name": f"{text}, on the way down"}
-            variables["unload_angle"] = ("pressure", self.unload_angle[::-1], attributes)
+            branches["unload_angle"] = (self.unload_angle[::-1], "down")
+        text = "angle toward the side with the pressure, on the way"
+        variables = {
+            name: ("pressure", values, {"units": "rad", "long_name": f"{text} {way}"})
+            for name, (values, way) in branches.items()
+        }
         coordinates = {"pressure": ("pressure", self.pressure, {"units": "Pa", "long_name": "gauge pressure"})}
         facts = {"joint": self.joint, "side": self.side, "material": self.material, "law": self.law}
         facts |= {"friction": str(self.friction).lower(), "status": self.status_text}
@@ -155,7 +127,7 @@ def bend(
     ----------
     robot : Robot
     joint : str or int
-        Name or index of the joint group.
+        Name or index of a joint group.
     pressure : array_like, shape (n,)
         Gauge pressures that rise [Pa]; the other side has none.
     side : str
@@ -183,14 +155,13 @@ def bend(
     --------
     >>> import numpy as np
     >>> import hypertuna as ht
-    >>> found = ht.bend(ht.load("hypertuna"), "I", [100e3, 250e3])
-    >>> np.degrees(found.angle).round(1).tolist()
+    >>> curve = ht.bend(ht.load("hypertuna"), "I", [100e3, 250e3])
+    >>> np.degrees(curve.angle).round(1).tolist()
     [9.5, 18.2]
     """
     rising = check_pressure(pressure)
     active = check_side(side)
-    if law not in LAWS:
-        raise InputError("must be a known law", key="law", value=shown(law), fix=did_you_mean(law, LAWS))
+    check_name(law, LAWS, "law", "law")
     chosen = material or drive_unit(robot).material_set
     model = soft_joint(robot, joint, chosen, friction=friction).with_law(**LAWS[law])
     path = np.concatenate([rising, rising[::-1]]) if unload else rising
@@ -260,14 +231,13 @@ def _muscles(
 ) -> dict[str, Any]:
     """Compute the state of the muscles: oil taken in, braid angle, lumens, and whether the joint locks."""
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
-    lever = actuator.lever * (1 + np.array([0.5, -0.5]) * actuator.asymmetry)
     strain = segments / np.array(actuator.segment_length)
     hose = muscle(robot, material)
 
     def lumen(stretch: Array) -> Array:
         return np.asarray(hose.at(stretch.ravel(), pressure=0.0)["lumen"]).reshape(stretch.shape)
 
-    short, long = 1 - lever[active] * strain, 1 + lever[1 - active] * strain
+    short, long = 1 - actuator.levers[active] * strain, 1 + actuator.levers[1 - active] * strain
     gain = lumen(short) - lumen(np.ones(1))
     volume = cast(int, group.drive_units) * (gain * np.array(actuator.segment_length)).sum(axis=1)
     left = float((lumen(long) / lumen(np.ones(1))).min())
@@ -299,13 +269,12 @@ class Step:
 def misprints(robot: Robot, joint: str | int, pressure: float, material: str | None = None) -> tuple[Step, ...]:
     """Correct the printed equations one by one, and return the bend at a pressure [Pa] after each step.
 
-    From the printed equations to the corrected ones with friction on loading; the effect of a correction depends on
-    those before it.
+    The effect of a correction depends on those before it; the last step is friction on loading.
     """
-    rising = check_pressure(pressure)
-    steps = []
-    for text, law, friction in STEPS:
+    pressures = np.array([[check_pressure(pressure)[0], 0.0]])
+
+    def angle(law: dict[str, bool], friction: bool) -> float:
         model = soft_joint(robot, joint, material, friction=friction).with_law(**law)
-        angle = float(np.asarray(model.bend(np.array([[rising[0], 0.0]]))).sum())
-        steps.append(Step(text, angle))
-    return tuple(steps)
+        return float(np.asarray(model.bend(pressures)).sum())
+
+    return tuple(Step(text, angle(law, friction)) for text, law, friction in STEPS)

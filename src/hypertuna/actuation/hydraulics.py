@@ -9,14 +9,22 @@ from numpy.typing import ArrayLike
 
 from hypertuna import _core
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, require
+from hypertuna.description.robot import Robot, parse, require
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.hydraulics import HOTTEST, Line, Oil, Pump, Servo
 from hypertuna.errors import InputError
+from hypertuna.ranges import POSITIVE
 
 SIDES = ("left", "right")
 DRIVES = "piston pump"  # key `drives` of the servos of circuits
+# Quantities of a circuit that the tables of pump, servo, line and oil have under the same name.
+SAME = (
+    ("crank", "rod", "neutral"),
+    ("friction", "speed", "bandwidth", "voltage", "stall_current", "idle_current", "inertia"),
+    ("compliance",),
+    ("bulk_modulus", "air", "cavitation"),
+)
 LAMINAR_INERTIA = 4 / 3  # momentum of Poiseuille's profile over that of plug flow
 ASTM_OFFSET = 0.7  # cSt, of ASTM D341
 
@@ -61,29 +69,25 @@ def viscosity(oil: Oil, temperature: ArrayLike) -> Array:
     return result
 
 
-def line_resistance(length: ArrayLike, bore: ArrayLike, dynamic_viscosity: ArrayLike) -> Array:
+def line_resistance(length: float, bore: float, dynamic_viscosity: float) -> float:
     """Return the laminar resistance of a line, 128 mu l / (pi d^4) (Poiseuille) [Pa s/m^3]."""
-    result: Array = 128 * np.asarray(dynamic_viscosity) * np.asarray(length) / (np.pi * np.asarray(bore) ** 4)
-    return result
+    return 128 * dynamic_viscosity * length / (np.pi * bore**4)
 
 
-def line_inertance(length: ArrayLike, bore: ArrayLike, density: ArrayLike) -> Array:
+def line_inertance(length: float, bore: float, density: float) -> float:
     """Return the inertance of a line in laminar flow, 4/3 rho l / (pi d^2 / 4) [Pa s^2/m^3].
 
     The factor holds for Poiseuille's profile, up to a Womersley number d/2 sqrt(w / nu) of about 2.
     """
-    result: Array = LAMINAR_INERTIA * np.asarray(density) * np.asarray(length) / (np.pi / 4 * np.asarray(bore) ** 2)
-    return result
+    return LAMINAR_INERTIA * density * length / (np.pi / 4 * bore**2)
 
 
-def line_loss(bore: ArrayLike, coefficient: ArrayLike, density: ArrayLike) -> Array:
+def line_loss(bore: float, coefficient: float, density: float) -> float:
     """Return the entry and exit loss of a line, coefficient x rho / (2 area^2) [Pa s^2/m^6]."""
-    area = np.pi / 4 * np.asarray(bore) ** 2
-    result: Array = np.asarray(coefficient) * np.asarray(density) / (2 * area**2)
-    return result
+    return coefficient * density / (2 * (np.pi / 4 * bore**2) ** 2)
 
 
-def rest_volume(robot: Robot, group: JointGroup) -> float:
+def _rest_volume(robot: Robot, group: JointGroup) -> float:
     """Return the volume of the drive units of one side at rest: straight lumens as long as the neutral layer [m^3]."""
     unit = require(robot.drive_unit, "drive_unit", robot)
     actuator = require(group.actuator, f"joints.{group.name}.actuator", robot)
@@ -105,13 +109,6 @@ def pump_servo(robot: Robot) -> Servo:
     return servo
 
 
-def oil_of(robot: Robot, temperature: float | None = None) -> tuple[Oil, float, float]:
-    """Return the oil of a robot, its temperature [K], the robot's own by default, and its viscosity [m^2/s]."""
-    oil = require(robot.oil, "oil", robot)
-    at = oil.temperature if temperature is None else temperature
-    return oil, at, float(viscosity(oil, at))
-
-
 def supply_voltage(robot: Robot) -> float:
     """Return the voltage at the servos [V]: the converter's, else the battery's nominal, else the servos' rated one."""
     battery, rated = robot.battery, require(pump_servo(robot).voltage, "servos.voltage_v", robot)
@@ -121,33 +118,39 @@ def supply_voltage(robot: Robot) -> float:
     return nominal if battery.converter is None else min(nominal, battery.converter)
 
 
-def circuits(robot: Robot, temperature: float | None = None, *, bore: float | None = None) -> Circuits:
-    """Return the circuits of a robot at an oil temperature [K] and with a bore of all lines [m], its own by default.
+def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
+    """Return the circuits of a robot at an oil temperature [K], its own by default.
 
     They are filled so that all pressures are the line's fill pressure with the joint straight and the servos at zero.
     """
-    if bore is not None and not 0 < bore < np.inf:
-        fix = "give the inner diameter of the lines"
-        raise InputError("must be greater than 0", key="bore", value=f"{bore * 1e3:g} mm", fix=fix)
     pump = require(robot.pump, "pump", robot)
-    oil, at, nu = oil_of(robot, temperature)
+    oil = require(robot.oil, "oil", robot)
+    at = oil.temperature if temperature is None else temperature
+    nu = float(viscosity(oil, at))
     servo = pump_servo(robot)
     names, rows = [], []
     for group in robot.joints:
         line = require(group.line, f"joints.{group.name}.line", robot)
-        if bore is not None:
-            line = line.model_copy(update={"bore": bore})
         if line.fill_pressure <= oil.cavitation:
             rule, fix = f"must be more than oil.cavitation_pa = {oil.cavitation:g}", "fill the circuit with more oil"
             key, value = f"joints.{group.name}.line.fill_pressure_pa", f"{line.fill_pressure:g}"
             raise InputError(rule, file=robot.file or None, key=key, value=value, fix=fix)
-        row = _circuit(pump, servo, oil, line, rest_volume(robot, group), nu)
-        for side in SIDES:
-            names.append(f"{group.name}-{side}")
-            rows.append(row)
+        row = _circuit(pump, servo, oil, line, _rest_volume(robot, group), nu)
+        names += [f"{group.name}-{side}" for side in SIDES]
+        rows += [row] * len(SIDES)
     columns = tuple(_core.circuit_columns())
     values = np.array([[row[name] for name in columns] for row in rows], dtype=np.float64)
     return Circuits(tuple(names), columns, values, at, nu)
+
+
+def with_bore(robot: Robot, bore: float) -> Robot:
+    """Return a robot with another bore of all lines [m]."""
+    POSITIVE.check(1e3 * bore, "bore", "give the inner diameter of the lines in mm")
+    document = robot.document()
+    for k, joint in enumerate(document["joints"]):
+        line = require(joint.get("line"), f"joints[{k}].line", robot)
+        line["bore_m"] = bore
+    return parse(document, file=robot.file)
 
 
 def servo_angle(hydraulics: Circuits, volume: ArrayLike, circuit: int = 0) -> Array:
@@ -174,27 +177,16 @@ def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: fl
     held = rest + np.pi / 4 * line.bore**2 * line.length
     fill = line.fill_pressure
     swollen = 1 - fill / oil.bulk_modulus + oil.air * _core.ATMOSPHERE / (_core.ATMOSPHERE + fill)
-    return {
+    parts = zip((pump, servo, line, oil), SAME, strict=True)
+    return {name: getattr(part, name) for part, names in parts for name in names} | {
         "area": area,
-        "crank": pump.crank,
-        "rod": pump.rod,
-        "neutral": pump.neutral,
         "start": on,
         "chamber": chamber,
         "stall_torque": servo.torque,
-        "friction": servo.friction,
-        **{
-            name: getattr(servo, name)
-            for name in ("speed", "bandwidth", "voltage", "stall_current", "idle_current", "inertia")
-        },
-        "resistance": float(line_resistance(line.length, line.bore, nu * oil.density)),
-        "loss": float(line_loss(line.bore, line.loss, oil.density)),
-        "inertance": float(line_inertance(line.length, line.bore, oil.density)),
+        "resistance": line_resistance(line.length, line.bore, nu * oil.density),
+        "loss": line_loss(line.bore, line.loss, oil.density),
+        "inertance": line_inertance(line.length, line.bore, oil.density),
         "oil_pump": chamber / swollen,
         "oil_unit": (held + line.compliance * fill) / swollen,
         "unit_rest": held,
-        "compliance": line.compliance,
-        "bulk_modulus": oil.bulk_modulus,
-        "air": oil.air,
-        "cavitation": oil.cavitation,
     }

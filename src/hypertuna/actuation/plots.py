@@ -23,13 +23,13 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend], *, width: float = WIDTH) -> 
     figure = Figure(figsize=(width, 0.4 * width + 1.4), layout="constrained")
     axes = figure.subplots()
     pressure = bend.pressure / 1e3
-    angles = np.degrees([found.angle for found in sets.values()])
+    angles = np.degrees([curve.angle for curve in sets.values()])
     if len(angles) > 1:
         axes.fill_between(pressure, angles.min(axis=0), angles.max(axis=0), color=FAINT, alpha=0.15, lw=0)
     _draw_loop(axes, bend)
-    others = (found for name, found in sets.items() if name != bend.material)
-    for found, dashes in zip(others, DASHES, strict=False):
-        axes.plot(pressure, np.degrees(found.angle), color=FAINT, lw=1.1, ls=dashes, label=f"{found.material} set")
+    others = (curve for name, curve in sets.items() if name != bend.material)
+    for curve, dashes in zip(others, DASHES, strict=False):
+        axes.plot(pressure, np.degrees(curve.angle), color=FAINT, lw=1.1, ls=dashes, label=f"{curve.material} set")
     group = next(group for group in bend.robot.joints if group.name == bend.joint)
     if group.bend_max is not None and group.pressure_max is not None:
         place = (group.pressure_max / 1e3, np.degrees(group.bend_max))
@@ -43,18 +43,16 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend], *, width: float = WIDTH) -> 
 
 def _draw_loop(axes: Axes, bend: Bend) -> None:
     """Draw loading and unloading, with an arrow in the middle of each."""
-    color = COLORS[1]
-    branches = [(bend.pressure / 1e3, np.degrees(bend.angle), "-", "loading")]
+    branches = [(bend.pressure, bend.angle, COLORS[1], "loading")]
     if bend.unload_pressure is not None and bend.unload_angle is not None:
-        branches.append((bend.unload_pressure / 1e3, np.degrees(bend.unload_angle), "-", "unloading"))
-    for k, (pressure, angle, line, text) in enumerate(branches):
-        shade = color if k == 0 else COLORS[0]
-        axes.plot(pressure, angle, line, color=shade, zorder=3, label=f"{bend.material}, {text}")
-        middle = len(pressure) // 2
-        if len(branches) > 1 and 0 < middle < len(pressure) - 1:
-            before, after = ((pressure[k], angle[k]) for k in (middle - 1, middle))
-            style = {"arrowstyle": "-|>", "color": shade, "lw": 0, "mutation_scale": 13}
-            axes.annotate("", after, before, arrowprops=style)
+        branches.append((bend.unload_pressure, bend.unload_angle, COLORS[0], "unloading"))
+    for pressure, angle, color, text in branches:
+        points = np.stack([pressure / 1e3, np.degrees(angle)], axis=1)
+        axes.plot(*points.T, "-", color=color, zorder=3, label=f"{bend.material}, {text}")
+        middle = len(points) // 2
+        if len(branches) > 1 and 0 < middle < len(points) - 1:
+            style = {"arrowstyle": "-|>", "color": color, "lw": 0, "mutation_scale": 13}
+            axes.annotate("", points[middle], points[middle - 1], arrowprops=style)
 
 
 DASHED = (0, (4, 3))
@@ -90,20 +88,18 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
                 axis[3].format(value * axis[1]) for axis, value in zip(across, line, strict=True) if axis in varied
             )
             big = 2.2 * (len(lines) - 1 - k) / max(1, len(lines) - 1)  # what is drawn first shows beneath the rest
-            marks = dict(POINTS) | {
-                "color": color,
-                "marker": SHAPES[k % len(SHAPES)],
-                "ms": 5.5 + big,
-            }
+            marks = dict(POINTS) | {"color": color, "marker": SHAPES[k % len(SHAPES)], "ms": 5.5 + big}
             panels[0, column].plot(x, bend, **marks, label=label or None)
-            limited = [
-                (at, angle) for at, angle, size in zip(x, bend, chosen, strict=True) if "pressure" in size.limits
-            ]
-            panels[0, column].plot(*np.reshape(limited, (-1, 2)).T, ls="none", **marks | {"mfc": "white", "mec": color})
+            limited = ["pressure" in size.limits for size in chosen]
+            hollow = marks | {"ls": "none", "mfc": "white", "mec": color}
+            panels[0, column].plot(np.compress(limited, x), np.compress(limited, bend), **hollow)
             below = [size.power["total"] if powers else size.corner for size in chosen]
             panels[1, column].plot(x, below, **marks)
         same = [axis[3].format(_value(mine[0], axis[0]) * axis[1]) for axis in across if axis not in varied]
-        _finish(panels[0, column], panels[1, column], mine, along[2], same)
+        command = float(np.degrees(mine[0].command))
+        panels[0, column].axhline(command, color=INK, lw=1, ls=DASHED)
+        panels[0, column].set(title=", ".join([f"Joint {joint}: {command:.3g}°", *same]))
+        panels[1, column].set_xlabel(along[2])
     for axes in panels[0]:
         axes.set_ylim(*np.degrees(max(size.command for size in sizes)) * np.array([-0.03, 1.08]))
     panels[0, 0].set_ylabel("bend reached [deg]")
@@ -118,13 +114,8 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
     handles, texts = panels[0, 0].get_legend_handles_labels()
     handles.append(panels[0, 0].plot([], [], color=INK, lw=1, ls=DASHED)[0])
     handles.append(panels[0, 0].plot([], [], "o", color=FAINT, mfc="white")[0])
-    figure.legend(
-        handles,
-        [*texts, "commanded", "at the pressure limit"],
-        loc="outside upper center",
-        ncols=7 if width >= WIDTH else 4,
-        **TIGHT,
-    )
+    texts += ["commanded", "at the pressure limit"]
+    figure.legend(handles, texts, loc="outside upper center", ncols=7 if width >= WIDTH else 4, **TIGHT)
     return figure
 
 
@@ -132,11 +123,3 @@ def _value(size: Size, name: str) -> float:
     """Return a value of an axis, temperatures in degrees Celsius, rounded so that equal ones compare equal."""
     value = float(getattr(size, name))
     return round(value - ZERO_CELSIUS, 9) if name == "temperature" else round(value, 12)
-
-
-def _finish(top: Axes, bottom: Axes, sizes: Sequence[Size], label: str, same: Sequence[str]) -> None:
-    """Label the axes of one joint, and draw the command."""
-    command = float(np.degrees(sizes[0].command))
-    top.axhline(command, color=INK, lw=1, ls=DASHED)
-    top.set(title=", ".join([f"Joint {sizes[0].joint}: {command:.3g}°", *same]))
-    bottom.set_xlabel(label)

@@ -16,6 +16,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
+from hypertuna.io.tables import read_text
 
 UP_TO = 1.0  # engineering strain up to which a test is fitted: that of a data sheet's modulus
 POINTS_MIN = 5  # of a fit
@@ -77,13 +78,7 @@ class TensileFit:
 
 def read_tensile(path: str | Path) -> TensileTest:
     """Read a tensile test from a CSV file; errors name file and line."""
-    file = str(path)
-    try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8"
-        fix = "give the CSV file of a tensile test"
-        raise InputError("must be a readable text file", file=file, value=f"not ({reason})", fix=fix) from None
+    file, lines = str(path), read_text(path, "the CSV file of a tensile test").splitlines()
     head, columns, (percent, scale), true = _columns(lines, file)
     mark = ";" if ";" in lines[head] else ","
     rows, omitted = [], 0
@@ -159,10 +154,8 @@ def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], tuple[f
             unit = re.search(r"\((\w+)\)", names[stress])
             if unit is None or unit[1] not in PASCALS:
                 value = unit[1] if unit else "none"
-                rule = "must give the unit of the stress as (Pa), (kPa) or (MPa)"
-                raise InputError(
-                    rule, file=f"{file}:{k + 1}", value=value, fix="name the column Engineering Stress (MPa)"
-                )
+                rule, fix = "must give the unit of the stress as (Pa), (kPa) or (MPa)", "write Engineering Stress (MPa)"
+                raise InputError(rule, file=f"{file}:{k + 1}", value=value, fix=fix)
             percent = 0.01 if "%" in names[strain] or "percent" in names[strain] else 1.0
             return k, (strain, stress), (percent, PASCALS[unit[1]]), kind == "true"
     rule = "must have a row of names with Engineering Strain and Engineering Stress (MPa)"

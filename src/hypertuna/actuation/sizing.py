@@ -6,17 +6,20 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from hypertuna import _core
-from hypertuna.actuation.hydraulics import Circuits, circuits, servo_angle, supply_voltage
+from hypertuna.actuation.hydraulics import Circuits, circuits, servo_angle, supply_voltage, with_bore
 from hypertuna.actuation.soft_joint import JointTable, joint_tables
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, parse, require
+from hypertuna.description.robot import Robot, require
+from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.errors import InputError
+from hypertuna.io.quantity import Column, columns
 
+DEGREES = 180 / math.pi
 SAMPLE = 1e-3  # s between rows of a run
 BEATS, LAGS = 4, 6.0  # length of a run: beats and time constants of the line, whichever is longer
 STABLE = 1.5  # stiffness times step; Runge-Kutta is stable up to 2.7
@@ -34,35 +37,37 @@ POWERS = ("idle", "holding", "hydraulic", "friction", "inertia", "braking")
 class Size:
     """One joint at one frequency, line bore and oil temperature."""
 
-    joint: str  # name of the joint group
-    frequency: float  # Hz, of the beat
-    bore: float  # m, of the line
-    temperature: float  # K, of the oil
-    viscosity: float  # m^2/s, kinematic viscosity of the oil
-    command: float  # rad, amplitude commanded to the servos
-    torque: float  # N m, of a servo at the joint's pressure limit, with friction
-    torque_limit: float  # N m, at stall
-    speed: float  # rad/s, largest rate of a servo that follows the beat exactly
-    speed_limit: float  # rad/s, without load
-    stroke: float  # rad, largest servo angle to either side for the command
-    stroke_limit: float  # rad, dead center on that side
-    resistance: float  # Pa s/m^3, of the line
-    inertance: float  # Pa s^2/m^3, of the line
-    capacity_rest: float  # m^3/Pa, volume that one side takes up per pressure, at rest
-    capacity: float  # m^3/Pa, the same up to the pressure limit
-    corner_rest: float  # Hz, corner frequency of the line with the capacity at rest, 1 / (2 pi R C)
-    corner: float  # Hz, with the capacity up to the pressure limit
-    resonance: float  # Hz, of the line's inertance with that capacity, 1 / (2 pi sqrt(I C))
-    damping: float  # damping ratio of that resonance
-    ring: float  # Hz, of the inertance with oil and air of the cylinder at the fill pressure: excited by servo steps
-    ring_damping: float  # damping ratio of that resonance
-    drop: float  # Pa, largest pressure drop along the line if the joint follows the command, by laminar flow
-    reynolds: float  # largest Reynolds number of that flow
-    amplitude: float  # rad, first harmonic of the bend reached, in air and without mass
-    lag: float  # rad, behind the command
-    command_fraction: float  # of the command that the servos get, less than 1 at the pressure limit
-    pressure_max: float  # Pa, of the cylinders
-    pressure_min: float  # Pa
+    joint: Annotated[str, Column("joint")]  # name of the joint group
+    temperature: Annotated[float, Column("temperature_c", offset=-ZERO_CELSIUS)]  # K, of the oil
+    frequency: Annotated[float, Column("frequency_hz")]  # Hz, of the beat
+    bore: Annotated[float, Column("bore_mm", 1e3)]  # m, of the line
+    viscosity: Annotated[float, Column("viscosity_mm2_s", 1e6)]  # m^2/s, kinematic viscosity of the oil
+    command: Annotated[float, Column("command_deg", DEGREES)]  # rad, amplitude commanded to the servos
+    torque: Annotated[float, Column("torque_n_m")]  # N m, of a servo at the joint's pressure limit, with friction
+    torque_limit: Annotated[float, Column("torque_limit_n_m")]  # N m, at stall
+    speed: Annotated[float, Column("servo_speed_rad_s")]  # rad/s, largest rate of a servo that follows the beat exactly
+    speed_limit: Annotated[float, Column("servo_speed_limit_rad_s")]  # rad/s, without load
+    stroke: Annotated[float, Column("stroke_deg", DEGREES)]  # rad, largest servo angle to either side for the command
+    stroke_limit: Annotated[float, Column("stroke_limit_deg", DEGREES)]  # rad, dead center on that side
+    resistance: Annotated[float, Column("line_resistance_pa_s_m3")]  # Pa s/m^3, of the line
+    inertance: Annotated[float, Column("line_inertance_pa_s2_m3")]  # Pa s^2/m^3, of the line
+    capacity_rest: Annotated[float, Column("capacity_rest_m3_pa")]  # m^3/Pa, volume of one side per pressure, at rest
+    capacity: Annotated[float, Column("capacity_m3_pa")]  # m^3/Pa, the same up to the pressure limit
+    corner_rest: Annotated[float, Column("corner_rest_hz")]  # Hz, of the line with `capacity_rest`, 1 / (2 pi R C)
+    corner: Annotated[float, Column("corner_hz")]  # Hz, with `capacity`
+    resonance: Annotated[float, Column("resonance_hz")]  # Hz, of the inertance with `capacity`, 1 / (2 pi sqrt(I C))
+    damping: Annotated[float, Column("damping_ratio")]  # of that resonance
+    # Hz, of the inertance with oil and air of the cylinder at the fill pressure: excited by servo steps
+    ring: Annotated[float, Column("ring_hz")]
+    ring_damping: Annotated[float, Column("ring_damping_ratio")]  # of that resonance
+    # Pa, largest pressure drop along the line if the joint follows the command, by laminar flow
+    drop: Annotated[float, Column("pressure_drop_kpa", 1e-3)]
+    reynolds: Annotated[float, Column("reynolds")]  # largest Reynolds number of that flow
+    amplitude: Annotated[float, Column("amplitude_deg", DEGREES)]  # rad, first harmonic of the bend, in air, massless
+    lag: Annotated[float, Column("lag_deg", DEGREES)]  # rad, behind the command
+    command_fraction: Annotated[float, Column("command_fraction")]  # for the servos, less than 1 at the pressure limit
+    pressure_max: Annotated[float, Column("pressure_max_kpa", 1e-3)]  # Pa, of the cylinders
+    pressure_min: Annotated[float, Column("pressure_min_kpa", 1e-3)]  # Pa
     limits: tuple[str, ...]  # what limits the bend: "pressure", "suction", "servo"
     power: dict[str, float]  # W, mean electrical power of both servos: ``total`` and its shares `POWERS`
 
@@ -70,6 +75,16 @@ class Size:
     def turbulent(self) -> bool:
         """Whether the line's flow is turbulent, so that the drop is underestimated."""
         return self.reynolds > LAMINAR
+
+    def record(self) -> dict[str, Any]:
+        """Return the case by the names of JSON and files."""
+        margins = {
+            "torque_margin": self.torque_limit / self.torque - 1,
+            "servo_speed_margin": self.speed_limit / self.speed - 1,
+            "stroke_margin": self.stroke_limit / self.stroke - 1,
+        }
+        power = {f"power_{name}_w": watts for name, watts in self.power.items()}
+        return columns(self) | margins | {"turbulent": self.turbulent, "limits": list(self.limits)} | power
 
 
 def largest_beat(robot: Robot) -> tuple[float, tuple[float, ...]]:
@@ -99,11 +114,12 @@ def size_pump(
     _check(robot, frequency, amplitude)
     tables = joint_tables(robot)
     cases = list(itertools.product(frequency, bore, temperature))
-    built = {(d, t): circuits(robot, t, bore=d) for d in bore for t in temperature}  # checks all input
+    variants = {d: robot if d is None else with_bore(robot, d) for d in bore}
+    built = {(d, t): circuits(variants[d], t) for d in bore for t in temperature}  # checks all input
     sizes = []
     for k, (f, d, t) in enumerate(cases):
         for j, angle in enumerate(amplitude):
-            sizes.append(_size(robot, built[d, t], tables[j], j, d, f, angle))
+            sizes.append(_size(variants[d], built[d, t], tables[j], j, f, angle))
         if progress is not None:
             progress(k + 1, len(cases))
     return sizes
@@ -124,22 +140,13 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
         raise InputError(rule, key="frequency", value=f"{slowest:g}", fix="slower beats take too long to compute")
 
 
-def _size(
-    robot: Robot,
-    hydraulics: Circuits,
-    table: JointTable,
-    j: int,
-    bore: float | None,
-    frequency: float,
-    amplitude: float,
-) -> Size:
+def _size(robot: Robot, hydraulics: Circuits, table: JointTable, j: int, frequency: float, amplitude: float) -> Size:
     """Size one joint."""
     group, supply = robot.joints[j], supply_voltage(robot)
     limit = require(group.pressure_max, f"joints.{group.name}.pressure_max_pa", robot)
     column = hydraulics.row(2 * j)
     hose = require(group.line, "joints.line", robot)
     line = _line(hydraulics, table, j, limit, hose.fill_pressure)
-    bore = hose.bore if bore is None else bore
     time, period = _times(frequency, line["resistance"] * line["capacity_rest"])
     target = _target(hydraulics, table, j, amplitude * np.sin(2 * np.pi * frequency * time))
     rows = np.ascontiguousarray(hydraulics.values[2 * j : 2 * j + 2])
@@ -149,12 +156,12 @@ def _size(
     return Size(
         joint=group.name,
         frequency=frequency,
-        bore=bore,
+        bore=hose.bore,
         temperature=hydraulics.temperature,
         viscosity=hydraulics.viscosity,
         command=amplitude,
         drop=line["resistance"] * flow + column["loss"] * flow**2,
-        reynolds=4 * flow / (np.pi * bore * hydraulics.viscosity),
+        reynolds=4 * flow / (np.pi * hose.bore * hydraulics.viscosity),
         command_fraction=fraction,
         **line,
         **_servo(column, rows[0], target[-period:], time[1], supply / column["voltage"], limit),
@@ -206,10 +213,11 @@ def _line(hydraulics: Circuits, table: JointTable, j: int, limit: float, fill: f
     """Compute line and actuator for small motions, and up to the pressure limit."""
     column = hydraulics.row(2 * j)
     resistance, inertance = column["resistance"], column["inertance"]
-    rest, capacity_rest = table.at([0.0]), _capacity_rest(table)
+    rest, step = table.at([0.0]), table.step / 2
+    stiffness = -np.diff(table.at([-step, step])["elastic"])[0] / (2 * step)
+    capacity_rest = float(rest["slope"][0, 0] ** 2 / stiffness)  # for small motions
     # The pressure of one side alone, the other one open, that balances the silicone at each angle.
-    angles = table.angle[table.angle >= 0]
-    at = table.at(angles)
+    at = table.at(table.angle[table.angle >= 0])
     held = -at["elastic"] / at["slope"][:, 0]
     volume = float(np.interp(limit, held, at["volume"][:, 0])) - float(rest["volume"][0, 0])
     capacity = volume / limit
@@ -227,13 +235,6 @@ def _line(hydraulics: Circuits, table: JointTable, j: int, limit: float, fill: f
         "ring": 1 / (2 * np.pi * math.sqrt(inertance * compliance)),
         "ring_damping": resistance / 2 * math.sqrt(compliance / inertance),
     }
-
-
-def _capacity_rest(table: JointTable) -> float:
-    """Return the volume that one side takes up per pressure, for small motions about rest [m^3/Pa]."""
-    step = table.step / 2
-    stiffness = -np.diff(table.at([-step, step])["elastic"])[0] / (2 * step)
-    return float(table.at([0.0])["slope"][0, 0] ** 2 / stiffness)
 
 
 def _times(frequency: float, lag: float) -> tuple[Array, int]:
@@ -271,22 +272,13 @@ def _limited(
     rows: Array, table: JointTable, supply: float, target: Array, frequency: float, period: int, limit: float
 ) -> tuple[dict[str, Array], float]:
     """Run a beat, with the largest fraction of the command at which the cylinders stay below the pressure limit."""
+    interval = 1 / (period * frequency)
+    steps = max(1, math.ceil(interval * _core.circuit_stiffness(rows[0], STIFF, 0.0) / STABLE))
+    options: dict[str, Any] = {"supply": supply, "interval": interval, "steps": steps}
+    options |= {"first": table.first, "step": table.step, "stop": table.stop}
 
     def run(fraction: float) -> dict[str, Array]:
-        stiff = _core.circuit_stiffness(rows[0], STIFF, 0.0)
-        interval = 1 / (period * frequency)
-        steps = max(1, math.ceil(interval * stiff / STABLE))
-        return _core.run_pair(
-            rows,
-            table.points,
-            first=table.first,
-            step=table.step,
-            stop=table.stop,
-            target=np.ascontiguousarray(fraction * target),
-            supply=supply,
-            interval=interval,
-            steps=steps,
-        )
+        return _core.run_pair(rows, table.points, target=np.ascontiguousarray(fraction * target), **options)
 
     whole, low, high = run(1.0), 0.0, 1.0
     if whole["pump_pressure"][-period:].max() <= limit:
@@ -296,12 +288,3 @@ def _limited(
         within = run(middle)["pump_pressure"][-period:].max() <= limit
         low, high = (middle, high) if within else (low, middle)
     return run(low), low
-
-
-def with_bore(robot: Robot, bore: float) -> Robot:
-    """Return a robot with another bore of all lines [m]."""
-    document = robot.document()
-    for k, joint in enumerate(document["joints"]):
-        line = require(joint.get("line"), f"joints[{k}].line", robot)
-        line["bore_m"] = bore
-    return parse(document, file=robot.file)

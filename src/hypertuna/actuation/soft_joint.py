@@ -6,7 +6,6 @@ The equations are in core muscle.hpp, joint.hpp and joint_table.hpp; docs/actuat
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import cast, get_args
 
@@ -16,7 +15,7 @@ from numpy.typing import ArrayLike
 from hypertuna import _core
 from hypertuna.actuation.silicone import Mooney
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, require
+from hypertuna.description.robot import Robot, cached, require
 from hypertuna.description.schema.actuator import Actuator, DriveUnit, Material, MaterialSet, Reduced
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.errors import InputError, did_you_mean, shown
@@ -31,10 +30,7 @@ COLUMNS = (
 )
 LUMEN_MIN = 0.05  # lumen of the stretched side over that at rest at which the joint locks and a table ends
 PRESSURE_MAX = 20e6  # Pa, at which a table ends if the joint does not lock below
-TABLES_MAX = 256  # sets of tables that are cached, 40 kB each
 STOP = 20.0  # stiffness beyond a table's end over that at rest
-
-_tables: dict[tuple[Hashable, ...], tuple[JointTable, ...]] = {}  # by all that they depend on
 
 
 @dataclass(frozen=True)
@@ -128,12 +124,11 @@ def soft_joint(
     """Return a joint by name or index for the core, with a material set and with or without friction of its braids."""
     group, actuator = joint_group(robot, joint)
     matrix = mooney(robot, drive_unit(robot).matrix, material)
-    half = 0.5 * actuator.asymmetry
     inertia = np.pi / 4 * np.array(actuator.semi_major) * np.array(actuator.semi_minor) ** 3  # of an ellipse
     return _core.SoftJoint(
         muscle(robot, material, friction=friction),
         units=cast(int, group.drive_units),
-        lever=(actuator.lever * (1 + half), actuator.lever * (1 - half)),
+        lever=actuator.levers,
         length=list(actuator.segment_length),
         stiffness=(actuator.stiffness_factor * matrix.modulus * inertia).tolist(),
     )
@@ -149,17 +144,9 @@ def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257
     points = WHOLE.check(points, "points", "omit it for 257")
     if points < 3 or points % 2 == 0:
         raise InputError("must be odd and at least 3", key="points", value=str(points), fix="omit it for 257")
-    unit = drive_unit(robot)
-    hose, matrix = robot.materials[unit.hose], robot.materials[unit.matrix]
-    joints = tuple((group.name, group.drive_units, group.actuator, group.reduced) for group in robot.joints)
-    key = (unit, hose, matrix, joints, material, points)
-    tables = _tables.get(key)  # looked up once: another thread may clear the cache in between
-    if tables is None:
-        tables = tuple(_table(robot, g, material, points) for g in range(len(robot.joints)))
-        if len(_tables) >= TABLES_MAX:
-            _tables.clear()
-        _tables[key] = tables
-    return tables
+    groups = range(len(robot.joints))
+    key = ("joint tables", material, points)
+    return cached(robot, key, lambda: tuple(_table(robot, g, material, points) for g in groups))
 
 
 def _table(robot: Robot, g: int, material: str | None, points: int) -> JointTable:

@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
-import numpy as np
-
 from hypertuna.actuation.hydraulics import circuits
 from hypertuna.actuation.sizing import Size, largest_beat, size_pump
 from hypertuna.cli import options as opt
@@ -21,40 +19,9 @@ from hypertuna.errors import InputError
 from hypertuna.io.files import dataset, rows_csv
 from hypertuna.swimming.gait import named_gait
 
-# Of a size: name with its unit, attribute, factor from SI.
-COLUMNS = (
-    ("frequency_hz", "frequency", 1.0),
-    ("bore_mm", "bore", 1e3),
-    ("viscosity_mm2_s", "viscosity", 1e6),
-    ("command_deg", "command", 180 / math.pi),
-    ("torque_n_m", "torque", 1.0),
-    ("torque_limit_n_m", "torque_limit", 1.0),
-    ("servo_speed_rad_s", "speed", 1.0),
-    ("servo_speed_limit_rad_s", "speed_limit", 1.0),
-    ("stroke_deg", "stroke", 180 / math.pi),
-    ("stroke_limit_deg", "stroke_limit", 180 / math.pi),
-    ("line_resistance_pa_s_m3", "resistance", 1.0),
-    ("line_inertance_pa_s2_m3", "inertance", 1.0),
-    ("capacity_rest_m3_pa", "capacity_rest", 1.0),
-    ("capacity_m3_pa", "capacity", 1.0),
-    ("corner_rest_hz", "corner_rest", 1.0),
-    ("corner_hz", "corner", 1.0),
-    ("resonance_hz", "resonance", 1.0),
-    ("damping_ratio", "damping", 1.0),
-    ("ring_hz", "ring", 1.0),
-    ("ring_damping_ratio", "ring_damping", 1.0),
-    ("pressure_drop_kpa", "drop", 1e-3),
-    ("reynolds", "reynolds", 1.0),
-    ("amplitude_deg", "amplitude", 180 / math.pi),
-    ("lag_deg", "lag", 180 / math.pi),
-    ("command_fraction", "command_fraction", 1.0),
-    ("pressure_max_kpa", "pressure_max", 1e-3),
-    ("pressure_min_kpa", "pressure_min", 1e-3),
-)
 LIMITS = {"pressure": "the pressure limit", "suction": "suction", "servo": "a servo that is too slow"}
 LETTERS = {"pressure": "p", "suction": "s", "servo": "v"}
 TURBULENT = "turbulent: the pressure drop is underestimated"  # of a line beyond the laminar law
-MARGINS = {"torque": "torque", "servo_speed": "speed", "stroke": "stroke"}
 
 
 def pump_command(
@@ -96,10 +63,10 @@ def pump_command(
         )
     emit(
         sizes,
-        record=lambda sizes: provenance(fish) | {"sizes": [_record(size) for size in sizes]},
+        record=lambda sizes: provenance(fish) | {"sizes": [size.record() for size in sizes]},
         lines=lambda sizes: _lines(fish, sizes),
-        csv=lambda sizes: rows_csv(made_by(fish), (_flat(size) for size in sizes)),
-        dataset=lambda sizes: dataset(_variables(sizes), {}, provenance(fish)),
+        csv=lambda sizes: rows_csv(made_by(fish), map(_row, sizes)),
+        dataset=lambda sizes: _dataset(fish, sizes),
         output=output,
         plot=plot,
         figure="hypertuna.actuation.plots:plot_pump",
@@ -127,25 +94,15 @@ def _limits(size: Size) -> tuple[str, ...]:
     return tuple(name for name in size.limits if name != "servo" or "pressure" not in size.limits)
 
 
-def _record(size: Size) -> dict[str, Any]:
-    """Return the JSON record of a size."""
-    record: dict[str, Any] = {"joint": size.joint, "temperature_c": size.temperature - ZERO_CELSIUS}
-    record |= {name: getattr(size, attribute) * factor for name, attribute, factor in COLUMNS}
-    for name, attribute in MARGINS.items():
-        record[f"{name}_margin"] = getattr(size, f"{attribute}_limit") / getattr(size, attribute) - 1
-    record |= {"turbulent": size.turbulent, "limits": list(size.limits)}
-    return record | {f"power_{name}_w": watts for name, watts in size.power.items()}
+def _row(size: Size) -> dict[str, Any]:
+    """Return a size as a row of a table."""
+    return size.record() | {"turbulent": int(size.turbulent), "limits": " ".join(size.limits)}
 
 
-def _flat(size: Size) -> dict[str, Any]:
-    """Return a size as one row of a table."""
-    return _record(size) | {"turbulent": int(size.turbulent), "limits": " ".join(size.limits)}
-
-
-def _variables(sizes: list[Size]) -> dict[str, Any]:
-    """Return one variable for each column, along the cases."""
-    rows = [_flat(size) for size in sizes]
-    return {name: ("case", np.array([row[name] for row in rows])) for name in rows[0]}
+def _dataset(robot: Robot, sizes: list[Size]) -> Any:
+    """Return a variable per column, along the cases."""
+    rows = [_row(size) for size in sizes]
+    return dataset({name: ("case", [row[name] for row in rows]) for name in rows[0]}, {}, provenance(robot))
 
 
 def _lines(robot: Robot, sizes: list[Size]) -> Iterator[Any]:
@@ -169,7 +126,7 @@ def _lines(robot: Robot, sizes: list[Size]) -> Iterator[Any]:
 
 def _servo_lines(size: Size) -> Iterator[Any]:
     """Lay out what a beat needs of a servo, beside what the servo has."""
-    record = _record(size)
+    record = size.record()
     left = size.speed_limit * max(0.0, 1 - size.torque / size.torque_limit)
     beat = f"joint {size.joint} at {size.frequency:.3g} Hz, {record['command_deg']:.3g} deg commanded"
     yield f"{beat}; a servo needs, and has", "bold"
@@ -181,7 +138,7 @@ def _servo_lines(size: Size) -> Iterator[Any]:
 
 def _case_lines(size: Size) -> Iterator[str]:
     """Lay out all of one case."""
-    record = _record(size)
+    record = size.record()
     shares = ", ".join(f"{name} {watts:.2g}" for name, watts in size.power.items() if name != "total")
     turbulent = f", {TURBULENT}" if size.turbulent else ""
     rows = {

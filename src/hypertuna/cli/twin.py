@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from hypertuna.actuation.sizing import with_bore
+from hypertuna.actuation.hydraulics import with_bore
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import summary_table, table
 from hypertuna.cli.emit import emit, made_by

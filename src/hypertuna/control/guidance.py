@@ -170,8 +170,7 @@ def _sensed(robot: Robot) -> dict[str, float]:
 
 def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float]:
     """Return the open-circuit voltages of the usable charge [V], their drop under load [V] and the endurance [s]."""
-    columns = battery_columns(robot)
-    at = dict(zip(columns.columns, columns.values.tolist(), strict=True))
+    at = battery_columns(robot)
     battery = require(robot.battery, "battery", robot)
     span = at["full"] - at["empty"]
     middle = at["empty"] + 0.5 * span

@@ -127,8 +127,7 @@ def shortening_bend(
 ) -> Array:
     """Return angles (n,) [rad] of a joint whose neutral layer may shorten, at pressures (n,) [Pa], without friction."""
     _, actuator = joint_group(robot, joint)
-    left, right = (actuator.lever * (1 + sign * actuator.asymmetry / 2) for sign in (1, -1))
-    levers = (right, left) if check_side(side) else (left, right)
+    levers = actuator.levers[::-1] if check_side(side) else actuator.levers
     rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
     total = np.zeros(len(rising))
     sections = zip(actuator.segment_length, actuator.semi_major, actuator.semi_minor, strict=True)

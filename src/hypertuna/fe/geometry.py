@@ -103,7 +103,7 @@ def joint_body(robot: Robot, joint: str | int) -> JointBody:
     if min(narrow) <= 0:
         raise InputError("must leave a section at both ends", file=file, key=key, fix="give half axes that taper less")
     count, radius = cast(int, group.drive_units), unit.outer_diameter / 2
-    levers = [actuator.lever * (1 + sign * actuator.asymmetry / 2) for sign in (1, -1)]
+    levers = list(actuator.levers)
     spacing = actuator.spacing or _widest(narrow, max(levers), count, radius)
     heights = spacing * (np.arange(count) - (count - 1) / 2)
     if min(levers) < radius + WALL / 2:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_type_hints
 
 
 class Quantity(NamedTuple):
@@ -11,3 +11,21 @@ class Quantity(NamedTuple):
     value: Any  # in `unit`
     unit: str  # empty without one
     label: str | None  # on the terminal; empty: the quantity above in another unit; None: not on the terminal
+
+
+class Column(NamedTuple):
+    """Name and unit of a result's field in JSON and files: ``corner: Annotated[float, Column("corner_hz")]``."""
+
+    name: str
+    factor: float = 1.0  # from SI
+    offset: float = 0.0  # from SI
+
+
+def columns(result: Any) -> dict[str, Any]:
+    """Return the fields of a result that have a `Column`, by its name and in its unit."""
+    values = {}
+    for key, hint in get_type_hints(type(result), include_extras=True).items():
+        for name, factor, offset in (part for part in getattr(hint, "__metadata__", ()) if isinstance(part, Column)):
+            value = getattr(result, key)
+            values[name] = value * factor + offset if offset else value * factor if factor != 1 else value
+    return values

@@ -262,7 +262,7 @@ def _record(
     """Make a record of a part of a run; energy is what the battery gave, its voltage integrated over the charge."""
     robot, mission = run.start.robot, run.start.mission
     data = {name: values for name, values in run.data.items() if name in COLUMNS}
-    full = dict(zip(battery_columns(robot).columns, battery_columns(robot).values.tolist(), strict=True))["charge"]
+    full = battery_columns(robot)["charge"]
     taken = float(run.start.core["charge"]) if before is None else float(before.data["charge"][-1])
     given = 0.0 if before is None else float(before.energy[-1])
     data["energy"] = given + np.cumsum(data["battery_voltage"] * np.diff(data["charge"], prepend=taken))

@@ -124,7 +124,6 @@ def mission_start(
     given = fault_list(faults)
     fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
     sensors = tuple(fault for fault in given if fault not in fins)
-    at = dict(zip(battery_columns(robot).columns, battery_columns(robot).values.tolist(), strict=True))
     controller = _core.Controller(controller_of(robot))
     core: dict[str, Any] = {
         "plant": parts.plant,
@@ -135,7 +134,7 @@ def mission_start(
         "fin_faults": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
         "twist": np.zeros(6),
         "pose": _pose(mission),
-        "charge": (1 - mission.battery) * at["charge"],
+        "charge": (1 - mission.battery) * battery_columns(robot)["charge"],
         "steps": steps_needed(tick, parts, robot),
         "every": every,
     }

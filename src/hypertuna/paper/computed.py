@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from hypertuna.actuation.sizing import with_bore
+from hypertuna.actuation.hydraulics import with_bore
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.simulation.posture_test import PostureTest, posture_test

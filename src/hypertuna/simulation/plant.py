@@ -57,14 +57,13 @@ def controller_of(robot: Robot) -> dict[str, list[float]]:
 def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
     oil, tables = circuits(robot, temperature), joint_tables(robot)
     model = core_model(robot) if medium == "water" else core_model(robot, _without_water(robot))
-    battery = battery_columns(robot)
     columns: dict[str, Any] = {
         "share": _shares(robot),
         "joints": len(tables),
         **{f"points[{j}]": table.points for j, table in enumerate(tables)},
         **{f"joint.{name}": [getattr(t, name) for t in tables] for name in ("first", "step", "viscosity", "stop")},
         **{f"circuit.{name}": oil.column(name) for name in oil.columns},
-        **{f"battery.{name}": value for name, value in zip(battery.columns, battery.values.tolist(), strict=True)},
+        **{f"battery.{name}": value for name, value in battery_columns(robot).items()},
         "idle": _idle(robot),
     }
     if robot.hinge is not None:

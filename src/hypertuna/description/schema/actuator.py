@@ -95,6 +95,11 @@ class Actuator(Part):
         "asymmetry", "difference of the levers, left minus right, over their mean", default=0.0
     )
 
+    @property
+    def levers(self) -> tuple[float, float]:
+        """Distances of the left and the right drive units from the neutral layer [m]."""
+        return self.lever * (1 + self.asymmetry / 2), self.lever * (1 - self.asymmetry / 2)
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         same_length(self, "joints.actuator", len(self.segment_length), "segment")
