@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from hypertuna import _core
-from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError
 from hypertuna.metrics import cost_of_transport

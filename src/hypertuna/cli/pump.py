@@ -10,13 +10,13 @@ from hypertuna.actuation.hydraulics import circuits
 from hypertuna.actuation.sizing import Size, largest_beat, size_pump
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
-from hypertuna.cli.emit import emit, made_by
+from hypertuna.cli.emit import emit
 from hypertuna.cli.twin import kelvin
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.errors import InputError
-from hypertuna.io.files import dataset, rows_csv
+from hypertuna.io.files import dataset
 from hypertuna.swimming.gait import named_gait
 
 LIMITS = {"pressure": "the pressure limit", "suction": "suction", "servo": "a servo that is too slow"}
@@ -65,8 +65,9 @@ def pump_command(
         sizes,
         record=lambda sizes: provenance(fish) | {"sizes": [size.record() for size in sizes]},
         lines=lambda sizes: _lines(fish, sizes),
-        csv=lambda sizes: rows_csv(made_by(fish), map(_row, sizes)),
         dataset=lambda sizes: _dataset(fish, sizes),
+        columns=[*sizes[0].record()],
+        digits=None,
         output=output,
         plot=plot,
         figure="hypertuna.actuation.plots:plot_pump",
@@ -94,14 +95,9 @@ def _limits(size: Size) -> tuple[str, ...]:
     return tuple(name for name in size.limits if name != "servo" or "pressure" not in size.limits)
 
 
-def _row(size: Size) -> dict[str, Any]:
-    """Return a size as a row of a table."""
-    return size.record() | {"turbulent": int(size.turbulent), "limits": " ".join(size.limits)}
-
-
 def _dataset(robot: Robot, sizes: list[Size]) -> Any:
     """Return a variable per column, along the cases."""
-    rows = [_row(size) for size in sizes]
+    rows = [size.record() | {"turbulent": int(size.turbulent), "limits": " ".join(size.limits)} for size in sizes]
     return dataset({name: ("case", [row[name] for row in rows]) for name in rows[0]}, {}, provenance(robot))
 
 
