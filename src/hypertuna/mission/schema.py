@@ -33,55 +33,58 @@ Pair = tuple[Real, Real]
 class Origin(Part):
     """The place on the Earth that x and y are counted from: GPX needs it, and places given by degrees."""
 
-    latitude: Latitude = entry("latitude_deg", "latitude of the origin, north positive", "deg")
-    longitude: Longitude = entry("longitude_deg", "longitude of the origin, east positive", "deg")
+    latitude: Latitude = entry("latitude of the origin, north positive", "deg")
+    longitude: Longitude = entry("longitude of the origin, east positive", "deg")
 
 
 class Place(Part):
     """A place: x and y, or latitude and longitude."""
 
-    x: Real | None = entry("x_m", "east of the origin", "m", default=None)
-    y: Real | None = entry("y_m", "north of the origin", "m", default=None)
-    latitude: Latitude | None = entry("latitude_deg", "latitude, instead of x_m and y_m", "deg", default=None)
-    longitude: Longitude | None = entry("longitude_deg", "longitude, instead of x_m and y_m", "deg", default=None)
+    x: Real | None = entry("east of the origin", "m", default=None)
+    y: Real | None = entry("north of the origin", "m", default=None)
+    latitude: Latitude | None = entry("latitude, instead of x_m and y_m", "deg", default=None)
+    longitude: Longitude | None = entry("longitude, instead of x_m and y_m", "deg", default=None)
 
 
 class Start(Place):
     """Where the mission begins."""
 
-    heading: Degrees = entry("heading_deg", "direction that the head faces, clockwise from north", "deg")
-    depth: Depth = entry("depth_m", "depth of the nose at the start (default: 0)", "m", default=0.0)
-    battery: PositiveFraction = entry("battery", "part of the charge at the start (default: 1)", default=1.0)
+    heading: Degrees = entry("direction that the head faces, clockwise from north", "deg")
+    depth: Depth = entry("depth of the nose at the start (default: 0)", "m", default=0.0)
+    battery: PositiveFraction = entry("part of the charge at the start (default: 1)", default=1.0)
 
 
 class WaypointTable(Place):
     """A place to go to."""
 
-    depth: Depth = entry("depth_m", "depth on the way there (default: 0)", "m", default=0.0)
-    speed: Speed = entry("speed_m_s", "speed through the water on the way there", "m/s")
-    radius: Positive = entry("radius_m", "distance within which the waypoint counts as reached", "m")
+    depth: Depth = entry("depth on the way there (default: 0)", "m", default=0.0)
+    speed: Speed = entry("speed through the water on the way there", "m/s")
+    radius: Positive = entry("distance within which the waypoint counts as reached", "m")
 
 
 class Home(Place):
     """Where the robot comes home to; left out, the start."""
 
-    radius: Positive = entry("radius_m", "distance within which the robot is at home (default: 3)", "m", default=3.0)
-    speed: Speed = entry("speed_m_s", "speed through the water on the way home (default: 0.3)", "m/s", default=0.3)
+    radius: Positive = entry("distance within which the robot is at home (default: 3)", "m", default=3.0)
+    speed: Speed = entry("speed through the water on the way home (default: 0.3)", "m/s", default=0.3)
 
 
 class Water(Part):
     """The water: its ground, and a current that is uniform or changes evenly from surface to ground."""
 
-    bottom: Below = entry("bottom_m", "depth of the ground (default: 20)", "m", default=20.0)
-    current: Current = entry("current_m_s", "speed of the current at the surface (default: 0)", "m/s", default=0.0)
+    bottom: Below = entry("depth of the ground (default: 20)", "m", default=20.0)
+    current: Current = entry("speed of the current at the surface (default: 0)", "m/s", default=0.0)
     toward: Degrees = entry(
-        "current_deg", "direction that the current flows toward, clockwise from north (default: 0)", "deg", default=0.0
+        "direction that the current flows toward, clockwise from north (default: 0)",
+        "deg",
+        key="current_deg",
+        default=0.0,
     )
     current_bottom: Current | None = entry(
-        "current_bottom_m_s", "speed of the current at the ground (default: as at the surface)", "m/s", default=None
+        "speed of the current at the ground (default: as at the surface)", "m/s", default=None
     )
     toward_bottom: Degrees | None = entry(
-        "current_bottom_deg", "its direction there (default: as at the surface)", "deg", default=None
+        "its direction there (default: as at the surface)", "deg", key="current_bottom_deg", default=None
     )
 
 
@@ -89,39 +92,32 @@ class Limits(Part):
     """The bounds of the mission."""
 
     fence: tuple[Pair, ...] = entry(
-        "fence_m", "corners [x, y] of the area in which the robot must stay (default: no fence)", "m", default=()
+        "corners [x, y] of the area in which the robot must stay (default: no fence)", "m", default=()
     )
-    depth: Below = entry("depth_m", "depth that the robot must not exceed (default: 5)", "m", default=5.0)
-    battery: Reserve = entry(
-        "battery", "fraction of the usable charge that must remain at home (default: 0.1)", default=0.1
-    )
-    duration: Seconds | None = entry(
-        "duration_s", "time by which the robot should be home (default: no end)", "s", default=None
-    )
+    depth: Below = entry("depth that the robot must not exceed (default: 5)", "m", default=5.0)
+    battery: Reserve = entry("fraction of the usable charge that must remain at home (default: 0.1)", default=0.1)
+    duration: Seconds | None = entry("time by which the robot should be home (default: no end)", "s", default=None)
 
 
 class Gps(Part):
     """Fixes of the position, which only come at the surface."""
 
     surface_every: Seconds | None = entry(
-        "surface_every_s", "time since the last fix after which the robot surfaces (default: only when needed)", "s",
-        default=None,
-    )  # fmt: skip
+        "time since the last fix after which the robot surfaces (default: only when needed)", "s",
+        default=None)  # fmt: skip
     gaps: tuple[tuple[Moment, Moment], ...] = entry(
-        "gaps_s", "periods [from, to] without satellites, in order (default: none)", "s", default=()
+        "periods [from, to] without satellites, in order (default: none)", "s", default=()
     )
 
 
 class Scatter(Part):
     """What differs from seed to seed, beside the sensors' noise: randomized by every seed other than 0."""
 
-    current: Current = entry(
-        "current_m_s", "maximum speed of an added current in a random direction (default: 0)", "m/s", default=0.0
-    )
+    current: Current = entry("maximum speed of an added current in a random direction (default: 0)", "m/s", default=0.0)
     gaps: Annotated[int, Field(strict=True, ge=0, le=MAX_GAPS)] = entry(
-        "gaps", "number of added periods without satellites (default: 0)", default=0
+        "number of added periods without satellites (default: 0)", default=0
     )
-    gap: NotNegative = entry("gap_s", "maximum duration of each of these periods (default: 0)", "s", default=0.0)
+    gap: NotNegative = entry("maximum duration of each of these periods (default: 0)", "s", default=0.0)
 
 
 def _printable(text: str) -> str:
@@ -134,25 +130,23 @@ def _printable(text: str) -> str:
 class Document(Part):
     """A mission. x is east and y is north of the origin in m, depth is down, directions are compass degrees."""
 
-    format: Literal[1] = entry("format", "version of this format, 1")
-    name: Annotated[Text, AfterValidator(_printable)] = entry("name", "name of the mission")
-    description: str = entry(
-        "description", "sentence that states the purpose of the mission (default: none)", default=""
-    )
-    robot: Text | None = entry("robot", "robot that swims the mission (default: that of --robot)", default=None)
+    format: Literal[1] = entry("version of this format, 1")
+    name: Annotated[Text, AfterValidator(_printable)] = entry("name of the mission")
+    description: str = entry("sentence that states the purpose of the mission (default: none)", default="")
+    robot: Text | None = entry("robot that swims the mission (default: that of --robot)", default=None)
     stay: Annotated[bool, Field(strict=True)] = entry(
-        "stay", "whether the robot surfaces at the last waypoint instead of going home (default: false)", default=False
+        "whether the robot surfaces at the last waypoint instead of going home (default: false)", default=False
     )
-    origin: Origin | None = entry("origin", "table of the origin of x and y", default=None)
-    start: Start = entry("start", "table of the start")
+    origin: Origin | None = entry("table of the origin of x and y", default=None)
+    start: Start = entry("table of the start")
     waypoints: tuple[WaypointTable, ...] = entry(
-        "waypoints", "list of waypoints in their order", min_length=1, max_length=MAX_WAYPOINTS
+        "list of waypoints in their order", min_length=1, max_length=MAX_WAYPOINTS
     )
-    home: Home = entry("home", "table of the home", default_factory=Home)
-    water: Water = entry("water", "table of the water", default_factory=Water)
-    limits: Limits = entry("limits", "table of the bounds", default_factory=Limits)
-    gps: Gps = entry("gps", "table of the fixes", default_factory=Gps)
-    scatter: Scatter = entry("scatter", "table of the randomized conditions", default_factory=Scatter)
+    home: Home = entry("table of the home", default_factory=Home)
+    water: Water = entry("table of the water", default_factory=Water)
+    limits: Limits = entry("table of the bounds", default_factory=Limits)
+    gps: Gps = entry("table of the fixes", default_factory=Gps)
+    scatter: Scatter = entry("table of the randomized conditions", default_factory=Scatter)
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -27,68 +27,61 @@ from hypertuna.trials.tracks import JointSeries, Track, read_joints, read_tracks
 class Joints(Part):
     """Measured joint angles, in a CSV file."""
 
-    file: Text = entry("file", "path of the CSV file, from the manifest")
-    time: Text = entry("time", "column of time in s (default: time_s)", default="time_s")
-    columns: tuple[Text, ...] = entry("columns", "columns of angles, one per joint group from head to tail")
-    unit: Literal["deg", "rad"] = entry("unit", "unit of the angles in the file")
+    file: Text = entry("path of the CSV file, from the manifest")
+    time: Text = entry("column of time in s (default: time_s)", default="time_s")
+    columns: tuple[Text, ...] = entry("columns of angles, one per joint group from head to tail")
+    unit: Literal["deg", "rad"] = entry("unit of the angles in the file")
     noise: NotNegativeDegrees | None = entry(
-        "noise_deg", "standard deviation of the angles (default: estimated)", "deg", default=None
+        "standard deviation of the angles (default: estimated)", "deg", default=None
     )
 
 
 class Poses(Part):
     """Tracked poses of the center of the head link, in CSV files of one run or several."""
 
-    files: tuple[Text, ...] = entry("files", "paths of the CSV files, from the manifest", min_length=1)
-    time: Text = entry("time", "column of time in s (default: time_s)", default="time_s")
-    x: Text = entry("x", "column of x")
-    y: Text = entry("y", "column of y")
-    yaw: Text = entry("yaw", "column of the direction that the head faces")
-    run: Text | None = entry("run", "column that names the run of each row (default: a file is one run)", default=None)
-    length_unit: Literal["m", "cm", "mm"] = entry("length_unit", "unit of x and y in the files")
-    angle_unit: Literal["deg", "rad"] = entry("angle_unit", "unit of yaw in the files")
-    yaw_zero: Degrees = entry(
-        "yaw_zero_deg", "direction of yaw 0, counter-clockwise from x (default: 0)", "deg", default=0.0
-    )
-    clockwise: Flag = entry(
-        "clockwise", "whether yaw is counted clockwise, from y to x (default: false)", default=False
-    )
+    files: tuple[Text, ...] = entry("paths of the CSV files, from the manifest", min_length=1)
+    time: Text = entry("column of time in s (default: time_s)", default="time_s")
+    x: Text = entry("column of x")
+    y: Text = entry("column of y")
+    yaw: Text = entry("column of the direction that the head faces")
+    run: Text | None = entry("column that names the run of each row (default: a file is one run)", default=None)
+    length_unit: Literal["m", "cm", "mm"] = entry("unit of x and y in the files")
+    angle_unit: Literal["deg", "rad"] = entry("unit of yaw in the files")
+    yaw_zero: Degrees = entry("direction of yaw 0, counter-clockwise from x (default: 0)", "deg", default=0.0)
+    clockwise: Flag = entry("whether yaw is counted clockwise, from y to x (default: false)", default=False)
 
 
 class Start(Part):
     """The pose at the first frame of every run, if it is known better than from tracking, such as from a fixture."""
 
-    x: Real = entry("x_m", "x of the center of the head link, in the axes of the poses", "m")
-    y: Real = entry("y_m", "y of the center of the head link", "m")
-    yaw: Degrees = entry("yaw_deg", "direction that the head faces, counted as yaw of the poses", "deg")
+    x: Real = entry("x of the center of the head link, in the axes of the poses", "m")
+    y: Real = entry("y of the center of the head link", "m")
+    yaw: Degrees = entry("direction that the head faces, counted as yaw of the poses", "deg")
 
 
 class RecordingTable(Part):
     """Swims from rest with the same joint motion: joint angles, and tracked poses of one run or several."""
 
-    name: Text = entry("name", "name of the recording, without /")
-    joints: Joints = entry("joints", "table of the joint angles")
-    poses: Poses = entry("poses", "table of the tracked poses")
-    start: Start | None = entry("start", "table of the start pose (default: the first frame of each run)", default=None)
-    time_offset: Real = entry(
-        "time_offset_s", "time to add to the joints' clock to get the poses' clock (default: 0)", "s", default=0.0
-    )
+    name: Text = entry("name of the recording, without /")
+    joints: Joints = entry("table of the joint angles")
+    poses: Poses = entry("table of the tracked poses")
+    start: Start | None = entry("table of the start pose (default: the first frame of each run)", default=None)
+    time_offset: Real = entry("time to add to the joints' clock to get the poses' clock (default: 0)", "s", default=0.0)
     window: tuple[Real, ...] | None = entry(
-        "window_s",
         "begin and end of the data in use, on the poses' clock; the robot rests at its begin (default: everything)",
         "s",
         default=None,
     )
-    repeats: Count = entry("repeats", "number of swims that each tracked run is the mean of (default: 1)", default=1)
+    repeats: Count = entry("number of swims that each tracked run is the mean of (default: 1)", default=1)
 
 
 class Manifest(Part):
     """The measurements of one robot."""
 
-    format: Literal[1] = entry("format", "version of this format, 1")
-    robot: Text | None = entry("robot", "name that the robot must have (default: any)", default=None)
-    steady: tuple[Text, ...] = entry("steady", "paths of CSV files of steady runs, from the manifest", default=())
-    recordings: tuple[RecordingTable, ...] = entry("recordings", "list of tracked recordings", default=())
+    format: Literal[1] = entry("version of this format, 1")
+    robot: Text | None = entry("name that the robot must have (default: any)", default=None)
+    steady: tuple[Text, ...] = entry("paths of CSV files of steady runs, from the manifest", default=())
+    recordings: tuple[RecordingTable, ...] = entry("list of tracked recordings", default=())
 
 
 # --- the measurements

@@ -30,25 +30,23 @@ MaterialSet = Literal["datasheet", "fe", "tensile"]
 class DriveUnit(Part):
     """A McKibben muscle: a silicone hose in a braided net; one design for all joints."""
 
-    outer_diameter: Positive = entry("outer_diameter_m", "outer diameter of the hose at rest", "m")
-    inner_diameter: Positive = entry("inner_diameter_m", "inner diameter of the hose at rest", "m")
-    braid_angle: PositiveDegrees = entry("braid_angle_deg", "angle of the braid from the axis, snug at rest", "deg")
-    sleeve: NotNegative = entry(
-        "sleeve_m", "thickness of the silicone matrix that expands with the braid", "m", default=0.0
-    )
+    outer_diameter: Positive = entry("outer diameter of the hose at rest", "m")
+    inner_diameter: Positive = entry("inner diameter of the hose at rest", "m")
+    braid_angle: PositiveDegrees = entry("angle of the braid from the axis, snug at rest", "deg")
+    sleeve: NotNegative = entry("thickness of the silicone matrix that expands with the braid", "m", default=0.0)
     friction: NotNegative = entry(
-        "friction", "friction coefficient between braid and hose, on the section inside the braid", default=0.0
+        "friction coefficient between braid and hose, on the section inside the braid", default=0.0
     )
     braid_stiffness: Positive = entry(
-        "braid_stiffness_n_per_m",
         "modulus times net thickness of each of the braid's two families of fibers; for finite elements, inextensible "
         "otherwise",
         "N/m",
+        key="braid_stiffness_n_per_m",
         default=1e6,
     )
-    hose: Text = entry("hose", "material of the hose, a key of the table materials")
-    matrix: Text = entry("matrix", "material of sleeve and matrix, a key of the table materials")
-    material_set: MaterialSet = entry("material_set", "set of elastic constants to use", default="datasheet")
+    hose: Text = entry("material of the hose, a key of the table materials")
+    matrix: Text = entry("material of sleeve and matrix, a key of the table materials")
+    material_set: MaterialSet = entry("set of elastic constants to use", default="datasheet")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -66,33 +64,27 @@ class DriveUnit(Part):
 class Actuator(Part):
     """The soft body of a joint in segments; in each, muscles bend an elliptical section of matrix."""
 
-    lever: Positive = entry("lever_m", "distance of the drive units from the neutral layer", "m")
-    segment_length: tuple[Positive, ...] = entry(
-        "segment_length_m", "length of each segment of the neutral layer", "m", min_length=1
-    )
-    semi_major: tuple[Positive, ...] = entry("semi_major_m", "half height of each segment's section", "m")
-    semi_minor: tuple[Positive, ...] = entry("semi_minor_m", "half width of each segment's section", "m")
+    lever: Positive = entry("distance of the drive units from the neutral layer", "m")
+    segment_length: tuple[Positive, ...] = entry("length of each segment of the neutral layer", "m", min_length=1)
+    semi_major: tuple[Positive, ...] = entry("half height of each segment's section", "m")
+    semi_minor: tuple[Positive, ...] = entry("half width of each segment's section", "m")
     stiffness_factor: Positive = entry(
-        "stiffness_factor", "factor on the matrix' E I for the strip, pipes and channels inside", default=1.0
+        "factor on the matrix' E I for the strip, pipes and channels inside", default=1.0
     )
     spacing: Positive | None = entry(
-        "spacing_m",
         "distance of neighboring drive units of a side, across the plane of bending; for finite elements (default: "
         "evenly over the height of the narrowest section)",
         "m",
         default=None,
     )
-    plate: Positive = entry(
-        "plate_m", "thickness of the stiff plates at both ends; for finite elements", "m", default=0.003
-    )
+    plate: Positive = entry("thickness of the stiff plates at both ends; for finite elements", "m", default=0.003)
     strip_width: NotNegative = entry(
-        "strip_width_m",
         "width of an inextensible strip in the neutral layer, such as a bend sensor; for finite elements, 0 for none",
         "m",
         default=0.0,
     )
     asymmetry: Annotated[float, number(Range(above=-1, below=1))] = entry(
-        "asymmetry", "difference of the levers, left minus right, over their mean", default=0.0
+        "difference of the levers, left minus right, over their mean", default=0.0
     )
 
     @property
@@ -116,13 +108,11 @@ class Reduced(Part):
     Angles are symmetric about the straight joint; the right side's volume at an angle is the left side's at -angle.
     """
 
-    angle: tuple[Degrees, ...] = entry("angle_deg", "angles of the table, rising, at least 5", "deg")
+    angle: tuple[Degrees, ...] = entry("angles of the table, rising, at least 5", "deg")
     elastic: tuple[Real, ...] = entry(
-        "elastic_n_m", "moment that holds each angle without pressure, positive toward positive angles", "N m"
+        "moment that holds each angle without pressure, positive toward positive angles", "N m"
     )
-    volume: tuple[Positive, ...] = entry(
-        "volume_m3", "volume of oil in the drive units of the left side at each angle", "m^3"
-    )
+    volume: tuple[Positive, ...] = entry("volume of oil in the drive units of the left side at each angle", "m^3")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -162,24 +152,21 @@ def _check_rising(values: tuple[float, ...], key: str, factor: float, fix: str) 
 class Material(Part):
     """A silicone."""
 
-    tensile_strength: Positive = entry("tensile_strength_pa", "tensile strength", "Pa")
-    modulus_100: Positive = entry("modulus_100_pa", "stress at 100 % strain", "Pa")
-    shore: Text = entry("shore", "Shore hardness with its scale")
-    modulus_fe: Positive | None = entry("modulus_fe_pa", "Young's modulus of the material set fe", "Pa", default=None)
+    tensile_strength: Positive = entry("tensile strength", "Pa")
+    modulus_100: Positive = entry("stress at 100 % strain", "Pa")
+    shore: Text = entry("Shore hardness with its scale")
+    modulus_fe: Positive | None = entry("Young's modulus of the material set fe", "Pa", default=None)
     tensile: tuple[NotNegative, NotNegative] | None = entry(
-        "tensile_pa", "Mooney-Rivlin C1 and C2 of the material set tensile, fitted to tensile tests", "Pa", default=None
+        "Mooney-Rivlin C1 and C2 of the material set tensile, fitted to tensile tests", "Pa", default=None
     )
     relaxation: NotNegative = entry(
-        "relaxation_s",
-        "relaxation time: viscous stress over the rate of the elastic stress",
-        "s",
-        default=0.0,
+        "relaxation time: viscous stress over the rate of the elastic stress", "s", default=0.0
     )
 
 
 class Hinge(Part):
     """A passive hinge at the front of a link, in series with the joint there; a soft caudal fin, for example."""
 
-    link: Annotated[int, Field(strict=True, ge=1)] = entry("link", "link that the hinge carries")
-    stiffness: Positive = entry("stiffness_n_m_per_rad", "stiffness of its spring", "N m/rad")
-    damping: NotNegative = entry("damping_n_m_s_per_rad", "viscous damping", "N m s/rad", default=0.0)
+    link: Annotated[int, Field(strict=True, ge=1)] = entry("link that the hinge carries")
+    stiffness: Positive = entry("stiffness of its spring", "N m/rad", key="stiffness_n_m_per_rad")
+    damping: NotNegative = entry("viscous damping", "N m s/rad", key="damping_n_m_s_per_rad", default=0.0)

@@ -1,12 +1,12 @@
 """What every table of a file is made of: frozen parts, ranges of numbers, conversion of units, common checks.
 
-An unknown key is refused (`Part`); `validation` writes the sentence. Keys of a file carry the unit (``length_m``);
+An unknown key is refused (`Part`); `validation` writes the sentence. Keys of a file carry the unit (``length_m``):
 attributes are in SI units and radians and carry none.
 """
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer
 
@@ -54,9 +54,25 @@ Flag = Annotated[bool, Field(strict=True)]
 Text = Annotated[str, Field(min_length=1)]
 
 
-def entry(alias: str, description: str, unit: str = "", **options: Any) -> Any:
-    """Declare a key of the file: its name there, what it means, its unit."""
-    return Field(alias=alias, description=description, json_schema_extra={"unit": unit} if unit else None, **options)
+class Key(NamedTuple):
+    """A key of the file as its table declares it."""
+
+    description: str
+    unit: str
+    name: str | None
+    options: dict[str, Any]
+
+    def field(self, attribute: str) -> Any:
+        """Return the field of pydantic; its key is the attribute with the unit unless another is given."""
+        ending = self.unit.lower().translate({ord("/"): "_", ord(" "): "_", ord("^"): None}).replace("degc", "c")
+        key = self.name or f"{attribute}_{ending}".rstrip("_")
+        extra: Any = {"unit": self.unit} if self.unit else None
+        return Field(alias=key, description=self.description, json_schema_extra=extra, **self.options)
+
+
+def entry(description: str, unit: str = "", *, key: str | None = None, **options: Any) -> Any:
+    """Declare a key of the file, named by its attribute and unit unless `key` is given: what it means, its unit."""
+    return Key(description, unit, key, options)
 
 
 class Part(BaseModel):
@@ -65,6 +81,13 @@ class Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
     renamed: ClassVar[Mapping[str, str]] = {}  # former keys of the table, refused with the present one
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Turn keys into fields of pydantic, which collects them next."""
+        super().__init_subclass__(**options)
+        for name, value in list(vars(cls).items()):
+            if isinstance(value, Key):
+                setattr(cls, name, value.field(name))
 
 
 def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...] = ()) -> None:

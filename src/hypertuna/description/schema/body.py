@@ -30,29 +30,28 @@ from hypertuna.errors import InputError
 class Body(Part):
     """The robot as a whole."""
 
-    length: Positive = entry("length_m", "length from nose to tail tip, the sum of the links", "m")
-    mass: Positive = entry("mass_kg", "mass of the whole robot, which cost of transport is divided by", "kg")
-    width: Positive | None = entry("width_m", "largest width, fins included", "m", default=None)
-    height: Positive | None = entry("height_m", "largest height, fins included", "m", default=None)
+    length: Positive = entry("length from nose to tail tip, the sum of the links", "m")
+    mass: Positive = entry("mass of the whole robot, which cost of transport is divided by", "kg")
+    width: Positive | None = entry("largest width, fins included", "m", default=None)
+    height: Positive | None = entry("largest height, fins included", "m", default=None)
 
 
 class Links(Part):
     """The rigid links, nose to tail, one column per quantity; link 0 is the head."""
 
-    name: tuple[Text, ...] = entry("name", "name of each link", min_length=1)
-    length: tuple[Positive, ...] = entry("length_m", "length of each link", "m")
-    com: tuple[NotNegative, ...] = entry("com_m", "distance of each center of mass from the link's front end", "m")
-    mass: tuple[Positive, ...] = entry("mass_kg", "mass of each link", "kg")
+    name: tuple[Text, ...] = entry("name of each link", min_length=1)
+    length: tuple[Positive, ...] = entry("length of each link", "m")
+    com: tuple[NotNegative, ...] = entry("distance of each center of mass from the link's front end", "m")
+    mass: tuple[Positive, ...] = entry("mass of each link", "kg")
     inertia: tuple[Positive, ...] = entry(
-        "inertia_kg_m2",
         "moment of inertia of each link about its center of mass (default: a slender rod's m l^2/12)",
         "kg m^2",
         default_factory=lambda links: tuple(
             mass * length * length / 12 for mass, length in zip(links["mass"], links["length"], strict=False)
         ),
     )
-    lateral_area: tuple[Positive, ...] = entry("lateral_area_m2", "area of each link seen from the side", "m^2")
-    wetted_area: tuple[Positive, ...] = entry("wetted_area_m2", "reference area of each link's friction", "m^2")
+    lateral_area: tuple[Positive, ...] = entry("area of each link seen from the side", "m^2")
+    wetted_area: tuple[Positive, ...] = entry("reference area of each link's friction", "m^2")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -71,43 +70,36 @@ class Links(Part):
 class JointGroup(Part):
     """A joint group: one drive whose angle is shared by the joints at the front ends of its links."""
 
-    name: Text = entry("name", "name of the joint group")
-    links: tuple[Index, ...] = entry("links", "links whose front joints this group bends", min_length=1)
+    name: Text = entry("name of the joint group")
+    links: tuple[Index, ...] = entry("links whose front joints this group bends", min_length=1)
     share: tuple[Real, ...] = entry(
-        "share",
         "each joint's share of the group's angle (default: equal)",
         default_factory=lambda group: (1 / len(group["links"]),) * len(group["links"]),
     )
     bandwidth: Positive | None = entry(
-        "bandwidth_hz", "bandwidth of the first-order lag: 71 % of the amplitude at this frequency", "Hz", default=None
+        "bandwidth of the first-order lag: 71 % of the amplitude at this frequency", "Hz", default=None
     )
     phase_offset: Degrees = entry(
-        "phase_offset_deg",
-        "phase lag of the joints beyond the model of the joints; added to a gait's phase",
-        "deg",
-        default=0.0,
+        "phase lag of the joints beyond the model of the joints; added to a gait's phase", "deg", default=0.0
     )
-    amplitude_max: PositiveDegrees | None = entry(
-        "amplitude_max_deg", "largest commanded amplitude", "deg", default=None
-    )
-    bend_max: PositiveDegrees | None = entry("bend_max_deg", "largest bend in air", "deg", default=None)
-    pressure_max: Positive | None = entry("pressure_max_pa", "pressure of the largest bend", "Pa", default=None)
-    drive_units: Count | None = entry("drive_units", "number of pairs of artificial muscles", default=None)
-    actuator: Actuator | None = entry("actuator", "table of the soft body", default=None)
+    amplitude_max: PositiveDegrees | None = entry("largest commanded amplitude", "deg", default=None)
+    bend_max: PositiveDegrees | None = entry("largest bend in air", "deg", default=None)
+    pressure_max: Positive | None = entry("pressure of the largest bend", "Pa", default=None)
+    drive_units: Count | None = entry("number of pairs of artificial muscles", default=None)
+    actuator: Actuator | None = entry("table of the soft body", default=None)
     reduced: Reduced | None = entry(
-        "reduced", "table of moment and volume over the angle, instead of the actuator's", default=None
+        "table of moment and volume over the angle, instead of the actuator's", default=None
     )
-    line: Line | None = entry("line", "table of the oil line of each of its two circuits", default=None)
+    line: Line | None = entry("table of the oil line of each of its two circuits", default=None)
 
 
 class NamedGait(Part):
     """A gait with a name; one value per joint group."""
 
-    frequency: Positive = entry("frequency_hz", "beat frequency", "Hz")
-    amplitude: tuple[Amplitude, ...] = entry("amplitude_deg", "amplitude of each joint group", "deg")
-    phase: tuple[Degrees, ...] = entry("phase_deg", "lag of each joint group behind the clock of the first", "deg")
+    frequency: Positive = entry("beat frequency", "Hz")
+    amplitude: tuple[Amplitude, ...] = entry("amplitude of each joint group", "deg")
+    phase: tuple[Degrees, ...] = entry("lag of each joint group behind the clock of the first", "deg")
     bias: tuple[Degrees, ...] = entry(
-        "bias_deg",
         "mean angle of each joint group (default: 0)",
         "deg",
         default_factory=lambda gait: (0.0,) * len(gait["amplitude"]),
@@ -117,15 +109,14 @@ class NamedGait(Part):
 class GaitBounds(Part):
     """Bounds of the gaits that optimizers search, lowest and highest value; equal bounds fix the value."""
 
-    frequency: tuple[Positive, Positive] = entry("frequency_hz", "lowest and highest beat frequency", "Hz")
+    frequency: tuple[Positive, Positive] = entry("lowest and highest beat frequency", "Hz")
     amplitude: tuple[tuple[Amplitude, Amplitude], ...] = entry(
-        "amplitude_deg", "lowest and highest amplitude of each joint group", "deg"
+        "lowest and highest amplitude of each joint group", "deg"
     )
     phase: tuple[tuple[Degrees, Degrees], ...] = entry(
-        "phase_deg", "lowest and highest lag of each joint group behind the clock of the first", "deg"
+        "lowest and highest lag of each joint group behind the clock of the first", "deg"
     )
     bias: tuple[tuple[Degrees, Degrees], ...] = entry(
-        "bias_deg",
         "lowest and highest mean angle of each joint group (default: 0)",
         "deg",
         default_factory=lambda bounds: ((0.0, 0.0),) * len(bounds["amplitude"]),
@@ -146,22 +137,17 @@ class GaitBounds(Part):
 class Fitted(Part):
     """Result of an identification: values and their covariance, in SI units."""
 
-    text: Text = entry("text", "sentence that states what was fitted to what")
-    trials: Text = entry("trials", "files of the trials")
-    seed: Index = entry("seed", "seed of the fit", default=0)
-    names: tuple[Text, ...] = entry(
-        "names", "free coefficients, as `hypertuna identify --free` names them", min_length=1
-    )
-    units: tuple[str, ...] = entry("units", "unit of each")
-    scale: tuple[Literal["natural", "log"], ...] = entry(
-        "scale", "scale of each, in which its error is normally distributed"
-    )
-    value: tuple[Real, ...] = entry("value", "value of each")
-    lower: tuple[Real, ...] = entry("lower", "lower bound of each")
-    upper: tuple[Real, ...] = entry("upper", "upper bound of each")
+    text: Text = entry("sentence that states what was fitted to what")
+    trials: Text = entry("files of the trials")
+    seed: Index = entry("seed of the fit", default=0)
+    names: tuple[Text, ...] = entry("free coefficients, as `hypertuna identify --free` names them", min_length=1)
+    units: tuple[str, ...] = entry("unit of each")
+    scale: tuple[Literal["natural", "log"], ...] = entry("scale of each, in which its error is normally distributed")
+    value: tuple[Real, ...] = entry("value of each")
+    lower: tuple[Real, ...] = entry("lower bound of each")
+    upper: tuple[Real, ...] = entry("upper bound of each")
     covariance: tuple[tuple[Real, ...], ...] = entry(
-        "covariance",
-        "covariance of the values, or of their logarithms in log scale; the bounds are a weak prior",
+        "covariance of the values, or of their logarithms in log scale; the bounds are a weak prior"
     )
 
     @model_validator(mode="after")

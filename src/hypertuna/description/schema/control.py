@@ -22,32 +22,28 @@ from hypertuna.errors import InputError
 class Controller(Part):
     """The controller on board: oscillators, posture control per beat, pressure supervisor, servo pulses."""
 
-    rate: Positive = entry("rate_hz", "control rate", "Hz")
-    convergence: Positive = entry("convergence_1_s", "rate at which an oscillator converges to its limit cycle", "1/s")
-    coupling: Positive = entry("coupling_1_s", "rate at which oscillators converge to their phase difference", "1/s")
-    smoothing: Positive = entry(
-        "smoothing_s", "time constant with which amplitude, bias and frequency follow a command", "s"
-    )
-    proportional: NotNegative = entry("proportional", "proportional gain on the error of a beat's peak bend")
-    integral: NotNegative = entry("integral", "integral gain per beat")
-    derivative: NotNegative = entry("derivative", "derivative gain, in beats")
-    peak_smoothing: Positive = entry(
-        "peak_smoothing", "time constant of the low-pass filter ahead of the peaks, in beats"
-    )
-    frequency_max: Positive = entry("frequency_max_hz", "highest beat frequency of a command", "Hz")
-    fin_max: PositiveDegrees = entry("fin_max_deg", "largest angle of the pectoral fins to either side", "deg")
-    voltage_low: Positive = entry("voltage_low_v", "battery voltage below which the status warns", "V")
+    rate: Positive = entry("control rate", "Hz")
+    convergence: Positive = entry("rate at which an oscillator converges to its limit cycle", "1/s")
+    coupling: Positive = entry("rate at which oscillators converge to their phase difference", "1/s")
+    smoothing: Positive = entry("time constant with which amplitude, bias and frequency follow a command", "s")
+    proportional: NotNegative = entry("proportional gain on the error of a beat's peak bend")
+    integral: NotNegative = entry("integral gain per beat")
+    derivative: NotNegative = entry("derivative gain, in beats")
+    peak_smoothing: Positive = entry("time constant of the low-pass filter ahead of the peaks, in beats")
+    frequency_max: Positive = entry("highest beat frequency of a command", "Hz")
+    fin_max: PositiveDegrees = entry("largest angle of the pectoral fins to either side", "deg")
+    voltage_low: Positive = entry("battery voltage below which the status warns", "V")
     pressure_step: Positive = entry(
-        "pressure_step_pa", "largest change within a tick beside the pump's; a larger one is a faulty sensor", "Pa"
+        "largest change within a tick beside the pump's; a larger one is a faulty sensor", "Pa"
     )
-    pressure_soft: Positive = entry("pressure_soft_pa", "pressure to which the supervisor limits commands", "Pa")
-    pressure_hard: Positive = entry("pressure_hard_pa", "pressure at which a circuit is released for good", "Pa")
-    timeout: Positive = entry("timeout_s", "time without a command after which the tail rests", "s")
-    pulse_center: Microseconds = entry("pulse_center_us", "servo pulse of the neutral angle", "us")
-    pulse_per_rad: Microseconds = entry("pulse_us_per_rad", "change of the servo pulse per angle", "us/rad")
-    pulse_min: Microseconds = entry("pulse_min_us", "shortest servo pulse", "us")
-    pulse_max: Microseconds = entry("pulse_max_us", "longest servo pulse", "us")
-    slew: Positive = entry("slew_rad_s", "largest rate of the commanded servo angle", "rad/s")
+    pressure_soft: Positive = entry("pressure to which the supervisor limits commands", "Pa")
+    pressure_hard: Positive = entry("pressure at which a circuit is released for good", "Pa")
+    timeout: Positive = entry("time without a command after which the tail rests", "s")
+    pulse_center: Microseconds = entry("servo pulse of the neutral angle", "us")
+    pulse_per_rad: Microseconds = entry("change of the servo pulse per angle", "us/rad", key="pulse_us_per_rad")
+    pulse_min: Microseconds = entry("shortest servo pulse", "us")
+    pulse_max: Microseconds = entry("longest servo pulse", "us")
+    slew: Positive = entry("largest rate of the commanded servo angle", "rad/s")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -73,26 +69,21 @@ else:
 class Sensor(Part):
     """Sensors of one kind and their errors."""
 
-    measures: Text = entry("measures", "quantity that is measured, in words")
-    part: Text = entry("part", "part number")
+    measures: Text = entry("quantity that is measured, in words")
+    part: Text = entry("part number")
     quantity: Quantity | None = entry(
-        "quantity",
         "channel of the twin; rate and acceleration of an IMU, field of a compass in units of its strength, position "
         "of a satellite receiver",
         default=None,
     )
-    low: Real | None = entry("low", "lower end of its range, in SI units of the quantity", default=None)
-    high: Real | None = entry("high", "upper end of its range, in SI units", default=None)
-    noise: NotNegative = entry("noise", "standard deviation of its noise, in SI units", default=0.0)
-    resolution: NotNegative = entry("resolution", "step of its quantization, in SI units", default=0.0)
-    drift: NotNegative = entry("drift", "standard deviation of its random walk after 1 s, in SI units", default=0.0)
-    bias: NotNegative = entry("bias", "standard deviation of its constant offset, in SI units", default=0.0)
-    nonlinearity: NotNegative = entry(
-        "nonlinearity", "largest deviation from a line, as a fraction of its range", default=0.0
-    )
-    period: Positive | None = entry(
-        "period_s", "time between two fixes, for quantity = 'position' only", "s", default=None
-    )
+    low: Real | None = entry("lower end of its range, in SI units of the quantity", default=None)
+    high: Real | None = entry("upper end of its range, in SI units", default=None)
+    noise: NotNegative = entry("standard deviation of its noise, in SI units", default=0.0)
+    resolution: NotNegative = entry("step of its quantization, in SI units", default=0.0)
+    drift: NotNegative = entry("standard deviation of its random walk after 1 s, in SI units", default=0.0)
+    bias: NotNegative = entry("standard deviation of its constant offset, in SI units", default=0.0)
+    nonlinearity: NotNegative = entry("largest deviation from a line, as a fraction of its range", default=0.0)
+    period: Positive | None = entry("time between two fixes, for quantity = 'position' only", "s", default=None)
 
     @model_validator(mode="after")
     def _check(self) -> Self:

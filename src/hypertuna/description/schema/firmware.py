@@ -34,43 +34,33 @@ class Firmware(Part):
     """The firmware: pins, and limits of the supervisor on board; without influence on simulations."""
 
     servo_pins: tuple[Index, ...] = entry(
-        "servo_pins", "pins of the servos: of each joint group's left and right pump, then port and starboard fin"
+        "pins of the servos: of each joint group's left and right pump, then port and starboard fin"
     )
-    bend_pins: tuple[Index, ...] = entry("bend_pins", "analog pins of the bend sensors, one per joint group")
-    pressure_pins: tuple[Index, ...] = entry(
-        "pressure_pins", "analog pins of the pressure sensors, left and right of each joint group"
-    )
-    current_pins: tuple[Index, ...] = entry(
-        "current_pins", "analog pins of the servo current sensors, in the same order"
-    )
-    voltage_pin: Index = entry("voltage_pin", "analog pin of the battery voltage's divider")
-    leak_pin: Index = entry("leak_pin", "pin of the leak sensor, low when wet")
-    imu_serial: Count = entry("imu_serial", "number of the serial port of the IMU")
-    position_serial: Count = entry("position_serial", "number of the serial port of the satellite receiver")
-    radio_serial: Count = entry("radio_serial", "number of the serial port of the radio")
-    radio_baud: Count = entry("radio_baud_bit_s", "rate of that port", "bit/s")
-    analog_low: Fraction = entry(
-        "analog_low", "fraction of the converter's range that is the lower end of an analog sensor's range"
-    )
-    analog_high: PositiveFraction = entry("analog_high", "the same at the upper end")
+    bend_pins: tuple[Index, ...] = entry("analog pins of the bend sensors, one per joint group")
+    pressure_pins: tuple[Index, ...] = entry("analog pins of the pressure sensors, left and right of each joint group")
+    current_pins: tuple[Index, ...] = entry("analog pins of the servo current sensors, in the same order")
+    voltage_pin: Index = entry("analog pin of the battery voltage's divider")
+    leak_pin: Index = entry("pin of the leak sensor, low when wet")
+    imu_serial: Count = entry("number of the serial port of the IMU")
+    position_serial: Count = entry("number of the serial port of the satellite receiver")
+    radio_serial: Count = entry("number of the serial port of the radio")
+    radio_baud: Count = entry("rate of that port", "bit/s")
+    analog_low: Fraction = entry("fraction of the converter's range that is the lower end of an analog sensor's range")
+    analog_high: PositiveFraction = entry("the same at the upper end")
 
-    manual_timeout: Positive = entry("manual_timeout_s", "time without a joystick after which the tail rests", "s")
-    link_timeout: Positive = entry("link_timeout_s", "time without the ground station after which a gait ends", "s")
-    home_timeout: Positive = entry(
-        "home_timeout_s", "time without the ground station after which the robot goes home", "s"
-    )
-    voltage_empty: Positive = entry("voltage_empty_v", "battery voltage at which the tail rests for good", "V")
-    voltage_after: Positive = entry("voltage_after_s", "time of low voltage before the supervisor acts", "s")
-    tilt_max: PositiveDegrees = entry("tilt_max_deg", "roll or pitch beyond which the tail rests", "deg")
-    tilt_after: Positive = entry("tilt_after_s", "time of such a tilt before the supervisor acts", "s")
-    leak_after: Positive = entry("leak_after_s", "time of a leak before the supervisor acts", "s")
-    rise_depth: Positive = entry(
-        "rise_depth_m", "depth from which a robot without a mission surfaces on return home", "m"
-    )
-    watchdog: Positive = entry("watchdog_s", "time without a tick after which the watchdog restarts the firmware", "s")
-    link_rate: Positive = entry("link_rate_bit_s", "rate of the radio over the air", "bit/s")
-    link_share: PositiveFraction = entry("link_share", "fraction of that rate for telemetry")
-    system_id: Count = entry("system_id", "number of the robot in MAVLink, 1 to 250")
+    manual_timeout: Positive = entry("time without a joystick after which the tail rests", "s")
+    link_timeout: Positive = entry("time without the ground station after which a gait ends", "s")
+    home_timeout: Positive = entry("time without the ground station after which the robot goes home", "s")
+    voltage_empty: Positive = entry("battery voltage at which the tail rests for good", "V")
+    voltage_after: Positive = entry("time of low voltage before the supervisor acts", "s")
+    tilt_max: PositiveDegrees = entry("roll or pitch beyond which the tail rests", "deg")
+    tilt_after: Positive = entry("time of such a tilt before the supervisor acts", "s")
+    leak_after: Positive = entry("time of a leak before the supervisor acts", "s")
+    rise_depth: Positive = entry("depth from which a robot without a mission surfaces on return home", "m")
+    watchdog: Positive = entry("time without a tick after which the watchdog restarts the firmware", "s")
+    link_rate: Positive = entry("rate of the radio over the air", "bit/s")
+    link_share: PositiveFraction = entry("fraction of that rate for telemetry")
+    system_id: Count = entry("number of the robot in MAVLink, 1 to 250")
 
     def analog_pins(self, quantity: str) -> tuple[int, ...]:
         """Return the pins of a kind of analog sensor."""

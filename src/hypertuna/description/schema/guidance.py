@@ -37,79 +37,62 @@ class Guidance(Part):
     }
 
     gaits: tuple[Text, ...] = entry(
-        "gaits", "named gaits of the gait table, slowest first; linear interpolation in between", min_length=1
+        "named gaits of the gait table, slowest first; linear interpolation in between", min_length=1
     )
     speed: tuple[Positive, ...] | None = entry(
-        "speed_m_s",
-        "speed of each of these gaits through the water (default: computed, joints by bandwidth)",
-        "m/s",
-        default=None,
+        "speed of each of these gaits through the water (default: computed, joints by bandwidth)", "m/s", default=None
     )
-    decisions: Positive = entry("decisions_hz", "rate of decisions; it divides the control rate", "Hz")
+    decisions: Positive = entry("rate of decisions; it divides the control rate", "Hz")
 
-    gravity_rate: Positive = entry("gravity_rate_1_s", "gain of the attitude's correction by gravity", "1/s")
-    field_rate: Positive = entry("field_rate_1_s", "gain of the heading's correction by the magnetic field", "1/s")
-    drift_max: PositiveDegrees = entry("drift_max_deg_s", "largest offset of a gyroscope that is corrected", "deg/s")
-    depth_rate: Positive = entry("depth_rate_1_s", "bandwidth of the depth observer", "1/s")
-    position_walk: Positive = entry(
-        "position_walk_m", "standard deviation of dead reckoning after 1 s, a random walk", "m"
-    )
-    current_walk: Positive = entry(
-        "current_walk_m_s", "standard deviation of the current's change within 1 s, a random walk", "m/s"
-    )
-    current_error: Positive = entry("current_error_m_s", "standard deviation of the current before any fix", "m/s")
-    factor_error: PositiveFraction = entry(
-        "factor_error", "standard deviation of the speed factor: speed over that of the gait table"
-    )
-    factor_walk: Positive = entry("factor_walk", "standard deviation of that factor's change within 1 s, a random walk")
-    start_error: Positive = entry("start_error_m", "standard deviation of the start's position", "m")
+    gravity_rate: Positive = entry("gain of the attitude's correction by gravity", "1/s")
+    field_rate: Positive = entry("gain of the heading's correction by the magnetic field", "1/s")
+    drift_max: PositiveDegrees = entry("largest offset of a gyroscope that is corrected", "deg/s")
+    depth_rate: Positive = entry("bandwidth of the depth observer", "1/s")
+    position_walk: Positive = entry("standard deviation of dead reckoning after 1 s, a random walk", "m")
+    current_walk: Positive = entry("standard deviation of the current's change within 1 s, a random walk", "m/s")
+    current_error: Positive = entry("standard deviation of the current before any fix", "m/s")
+    factor_error: PositiveFraction = entry("standard deviation of the speed factor: speed over that of the gait table")
+    factor_walk: Positive = entry("standard deviation of that factor's change within 1 s, a random walk")
+    start_error: Positive = entry("standard deviation of the start's position", "m")
 
-    bias_max: tuple[PositiveDegrees, ...] = entry(
-        "bias_max_deg", "largest tail bias that steers, of each joint group", "deg"
-    )
-    heading_rate: Positive = entry("heading_rate_1_s", "bandwidth of the heading loop", "1/s")
-    turn_max: PositiveDegrees = entry("turn_max_deg_s", "largest turning rate that the pilot commands", "deg/s")
-    rate_gain: NotNegative = entry("rate_gain", "gain on the error of the turning rate")
-    heading_integral: NotNegative = entry("heading_integral_1_s", "integral gain of the heading loop", "1/s")
-    lookahead: Positive = entry("lookahead_m", "lookahead distance along the leg", "m")
-    depth_lookahead: Positive = entry("depth_lookahead_m", "lookahead distance in depth", "m")
-    climb_max: PositiveDegrees = entry("climb_max_deg", "steepest path angle that the pilot commands", "deg")
-    pitch_max: PositiveDegrees = entry("pitch_max_deg", "pitch at which the commanded path angle is zero", "deg")
-    depth_integral: NotNegative = entry("depth_integral_1_s", "integral gain of the depth loop", "1/s")
-    climb_lead: Positive = entry("climb_lead", "fin angle per commanded path angle")
-    climb_gain: NotNegative = entry("climb_gain", "fin angle per error of the path angle")
-    pitch_gain: Real = entry("pitch_gain", "fin angle per pitch, against it")
-    pitch_damping: NotNegative = entry("pitch_damping_s", "fin angle per pitch rate, against it", "s")
-    speed_min: Positive = entry("speed_min_m_s", "minimum speed that the steering gains assume", "m/s")
+    bias_max: tuple[PositiveDegrees, ...] = entry("largest tail bias that steers, of each joint group", "deg")
+    heading_rate: Positive = entry("bandwidth of the heading loop", "1/s")
+    turn_max: PositiveDegrees = entry("largest turning rate that the pilot commands", "deg/s")
+    rate_gain: NotNegative = entry("gain on the error of the turning rate")
+    heading_integral: NotNegative = entry("integral gain of the heading loop", "1/s")
+    lookahead: Positive = entry("lookahead distance along the leg", "m")
+    depth_lookahead: Positive = entry("lookahead distance in depth", "m")
+    climb_max: PositiveDegrees = entry("steepest path angle that the pilot commands", "deg")
+    pitch_max: PositiveDegrees = entry("pitch at which the commanded path angle is zero", "deg")
+    depth_integral: NotNegative = entry("integral gain of the depth loop", "1/s")
+    climb_lead: Positive = entry("fin angle per commanded path angle")
+    climb_gain: NotNegative = entry("fin angle per error of the path angle")
+    pitch_gain: Real = entry("fin angle per pitch, against it")
+    pitch_damping: NotNegative = entry("fin angle per pitch rate, against it", "s")
+    speed_min: Positive = entry("minimum speed that the steering gains assume", "m/s")
 
-    surface_depth: Positive = entry("surface_depth_m", "depth above which the robot counts as at the surface", "m")
+    surface_depth: Positive = entry("depth above which the robot counts as at the surface", "m")
     fence_margin: Positive = entry(
-        "fence_margin_m",
-        "distance to the fence at which the robot turns, added to twice the position's standard deviation",
-        "m",
+        "distance to the fence at which the robot turns, added to twice the position's standard deviation", "m"
     )
-    error_max: Positive = entry("error_max_m", "position error at which the robot surfaces for a fix", "m")
-    error_near: Positive = entry("error_near_m", "the same near the fence", "m")
-    error_lost: Positive = entry("error_lost_m", "position error without any fix at which the robot goes home", "m")
-    drift_error_max: Positive = entry(
-        "drift_error_max_m_s", "growth rate of the position error below which a dive begins", "m/s"
-    )
-    fix_timeout: Positive = entry("fix_timeout_s", "longest wait at the surface for a fix", "s")
-    retry: Positive = entry("retry_s", "time until the next attempt after no fix", "s")
-    sensor_timeout: Positive = entry("sensor_timeout_s", "time without readings after which a sensor is lost", "s")
-    compass_timeout: Positive = entry("compass_timeout_s", "time without a compass after which the robot surfaces", "s")
-    fin_tilt: PositiveDegrees = entry("fin_tilt_deg", "roll that reveals a fin that does not follow", "deg")
-    fin_min: PositiveDegrees = entry("fin_min_deg", "fin angle above which that roll is monitored", "deg")
-    fin_after: Positive = entry("fin_after_s", "time of such roll after which the fin is lost", "s")
-    single_fin_max: PositiveDegrees = entry("single_fin_max_deg", "largest angle of the fin that still works", "deg")
-    response_time: Positive = entry(
-        "response_time_s", "time within which the depth must respond to fins at their limit", "s"
-    )
-    response_depth: Positive = entry("response_depth_m", "change of depth that counts as a response", "m")
-    blind_fin: PositiveDegrees = entry("blind_fin_deg", "fin angle during ascent without depth sensor or IMU", "deg")
-    blind_speed: Positive = entry("blind_speed_m_s", "speed during ascent without an IMU", "m/s")
-    power: Positive = entry("power_w", "electrical power at the fastest gait, for the energy to reach home", "W")
-    overhead: NotNegative = entry("overhead_s", "time added to every estimated return home", "s")
+    error_max: Positive = entry("position error at which the robot surfaces for a fix", "m")
+    error_near: Positive = entry("the same near the fence", "m")
+    error_lost: Positive = entry("position error without any fix at which the robot goes home", "m")
+    drift_error_max: Positive = entry("growth rate of the position error below which a dive begins", "m/s")
+    fix_timeout: Positive = entry("longest wait at the surface for a fix", "s")
+    retry: Positive = entry("time until the next attempt after no fix", "s")
+    sensor_timeout: Positive = entry("time without readings after which a sensor is lost", "s")
+    compass_timeout: Positive = entry("time without a compass after which the robot surfaces", "s")
+    fin_tilt: PositiveDegrees = entry("roll that reveals a fin that does not follow", "deg")
+    fin_min: PositiveDegrees = entry("fin angle above which that roll is monitored", "deg")
+    fin_after: Positive = entry("time of such roll after which the fin is lost", "s")
+    single_fin_max: PositiveDegrees = entry("largest angle of the fin that still works", "deg")
+    response_time: Positive = entry("time within which the depth must respond to fins at their limit", "s")
+    response_depth: Positive = entry("change of depth that counts as a response", "m")
+    blind_fin: PositiveDegrees = entry("fin angle during ascent without depth sensor or IMU", "deg")
+    blind_speed: Positive = entry("speed during ascent without an IMU", "m/s")
+    power: Positive = entry("electrical power at the fastest gait, for the energy to reach home", "W")
+    overhead: NotNegative = entry("time added to every estimated return home", "s")
 
     @model_validator(mode="after")
     def _check(self) -> Self:

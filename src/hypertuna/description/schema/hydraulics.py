@@ -30,13 +30,11 @@ THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is undefined t
 class Pump(Part):
     """One cylinder of the piston pump: a servo turns a crank that drives a piston."""
 
-    bore: Positive = entry("bore_m", "diameter of the piston", "m")
-    crank: Positive = entry("crank_m", "length of the crank", "m")
-    rod: Positive = entry("rod_m", "length of the connecting rod", "m")
-    neutral: PositiveDegrees = entry(
-        "neutral_deg", "angle of the crank from full retraction at which the circuits were filled", "deg"
-    )
-    dead_volume: NotNegative = entry("dead_volume_m3", "volume of oil in the cylinder at full stroke", "m^3")
+    bore: Positive = entry("diameter of the piston", "m")
+    crank: Positive = entry("length of the crank", "m")
+    rod: Positive = entry("length of the connecting rod", "m")
+    neutral: PositiveDegrees = entry("angle of the crank from full retraction at which the circuits were filled", "deg")
+    dead_volume: NotNegative = entry("volume of oil in the cylinder at full stroke", "m^3")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -49,15 +47,15 @@ class Pump(Part):
 class Oil(Part):
     """The hydraulic oil."""
 
-    name: Text = entry("name", "name of the oil")
-    viscosity_40: Positive = entry("viscosity_40_m2_s", "kinematic viscosity at 40 C", "m^2/s")
-    viscosity_100: Positive = entry("viscosity_100_m2_s", "kinematic viscosity at 100 C", "m^2/s")
-    density: Positive = entry("density_kg_m3", "density", "kg/m^3")
-    bulk_modulus: Positive = entry("bulk_modulus_pa", "bulk modulus without air", "Pa")
-    air: Fraction = entry("air", "entrained air, as a fraction of the oil's volume at atmospheric pressure")
-    temperature: Celsius = entry("temperature_c", "temperature of the oil", "degC")
-    pour_point: Celsius = entry("pour_point_c", "temperature below which the oil does not flow", "degC")
-    cavitation: Negative = entry("cavitation_pa", "gauge pressure below which the oil cavitates", "Pa")
+    name: Text = entry("name of the oil")
+    viscosity_40: Positive = entry("kinematic viscosity at 40 C", "m^2/s")
+    viscosity_100: Positive = entry("kinematic viscosity at 100 C", "m^2/s")
+    density: Positive = entry("density", "kg/m^3")
+    bulk_modulus: Positive = entry("bulk modulus without air", "Pa")
+    air: Fraction = entry("entrained air, as a fraction of the oil's volume at atmospheric pressure")
+    temperature: Celsius = entry("temperature of the oil", "degC")
+    pour_point: Celsius = entry("temperature below which the oil does not flow", "degC")
+    cavitation: Negative = entry("gauge pressure below which the oil cavitates", "Pa")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -84,17 +82,13 @@ class Oil(Part):
 class Line(Part):
     """The oil line from a cylinder to the drive units of one side of a joint, and the compliance of its circuit."""
 
-    length: Positive = entry("length_m", "length of the line", "m")
-    bore: Positive = entry("bore_m", "inner diameter of the line", "m")
+    length: Positive = entry("length of the line", "m")
+    bore: Positive = entry("inner diameter of the line", "m")
     compliance: NotNegative = entry(
-        "compliance_m3_pa", "compliance of hoses, braids and fittings: volume per pressure", "m^3/Pa", default=0.0
+        "compliance of hoses, braids and fittings: volume per pressure", "m^3/Pa", default=0.0
     )
-    loss: NotNegative = entry(
-        "loss", "loss coefficient of entry and exit, in units of the dynamic pressure", default=0.0
-    )
-    fill_pressure: Real = entry(
-        "fill_pressure_pa", "gauge pressure with the tail straight and the pump at neutral", "Pa", default=0.0
-    )
+    loss: NotNegative = entry("loss coefficient of entry and exit, in units of the dynamic pressure", default=0.0)
+    fill_pressure: Real = entry("gauge pressure with the tail straight and the pump at neutral", "Pa", default=0.0)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -107,25 +101,21 @@ class Line(Part):
 class Battery(Part):
     """The battery."""
 
-    cells: Count = entry("cells", "number of cells")
-    capacity: AmpereHours = entry("capacity_ah", "capacity of one cell", "A h")
-    voltage: Positive = entry("voltage_v", "nominal voltage of one cell", "V")
+    cells: Count = entry("number of cells")
+    capacity: AmpereHours = entry("capacity of one cell", "A h", key="capacity_ah")
+    voltage: Positive = entry("nominal voltage of one cell", "V")
     charged: Positive | None = entry(
-        "charged_v",
         "open-circuit voltage of a full cell; it falls linearly to as far below the nominal one (default: constant)",
         "V",
         default=None,
     )
-    series: Count | None = entry("series", "number of cells in series; strings of them are in parallel", default=None)
-    resistance: NotNegative = entry("resistance_ohm", "inner resistance of one cell", "ohm", default=0.0)
-    usable: Fraction = entry("usable", "usable fraction of the rated capacity", default=1.0)
+    series: Count | None = entry("number of cells in series; strings of them are in parallel", default=None)
+    resistance: NotNegative = entry("inner resistance of one cell", "ohm", default=0.0)
+    usable: Fraction = entry("usable fraction of the rated capacity", default=1.0)
     converter: Positive | None = entry(
-        "converter_v",
-        "output voltage of the servos' converter (default: servos on the battery)",
-        "V",
-        default=None,
+        "output voltage of the servos' converter (default: servos on the battery)", "V", default=None
     )
-    efficiency: PositiveFraction = entry("converter_efficiency", "efficiency of the converter", default=1.0)
+    efficiency: PositiveFraction = entry("efficiency of the converter", key="converter_efficiency", default=1.0)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -142,17 +132,15 @@ class Battery(Part):
 class Servo(Part):
     """Servos of one kind."""
 
-    drives: Text = entry("drives", "part that these servos drive")
-    count: Count = entry("count", "number of these servos")
-    torque: Positive = entry("torque_n_m", "stall torque of one servo", "N m")
-    speed: Positive | None = entry("speed_rad_s", "speed without load", "rad/s", default=None)
-    voltage: Positive | None = entry("voltage_v", "voltage of torque and speed", "V", default=None)
-    stall_current: Positive | None = entry("stall_current_a", "current at stall", "A", default=None)
-    idle_current: NotNegative | None = entry("idle_current_a", "current without load, at rest", "A", default=None)
-    friction: NotNegative = entry("friction_n_m", "friction torque of its gears, at the output", "N m", default=0.0)
-    inertia: Positive | None = entry(
-        "inertia_kg_m2", "moment of inertia of rotor and gears, at the output", "kg m^2", default=None
-    )
+    drives: Text = entry("part that these servos drive")
+    count: Count = entry("number of these servos")
+    torque: Positive = entry("stall torque of one servo", "N m")
+    speed: Positive | None = entry("speed without load", "rad/s", default=None)
+    voltage: Positive | None = entry("voltage of torque and speed", "V", default=None)
+    stall_current: Positive | None = entry("current at stall", "A", default=None)
+    idle_current: NotNegative | None = entry("current without load, at rest", "A", default=None)
+    friction: NotNegative = entry("friction torque of its gears, at the output", "N m", default=0.0)
+    inertia: Positive | None = entry("moment of inertia of rotor and gears, at the output", "kg m^2", default=None)
     bandwidth: Positive | None = entry(
-        "bandwidth_hz", "bandwidth of its position loop, without load and below its limits", "Hz", default=None
+        "bandwidth of its position loop, without load and below its limits", "Hz", default=None
     )

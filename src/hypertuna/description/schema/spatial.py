@@ -20,36 +20,32 @@ from hypertuna.errors import InputError
 class Spatial(Part):
     """The links in space, one value per link; heights are above the axis through the joints."""
 
-    com_height: tuple[Real, ...] = entry("com_height_m", "height of each center of mass", "m")
-    volume: tuple[Positive, ...] = entry("volume_m3", "volume of each link, for its buoyancy", "m^3")
+    com_height: tuple[Real, ...] = entry("height of each center of mass", "m")
+    volume: tuple[Positive, ...] = entry("volume of each link, for its buoyancy", "m^3")
     buoyancy_center: tuple[NotNegative, ...] = entry(
-        "buoyancy_center_m", "distance of each center of buoyancy from the link's front end", "m"
+        "distance of each center of buoyancy from the link's front end", "m"
     )
     buoyancy_height: tuple[Real, ...] = entry(
-        "buoyancy_height_m", "height of each center of buoyancy, where the planar water forces act too", "m"
+        "height of each center of buoyancy, where the planar water forces act too", "m"
     )
-    height: tuple[Positive, ...] = entry("height_m", "height of each section, mean over the link", "m")
-    width: tuple[Positive, ...] = entry("width_m", "width of each section, mean over the link", "m")
-    drag_vertical: tuple[NotNegative, ...] = entry("drag_vertical", "drag coefficient up and down, on length x width")
+    height: tuple[Positive, ...] = entry("height of each section, mean over the link", "m")
+    width: tuple[Positive, ...] = entry("width of each section, mean over the link", "m")
+    drag_vertical: tuple[NotNegative, ...] = entry("drag coefficient up and down, on length x width")
     added_mass_vertical: tuple[NotNegative, ...] = entry(
-        "added_mass_vertical", "added mass per length up and down, in units of rho pi/4 width^2"
+        "added mass per length up and down, in units of rho pi/4 width^2"
     )
     drag_roll: tuple[NotNegative, ...] = entry(
-        "drag_roll", "drag coefficient of a section's height in rotation about the link's axis"
+        "drag coefficient of a section's height in rotation about the link's axis"
     )
     shedding_vertical: Fraction = entry(
-        "shedding_vertical",
-        "fraction of Lighthill's vertical reactive force, of the widest section, that acts at the tail end",
-        default=0.0,
+        "fraction of Lighthill's vertical reactive force, of the widest section, that acts at the tail end", default=0.0
     )
     inertia_roll: tuple[Positive, ...] | None = entry(
-        "inertia_roll_kg_m2",
         "moment of inertia about the axis of each link through its center of mass (default: an ellipsoid's)",
         "kg m^2",
         default=None,
     )
     inertia_pitch: tuple[Positive, ...] | None = entry(
-        "inertia_pitch_kg_m2",
         "moment of inertia about the axis across each link through its center of mass (default: an ellipsoid's)",
         "kg m^2",
         default=None,
@@ -65,15 +61,15 @@ class Spatial(Part):
 class Fins(Part):
     """The pair of pectoral fins: flat plates on both sides of the head, pitched by servos."""
 
-    x: NotNegative = entry("x_m", "distance of the centers of area from the nose, along the head", "m")
-    y: Positive = entry("y_m", "distance of the centers of area from the middle plane", "m")
-    z: Real = entry("z_m", "height of the centers of area above the axis through the joints", "m")
-    span: Positive = entry("span_m", "span of one fin", "m")
-    chord: Positive = entry("chord_m", "chord of one fin", "m")
-    stall: PositiveDegrees = entry("stall_deg", "angle of attack at which half of the flow is stalled", "deg")
-    drag_zero: NotNegative = entry("drag_zero", "drag coefficient along the plate")
-    bandwidth: Positive = entry("bandwidth_hz", "bandwidth of the servos' first-order lag", "Hz")
-    speed: Positive = entry("speed_rad_s", "largest rate of the servos", "rad/s")
+    x: NotNegative = entry("distance of the centers of area from the nose, along the head", "m")
+    y: Positive = entry("distance of the centers of area from the middle plane", "m")
+    z: Real = entry("height of the centers of area above the axis through the joints", "m")
+    span: Positive = entry("span of one fin", "m")
+    chord: Positive = entry("chord of one fin", "m")
+    stall: PositiveDegrees = entry("angle of attack at which half of the flow is stalled", "deg")
+    drag_zero: NotNegative = entry("drag coefficient along the plate")
+    bandwidth: Positive = entry("bandwidth of the servos' first-order lag", "Hz")
+    speed: Positive = entry("largest rate of the servos", "rad/s")
 
     @model_validator(mode="after")
     def _check(self) -> Self:

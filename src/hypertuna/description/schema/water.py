@@ -13,12 +13,11 @@ Areas = Literal["consistent", "as-printed"]
 class Choice(Part):
     """Model to use unless the caller chooses another."""
 
-    water: WaterLaw = entry("water", "law of the water forces")
+    water: WaterLaw = entry("law of the water forces")
     joints: Literal["ideal", "bandwidth"] = entry(
-        "joints", "model of the joints, without or with the lag of their bandwidth", default="ideal"
+        "model of the joints, without or with the lag of their bandwidth", default="ideal"
     )
     areas: Areas = entry(
-        "areas",
         "areas of the lumped law: friction on the wetted and drag on the lateral area, or the reverse as printed",
         default="consistent",
     )
@@ -27,9 +26,9 @@ class Choice(Part):
 class Lumped(Part):
     """Lumped law: force at each center of mass, one value per link."""
 
-    added_mass: tuple[NotNegative, ...] = entry("added_mass", "added mass c_m, as a fraction of the link's mass")
-    friction: tuple[NotNegative, ...] = entry("friction", "friction coefficient c_f along the link")
-    drag: tuple[NotNegative, ...] = entry("drag", "drag coefficient c_d across the link")
+    added_mass: tuple[NotNegative, ...] = entry("added mass c_m, as a fraction of the link's mass")
+    friction: tuple[NotNegative, ...] = entry("friction coefficient c_f along the link")
+    drag: tuple[NotNegative, ...] = entry("drag coefficient c_d across the link")
 
 
 def _zeros(strip: Mapping[str, Any]) -> tuple[float, ...]:
@@ -41,29 +40,25 @@ class Strip(Part):
     """Strip law: force per length, integrated along each link, one value per link; h = lateral area / length."""
 
     added_mass_normal: tuple[NotNegative, ...] = entry(
-        "added_mass_normal", "added mass per length across the link, in units of rho pi/4 h^2"
+        "added mass per length across the link, in units of rho pi/4 h^2"
     )
     added_mass_tangential: tuple[NotNegative, ...] = entry(
-        "added_mass_tangential", "added mass per length along the link, in units of rho pi/4 h^2"
+        "added mass per length along the link, in units of rho pi/4 h^2"
     )
     added_inertia: tuple[NotNegative, ...] = entry(
-        "added_inertia", "added moment of inertia, in units of strip theory's mu l^3/12, mu the normal added mass"
+        "added moment of inertia, in units of strip theory's mu l^3/12, mu the normal added mass"
     )
-    drag_normal: tuple[NotNegative, ...] = entry("drag_normal", "drag coefficient C_n across the link, on h")
-    drag_tangential: tuple[NotNegative, ...] = entry(
-        "drag_tangential", "friction coefficient C_t along the link, on wetted area / length"
-    )
+    drag_normal: tuple[NotNegative, ...] = entry("drag coefficient C_n across the link, on h")
+    drag_tangential: tuple[NotNegative, ...] = entry("friction coefficient C_t along the link, on wetted area / length")
     linear_normal: tuple[NotNegative, ...] = entry(
-        "linear_normal_pa_s", "linear drag per length across the link (default: 0)", "Pa s", default_factory=_zeros
+        "linear drag per length across the link (default: 0)", "Pa s", default_factory=_zeros
     )
     linear_tangential: tuple[NotNegative, ...] = entry(
-        "linear_tangential_pa_s", "linear drag per length along the link (default: 0)", "Pa s", default_factory=_zeros
+        "linear drag per length along the link (default: 0)", "Pa s", default_factory=_zeros
     )
-    cross_flow: Flag = entry(
-        "cross_flow", "form of the normal drag: v_n |v| if true, v_n |v_n| if false", default=False
-    )
+    cross_flow: Flag = entry("form of the normal drag: v_n |v| if true, v_n |v_n| if false", default=False)
     tail_shedding: Fraction = entry(
-        "tail_shedding", "fraction of Lighthill's reactive force that acts at the trailing edge", default=0.0
+        "fraction of Lighthill's reactive force that acts at the trailing edge", default=0.0
     )
 
 
@@ -71,26 +66,23 @@ class Elongated(Part):
     """Lighthill's elongated-body theory with resistive drag, one value per link; h = lateral area / length."""
 
     added_mass_normal: tuple[NotNegative, ...] = entry(
-        "added_mass_normal", "added mass per length across the link, in units of rho pi/4 h^2"
+        "added mass per length across the link, in units of rho pi/4 h^2"
     )
     added_mass_edge: NotNegative = entry(
-        "added_mass_edge",
         "added mass per length at the trailing edge, in units of rho pi/4 h^2 of the last link: (edge's depth / h)^2",
         default=1.0,
     )
-    drag_normal: tuple[NotNegative, ...] = entry("drag_normal", "drag coefficient C_n across the link, on h")
-    drag_tangential: tuple[NotNegative, ...] = entry(
-        "drag_tangential", "friction coefficient C_t along the link, on wetted area / length"
-    )
+    drag_normal: tuple[NotNegative, ...] = entry("drag coefficient C_n across the link, on h")
+    drag_tangential: tuple[NotNegative, ...] = entry("friction coefficient C_t along the link, on wetted area / length")
 
 
 class Water(Part):
     """The water and the coefficients of its laws."""
 
-    density: Positive = entry("density_kg_m3", "density of the water", "kg/m^3")
-    lumped: Lumped | None = entry("lumped", "coefficients of the lumped law", default=None)
-    strip: Strip | None = entry("strip", "coefficients of the strip law", default=None)
-    elongated: Elongated | None = entry("elongated", "coefficients of the elongated-body law", default=None)
+    density: Positive = entry("density of the water", "kg/m^3")
+    lumped: Lumped | None = entry("coefficients of the lumped law", default=None)
+    strip: Strip | None = entry("coefficients of the strip law", default=None)
+    elongated: Elongated | None = entry("coefficients of the elongated-body law", default=None)
 
 
 @dataclass(frozen=True)
