@@ -8,13 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, POSITIVE
-
-Array = NDArray[np.float64]
 
 KINDS = ("amplitude", "phase", "bias")
 # Largest magnitude of each angle [rad]: half a turn of a joint, and a phase whose sine is still exact.
