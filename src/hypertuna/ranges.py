@@ -93,6 +93,15 @@ WHOLE = Whole()
 POSITIVE_WHOLE = Whole(min=1)
 
 
+def check_choice(word: str, words: Iterable[str], key: str) -> str:
+    """Return a word that is one of few, or raise InputError with all of them: "must be water or air"."""
+    words = list(words)
+    if word not in words:
+        fix = did_you_mean(str(word), words)
+        raise InputError(f"must be {' or '.join(words)}", key=key, value=shown(word), fix=fix)
+    return word
+
+
 def check_name(name: str, names: Iterable[str], key: str, kind: str, fix: str = "") -> str:
     """Return a name that is one of `names`, or raise InputError with the nearest one: "must be a known frame"."""
     names = list(names)

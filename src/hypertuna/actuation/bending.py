@@ -19,9 +19,9 @@ from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.actuator import NEUTRAL_BRAID
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError, shown
 from hypertuna.io.files import dataset
-from hypertuna.ranges import check_name
+from hypertuna.ranges import check_choice, check_name
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -221,9 +221,7 @@ def check_pressure(pressure: ArrayLike) -> Array:
 
 def check_side(side: str) -> int:
     """Return 0 for left, 1 for right."""
-    if side not in SIDES:
-        raise InputError("must be left or right", key="side", value=shown(side), fix=did_you_mean(side, SIDES))
-    return SIDES.index(side)
+    return SIDES.index(check_choice(side, SIDES, "side"))
 
 
 def _muscles(

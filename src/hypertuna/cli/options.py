@@ -11,6 +11,7 @@ from hypertuna import _core
 from hypertuna.cli import parsing
 from hypertuna.cli.parsing import Bound
 from hypertuna.errors import InputError
+from hypertuna.ranges import check_choice
 
 # --- how options are declared. Values are read in callbacks, which know the option's name: bad ones are an InputError.
 
@@ -92,7 +93,7 @@ def axis(name: str, unit: str, help: str, *, low: float | None = None, high: flo
 
 def word(name: str, words: Sequence[str], help: str) -> Any:
     """Declare an option that takes one of several words."""
-    return option((name,), help, "|".join(words), lambda text, key: parsing.choice(text, words, key))
+    return option((name,), help, "|".join(words), lambda text, key: check_choice(text, words, key))
 
 
 def text(name: str, help: str, metavar: str = "TEXT") -> Any:

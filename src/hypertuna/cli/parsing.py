@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError, shown
 
 MAX_VALUES = 1_000_000  # of one range
 
@@ -89,13 +89,6 @@ def setting(text: str, key: str, unit: str) -> Setting:
     """Read NAME=VALUE."""
     name, value = _pair(text, key, "NAME=VALUE")
     return Setting(name, number(value, f"{key} {name}", unit))
-
-
-def choice(text: str, words: Sequence[str], key: str) -> str:
-    """Check that a word is one of several."""
-    if text not in words:
-        raise InputError(f"must be {' or '.join(words)}", key=key, value=repr(text), fix=did_you_mean(text, words))
-    return text
 
 
 def output_file(path: str, suffixes: Sequence[str], key: str) -> str:

@@ -76,15 +76,26 @@ def channels(robot: Robot) -> dict[str, tuple[int, int]]:
     return names
 
 
-def faults(spelled: str | Iterable[str], robot: Robot) -> tuple[Fault, ...]:
+def fault_texts(spelled: str | Iterable[str]) -> tuple[str, ...]:
+    """Return the texts of faults, one or several."""
+    texts = tuple(spelled) if isinstance(spelled, Iterable) and not isinstance(spelled, str) else (spelled,)
+    for k, text in enumerate(texts):
+        if not isinstance(text, str):
+            fix = "spell them as on the command line, bend-II:stuck@5"
+            raise InputError("must be text", key=f"faults[{k}]", value=shown(text), fix=fix)
+    return texts
+
+
+def faults(spelled: str | Iterable[str], robot: Robot, duration: float = FOREVER) -> tuple[Fault, ...]:
     """Read sensor faults as the command line spells them: ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END`` in s.
 
-    ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on. Kinds: stuck, open, spike, nan.
+    ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on. Kinds: stuck, open, spike, nan. Each must
+    start within the duration of the run [s].
     """
-    return tuple(_fault(one, robot) for one in ([spelled] if isinstance(spelled, str) else spelled))
+    return tuple(_fault(text, robot, duration) for text in fault_texts(spelled))
 
 
-def _fault(spelled: str, robot: Robot) -> Fault:
+def _fault(spelled: str, robot: Robot, duration: float) -> Fault:
     def refusal(rule: str, fix: str) -> InputError:
         return InputError(rule, key="fault", value=shown(spelled), fix=fix)
 
@@ -104,4 +115,7 @@ def _fault(spelled: str, robot: Robot) -> Fault:
         times = (FOREVER, FOREVER)
     if not 0 <= times[0] < times[1]:
         raise refusal("must have a time", "give seconds from the start of the run, the end after the start")
+    if times[0] >= duration:
+        rule, fix = f"must start before the run ends at {duration:g} s", "let it start earlier, or run longer"
+        raise refusal(rule, fix)
     return Fault(match["kind"], *known[match["channel"]], *times)

@@ -16,18 +16,12 @@ from hypertuna.actuation.battery import battery_columns
 from hypertuna.arrays import Array
 from hypertuna.control.guidance import GaitTable, gait_table, mission_columns, pilot_columns
 from hypertuna.control.mission import Mission, fence_distance
-from hypertuna.control.sensors import FOREVER, pilot_sensor_columns
+from hypertuna.control.sensors import FOREVER, fault_texts, pilot_sensor_columns
+from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, POSITIVE_WHOLE
-from hypertuna.simulation.plant import (
-    checked_seed,
-    controller_of,
-    fault_list,
-    parts_of,
-    read_sensor_faults,
-    steps_needed,
-)
+from hypertuna.simulation.plant import SEEDS, controller_of, parts_of, steps_needed
 from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import Motion
 
@@ -121,7 +115,7 @@ def mission_start(
     if not tick <= limit <= MAX_DURATION:
         rule = f"must be from {tick:g} to {MAX_DURATION:g} s"
         raise InputError(rule, key="duration", value=f"{limit:g}", fix="give the seconds after which to give up")
-    given = fault_list(faults)
+    given = fault_texts(faults)
     fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
     sensors = tuple(fault for fault in given if fault not in fins)
     controller = _core.Controller(controller_of(robot))
@@ -129,8 +123,8 @@ def mission_start(
         "plant": parts.plant,
         "command": _core.Pilot(controller, pilot_columns(robot, table), mission_columns(mission)),
         "world": world_at_sea(robot, _sea(mission), mission.gaps),
-        "sensors": _core.Sensors(pilot_sensor_columns(robot), checked_seed(seed)),
-        "faults": read_sensor_faults(sensors, robot, limit),
+        "sensors": _core.Sensors(pilot_sensor_columns(robot), SEEDS.check(seed, "seed")),
+        "faults": list(read_faults(sensors, robot, limit)),
         "fin_faults": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
         "twist": np.zeros(6),
         "pose": _pose(mission),

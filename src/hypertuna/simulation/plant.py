@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,12 +15,13 @@ from hypertuna.actuation.hydraulics import Circuits, circuits
 from hypertuna.actuation.soft_joint import JointTable, joint_tables
 from hypertuna.arrays import Array
 from hypertuna.control.controller import controller_columns
-from hypertuna.control.sensors import Fault, sensor_columns
+from hypertuna.control.sensors import fault_texts, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.robot import Robot, cached, require
+from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.water import LAWS
-from hypertuna.errors import InputError, shown
-from hypertuna.ranges import FINITE, WHOLE
+from hypertuna.errors import InputError
+from hypertuna.ranges import FINITE, Range, Whole
 from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.model import core_model
@@ -31,6 +32,7 @@ STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: bey
 SHORTEST = 1e-6  # s, of a step: below it a second takes minutes
 EXACT = 1e-9  # relative: a command may be off its bound so far by the way from degrees
 MAX_TICKS = 1_000_000  # of a run: a gigabyte of record
+SEEDS = Whole(min=0, max=2**64 - 1)  # that the core can hold
 
 
 @dataclass(frozen=True)
@@ -106,10 +108,9 @@ def _fastest(
         pose=np.zeros((coordinates, 9)),
         moment=np.eye(coordinates),
     )[:, 6:].diagonal()
-    column = {name: oil.column(name) for name in oil.columns}
-    absolute = _core.ATMOSPHERE + pressure
-    swelling = 1 / column["bulk_modulus"] + column["air"] * _core.ATMOSPHERE / absolute**2
-    gives = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa of the units' side
+    bulk, air, compliance, held = (oil.column(name) for name in ("bulk_modulus", "air", "compliance", "oil_unit"))
+    swelling = 1 / bulk + air * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure) ** 2
+    gives = compliance + held * swelling  # m^3/Pa of the units' side
     rates = {}
     for j, table in enumerate(tables):
         sides = slice(2 * j, 2 * j + 2)
@@ -118,10 +119,9 @@ def _fastest(
         line = (f"joints.{table.name}.line", "more air or compliance, a narrower or longer line, or heavier rotors")
         rates[line] = math.hypot(own, swing)
     if robot.hinge is not None:
-        rates["hinge.stiffness_n_m_per_rad", "a softer hinge, or none"] = math.sqrt(
-            robot.hinge.stiffness * mobility[-1]
-        )
-        rates["hinge.damping_n_m_s_per_rad", "less damping"] = float(robot.hinge.damping * mobility[-1])
+        hinge, last = robot.hinge, float(mobility[-1])
+        rates["hinge.stiffness_n_m_per_rad", "a softer hinge, or none"] = math.sqrt(hinge.stiffness * last)
+        rates["hinge.damping_n_m_s_per_rad", "less damping"] = hinge.damping * last
     stiffest = max(rates, key=lambda name: rates[name])
     return float(rates[stiffest]), stiffest
 
@@ -145,62 +145,28 @@ def command_columns(gait: Gait) -> dict[str, Any]:
     return {"frequency": gait.frequency, "amplitude": gait.amplitude, "phase": lags, "bias": gait.bias}
 
 
-def open_loop(columns: Mapping[str, list[float]]) -> dict[str, list[float]]:
-    """Return a controller without posture control: the pumps' inverse maps alone."""
-    return {**columns, **{gain: [0.0] for gain in ("proportional", "integral", "derivative")}}
-
-
-def settled_speed(robot: Robot, gait: Gait) -> float:
-    """Speed of the settled beat of joints that lag by their bandwidth [m/s], zero where there is none."""
-    speed = swim(robot.using(joints="bandwidth"), gait).speed
-    return speed if math.isfinite(speed) else 0.0
-
-
-def read_sensor_faults(given: tuple[str, ...], robot: Robot, duration: float) -> list[Fault]:
-    """Read the faults; each must begin within the run."""
-    faults = read_faults(given, robot)
-    for fault, text in zip(faults, given, strict=True):
-        if fault.start >= duration:
-            fix = "let it start earlier, or run longer"
-            raise InputError(f"must start before the run ends at {duration:g} s", key="fault", value=text, fix=fix)
-    return list(faults)
-
-
-def fault_list(faults: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the faults as they are spelled."""
-    fix = "spell them as on the command line, bend-II:stuck@5"
-    try:
-        given = (faults,) if isinstance(faults, str) else tuple(faults)
-    except TypeError:
-        raise InputError("must be text or a list of it", key="faults", value=shown(faults), fix=fix) from None
-    for k, fault in enumerate(given):
-        if not isinstance(fault, str):
-            raise InputError("must be text", key=f"faults[{k}]", value=shown(fault), fix=fix)
-    return given
-
-
-def check_command(robot: Robot, gait: Gait, columns: Mapping[str, list[float]]) -> None:
+def check_command(robot: Robot, gait: Gait) -> None:
     """Refuse a command beyond the controller's bounds; on board it is clamped, which would hide a mistake here."""
-    (most,) = columns["frequency_max"]
-    if gait.frequency > most * (1 + EXACT):
-        rule = f"must be at most {most:g} Hz, the controller.frequency_max_hz of {robot.name}"
+    limit = require(robot.controller, "controller", robot).frequency_max
+    if gait.frequency > limit * (1 + EXACT):
+        rule = f"must be at most {limit:g} Hz, the controller.frequency_max_hz of {robot.name}"
         raise InputError(rule, key="frequency", value=f"{gait.frequency:g}", fix="give less")
-    for j, (group, most) in enumerate(zip(robot.joints, columns["amplitude"], strict=True)):
-        for key, value in (("amplitude", gait.amplitude[j]), ("bias", gait.bias[j])):
-            if abs(value) > most * (1 + EXACT):
-                rule = f"must be at most {math.degrees(most):g} deg, the bend_max_deg of joint {group.name}"
-                angle = f"{math.degrees(value):g} deg"
-                raise InputError(rule, key=f"{key}[{j}]", value=angle, fix="give a bend that the joint reaches")
+    for j, group in enumerate(robot.joints):
+        check_bend(group, gait.amplitude[j], f"amplitude[{j}]")
+        check_bend(group, gait.bias[j], f"bias[{j}]")
+
+
+def check_bend(group: JointGroup, bend: float, key: str) -> None:
+    """Refuse a bend [rad] beyond that which a joint group reaches by its description."""
+    if group.bend_max is not None and abs(bend) > group.bend_max * (1 + EXACT):
+        rule = f"must be at most {math.degrees(group.bend_max):g} deg, the bend_max_deg of joint {group.name}"
+        raise InputError(rule, key=key, value=f"{math.degrees(bend):g} deg", fix="give a bend that the joint reaches")
 
 
 def ticks_of(duration: float, tick: float) -> int:
     """Count the ticks of a run."""
-    duration = FINITE.check(duration, "duration", "give the seconds to run")
-    ticks = duration / tick * (1 + 1e-12)
-    if not 1 <= ticks < MAX_TICKS + 1:
-        rule = f"must be from {tick:g} to {MAX_TICKS * tick:g} s"
-        raise InputError(rule, key="duration", value=f"{duration:g}", fix="give the seconds to run")
-    return int(ticks)
+    duration = Range(min=tick, max=MAX_TICKS * tick).check(duration, "duration", "give the seconds to run")
+    return int(duration / tick * (1 + 1e-12))
 
 
 def steps_needed(tick: float, parts: Parts, robot: Robot) -> int:
@@ -216,19 +182,11 @@ def steps_needed(tick: float, parts: Parts, robot: Robot) -> int:
 
 def steps_of(tick: float, step: float) -> int:
     """Inner steps of a tick."""
-    step = FINITE.check(step, "step", f"leave it out for {STEP:g}")
-    if not SHORTEST <= step <= tick * (1 + 1e-12):
+    fix = f"omit it for {STEP:g}"
+    if not SHORTEST <= FINITE.check(step, "step", fix) <= tick * (1 + 1e-12):
         rule = f"must be from {SHORTEST:g} to the control tick of {tick:g} s"
-        raise InputError(rule, key="step", value=f"{step:g}", fix=f"leave it out for {STEP:g}")
+        raise InputError(rule, key="step", value=f"{step:g}", fix=fix)
     return math.ceil(tick / step * (1 - 1e-12))
-
-
-def checked_seed(seed: int) -> int:
-    """Check that a seed is a whole number that the core can hold."""
-    seed = WHOLE.check(seed, "seed", "give a whole number")
-    if not 0 <= seed < 2**64:
-        raise InputError("must be from 0 to 2^64 - 1", key="seed", value=shown(seed), fix="give a whole number")
-    return seed
 
 
 def run_command(
@@ -257,24 +215,26 @@ def run_command(
     if temperature is not None:
         temperature = FINITE.check(temperature, "temperature", "give the temperature of the oil in K")
     if command_lost_at != math.inf:
-        FINITE.check(command_lost_at, "command_lost_at", "leave it out for a command without end")
+        FINITE.check(command_lost_at, "command_lost_at", "omit it for a command without end")
     tick = 1 / require(robot.controller, "controller", robot).rate
     ticks = ticks_of(duration, tick)
     parts = parts_of(robot, medium, temperature)
     steps = steps_needed(tick, parts, robot) if step is None else steps_of(tick, step)
-    columns = controller_of(robot if controller_robot is None else controller_robot)
-    check_command(robot, gait, columns)
-    fault_texts = fault_list(faults)
-    controller = _core.Controller(columns if closed_loop else open_loop(columns))
+    configured = robot if controller_robot is None else controller_robot
+    check_command(configured, gait)
+    open_loop = {gain: [0.0] for gain in ("proportional", "integral", "derivative")}  # the pumps' inverse maps alone
+    controller = _core.Controller(controller_of(configured) | ({} if closed_loop else open_loop))
     command = command_columns(gait) | ({} if fins is None else {"fin": fins(ticks, tick)})
-    ahead = settled_speed(robot, gait) if speed is None else speed
+    if speed is None:
+        settled = swim(robot.using(joints="bandwidth"), gait).speed
+        speed = settled if math.isfinite(settled) else 0.0
     record = _core.simulate(
         parts.plant,
         _core.GaitCommand(controller, command, lost_at=command_lost_at),
         world,
-        sensors=_core.Sensors(parts.sensors, checked_seed(seed)),
-        faults=read_sensor_faults(fault_texts, robot, duration),
-        twist=np.array([0.0 - ahead, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        sensors=_core.Sensors(parts.sensors, SEEDS.check(seed, "seed")),
+        faults=list(read_faults(faults, robot, duration)),
+        twist=np.array([0.0 - speed, 0.0, 0.0, 0.0, 0.0, 0.0]),
         pose=pose,
         ticks=ticks,
         steps=steps,
@@ -289,7 +249,7 @@ def run_command(
         "closed_loop": closed_loop,
         "seed": seed,
         "temperature": parts.temperature,
-        "faults_given": fault_texts,
+        "faults_given": fault_texts(faults),
         "step": tick / steps,
         "time": np.arange(rows, dtype=np.float64) * tick * every,
         "data": _named(record, rows, len(robot.joints)),

@@ -15,7 +15,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
-from hypertuna.simulation.plant import EXACT
+from hypertuna.simulation.plant import check_bend
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import Gait
@@ -255,9 +255,7 @@ def _check(robot: Robot, frequencies: Sequence[float], angle: Sequence[float], d
         value = ", ".join(f"{math.degrees(a):g}" for a in angle)
         raise InputError("must have one angle above 0, and none below", key="angle", value=f"{value} deg")
     for group, bend in zip(robot.joints, angle, strict=True):
-        if group.bend_max is not None and bend > group.bend_max * (1 + EXACT):
-            rule = f"must be at most {math.degrees(group.bend_max):g} deg, the bend_max_deg of joint {group.name}"
-            raise InputError(rule, key="angle", value=f"{math.degrees(bend):g} deg", fix="give less")
+        check_bend(group, bend, "angle")
     if not 1 <= len(frequencies) <= MAX_FREQUENCIES:
         rule = f"must be 1 to {MAX_FREQUENCIES} values"
         raise InputError(rule, key="frequency", value=f"{len(frequencies)} long", fix="ask for fewer")

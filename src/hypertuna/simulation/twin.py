@@ -17,9 +17,9 @@ from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Controller
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError, shown
 from hypertuna.frames import attitude_of
-from hypertuna.ranges import FINITE, POSITIVE_WHOLE
+from hypertuna.ranges import FINITE, POSITIVE_WHOLE, check_choice
 from hypertuna.simulation.plant import EXACT, run_command
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea import Sea, world_at_sea
@@ -29,8 +29,6 @@ from hypertuna.swimming.gait import Gait, check_gait
 Fins = float | ArrayLike | Callable[[float], ArrayLike]
 T = TypeVar("T")
 
-MEDIA = ("water", "air")
-STARTS = ("rest", "swimming")
 STILL = Sea()
 
 
@@ -69,7 +67,7 @@ def twin(
     closed_loop : bool
         Whether posture control corrects amplitude and bias; otherwise the inverse pump maps act alone.
     temperature : float, optional
-        Temperature of the oil [K]; the controller stays configured for the robot's own.
+        Temperature of the oil [K]; the controller keeps that of the robot's file.
     start : str
         ``"rest"``, or ``"swimming"``: at the speed of the settled beat of joints that lag by their bandwidth.
     step : float, optional
@@ -98,8 +96,8 @@ def twin(
     'completed'
     """
     check_gait(gait, robot)
-    _check_choice("medium", medium, MEDIA)
-    _check_choice("start", start, STARTS)
+    check_choice(medium, ("water", "air"), "medium")
+    check_choice(start, ("rest", "swimming"), "start")
     fields = run_command(
         robot,
         gait,
@@ -159,18 +157,8 @@ def twin_at_sea(
         Initial angles: starboard down, nose up, clockwise from north [rad].
     speed : float, optional
         Initial speed through the water, ahead [m/s]; that of the settled planar beat if left out.
-    faults : str or iterable of str
-        Sensor faults as on the command line: ``"bend-II:stuck@5"``.
-    seed : int
-        Seed of the sensor noise.
-    closed_loop : bool
-        Whether posture control corrects amplitude and bias.
-    temperature : float, optional
-        Temperature of the oil [K].
-    step : float, optional
-        Runge-Kutta step, as in `twin` [s].
-    command_lost_at : float
-        Time from which no command arrives [s].
+    faults, seed, closed_loop, temperature, step, command_lost_at : optional
+        As in `twin` [K, s].
     every : int
         Control ticks per row of the record.
 
@@ -222,7 +210,7 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
     runs : sequence of mapping
         Arguments of `twin` by name, robot and gait among them, one mapping per run.
     measure : callable
-        Result to keep of each run; a whole record takes 1 MB per 10 s.
+        Returns what to keep of each run; a whole record takes 1 MB per 10 s.
     threads : int
         Number of threads; results do not depend on it.
 
@@ -236,22 +224,16 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
     InputError
         As `twin` does.
     """
-
-    def one(options: Mapping[str, Any]) -> T:
-        return measure(twin(**options))
-
-    if threads <= 1:
-        return [one(options) for options in runs]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(one, runs))
+    with ThreadPoolExecutor(max(1, threads)) as pool:
+        return list(pool.map(lambda options: measure(twin(**options)), runs))
 
 
 def _pose(depth: float, roll: float, pitch: float, heading: float, sea: Sea) -> Array:
     """Position, attitude and fins at the start."""
-    depth = FINITE.check(depth, "depth", "give the depth of the nose in m")
-    if not 0 <= depth < sea.bottom:
+    fix = "give the depth of the nose in m"
+    if not 0 <= FINITE.check(depth, "depth", fix) < sea.bottom:
         rule = f"must be from 0 to the bottom at {sea.bottom:g} m"
-        raise InputError(rule, key="depth", value=f"{depth:g}", fix="give the depth of the nose in m")
+        raise InputError(rule, key="depth", value=f"{depth:g}", fix=fix)
     angles = {"roll": roll, "pitch": pitch, "heading": heading}
     for key, angle in angles.items():
         FINITE.check(angle, key, "give it in radians")
@@ -271,9 +253,3 @@ def _fin_angles(fins: Fins, ticks: int, tick: float, control: Controller) -> Arr
         rule = f"must be at most {math.degrees(control.fin_max):g} deg, the controller.fin_max_deg"
         raise InputError(rule, key="fins", value=f"{math.degrees(largest):g} deg", fix="give less")
     return np.ascontiguousarray(np.broadcast_to(angles, (ticks, 2)))
-
-
-def _check_choice(key: str, value: str, known: Sequence[str]) -> None:
-    if value not in known:
-        fix = did_you_mean(value, known)
-        raise InputError(f"must be {' or '.join(known)}", key=key, value=shown(value), fix=fix)
