@@ -11,19 +11,16 @@ import numpy as np
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.gait import gait_degrees, gait_text, one_gait
+from hypertuna.cli.gait import GaitOptions, gait_degrees, gait_text
 from hypertuna.description.robot import load
 from hypertuna.io.files import columns_csv
 from hypertuna.simulation.dive import Dive, dive
 
 
+@opt.grouped
 def dive_command(
     robot: opt.RobotName,
-    gait: opt.GaitName = None,
-    frequency: opt.Frequency = None,
-    amplitude: opt.Amplitude = None,
-    phase: opt.Phase = None,
-    bias: opt.Bias = None,
+    gait: GaitOptions,
     fins: Annotated[
         float,
         opt.number("--fins", "degrees", "Angle of the pectoral fins in degrees: this far down, then this far up."),
@@ -40,7 +37,7 @@ def dive_command(
     The exit code is 0 if the robot descends with fins down and rises with fins up, 1 if not, 2 for bad input.
     """
     fish = load(robot)
-    beat = one_gait(fish, gait, frequency, amplitude, phase, bias)
+    beat = gait.make(fish)
     result = dive(fish, beat, angle=math.radians(fins), duration=duration, depth=depth, seed=seed)
     emit(
         result,

@@ -9,10 +9,10 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli import search
 from hypertuna.cli.console import print_json, print_lines, print_written, table
 from hypertuna.cli.gait import gait_record
 from hypertuna.cli.parsing import numbers
+from hypertuna.cli.search import GaitLimits, SearchOptions
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
@@ -26,21 +26,13 @@ State = Annotated[str, opt.text("--state", "File that stores the search; created
 MEASURED = (COLUMNS["speed"], COLUMNS["cost_of_transport"])
 
 
+@opt.grouped
 def ask_command(
     context: typer.Context,
     state: State,
-    robot: search.SearchRobot = None,
-    maximize: search.Maximize = None,
-    minimize: search.Minimize = None,
-    speed: search.Speed = None,
-    weight: search.Weight = None,
-    method: search.Method = "pso",
-    particles: search.Particles = None,
-    iterations: search.Iterations = None,
-    bounds: opt.Bounds = None,
-    seed: opt.Seed = 1,
-    max_joint_rate: search.Rate = None,
-    amplitude_by_bandwidth: search.Reach = False,
+    search: SearchOptions,
+    limits: GaitLimits,
+    robot: opt.RobotName = "",
     output: Annotated[
         str | None,
         opt.file("-o", "--output", help="Write the gaits to this .csv file, to be filled in.", suffixes=(".csv",)),
@@ -52,23 +44,11 @@ def ask_command(
     The first call defines the search; later ones need --state alone. Asking again gives the same gaits until all of
     them are measured. The exit code is 1 if the search has stopped without a gait that satisfies all limits.
     """
-    if robot is None:
-        _check_later(context)
     options = None
-    if robot is not None:
-        options = TankOptions(
-            robot=robot,
-            maximize=maximize,
-            minimize=minimize,
-            speed=speed,
-            weight=weight,
-            bounds={name: (low, high) for name, low, high in bounds or []},
-            limits=search.limits_of(load(robot), max_joint_rate, reach=amplitude_by_bandwidth),
-            method=method,
-            particles=particles,
-            iterations=iterations,
-            seed=seed,
-        )
+    if robot:
+        options = TankOptions(robot=robot, limits=limits.make(load(robot)), **search.arguments())
+    else:
+        _check_later(context)
     with TankSearch(state, options) as experiment:
         _print_state(experiment, as_json)
         if output is not None and experiment.stop is None:

@@ -4,69 +4,87 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from hypertuna.cli import options as opt
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.swimming.gait import Gait, Gaits, named_gait
+from hypertuna.swimming.gait import KINDS, Gait, Gaits, named_gait
 
-KINDS = ("amplitude", "phase", "bias")
 MIN_BEATS = 2  # of a run: for means over whole beats
-Axes = dict[str, list[tuple[float, ...]]]  # values of each option [Hz, deg]
+Points = Sequence[tuple[float, ...]]  # values of an option [Hz, deg]
 
 
-def one_gait(
-    robot: Robot,
-    name: str | None,
-    frequency: float | None,
-    amplitude: Sequence[float] | None,
-    phase: Sequence[float] | None,
-    bias: Sequence[float] | None,
-) -> Gait:
-    """Make the gait of the options [Hz, deg]; what is not given is that of the named gait."""
-    angles = {"amplitude": amplitude, "phase": phase, "bias": bias}
-    given = {"frequency": None if frequency is None else [(frequency,)]}
-    axes = _axes(robot, name, given | {key: None if value is None else [tuple(value)] for key, value in angles.items()})
-    return _gait({key: points[0] for key, points in axes.items()})
+@dataclass(frozen=True)
+class GaitOptions:
+    """One gait; what is not given is that of the named gait."""
+
+    gait: opt.GaitName = None
+    frequency: opt.Frequency = None
+    amplitude: opt.Amplitude = None
+    phase: opt.Phase = None
+    bias: opt.Bias = None
+
+    def make(self, robot: Robot) -> Gait:
+        """Return the gait."""
+        values = {key: getattr(self, key) for key in ("frequency", *KINDS)}
+        given = {key: [tuple(np.atleast_1d(value))] for key, value in values.items() if value is not None}
+        return _gait({key: points[0] for key, points in _axes(robot, self.gait, given).items()})
 
 
-def gait_grid(robot: Robot, name: str | None, given: Mapping[str, Sequence[tuple[float, ...]] | None]) -> Gaits:
-    """Make every combination of the options [Hz, deg]; what is not given is that of the named gait."""
-    axes = _axes(robot, name, given)
-    first = {key: points[0] for key, points in axes.items()}
-    for key, points in axes.items():
-        for point in points:
-            _gait(first | {key: point})  # checks it in degrees, as typed
-    angles = {key: np.radians(axes[key]).tolist() for key in KINDS}
-    return Gaits.grid(frequency=[value for (value,) in axes["frequency"]], **angles)
+@dataclass(frozen=True)
+class GridOptions:
+    """Every combination of frequencies, amplitudes, phases and biases; what is not given is that of the named gait."""
+
+    gait: opt.GaitName = None
+    frequency: opt.Frequencies = None
+    amplitude: opt.Amplitudes = None
+    phase: opt.Phases = None
+    bias: opt.Biases = None
+
+    @property
+    def given(self) -> dict[str, Points]:
+        """Values of each option that is given."""
+        levels = [point for level in self.amplitude or () for point in level]
+        values = {"frequency": self.frequency, "amplitude": levels, "phase": self.phase, "bias": self.bias}
+        return {key: points for key, points in values.items() if points}
+
+    def make(self, robot: Robot) -> Gaits:
+        """Return the grid."""
+        axes = _axes(robot, self.gait, self.given)
+        first = {key: points[0] for key, points in axes.items()}
+        for key, points in axes.items():
+            for point in points:
+                _gait(first | {key: point})  # checks it in degrees, as typed
+        angles = {key: np.radians(axes[key]).tolist() for key in KINDS}
+        return Gaits.grid(frequency=[value for (value,) in axes["frequency"]], **angles)
 
 
 def _gait(values: Mapping[str, tuple[float, ...]]) -> Gait:
     """Make a gait of its values [Hz, deg]."""
-    amplitude, phase, bias = (values[key] for key in KINDS)
-    return Gait.from_degrees(frequency=values["frequency"][0], amplitude=amplitude, phase=phase, bias=bias)
+    return Gait.from_degrees(frequency=values["frequency"][0], **{key: values[key] for key in KINDS})
 
 
-def _axes(robot: Robot, name: str | None, given: Mapping[str, Sequence[tuple[float, ...]] | None]) -> Axes:
+def _axes(robot: Robot, name: str | None, given: Mapping[str, Points]) -> dict[str, Points]:
     """Return the values of each option, checked for their number per joint group."""
     groups = len(robot.joints)
-    axes: Axes = {"bias": [(0.0,) * groups]}
+    axes: dict[str, Points] = {"bias": [(0.0,) * groups]}
     if name is not None:
         known = named_gait(robot, name)
         axes["frequency"] = [(known.frequency,)]
         axes |= {key: [tuple(np.degrees(getattr(known, key)).tolist())] for key in KINDS}
     for key, points in given.items():
-        if points:
-            axes[key] = list(points)
-            _check_count(robot, key, axes[key], 1 if key == "frequency" else groups)
-        elif key not in axes:
+        _check_count(robot, key, points, 1 if key == "frequency" else groups)
+    for key in ("frequency", *KINDS):
+        if key not in given and key not in axes:
             raise InputError("is missing", key=f"--{key}", fix="give it, or a gait of the robot's file with --gait")
-    return axes
+    return axes | dict(given)
 
 
-def _check_count(robot: Robot, key: str, points: Sequence[tuple[float, ...]], count: int) -> None:
+def _check_count(robot: Robot, key: str, points: Points, count: int) -> None:
     """Check that there is one frequency, and one angle per joint group."""
     for point in points:
         if len(point) != count:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli import search
 from hypertuna.cli.console import command_line, progress_bar, summary_table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.experiment import ask_command, tell_command
-from hypertuna.cli.gait import KINDS, gait_record
-from hypertuna.description.robot import Robot, load, parse
+from hypertuna.cli.gait import gait_record
+from hypertuna.cli.search import RobustOptions, SearchOptions, SwimLimits
+from hypertuna.description.robot import Robot, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
@@ -22,36 +23,35 @@ from hypertuna.optimization.optimize import optimize
 from hypertuna.optimization.optimum import Margin, Optimum
 from hypertuna.optimization.robust import STATISTICS
 from hypertuna.swimming.beat import QUANTITIES
-from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.gait import KINDS, Gait
 
 optimize_app = typer.Typer(invoke_without_command=True, add_completion=False, rich_markup_mode=None)
 optimize_app.command("ask")(ask_command)
 optimize_app.command("tell")(tell_command)
 
 
+@dataclass(frozen=True)
+class SubjectOptions(opt.RobotOptions):
+    """A robot and its model; `ask` and `tell` come without one."""
+
+    robot: opt.RobotName = ""
+
+    def load(self) -> Robot:
+        """Read the robot."""
+        if not self.robot:
+            raise InputError("is missing", key="--robot", fix="give a robot's name or the path of its file")
+        return super().load()
+
+
 @optimize_app.callback()
+@opt.grouped
 def optimize_command(
     context: typer.Context,
-    robot: search.SearchRobot = None,
-    maximize: search.Maximize = None,
-    minimize: search.Minimize = None,
-    speed: search.Speed = None,
-    weight: search.Weight = None,
-    method: search.Method = "pso",
-    particles: search.Particles = None,
-    iterations: search.Iterations = None,
-    bounds: opt.Bounds = None,
-    robust: search.Robust = None,
-    samples: search.Samples = 32,
-    seed: opt.Seed = 1,
-    max_joint_rate: search.Rate = None,
-    max_torque: search.Torque = None,
-    amplitude_by_bandwidth: search.Reach = False,
-    strouhal: search.Strouhal = None,
-    min_speed: search.MinSpeed = None,
-    joints: opt.JointLaw = None,
-    areas: opt.Areas = None,
-    water: opt.WaterLaw = None,
+    robot: SubjectOptions,
+    search: SearchOptions,
+    robust: RobustOptions,
+    limits: SwimLimits,
+    min_speed: Annotated[float | None, opt.number("--min-speed", "m/s", "Minimum speed in m/s.")] = None,
     checkpoint: opt.Checkpoint = None,
     plot: opt.Plot = None,
     output: opt.RobotOutput = None,
@@ -64,27 +64,11 @@ def optimize_command(
     if context.invoked_subcommand is not None:
         _check_alone(context)
         return
-    if robot is None:
-        raise InputError("is missing", key="--robot", fix="give a robot's name or the path of its file")
-    fish = load(robot).using(joints=joints, areas=areas, water=water)
-    limits = search.limits_of(fish, max_joint_rate, max_torque, amplitude_by_bandwidth, strouhal, min_speed)
+    subject = robot.load()
+    kept = limits.make(subject, speed=min_speed)
     with progress_bar("optimizing") as progress:
         result = optimize(
-            fish,
-            maximize=maximize,
-            minimize=minimize,
-            speed=speed,
-            weight=weight,
-            bounds={name: (low, high) for name, low, high in bounds or []},
-            limits=limits,
-            method=method,
-            particles=particles,
-            iterations=iterations,
-            robust=robust,
-            samples=samples,
-            seed=seed,
-            checkpoint=checkpoint,
-            progress=progress,
+            subject, limits=kept, checkpoint=checkpoint, progress=progress, **search.arguments(), **vars(robust)
         )
     if output is not None and result.gait is not None:
         write_robot(_with_gait(result.robot, result.gait), output)

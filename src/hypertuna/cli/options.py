@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 from collections.abc import Callable, Sequence
-from typing import Annotated, Any
+from dataclasses import dataclass, fields, is_dataclass
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -12,6 +15,9 @@ from hypertuna.cli import parsing
 from hypertuna.cli.parsing import Bound
 from hypertuna.errors import InputError
 from hypertuna.ranges import check_choice
+
+if TYPE_CHECKING:
+    from hypertuna.description.robot import Robot
 
 # --- how options are declared. Values are read in callbacks, which know the option's name: bad ones are an InputError.
 
@@ -116,6 +122,31 @@ def file(*names: str, help: str, suffixes: Sequence[str]) -> Any:
     return option(names, help, "FILE", lambda text, key: parsing.output_file(text, suffixes, key))
 
 
+def grouped(command: Callable[..., None]) -> Callable[..., None]:
+    """Let a command take groups of options: a parameter whose type is a dataclass stands for the options it holds."""
+    types: dict[str, Any] = get_type_hints(command, include_extras=True)
+    groups: dict[str, Any] = {name: kind for name, kind in types.items() if is_dataclass(kind)}
+    options: dict[str, inspect.Parameter] = {}
+    for name, parameter in inspect.signature(command).parameters.items():
+        if name in groups:
+            types |= get_type_hints(groups[name], include_extras=True)
+            options |= inspect.signature(groups[name]).parameters
+        else:
+            options[name] = parameter
+
+    @functools.wraps(command)
+    def called(**values: Any) -> None:
+        for name, group in groups.items():
+            values[name] = group(**{field.name: values.pop(field.name) for field in fields(group)})
+        command(**values)
+
+    kind = inspect.Parameter.KEYWORD_ONLY
+    listed = [option.replace(kind=kind, annotation=types[name]) for name, option in options.items()]
+    called.__signature__ = inspect.Signature(listed)  # type: ignore[attr-defined]  # read by typer
+    called.__annotations__ = {option.name: option.annotation for option in listed}
+    return called
+
+
 # --- the robot and its gait
 
 GROUPS = "one per joint group, separated by commas"
@@ -147,6 +178,24 @@ JointLaw = Annotated[str | None, text("--joints", f"ideal or bandwidth. {ROBOTS}
 Areas = Annotated[str | None, text("--areas", f"consistent or as-printed. {ROBOTS}")]
 LAWS = ", ".join(law for law, _ in _core.water_laws())
 WaterLaw = Annotated[str | None, text("--water", f"Water law: {LAWS}. {ROBOTS}")]
+
+
+@dataclass(frozen=True)
+class RobotOptions:
+    """A robot and its model."""
+
+    robot: RobotName
+    joints: JointLaw = None
+    areas: Areas = None
+    water: WaterLaw = None
+
+    def load(self) -> Robot:
+        """Read the robot."""
+        from hypertuna.description.robot import load
+
+        return load(self.robot).using(joints=self.joints, areas=self.areas, water=self.water)
+
+
 Joint = Annotated[str, text("--joint", "Name of the joint group, or its number from the head.")]
 Side = Annotated[str, text("--side", "Side under pressure, left or right; a bend toward it is positive.")]
 

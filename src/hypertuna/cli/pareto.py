@@ -9,12 +9,11 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli import search
 from hypertuna.cli.console import command_line, progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import gait_record
+from hypertuna.cli.search import RobustOptions, SwimLimits, bounds_of
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import load
 from hypertuna.io.files import rows_csv
 from hypertuna.optimization.objective import OBJECTIVES
 from hypertuna.optimization.pareto import SLOW, Front, pareto
@@ -43,29 +42,23 @@ SHOWN = {
 NAMES = {quantity: name for name, quantity in SHOWN.items()}
 
 
+@opt.grouped
 def pareto_command(
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
+    limits: SwimLimits,
+    robust: RobustOptions,
     objectives: Annotated[
         str, opt.text("--objectives", f"Two or three of {', '.join(OBJECTIVES)}.")
     ] = "speed,cost_of_transport",
     population: Annotated[int, opt.whole_number("--population", "Gaits in a generation of NSGA-II.")] = 40,
     generations: Annotated[int, opt.whole_number("--generations", "Generations of NSGA-II.")] = 60,
     bounds: opt.Bounds = None,
-    max_joint_rate: search.Rate = None,
-    max_torque: search.Torque = None,
-    amplitude_by_bandwidth: search.Reach = False,
-    strouhal: search.Strouhal = None,
     min_speed: Annotated[
         float | None,
         opt.number("--min-speed", "m/s", f"Minimum speed in m/s. (default: {SLOW:g} body lengths/s)"),
     ] = None,
-    robust: search.Robust = None,
-    samples: search.Samples = 32,
     seed: opt.Seed = 1,
     no_polish: Annotated[bool, typer.Option("--no-polish", help="Do not polish the front of NSGA-II.")] = False,
-    joints: opt.JointLaw = None,
-    areas: opt.Areas = None,
-    water: opt.WaterLaw = None,
     steps: opt.Steps = DEFAULT_STEPS,
     checkpoint: opt.Checkpoint = None,
     plot: opt.Plot = None,
@@ -76,23 +69,22 @@ def pareto_command(
 
     The exit code is 0 for a front, 1 if no gait satisfies all limits, 2 for bad input.
     """
-    fish = load(robot).using(joints=joints, areas=areas, water=water)
+    subject = robot.load()
     with progress_bar("evolving") as progress:
         front = pareto(
-            fish,
+            subject,
             [name.strip() for name in objectives.split(",")],
             population=population,
             generations=generations,
-            bounds={name: (low, high) for name, low, high in bounds or []},
-            limits=search.limits_of(fish, max_joint_rate, max_torque, amplitude_by_bandwidth, strouhal),
+            bounds=bounds_of(bounds),
+            limits=limits.make(subject),
             min_speed=min_speed,
             polish=not no_polish,
-            robust=robust,
-            samples=samples,
             seed=seed,
             steps=steps,
             checkpoint=checkpoint,
             progress=progress,
+            **vars(robust),
         )
     empty = not len(front.x)
     emit(

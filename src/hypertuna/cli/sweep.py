@@ -10,9 +10,8 @@ import numpy as np
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
-from hypertuna.cli.gait import gait_grid
+from hypertuna.cli.gait import GridOptions
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import load
 from hypertuna.io.files import variable_columns
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.sweep import sweep
@@ -33,16 +32,10 @@ HEADS = {
 }
 
 
+@opt.grouped
 def sweep_command(
-    robot: opt.RobotName,
-    gait: opt.GaitName = None,
-    frequency: opt.Frequencies = None,
-    amplitude: opt.Amplitudes = None,
-    phase: opt.Phases = None,
-    bias: opt.Biases = None,
-    joints: opt.JointLaw = None,
-    areas: opt.Areas = None,
-    water: opt.WaterLaw = None,
+    robot: opt.RobotOptions,
+    gaits: GridOptions,
     steps: opt.Steps = DEFAULT_STEPS,
     threads: opt.Threads = None,
     plot: opt.Plot = None,
@@ -53,14 +46,12 @@ def sweep_command(
 
     Every gait comes with its status; gaits that do not settle are counted on the error output.
     """
-    fish = load(robot).using(joints=joints, areas=areas, water=water)
-    levels = None if amplitude is None else [point for level in amplitude for point in level]
-    gaits = gait_grid(fish, gait, {"frequency": frequency, "amplitude": levels, "phase": phase, "bias": bias})
+    subject = robot.load()
     with progress_bar("swimming") as progress:
-        result = sweep(fish, gaits, threads=threads, steps=steps, progress=progress)
+        result = sweep(subject, gaits.make(subject), threads=threads, steps=steps, progress=progress)
     emit(
         result,
-        record=lambda data: provenance(fish) | {"gaits": _rows(data)},
+        record=lambda data: provenance(subject) | {"gaits": _rows(data)},
         lines=_lines,
         columns=_names(result),
         digits=None,

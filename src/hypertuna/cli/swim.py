@@ -8,23 +8,16 @@ from typing import Annotated, Any
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import summary_table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.gait import gait_degrees, gait_text, one_gait
-from hypertuna.description.robot import load
+from hypertuna.cli.gait import GaitOptions, gait_degrees, gait_text
 from hypertuna.description.schema.water import LAWS
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.swim import Swim, swim
 
 
+@opt.grouped
 def swim_command(
-    robot: opt.RobotName,
-    gait: opt.GaitName = None,
-    frequency: opt.Frequency = None,
-    amplitude: opt.Amplitude = None,
-    phase: opt.Phase = None,
-    bias: opt.Bias = None,
-    joints: opt.JointLaw = None,
-    areas: opt.Areas = None,
-    water: opt.WaterLaw = None,
+    robot: opt.RobotOptions,
+    gait: GaitOptions,
     from_rest: Annotated[
         float | None,
         opt.number("--from-rest", "seconds", "Integrate from rest for this many seconds instead of the settled beat."),
@@ -51,9 +44,8 @@ def swim_command(
 
     The exit code is 0 for a settled gait, 1 for one that is not (its results are still printed), 2 for bad input.
     """
-    fish = load(robot).using(joints=joints, areas=areas, water=water)
-    beat = one_gait(fish, gait, frequency, amplitude, phase, bias)
-    result = swim(fish, beat, from_rest=from_rest, steps=steps, current=(current[0], current[1]))
+    subject = robot.load()
+    result = swim(subject, gait.make(subject), from_rest=from_rest, steps=steps, current=(current[0], current[1]))
     animated = plot is not None and plot.lower().endswith(".gif")
     emit(
         result,

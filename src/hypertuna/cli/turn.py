@@ -3,40 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Any
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, progress_bar, table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.gait import KINDS, gait_degrees, gait_grid, gait_text
-from hypertuna.description.robot import Robot, load
+from hypertuna.cli.gait import GridOptions, gait_degrees, gait_text
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.io.files import rows_csv
-from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
-from hypertuna.swimming.gait import Gaits, named_gait
-from hypertuna.swimming.turn import Tightest, Turning, gait_at, turn
+from hypertuna.io.files import columns_csv, variable_columns
+from hypertuna.swimming.beat import DEFAULT_STEPS
+from hypertuna.swimming.gait import KINDS, Gaits, named_gait
+from hypertuna.swimming.turn import Tightest, Turning, turn
 
 AROUND = np.linspace(0, 320, 9)  # deg of the last joint group's phase: once around, as in the paper's Fig. 14(b)
 MAX_TURNS = 2000  # each is swum a whole circle
 ROWS = 40  # that the terminal shows
 
 
+@opt.grouped
 def turn_command(
-    robot: opt.RobotName,
-    gait: opt.GaitName = None,
-    frequency: opt.Frequencies = None,
-    amplitude: Annotated[
-        Sequence[tuple[float, ...]] | None,
-        opt.ranges("--amplitude", "degrees", f"{opt.RANGE} per joint group in degrees."),
-    ] = None,
-    phase: opt.Phases = None,
-    bias: opt.Biases = None,
-    joints: opt.JointLaw = None,
-    areas: opt.Areas = None,
-    water: opt.WaterLaw = None,
+    robot: opt.RobotOptions,
+    gaits: GridOptions,
     steps: opt.Steps = DEFAULT_STEPS,
     threads: opt.Threads = None,
     plot: opt.Plot = None,
@@ -48,17 +40,18 @@ def turn_command(
     Without --phase, the phase of the last joint group covers a full turn. The exit code is 0 if a gait turns, 1 if none
     does, 2 for bad input.
     """
-    fish = load(robot).using(joints=joints, areas=areas, water=water)
-    given = {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}
-    grid = _grid(fish, gait, given)
+    subject = robot.load()
+    grid = _grid(subject, gaits)
     with progress_bar("turning") as progress:
-        turning = turn(fish, grid, threads=threads, steps=steps, progress=progress)
+        turning = turn(subject, grid, threads=threads, steps=steps, progress=progress)
     straight = turning.tightest is None
     emit(
         turning,
         record=_record,
         lines=_lines,
-        csv=_csv,
+        csv=lambda turning: columns_csv(
+            turning.sweep.attrs | {"command": command_line()}, _gait_columns(turning) | _columns(turning), digits=None
+        ),
         dataset=lambda turning: turning.sweep,
         output=None if straight else output,
         plot=None if straight else plot,
@@ -68,44 +61,53 @@ def turn_command(
     )
 
 
-def _grid(robot: Robot, gait: str | None, given: dict[str, Sequence[tuple[float, ...]] | None]) -> Gaits:
+def _grid(robot: Robot, options: GridOptions) -> Gaits:
     """Make every combination of the options."""
-    if given["phase"] is None:
-        first = named_gait(robot, gait).phase[:-1] if gait is not None else (0.0,) * (len(robot.joints) - 1)
+    if options.phase is None:
+        first = (0.0,) * (len(robot.joints) - 1) if options.gait is None else named_gait(robot, options.gait).phase[:-1]
         lags = tuple(round(math.degrees(angle), 10) for angle in first)
-        given = given | {"phase": [(*lags, last) for last in AROUND.tolist()]}
-    count = math.prod(len(points) for points in given.values() if points is not None)
+        options = replace(options, phase=[(*lags, last) for last in AROUND.tolist()])
+    count = math.prod(map(len, options.given.values()))
     if count > MAX_TURNS:
         fix = "give fewer values; `hypertuna sweep` gives the radii of many without fitting circles"
         raise InputError(f"must be at most {MAX_TURNS} in all", key="gaits", value=f"{count}", fix=fix)
-    return gait_grid(robot, gait, given)
+    return options.make(robot)
+
+
+def _gait_columns(turning: Turning) -> dict[str, Any]:
+    """Return the gaits of the grid, names with units."""
+    return variable_columns(turning.sweep, [str(name) for name in turning.sweep.coords])
+
+
+def _columns(turning: Turning) -> dict[str, Any]:
+    """Return the turn of every gait of the grid, names with units."""
+    length = turning.robot.body.length
+    names = ("frequency", "turn_radius", "circle_radius", "circle_residual", "turn_rate", "speed", "status")
+    columns = variable_columns(turning.sweep, names)
+    rate = np.degrees(columns["turn_rate_rad_s"])
+    return {
+        "turn_radius_m": columns["turn_radius_m"],
+        "turn_radius_bl": columns["turn_radius_m"] / length,
+        "circle_radius_bl": columns["circle_radius_m"] / length,
+        "circle_residual_m": columns["circle_residual_m"],
+        "turn_rate_deg_s": rate,
+        "turn_per_beat_deg": rate / columns["frequency_hz"],
+        "speed_m_s": columns["speed_m_s"],
+        "status": columns["status"],
+    }
 
 
 def _rows(turning: Turning) -> list[dict[str, Any]]:
-    """Return every gait of the grid with its turn, names with units."""
-    length, data, rows = turning.robot.body.length, turning.sweep, []
-    for index in np.ndindex(*data.turn_radius.shape):
-        row = data.isel(dict(zip(data.turn_radius.dims, index, strict=True)))
-        gait = gait_at(turning.robot, row)
-        turns = {
-            "turn_radius_m": float(row.turn_radius),
-            "turn_radius_bl": float(row.turn_radius) / length,
-            "circle_radius_bl": float(row.circle_radius) / length,
-            "circle_residual_m": float(row.circle_residual),
-            "turn_rate_deg_s": math.degrees(float(row.turn_rate)),
-            "turn_per_beat_deg": math.degrees(float(row.turn_rate)) / gait.frequency,
-            "speed_m_s": float(row.speed),
-            "status": STATUSES[int(row.status)],
-        }
-        rows.append(gait_degrees(gait) | turns)
-    return rows
+    """Return every gait of the grid with its turn."""
+    columns = _columns(turning)
+    rows = (dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True))
+    return [gait_degrees(gait) | row for gait, row in zip(turning.gaits, rows, strict=True)]
 
 
-def _tightest(turning: Turning, one: Tightest | None) -> dict[str, Any] | None:
+def _tightest(one: Tightest | None, length: float) -> dict[str, Any] | None:
     """Return the JSON record of a tightest turn."""
     if one is None:
         return None
-    length = turning.robot.body.length
     return gait_degrees(one.gait) | {
         "turn_radius_bl": one.radius / length,
         "circle_radius_bl": one.circle.radius / length,
@@ -118,50 +120,42 @@ def _tightest(turning: Turning, one: Tightest | None) -> dict[str, Any] | None:
 
 def _record(turning: Turning) -> dict[str, Any]:
     """Return the JSON record."""
-    ends = {"tightest": turning.tightest, "tightest_forward": turning.forward}
-    turns = {name: _tightest(turning, one) for name, one in ends.items()}
-    return made_by(turning.robot) | turns | {"status_text": _sentences(turning), "turns": _rows(turning)}
+    length = turning.robot.body.length
+    return made_by(turning.robot) | {
+        "tightest": _tightest(turning.tightest, length),
+        "tightest_forward": _tightest(turning.forward, length),
+        "status_text": list(_sentences(turning)),
+        "turns": _rows(turning),
+    }
 
 
-def _sentences(turning: Turning) -> list[str]:
+def _sentences(turning: Turning) -> Iterator[str]:
     """Describe the tightest turns."""
     if turning.tightest is None:
-        return ["No gait turns: give the joints a bias with --bias, or see the statuses with --json."]
-    sentences, length = [], turning.robot.body.length
-    for one, what in ((turning.tightest, "tightest turn"), (turning.forward, "tightest that swims head first")):
-        if one is None:
-            sentences.append("No gait that turns swims head first.")
-            continue
-        between = ""
-        if one.phase != one.gait.phase[-1]:
-            between = (
-                f"; between the phases given, {one.min_radius / length:.3g} BL at {math.degrees(one.phase):.3g} deg"
-            )
-        at = f"at {math.degrees(one.gait.phase[-1]):.4g} deg, {one.gait.frequency:g} Hz"
-        speed = f"{'head' if one.speed > 0 else 'tail'} first at {abs(one.speed):.2g} m/s"
-        sentences.append(f"The {what}: {one.radius / length:.3g} BL {at}, {speed}{between}.")
-    same = turning.forward is not None and turning.forward.gait == turning.tightest.gait
-    return sentences[:1] if same else sentences
+        yield "No gait turns: give the joints a bias with --bias, or see the statuses with --json."
+        return
+    length = turning.robot.body.length
+    yield _sentence("tightest turn", turning.tightest, length)
+    if turning.forward is None:
+        yield "No gait that turns swims head first."
+    elif turning.forward.gait != turning.tightest.gait:
+        yield _sentence("tightest that swims head first", turning.forward, length)
 
 
-def _csv(turning: Turning) -> str:
-    """Write the turns as comma-separated values."""
-    groups = [group.name for group in turning.robot.joints]
-    rows = []
-    for row in _rows(turning):
-        flat: dict[str, Any] = {"frequency_hz": row.pop("frequency_hz")}
-        for key in KINDS:
-            flat |= {f"{key}_{name}_deg": a for name, a in zip(groups, row.pop(f"{key}_deg"), strict=True)}
-        rows.append(flat | row)
-    facts = {str(key): value for key, value in turning.sweep.attrs.items()} | {"command": command_line()}
-    return rows_csv(facts, rows)
+def _sentence(what: str, one: Tightest, length: float) -> str:
+    """Describe a turn."""
+    at = f"at {math.degrees(one.gait.phase[-1]):.4g} deg, {one.gait.frequency:g} Hz"
+    speed = f"{'head' if one.speed > 0 else 'tail'} first at {abs(one.speed):.2g} m/s"
+    between = f"; between the phases given, {one.min_radius / length:.3g} BL at {math.degrees(one.phase):.3g} deg"
+    same = one.phase == one.gait.phase[-1]
+    return f"The {what}: {one.radius / length:.3g} BL {at}, {speed}{'' if same else between}."
 
 
 def _lines(turning: Turning) -> Iterator[Any]:
     """Lay out the turns, and describe the tightest."""
     best, rows = turning.tightest, _rows(turning)
     if best is None:
-        yield _sentences(turning)[0], "bold red"
+        yield from ((sentence, "bold red") for sentence in _sentences(turning))
         return
     heads = {"frequency_hz": "f\n[Hz]"} | {f"{key}_deg": f"{key}\n[deg]" for key in KINDS}
     varying = [key for key in heads if any(row[key] != rows[0][key] for row in rows)]

@@ -13,7 +13,7 @@ from hypertuna.actuation.hydraulics import with_bore
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import summary_table, table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.gait import check_duration, gait_degrees, gait_text, one_gait
+from hypertuna.cli.gait import GaitOptions, check_duration, gait_degrees, gait_text
 from hypertuna.description.robot import Robot, load
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.io.quantity import Quantity
@@ -29,13 +29,10 @@ COLUMNS |= {name: name for name in ("x", "y", "heading", "speed", "status")}
 BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
 
 
+@opt.grouped
 def twin_command(
     robot: opt.RobotName,
-    gait: opt.GaitName = None,
-    frequency: opt.Frequency = None,
-    amplitude: opt.Amplitude = None,
-    phase: opt.Phase = None,
-    bias: opt.Bias = None,
+    gait: GaitOptions,
     duration: opt.Duration = 20,
     fault: Annotated[
         list[str] | None,
@@ -64,7 +61,7 @@ def twin_command(
     The exit code is 0 for a run, 1 for one that diverged (its results until then are printed), 2 for bad input.
     """
     fish = robot_with(robot, line_bore)
-    beat = one_gait(fish, gait, frequency, amplitude, phase, bias)
+    beat = gait.make(fish)
     check_duration(beat, duration)
     run = twin(
         fish,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
 
@@ -200,6 +200,9 @@ class Gaits:
 
     def __len__(self) -> int:
         return len(self.frequency)
+
+    def __iter__(self) -> Iterator[Gait]:
+        return (self[k] for k in range(len(self)))
 
     def __getitem__(self, k: int) -> Gait:
         return Gait(float(self.frequency[k]), *(tuple(column[k].tolist()) for column in self.columns[1:]))

@@ -14,7 +14,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
-from hypertuna.swimming.gait import KINDS, Gait, Gaits
+from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.sweep import sweep
 from hypertuna.swimming.swim import Swim, swim
 
@@ -54,6 +54,7 @@ class Turning:
     """Turns of many gaits."""
 
     robot: Robot
+    gaits: Gaits  # of the grid
     sweep: xr.Dataset  # of the grid, with circle_radius and circle_residual [m] of each path: NaN unless settled
     tightest: Tightest | None  # of all settled gaits; None where none turns
     forward: Tightest | None  # of those that swim head first
@@ -93,12 +94,6 @@ def nose_path(beat: Swim) -> Points:
     every = max(1, beat.steps // PER_BEAT)
     z: Points = (motion.x.values + 1j * motion.y.values)[:-1:every]
     return z
-
-
-def gait_at(robot: Robot, row: xr.Dataset) -> Gait:
-    """Return the gait at one place of a sweep."""
-    angles = (tuple(float(row[f"{kind}_{group.name}"]) for group in robot.joints) for kind in KINDS)
-    return Gait(float(row.frequency), *angles)
 
 
 def point_radius(beat: Swim, behind: float) -> float:
@@ -169,7 +164,7 @@ def turn(
     turns = settled & np.isfinite(bends)
     ahead = turns & (results.speed.values.ravel() > 0)
     best, first = (_tightest(robot, gaits, bends, among, steps) for among in (turns, ahead))
-    return Turning(robot, results, best, first)
+    return Turning(robot, gaits, results, best, first)
 
 
 def tightest(robot: Robot, gait: Gait, *, low: float, high: float, steps: int = DEFAULT_STEPS) -> tuple[float, float]:
