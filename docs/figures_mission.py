@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from hypertuna.description.robot import load
 from hypertuna.mission.file import read_mission, reference
 from hypertuna.mission.flight import Flight, fly
-from hypertuna.mission.log_fields import BORDER, DERIVED, SCALARS
+from hypertuna.mission.log_fields import BORDER, DERIVED
 from hypertuna.mission.plots import plot_mission
-from hypertuna.mission.record import COLUMNS
+from hypertuna.mission.record import TOPICS
 from hypertuna.paper.chapters.lake import read_lake
 from hypertuna.paper.ledger import published
 
@@ -52,10 +52,10 @@ def topic_table() -> str:
     lines = ["| topic | has | unit |", "| --- | --- | --- |"]
     lines.append("| `/tf` | `foxglove.FrameTransform` of `robot` and of `estimate` in `world` | m |")
     lines.append("| `/location` | `foxglove.LocationFix`: the place on the Earth, where there is an origin | deg |")
-    for topic, names in SCALARS.items():
-        for name in names:
-            unit = BORDER[COLUMNS[name].unit][0]
-            lines.append(f"| `{topic}` | `{name}`: {COLUMNS[name].meaning} | {SPELLED.get(unit, unit)} |")
+    for topic, columns in list(TOPICS.items())[1:]:
+        for name, column in columns.items():
+            unit = BORDER[column.unit][0]
+            lines.append(f"| `{topic}` | `{name}`: {column.meaning} | {SPELLED.get(unit, unit)} |")
         if topic == "/motion":
             units = {name: name.split("_", 1)[1] for name in DERIVED}
             lines += [

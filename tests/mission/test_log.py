@@ -16,13 +16,13 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.frames import angles_of, rotation_of
-from hypertuna.mission.read_log import Log, read_log
-from hypertuna.mission.record import COLUMNS, MissionRecord, joined, mission_from, mission_table
+from hypertuna.mission.read_log import Log, protobuf_fields, read_header, read_log
+from hypertuna.mission.record import COLUMNS, MissionRecord, joined
 from voyage import voyage
 
 foxglove = pytest.importorskip("foxglove", reason="needs the extra log: pip install 'hypertuna[log]'")
 from hypertuna.io.mcap import CHUNK  # noqa: E402
-from hypertuna.mission.log import LogWriter, write_log  # noqa: E402
+from hypertuna.mission.log import LogWriter, _head, write_log  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -90,10 +90,13 @@ def vars_of(record: MissionRecord) -> dict[str, object]:
     return {name: getattr(record, name) for name in MissionRecord.__dataclass_fields__}
 
 
-def test_a_mission_becomes_a_table_and_back(record: MissionRecord) -> None:
-    assert mission_from(json.loads(json.dumps(mission_table(record.mission)))) == record.mission
-    with pytest.raises(ht.InputError, match="must be a mission in hypertuna's format"):
-        mission_from({"waypoints": [[1, 2]]})
+def test_a_mission_becomes_a_header_and_back(record: MissionRecord) -> None:
+    head = _head(record)
+    assert read_header(head).mission == record.mission
+    table = json.loads(head)
+    table["mission"]["waypoints"] = [[1, 2]]
+    with pytest.raises(ht.InputError, match="must have a header in hypertuna's format"):
+        read_header(json.dumps(table))
 
 
 # --- an independent reader
@@ -160,13 +163,11 @@ def test_transforms_are_forward_left_up(file: Path, record: MissionRecord) -> No
     """The x axis that viewers show is the way the head faces: minus our axis from nose to tail."""
     from mcap.reader import make_reader
 
-    from hypertuna.io.mcap import protobuf_fields as _wire
-
     with file.open("rb") as stream:
         _, _, message = next(iter(make_reader(stream).iter_messages(topics=["/tf"])))
-    parts = dict(_wire(message.data))
+    parts = dict(protobuf_fields(message.data))
     assert (parts[2], parts[3]) == (b"world", b"robot")
-    x, y, z, w = (np.frombuffer(dict(_wire(parts[5])).get(k, bytes(8)))[0] for k in (1, 2, 3, 4))
+    x, y, z, w = (np.frombuffer(dict(protobuf_fields(parts[5])).get(k, bytes(8)))[0] for k in (1, 2, 3, 4))
     ahead = rotation_of(np.array([w, x, y, z])) @ [1.0, 0.0, 0.0]
     ours = rotation_of(record.data["attitude"][0])
     np.testing.assert_allclose(ahead, -ours[:, 0], atol=1e-15)

@@ -1,6 +1,8 @@
 """Missions on the twin at sea: parts make a whole, seeds repeat, depth and way are held, failures keep their rules."""
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +11,10 @@ import hypertuna as ht
 from hypertuna.control.mission import Mission, Waypoint
 from hypertuna.errors import InputError
 from hypertuna.frames import angles_of
-from hypertuna.mission.run import MissionRun, fly_mission, fly_part, joined, mission_start
+from hypertuna.mission.file import parse_mission
+from hypertuna.mission.flight import Flight, fly
+from hypertuna.mission.record import MissionRecord
+from hypertuna.mission.run import fly_part, joined_parts, mission_start
 
 NORTH = -math.pi / 2  # of the axis from nose to tail: the robot faces north
 OUT = Mission(waypoints=(Waypoint(0, 60, 1, 0.3, 2), Waypoint(30, 60, 1, 0.3, 2)), heading=NORTH, stay=True)
@@ -21,10 +26,23 @@ def robot() -> ht.Robot:
 
 
 @pytest.fixture(scope="module")
-def minutes(robot: ht.Robot) -> MissionRun:
+def minutes(robot: ht.Robot) -> MissionRecord:
     """Three minutes: a survey at the surface, a dive, a way at depth, across a current of 0.1 m/s."""
     mission = Mission(**{**OUT.__dict__, "current": (0.1, 0.0)})
-    return fly_mission(robot, mission, seed=3, duration=180)
+    return flown(robot, mission, seed=3, duration=180).record
+
+
+def flown(robot: ht.Robot, mission: Mission, **options: Any) -> Flight:
+    """Fly a mission of no file, which scatters nothing over its seeds."""
+    place = {"x_m": 0.0, "y_m": 0.0}
+    point = place | {"speed_m_s": 0.3, "radius_m": 1.0}
+    start = place | {"heading_deg": 0.0}
+    file = parse_mission({"format": 1, "name": "flown", "start": start, "waypoints": [point]})
+    return fly(replace(file, mission=mission), robot, **options)
+
+
+def modes(record: MissionRecord) -> list[str]:
+    return [record.modes[int(mode)] for mode in record.data["mode"]]
 
 
 def test_parts_make_the_whole(robot: ht.Robot) -> None:
@@ -33,7 +51,7 @@ def test_parts_make_the_whole(robot: ht.Robot) -> None:
     whole, _ = fly_part(start, 800)
     first, state = fly_part(start, 400)
     second, _ = fly_part(start, 400, state)
-    run, parts = joined(start, [whole]), joined(start, [first, second])
+    run, parts = joined_parts(start, [whole]), joined_parts(start, [first, second])
     assert len(run.time) == 200
     for name, values in run.data.items():
         assert np.array_equal(values, parts.data[name]), name
@@ -42,12 +60,12 @@ def test_parts_make_the_whole(robot: ht.Robot) -> None:
 
 
 def test_a_seed_repeats_and_another_differs(robot: ht.Robot) -> None:
-    runs = [fly_mission(robot, OUT, seed=seed, duration=3) for seed in (1, 1, 2)]
+    runs = [flown(robot, OUT, seed=seed, duration=3).record for seed in (1, 1, 2)]
     assert np.array_equal(runs[0].position, runs[1].position)
     assert not np.array_equal(runs[0].position, runs[2].position)
 
 
-def test_it_knows_where_it_is(minutes: MissionRun) -> None:
+def test_it_knows_where_it_is(minutes: MissionRecord) -> None:
     """Position within three of the deviations that it says; current, heading and pitch as they are."""
     late = minutes.time > 60
     off = np.hypot(*(minutes.data["position_estimated"] - minutes.position[:, :2]).T)
@@ -59,7 +77,7 @@ def test_it_knows_where_it_is(minutes: MissionRun) -> None:
     assert abs(error[:, 2]).max() < 6  # heading, with the compass's offset
 
 
-def test_it_holds_depth_and_course(minutes: MissionRun) -> None:
+def test_it_holds_depth_and_course(minutes: MissionRecord) -> None:
     """The first leg's last 20 m, at a depth of 1 m: within 10 cm, and as near to the leg as it believes to be."""
     far = (minutes.data["position_estimated"][:, 1] > 38) & (minutes.data["leg"] == 0)
     assert far.sum() > 200
@@ -72,12 +90,13 @@ def test_it_holds_depth_and_course(minutes: MissionRun) -> None:
 @pytest.mark.parametrize("fault", ["depth:nan@20", "imu:nan@20", "field:nan@20", "battery:nan@20"])
 def test_a_lost_sensor_is_told_and_survived(robot: ht.Robot, fault: str) -> None:
     reason = {"depth": "depth_lost", "imu": "imu_lost", "field": "compass_lost", "battery": "battery_lost"}
-    run = fly_mission(robot, OUT, seed=1, faults=fault, duration=45)
+    flight = flown(robot, OUT, seed=1, faults=[fault], duration=45)
+    run = flight.record
     told = reason[fault.partition(":")[0]]
-    assert 21 < run.reasons[told] < 26
-    assert run.status != "diverged"
+    assert 21 < run.first_reasons[told] < 26
+    assert flight.status != "diverged"
     assert np.isfinite(run.data["position_estimated"]).all()
-    assert run.modes[-1] in ("home", "done", "surface", "hold")
+    assert modes(run)[-1] in ("home", "done", "surface", "hold")
     assert run.depth.max() < 1.5
 
 
@@ -85,17 +104,17 @@ def test_a_lost_sensor_is_told_and_survived(robot: ht.Robot, fault: str) -> None
 def test_a_lost_fin_loses_no_robot(robot: ht.Robot, fault: str) -> None:
     """It stays within the depth that it may have, whichever fin stands however."""
     mission = Mission(**{**OUT.__dict__, "depth_max": 4.0})
-    run = fly_mission(robot, mission, seed=1, faults=fault, duration=60)
-    assert run.status != "diverged"
-    assert run.depth.max() < 4.5
+    flight = flown(robot, mission, seed=1, faults=[fault], duration=60)
+    assert flight.status != "diverged"
+    assert flight.record.depth.max() < 4.5
 
 
 def test_home_before_the_last_waypoint_is_not_done(robot: ht.Robot) -> None:
     """The time is up at once: home is here."""
-    run = fly_mission(robot, Mission(**{**OUT.__dict__, "duration": 1.0}), seed=1, duration=200)
-    assert run.modes[-1] == "done"
-    assert run.data["leg"][-1] == 0
-    assert run.status == "home"
+    flight = flown(robot, Mission(**{**OUT.__dict__, "duration": 1.0}), seed=1, duration=200)
+    assert modes(flight.record)[-1] == "done"
+    assert flight.record.data["leg"][-1] == 0
+    assert flight.status == "home"
 
 
 def test_a_waypoint_that_would_be_skipped_is_refused(robot: ht.Robot) -> None:
@@ -124,6 +143,6 @@ def test_faults_of_fins_are_checked(robot: ht.Robot) -> None:
 
 def test_without_satellites_it_says_so(robot: ht.Robot) -> None:
     mission = Mission(**{**OUT.__dict__, "gaps": ((0.0, 1e6),)})
-    run = fly_mission(robot, mission, seed=1, duration=85)
-    assert "no_fix" in run.reasons
+    run = flown(robot, mission, seed=1, duration=85).record
+    assert "no_fix" in run.first_reasons
     assert run.data["position_error"][-1] > run.data["position_error"][0]

@@ -15,13 +15,12 @@ from hypertuna.errors import InputError
 from hypertuna.firmware.black_box import mission_record, read_black_box
 from hypertuna.io.files import columns_csv, write_atomically
 from hypertuna.io.mcap import need_log
-from hypertuna.io.quantity import Quantity
+from hypertuna.io.quantity import Quantity, values_of
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.gpx import write_gpx
 from hypertuna.mission.log import write_log
-from hypertuna.mission.log_fields import DEGREES, DERIVED, fields
+from hypertuna.mission.log_fields import derived, fields
 from hypertuna.mission.read_log import Log, read_log
-from hypertuna.mission.record import MissionRecord, record_facts
 
 log_app = opt.group("Logs of missions and black boxes: summary, plot, table, track; needs the extra log.")
 
@@ -56,7 +55,7 @@ def plot_command(log: LogFile, output: Annotated[str, _output(*opt.FIGURES)], as
 def csv_command(log: LogFile, output: Annotated[str, _output(".csv")], as_json: opt.AsJson = False) -> None:
     """Write every number of a log to a table, one row per time."""
     content = read_log(log)
-    write_atomically(output, _csv(content.record, complete=content.complete).encode())
+    write_atomically(output, _csv(content).encode())
     _finish(content, output, as_json)
 
 
@@ -110,8 +109,7 @@ def black_box_command(
         print_json({"written": output, **counts, **record.facts})
         return
     lines = [(content.sentence, "yellow" if content.gaps else "green")]
-    lines += [(f"parameters: {record.facts['parameters']}", "dim")]
-    lines += [(f"boot: {facts['boot']}", "dim")] if len(boots) > 1 else []
+    lines += [(f"{key}: {record.facts[key]}", "dim") for key in ("parameters", "boot")[: 1 + (len(boots) > 1)]]
     print_lines(lines)
     print_written(output)
 
@@ -119,26 +117,17 @@ def black_box_command(
 def _record(log: Log) -> dict[str, Any]:
     """Return the JSON record."""
     state = {"complete": log.complete, "status_text": log.sentence}
-    return record_facts(log.record) | state | {"chunks": log.chunks, "size_bytes": log.size, "messages": log.messages}
+    state |= {"chunks": log.chunks, "size_bytes": log.size, "messages": log.messages}
+    return values_of(log.record.summary()) | {"facts": dict(log.record.facts)} | state
 
 
 def _lines(log: Log) -> Iterator[Any]:
     """Lay out a log as a small table."""
-    facts = record_facts(log.record)
-    shown = {
-        "distance_m": ("m", "distance over ground"),
-        "mean_speed_m_s": ("m/s", "mean speed over ground"),
-        "depth_max_m": ("m", "max depth"),
-        "energy_wh": ("Wh", "energy"),
-        "charge_left": ("", "part of the charge left"),
-        "position_off_max_m": ("m", "max error of the estimated position"),
-        "mode_at_end": ("", "mode at the end"),
-    }
-    summary = {"time": Quantity(facts["end_s"] - facts["begin_s"], "s", "time")}
-    summary |= {"times": Quantity(f"{facts['times']}", "", "times")}
-    summary |= {key: Quantity(facts[key], *rest) for key, rest in shown.items() if key in facts}
+    summary = log.record.summary()
+    extent = {"span": Quantity(summary["end_s"].value - summary["begin_s"].value, "s", "time")}
+    extent |= {"rows": Quantity(f"{summary['times'].value}", "", "times")}
     yield f"{log.record.name}, {log.record.robot}", "bold"
-    yield summary_table(summary)
+    yield summary_table(extent | summary)
     yield f"messages: {', '.join(f'{topic} {count}' for topic, count in log.messages.items())}", "dim"
     for key, value in log.record.facts.items():
         yield f"{key}: {value}", "dim"
@@ -155,15 +144,12 @@ def _finish(log: Log, output: str, as_json: bool) -> None:
     print_written(output)
 
 
-def _csv(record: MissionRecord, *, complete: bool) -> str:
+def _csv(log: Log) -> str:
     """Write a record as comma-separated values."""
-    columns = {"time_s": record.time}
-    columns |= {f"{axis}_m": record.position[:, k] for k, axis in enumerate(("x", "y", "z"))}
-    columns["depth_m"] = record.depth
-    columns |= dict(zip(list(DERIVED)[2:], (record.angles * DEGREES).T, strict=True))
+    record = log.record
+    columns = {"time_s": record.time} | dict(zip(("x_m", "y_m", "z_m"), record.position.T, strict=True))
+    columns |= {key: values for key, values in derived(record).items() if key != "speed_m_s"}
     for rows in fields(record.data, record.joints, record.circuits).values():
-        for row in rows:
-            values = record.data[row.name] if row.part is None else record.data[row.name][:, row.part]
-            columns[row.key] = values * row.factor
-    facts = {"mission": record.name, "robot": record.robot, **record.facts, "complete": str(complete).lower()}
+        columns |= {row.key: row.of(record) for row in rows}
+    facts = {"mission": record.name, "robot": record.robot, **record.facts, "complete": str(log.complete).lower()}
     return columns_csv(facts, columns, digits=9)

@@ -12,7 +12,7 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import progress_bar, summary_table, table
+from hypertuna.cli.console import command_line, progress_bar, summary_table, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.parsing import whole_number as read_whole_number
 from hypertuna.control.guidance import gait_table
@@ -20,11 +20,11 @@ from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import rows_csv
 from hypertuna.io.mcap import need_log
-from hypertuna.io.quantity import Quantity
+from hypertuna.io.quantity import Quantity, values_of
 from hypertuna.mission.file import MissionFile, missions, read_mission
-from hypertuna.mission.flight import Flight, Outcome, expected, fly, fly_seeds, outcome
+from hypertuna.mission.flight import Flight, Outcome, fly, fly_seeds, outcome
 from hypertuna.mission.gpx import check_origin, write_gpx
-from hypertuna.mission.record import record_facts
+from hypertuna.mission.run import expected
 
 ENDINGS = {
     "done": "The mission is done",
@@ -160,15 +160,18 @@ def _robot(file: MissionFile, name: str | None) -> Robot:
 
 def _outcome(one: Outcome) -> dict[str, Any]:
     """Return the outcome of a flight, names with units."""
-    numbers = {key: quantity.value for key, quantity in one.summary().items()}
-    return {"seed": one.seed, "status": one.status} | numbers | {"reasons_s": one.reasons}
+    return {"seed": one.seed, "status": one.status} | values_of(one.summary()) | {"reasons_s": one.reasons}
 
 
 def _record(flight: Flight) -> dict[str, Any]:
     """Return the JSON record of a flight."""
-    record = _outcome(outcome(flight)) | record_facts(flight.record)
-    record |= {"expected_s": expected(flight.record.mission, _max_speed(flight)), "status_text": _sentence(flight)}
-    return record | {"command": made_by(flight.robot)["command"]}
+    record = flight.record
+    return (
+        _outcome(outcome(flight))
+        | values_of(record.summary())
+        | {"facts": dict(record.facts), "expected_s": expected(record.mission, _max_speed(flight))}
+        | {"status_text": _sentence(flight), "command": command_line()}
+    )
 
 
 def _max_speed(flight: Flight) -> float:

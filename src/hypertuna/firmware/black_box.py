@@ -20,9 +20,9 @@ from hypertuna.control.mission import Mission
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.firmware.parameters import FirmwareTable, firmware_table
+from hypertuna.firmware.parameters import firmware_table
 from hypertuna.mission.file import MissionFile
-from hypertuna.mission.record import COLUMNS, MissionRecord
+from hypertuna.mission.record import COLUMNS, MissionRecord, names_of
 
 Ticks = NDArray[Any]
 
@@ -191,8 +191,12 @@ def mission_record(
         )
     table = firmware_table(robot)
     assert robot.controller is not None  # the table has its numbers
-    source = {"source": "black box", "status_text": box.sentence, "parameters": _parameters(box, table)}
-    joints = tuple(group.name for group in robot.joints)
+    layout = f"layout {box.layout:08x}, as in the description"
+    if box.layout != table.layout:
+        layout = (
+            f"layout {box.layout:08x}, but {table.layout:08x} in the description: the firmware was built from another"
+        )
+    source = provenance(robot, water=False) | {"source": "black box", "status_text": box.sentence, "parameters": layout}
     data = {name: box.ticks[name].astype(float) for name in box.ticks.dtype.names or () if name in COLUMNS}
     start = tuple(data["position_estimated"][0].tolist())
     return MissionRecord(
@@ -201,19 +205,7 @@ def mission_record(
         mission=Mission((), start=start, home=start) if file is None else file.mission,
         time=box.ticks["tick"] / robot.controller.rate,
         data=data,
-        joints=joints,
-        circuits=tuple(f"{joint}-{side}" for joint in joints for side in ("left", "right")),
-        modes=tuple(_core.mode_names()),
-        reasons=tuple(name for name, _ in _core.reason_table()),
         origin=None if file is None else file.origin,
-        facts={key: str(value) for key, value in (provenance(robot, water=False) | source | dict(facts or {})).items()},
-        controls=tuple(name for name, _ in _core.control_table()),
-        faults=tuple(row[0] for row in _core.fault_table()),
+        facts={key: str(value) for key, value in (source | dict(facts or {})).items()},
+        **names_of(robot),
     )
-
-
-def _parameters(box: Box, table: FirmwareTable) -> str:
-    """Compare the layout of the firmware's parameters with the description's."""
-    if box.layout == table.layout:
-        return f"layout {box.layout:08x}, as in the description"
-    return f"layout {box.layout:08x}, but {table.layout:08x} in the description: the firmware was built from another"

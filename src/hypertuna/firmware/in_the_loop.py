@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import INSTRUCTIONS, Board, find_firmware, started
@@ -25,7 +24,7 @@ from hypertuna.firmware.lockstep import COMPARED, FIXED, FROM_BOARD, GROUND, STA
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.firmware.relay import Relay
 from hypertuna.firmware.scenario import Scenario, random_messages, scheduled_orders
-from hypertuna.mission.run import MissionRun, fly_part, joined, mission_start
+from hypertuna.mission.run import MissionRun, fly_parts, joined_parts, mission_start
 from hypertuna.ranges import Whole
 
 Messages = NDArray[Any]
@@ -218,23 +217,17 @@ def _fly(
     """Run the twin until the firmware reports that its mission is done."""
     assert scenario.mission is not None
     start = mission_start(robot, scenario.mission, seed=seed)
-    start = replace(start, core={**start.core, "board": loop})
-    if ticks is None:
-        default = DEFAULT_TICKS if scenario.silent is None else 3 * DEFAULT_TICKS
-        ticks = default if scenario.gait is not None else round(start.duration / start.tick)
-    records: list[dict[str, Array]] = []
-    state, made = None, 0
+    if ticks is None and scenario.gait is not None:
+        ticks = DEFAULT_TICKS if scenario.silent is None else 3 * DEFAULT_TICKS
+    ticks = round(start.duration / start.tick) if ticks is None else ticks
+    start = replace(start, core={**start.core, "board": loop}, duration=ticks * start.tick)
     done = _core.mode_names().index("done")
-    while made < ticks:
-        chunk = min(CHUNK, ticks - made)
-        record, state = fly_part(start, chunk, state)
-        records.append(record)
-        made += int(record["ticks"][0])
+    parts = []
+    for made, part in fly_parts(start, ended=lambda _: scenario.gait is None and loop.answers[-1]["mode"] == done):
+        parts.append(part)
         if report is not None:
-            report(made, ticks)
-        if int(record["ticks"][0]) < chunk or (scenario.gait is None and loop.answers[-1]["mode"] == done):
-            break
-    return joined(start, records)
+            report(made + int(part["ticks"][0]), ticks)
+    return joined_parts(start, parts)
 
 
 def _bits(answers: Messages) -> NDArray[np.uint8]:

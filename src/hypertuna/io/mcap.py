@@ -1,15 +1,15 @@
-"""MCAP files of missions and radio: constants of their writers, and a reader of all whole chunks.
+"""MCAP files of missions and radio: what their writers share, and a reader of all whole chunks.
 
 Chunks are checked by their checksums, also those of a file that was cut short. Needs the extra `log`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, Self
 
 from hypertuna.errors import InputError
 
@@ -28,6 +28,50 @@ def need_log() -> None:
             raise InputError("is needed by logs and is not installed", key=name, fix=INSTALL)
 
 
+class McapWriter:
+    """A log that is being written: a context that closes it."""
+
+    def __init__(self, target: Path | IO[bytes], *, overwrite: bool = True) -> None:
+        need_log()
+        import foxglove
+        from foxglove.mcap import MCAPCompression, MCAPWriteOptions
+
+        self._context = foxglove.Context()
+        options = MCAPWriteOptions(chunk_size=CHUNK, compression=MCAPCompression.Zstd, profile="hypertuna")
+        try:
+            self._file = foxglove.open_mcap(
+                target, allow_overwrite=overwrite, context=self._context, writer_options=options
+            )
+        except OSError as error:
+            fix = "choose a path that can be written"
+            raise InputError("must be a writable file", file=str(target), value=f"not ({error})", fix=fix) from None
+        self.channels: dict[str, Any] = {}  # by topic
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def channel(self, topic: str, make: Callable[..., Any], **options: Any) -> Any:
+        """Return the channel of a topic, made at the first call."""
+        if topic not in self.channels:
+            self.channels[topic] = make(topic, context=self._context, **options)
+        return self.channels[topic]
+
+    def write_metadata(self, name: str, facts: Mapping[str, str]) -> None:
+        """Write a record of metadata."""
+        self._file.write_metadata(name, dict(facts))
+
+    def flush(self) -> None:
+        """Write all messages to the disk in whole chunks."""
+        self._file.flush()
+
+    def close(self) -> None:
+        """Finish the file with its index."""
+        self._file.close()
+
+
 @dataclass
 class Messages:
     """Messages of a file until its end or its first fault."""
@@ -39,8 +83,8 @@ class Messages:
     fault: str = ""  # description, empty for a sound file
 
 
-def read_messages(path: str | Path) -> Messages:
-    """Read the messages of all whole chunks of a file."""
+def read_messages(path: str | Path, name: Callable[[str, bytes], str] | None = None) -> Messages:
+    """Read the messages of all whole chunks of a file by topic, or by the `name` of a topic and a message's content."""
     need_log()
     file = str(path)
     try:
@@ -52,22 +96,16 @@ def read_messages(path: str | Path) -> Messages:
         raise InputError("must be a readable file", file=file, value=value, fix=fix) from None
     if start != MAGIC:
         raise InputError("must be an MCAP file", file=file, value="something else", fix="give a .mcap file")
-    return _collect(Path(path), size)
-
-
-def _collect(path: Path, size: int) -> Messages:
-    """Collect the messages of whole chunks by topic; those of "/tf" by child frame."""
     from mcap.records import Channel, Message
 
     messages = Messages({}, {})
     topics: dict[int, str] = {}
-    for part in _chunks(path, size, messages):
+    for part in _chunks(Path(path), size, messages):
         topics |= {record.id: record.topic for record in part if isinstance(record, Channel)}
         for record in part:
             if isinstance(record, Message) and record.channel_id in topics:
                 topic = topics[record.channel_id]
-                if topic == "/tf":
-                    topic = f"/tf {_child(record.data)}"
+                topic = topic if name is None else name(topic, record.data)
                 messages.times.setdefault(topic, []).append(record.log_time)
                 messages.contents.setdefault(topic, []).append(record.data)
         messages.chunks += 1
@@ -93,42 +131,3 @@ def _chunks(path: Path, size: int, messages: Messages) -> Iterator[list[Any]]:
         except Exception as error:  # a damaged file may raise anything in the reader
             short = stream.read(1) == b""
             messages.fault = "cut short" if short else f"damaged ({type(error).__name__})"
-
-
-def _child(content: bytes) -> str:
-    """Return the child frame of a transform."""
-    return dict(protobuf_fields(content)).get(3, b"").decode(errors="replace")
-
-
-def protobuf_fields(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield number and content of the fields of a protobuf message (protobuf.dev/programming-guides/encoding)."""
-    at = 0
-    while at < len(content):
-        tag, at = _varint(content, at)
-        kind = tag & 7
-        if kind == 0:
-            begin = at
-            _, at = _varint(content, at)
-            yield tag >> 3, content[begin:at]
-            continue
-        if kind == 2:
-            length, at = _varint(content, at)
-        elif kind in (1, 5):
-            length = 8 if kind == 1 else 4
-        else:
-            raise ValueError("no protobuf message")
-        if at + length > len(content):
-            raise ValueError("protobuf message cut short")
-        yield tag >> 3, content[at : at + length]
-        at += length
-
-
-def _varint(content: bytes, at: int) -> tuple[int, int]:
-    """Return a number of seven bits a byte, and the index after it."""
-    value = shift = 0
-    while True:
-        byte = content[at]
-        value |= (byte & 127) << shift
-        at, shift = at + 1, shift + 7
-        if byte < 128:
-            return value, at

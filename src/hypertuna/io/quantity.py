@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple, get_type_hints
 
 
@@ -29,3 +30,8 @@ def columns(result: Any) -> dict[str, Any]:
             value = getattr(result, key)
             values[name] = value * factor + offset if offset else value * factor if factor != 1 else value
     return values
+
+
+def values_of(summary: Mapping[str, Quantity]) -> dict[str, Any]:
+    """Return the values of a summary, as the JSON object has them."""
+    return {key: quantity.value for key, quantity in summary.items()}

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import base64
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hypertuna import _core
-from hypertuna.actuation.battery import battery_columns
-from hypertuna.arrays import Array
-from hypertuna.control.mission import Mission, fence_distance
+from hypertuna.control.mission import fence_distance
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
@@ -23,9 +19,17 @@ from hypertuna.io.checkpoint import Journal
 from hypertuna.io.quantity import Quantity
 from hypertuna.mission.file import MissionFile, randomized
 from hypertuna.mission.log import LogWriter
-from hypertuna.mission.record import COLUMNS, MissionRecord, joined
-from hypertuna.mission.run import MissionRun, MissionStart, fly_part, mission_start, over, part_ticks
-from hypertuna.mission.run import joined as joined_parts
+from hypertuna.mission.record import COLUMNS, MissionRecord, joined, names_of
+from hypertuna.mission.run import (
+    MissionRun,
+    MissionStart,
+    Part,
+    expected,
+    fly_part,
+    fly_parts,
+    joined_parts,
+    mission_start,
+)
 from hypertuna.swimming.sweep import thread_count
 
 Report = Callable[[int, int], None]
@@ -120,27 +124,27 @@ def fly(
         If the robot lacks a table, or something does not fit.
     """
     faults = tuple(faults)
-    mission = randomized(file, seed)
-    start = mission_start(robot, mission, seed=seed, faults=faults, every=every, duration=duration)
+    start = mission_start(robot, randomized(file, seed), seed=seed, faults=faults, every=every, duration=duration)
     options = {"mission": file.hash, "seed": seed, "faults": list(faults), "every": every, "duration": start.duration}
     facts = _facts(file, robot, seed, faults)
+    total = max(1, round(expected(start.mission, start.table.speed[-1])))
     records: list[MissionRecord] = []
-    status, ended = "given up", False
+    status = "interrupted"
     with Journal(checkpoint, journal_header("mission", robot, options)) as journal:
         writer = None if log is None else LogWriter(log)
         try:
-            for run, begin in _parts(start, journal, checkpoint is not None, report):
-                before = records[-1] if records else None
-                records.append(_record(file, run, begin, before, facts))
-                status = run.status
+            for made, part in fly_parts(start, None if checkpoint is None else _from_journal(start, journal)):
+                run = joined_parts(start, [part])
+                records.append(_record(file, run, made * start.tick, records, facts))
                 if writer is not None:
                     writer.write(records[-1])
-            ended = True
+                if report is not None:
+                    report(min(round((made + int(part["ticks"][0])) * start.tick), total), total)
+            status = run.status
         finally:
             if writer is not None:
-                writer.close({"status": status if ended else "interrupted"} if records else None)
-    whole = joined(records)
-    return Flight(file, robot, seed, whole, status)
+                writer.close({"status": status} if records else None)
+    return Flight(file, robot, seed, joined(records), status)
 
 
 def fly_seeds(
@@ -160,15 +164,14 @@ def fly_seeds(
         raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write from:to, as 0:100")
     faults = tuple(faults)
     options = {"mission": file.hash, "seeds": list(seeds), "faults": list(faults), "duration": duration}
-    mission_start(robot, file.mission, faults=faults, duration=duration)  # what does not fit is answer before any work
+    mission_start(robot, file.mission, faults=faults, duration=duration)  # bad input fails before any work
     outcomes: list[Outcome] = []
     with (
         Journal(checkpoint, journal_header("mission seeds", robot, options)) as journal,
         ThreadPoolExecutor(thread_count(threads)) as pool,
     ):
-        work: dict[int, Future[dict[str, Any]]] = {
-            seed: pool.submit(_outcome_of, file, robot, seed, faults, duration) for seed in seeds[journal.known :]
-        }
+        unknown = seeds[journal.known :]
+        work = {seed: pool.submit(_outcome_of, file, robot, seed, faults, duration) for seed in unknown}
         try:
             for k, seed in enumerate(seeds):
                 outcomes.append(Outcome(**journal.answer(seed, lambda seed=seed: work[seed].result())))  # type: ignore[misc]  # a default argument is not inferred
@@ -183,12 +186,8 @@ def fly_seeds(
 def outcome(flight: Flight) -> Outcome:
     """Return the summary of a flight."""
     record, mission = flight.record, flight.record.mission
-    place = record.data["position"][:, :2]
-    off = np.hypot(*(record.data["position_estimated"] - place).T)
+    place = record.position[:, :2]
     goal = mission.waypoints[-1][:2] if mission.stay else mission.home
-    flags = record.data["reasons"].astype(np.int64)
-    held = {name: flags >> bit & 1 == 1 for bit, name in enumerate(record.reasons)}
-    first = {name: float(record.time[there.argmax()]) for name, there in held.items() if there.any()}
     return Outcome(
         seed=flight.seed,
         status=flight.status,
@@ -199,21 +198,10 @@ def outcome(flight: Flight) -> Outcome:
         charge_left=float(record.data["charge_left"][-1]),
         depth_max=float(record.depth.max()),
         margin_min=float(fence_distance(mission, place).min()),
-        off_max=float(off.max()),
+        off_max=float(record.position_off.max()),
         home_distance=float(np.hypot(*(place[-1] - goal))),
-        reasons=dict(sorted(first.items(), key=lambda item: item[1])),
+        reasons=record.first_reasons,
     )
-
-
-def expected(mission: Mission, fastest: float = math.inf) -> float:
-    """Return the duration [s] of a mission at its speeds through still water."""
-    points, places = mission.waypoints, [mission.start, *(point[:2] for point in mission.waypoints)]
-    speeds = [point.speed for point in points]
-    if not mission.stay:
-        places.append(mission.home)
-        speeds.append(mission.home_speed)
-    legs = np.hypot(*np.diff(np.array(places), axis=0).T)
-    return float((legs / np.minimum(speeds, fastest)).sum())
 
 
 def _outcome_of(
@@ -223,63 +211,41 @@ def _outcome_of(
     return vars(outcome(fly(file, robot, seed=seed, faults=faults, duration=duration)))
 
 
-def _parts(
-    start: MissionStart, journal: Journal, keep: bool, report: Report | None
-) -> Iterable[tuple[MissionRun, float]]:
-    """Fly part after part: each with the time at its start [s]."""
-    ticks, length = start.ticks, part_ticks(start)
-    state: bytes | None = None
-    made, total = 0, max(1, round(expected(start.mission, start.table.speed[-1])))
-    while made < ticks:
-        asked, begin = min(length, ticks - made), made * start.tick
-        record, state = _part(start, journal, asked, made, state) if keep else fly_part(start, asked, state)
-        made += int(record["ticks"][0])
-        yield joined_parts(start, [record]), begin
-        if report is not None:
-            report(min(round(made * start.tick), total), total)
-        if over(start, record, asked):
-            return
+def _from_journal(start: MissionStart, journal: Journal) -> Callable[[int, int, bytes | None], tuple[Part, bytes]]:
+    """Return how a part is flown, or taken from the journal."""
 
+    def fly(made: int, ticks: int, state: bytes | None) -> tuple[Part, bytes]:
+        def work() -> dict[str, Any]:
+            part, after = fly_part(start, ticks, state)
+            return {"record": part, "state": base64.b64encode(after).decode()}
 
-def _part(
-    start: MissionStart, journal: Journal, asked: int, made: int, state: bytes | None
-) -> tuple[dict[str, Array], bytes]:
-    """Fly a part, or take it from the journal."""
+        answer = journal.answer(made, work)
+        part = {name: np.asarray(values, float) for name, values in answer["record"].items()}
+        return part, base64.b64decode(answer["state"])
 
-    def work() -> dict[str, Any]:
-        record, after = fly_part(start, asked, state)
-        return {"record": record, "state": base64.b64encode(after).decode()}
-
-    answer = journal.answer(made, work)
-    return {name: np.asarray(values, float) for name, values in answer["record"].items()}, base64.b64decode(
-        answer["state"]
-    )
+    return fly
 
 
 def _record(
-    file: MissionFile, run: MissionRun, begin: float, before: MissionRecord | None, facts: Mapping[str, str]
+    file: MissionFile, run: MissionRun, begin: float, before: Sequence[MissionRecord], facts: Mapping[str, str]
 ) -> MissionRecord:
     """Make a record of a part of a run; energy is what the battery gave, its voltage integrated over the charge."""
-    robot, mission = run.start.robot, run.start.mission
+    start = run.start
     data = {name: values for name, values in run.data.items() if name in COLUMNS}
-    full = battery_columns(robot)["charge"]
-    taken = float(run.start.core["charge"]) if before is None else float(before.data["charge"][-1])
-    given = 0.0 if before is None else float(before.energy[-1])
+    taken, given = float(start.core["charge"]), 0.0
+    if before:
+        taken, given = float(before[-1].data["charge"][-1]), float(before[-1].energy[-1])
     data["energy"] = given + np.cumsum(data["battery_voltage"] * np.diff(data["charge"], prepend=taken))
-    data["charge_left"] = 1 - data["charge"] / full
-    joints = tuple(group.name for group in robot.joints)
+    data["charge_left"] = 1 - data["charge"] / start.capacity
     return MissionRecord(
         name=file.name,
-        robot=robot.name,
-        mission=mission,
+        robot=start.robot.name,
+        mission=start.mission,
         time=run.time + begin,
         data=data,
-        joints=joints,
-        circuits=tuple(f"{joint}-{side}" for joint in joints for side in ("left", "right")),
-        modes=tuple(_core.mode_names()),
-        reasons=tuple(name for name, _ in _core.reason_table()),
         origin=file.origin,
         facts=facts,
+        **names_of(start.robot),
     )
 
 

@@ -1,4 +1,4 @@
-"""Topics of a log and their fields: one list for writing, reading and telling them."""
+"""Fields of a log's messages: their keys, units, schemas and values, for MCAP and CSV."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hypertuna.mission.record import COLUMNS, READ, parts_of
+from hypertuna.arrays import Array
+from hypertuna.mission.record import COLUMNS, TOPICS, MissionRecord, parts_of
 
 
 class Field(NamedTuple):
@@ -18,6 +19,11 @@ class Field(NamedTuple):
     name: str
     part: int | None
     factor: float
+
+    def of(self, record: MissionRecord) -> Array:
+        """Return the values of a record (T,) in the unit of the key."""
+        values = record.data[self.name]
+        return np.asarray((values if self.part is None else values[:, self.part]) * self.factor)
 
 
 DEGREES, KILO = 180 / np.pi, 1e-3
@@ -37,51 +43,6 @@ BORDER = {  # units of messages, and their factor from SI
     "C": ("ah", 1 / 3600),
     "1": ("", 1.0),
 }
-
-# Quantities of each topic; attitude and position in space are transforms.
-SCALARS: dict[str, tuple[str, ...]] = {
-    "/motion": ("velocity", "turn_rate"),
-    "/estimate": (
-        *("position_estimated", "depth_estimated", "speed_estimated", "current_estimated"),
-        *("factor_estimated", "position_error"),
-    ),
-    "/mode": ("mode", "reasons", "leg", "control", "armed", "faults", "answer"),
-    "/joints": ("angle_set", "angle"),
-    "/servos": ("servo_target", "servo_angle", "pulse"),
-    "/hydraulics": ("pump_pressure", "unit_pressure"),
-    "/fins": ("fin_target", "fin"),
-    "/command": (*("frequency_commanded", "amplitude_commanded", "lag_commanded", "bias_commanded", "fin_commanded"),),
-    "/battery": ("battery_voltage", "power", "energy", "charge", "charge_left"),
-    "/status": ("status",),
-    "/sensors": READ,
-}
-
-
-def fields(names: Collection[str], joints: tuple[str, ...], circuits: tuple[str, ...]) -> dict[str, list[Field]]:
-    """Return the fields of each topic."""
-    topics = {}
-    for topic, kinds in SCALARS.items():
-        rows = [row for name in kinds if name in names for row in _rows(name, parts_of(name, joints, circuits))]
-        if rows or topic == "/motion":
-            topics[topic] = rows
-    return topics
-
-
-def schema(topic: str, rows: list[Field]) -> dict[str, object]:
-    """Return the JSON schema of a topic's messages."""
-    extra: dict[str, object] = {}
-    if topic == "/motion":
-        extra = {key: _number(text) for key, text in DERIVED.items()}
-    if topic == "/mode":
-        names = {"type": "array", "items": {"type": "string"}}
-        extra = {"mode_name": {"type": "string"}, "reason_names": names}
-        if "faults" in (row.name for row in rows):
-            extra |= {"control_name": {"type": "string"}, "fault_names": names}
-    own = {row.key: _number(COLUMNS[row.name].meaning, silent=COLUMNS[row.name].silent) for row in rows}
-    title = f"hypertuna{topic.replace('/', '.')}"
-    return {"title": title, "type": "object", "properties": own | extra}
-
-
 # Further fields of /motion, derived from position and attitude for plots.
 DERIVED = {
     "depth_m": "of the nose",
@@ -92,6 +53,26 @@ DERIVED = {
 }
 
 
+def derived(record: MissionRecord) -> dict[str, Array]:
+    """Return the values of `DERIVED` (T,); the speed is the true or the estimated one."""
+    speed = np.zeros(len(record.time))
+    if "velocity" in record.data:
+        speed = -record.data["velocity"][:, 0]
+    elif not record.true:
+        speed = record.data.get("speed_estimated", speed)
+    return dict(zip(DERIVED, (record.depth, speed, *(record.angles * DEGREES).T), strict=True))
+
+
+def fields(names: Collection[str], joints: tuple[str, ...], circuits: tuple[str, ...]) -> dict[str, list[Field]]:
+    """Return the fields of each topic of messages in JSON."""
+    topics = {}
+    for topic, columns in TOPICS.items():
+        rows = [row for name in columns if name in names for row in _rows(name, parts_of(name, joints, circuits))]
+        if topic != "/tf" and (rows or topic == "/motion"):
+            topics[topic] = rows
+    return topics
+
+
 def _rows(name: str, parts: tuple[str, ...]) -> list[Field]:
     """Return the fields of one quantity."""
     unit, factor = BORDER[COLUMNS[name].unit]
@@ -100,6 +81,18 @@ def _rows(name: str, parts: tuple[str, ...]) -> list[Field]:
         return [Field(f"{name}{tail}", name, None, factor)]
     texts = (re.sub(r"\W", "_", part) for part in parts)
     return [Field(f"{name}_{text}{tail}", name, k, factor) for k, text in enumerate(texts)]
+
+
+def schema(topic: str, rows: list[Field]) -> dict[str, object]:
+    """Return the JSON schema of a topic's messages."""
+    properties = {row.key: _number(COLUMNS[row.name].meaning, silent=COLUMNS[row.name].silent) for row in rows}
+    if topic == "/motion":
+        properties |= {key: _number(text) for key, text in DERIVED.items()}
+    if topic == "/mode":
+        text: dict[str, object] = {"type": "string"}
+        texts: dict[str, object] = {"type": "array", "items": text}
+        properties |= {"mode_name": text, "control_name": text, "reason_names": texts, "fault_names": texts}
+    return {"title": f"hypertuna{topic.replace('/', '.')}", "type": "object", "properties": properties}
 
 
 def _number(text: str, *, silent: bool = False) -> dict[str, object]:

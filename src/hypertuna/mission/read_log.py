@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from hypertuna.arrays import Array
+from hypertuna.control.mission import Mission
 from hypertuna.errors import InputError
 from hypertuna.frames import attitude_from
-from hypertuna.io.mcap import LINK, NANO, Messages, protobuf_fields, read_messages
-from hypertuna.mission.log_fields import fields
-from hypertuna.mission.record import COLUMNS, MissionRecord, mission_from
+from hypertuna.io.mcap import LINK, NANO, Messages, read_messages
+from hypertuna.mission.log_fields import Field, fields
+from hypertuna.mission.record import COLUMNS, MissionRecord
+
+FRAMES = {"/tf robot": "attitude", "/tf estimate": "attitude_estimated"}
+AGAIN = "record the log again"
+MALFORMED = (ValueError, KeyError, TypeError, IndexError, struct.error)
 
 
 @dataclass(frozen=True)
@@ -30,18 +35,46 @@ class Log:
     size: int  # bytes of the file
 
 
+@dataclass(frozen=True)
+class Header:
+    """What the header of a log says of its record."""
+
+    name: str
+    robot: str
+    mission: Mission
+    columns: tuple[str, ...]
+    joints: tuple[str, ...]
+    circuits: tuple[str, ...]
+    modes: tuple[str, ...]
+    reasons: tuple[str, ...]
+    origin: tuple[float, float] | None
+    controls: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
+
+
+def read_header(text: str) -> Header:
+    """Read the header of a log."""
+    from pydantic import TypeAdapter  # slow to import
+
+    try:
+        return TypeAdapter(Header).validate_json(text)
+    except ValueError:
+        raise InputError("must have a header in hypertuna's format", key="record", fix=AGAIN) from None
+
+
 def read_log(path: str | Path) -> Log:
     """Read a log."""
     file, size = str(path), Path(path).stat().st_size if Path(path).is_file() else 0
-    content = read_messages(path)
-    if content.metadata is not None and LINK in content.metadata:
+    content = read_messages(path, _name)
+    metadata = content.metadata or {}
+    if LINK in metadata:
         fix = "open it in Foxglove, or give it to identify or actuator fit; the robot's card has a black box"
         raise InputError("must be a log of a mission or a black box", file=file, value="one of the radio", fix=fix)
-    if content.metadata is None or "record" not in content.metadata:
+    if "record" not in metadata:
         cut = f", and it is {content.fault}" if content.fault else ""
         raise InputError(f"must be a hypertuna log: it lacks the header{cut}", file=file, fix="give another file")
     try:
-        record = _record(content)
+        record = _record(content, metadata)
     except InputError as error:
         raise InputError(error.rule, file=file, key=error.key, value=error.value, fix=error.fix) from None
     counts = {topic: len(times) for topic, times in content.times.items()}
@@ -51,59 +84,48 @@ def read_log(path: str | Path) -> Log:
     return Log(record, not content.fault, sentence, counts, content.chunks, size)
 
 
-def _record(content: Messages) -> MissionRecord:
+def _record(content: Messages, metadata: dict[str, str]) -> MissionRecord:
     """Make a record of the times that all topics have."""
-    assert content.metadata is not None
-    try:
-        head = json.loads(content.metadata["record"])
-        names, joints, circuits = head["columns"], tuple(head["joints"]), tuple(head["circuits"])
-        known = [name for name in names if name in COLUMNS]
-        origin = None if head["origin"] is None else (float(head["origin"][0]), float(head["origin"][1]))
-        mission = mission_from(head["mission"])
-        texts = (str(head["name"]), str(head["robot"]))
-        modes, reasons = tuple(head["modes"]), tuple(head["reasons"])
-        controls, faults = tuple(head.get("controls", ())), tuple(head.get("faults", ()))
-    except (ValueError, KeyError, TypeError, IndexError):
-        raise InputError("must have a header in hypertuna's format", key="record", fix="record the log again") from None
-    topics = fields(known, joints, circuits)
-    frames = {"/tf robot": "attitude", "/tf estimate": "attitude_estimated"}
-    required = [*(topic for topic, name in frames.items() if name in known), *topics]
+    header = read_header(metadata["record"])
+    known = [name for name in header.columns if name in COLUMNS]
+    topics = fields(known, header.joints, header.circuits)
+    frames = [frame for frame, name in FRAMES.items() if name in known]
+    required = [*frames, *topics]
     count = min(len(content.times.get(topic, [])) for topic in required)
     if not count:
         rule = "has no time that all topics have" + (f": it is {content.fault}" if content.fault else "")
         raise InputError(rule, key=next(t for t in required if not content.times.get(t)), fix="give another file")
-    stamps = np.array(content.times[required[0]][:count], dtype=np.int64)
     try:
         data = _data(content, topics, count)
-        if "/tf robot" in required:
-            data["position"], data["attitude"] = _poses(content.contents["/tf robot"][:count])
-        if "/tf estimate" in required:
-            data["attitude_estimated"] = _poses(content.contents["/tf estimate"][:count])[1]
-    except (ValueError, KeyError, TypeError, IndexError, struct.error):
-        fix = "record the log again"
-        raise InputError("must have messages in hypertuna's format", key="topics", fix=fix) from None
-    facts = {key: value for key, value in content.metadata.items() if key != "record"}
+        for frame in frames:
+            position, data[FRAMES[frame]] = _poses(content.contents[frame][:count])
+            if frame == "/tf robot":
+                data["position"] = position
+    except MALFORMED:
+        raise InputError("must have messages in hypertuna's format", key="topics", fix=AGAIN) from None
     return MissionRecord(
-        *texts, mission, stamps / NANO, data, joints, circuits, modes, reasons, origin, facts, controls, faults
+        time=np.array(content.times[required[0]][:count], dtype=np.int64) / NANO,
+        data=data,
+        facts={key: value for key, value in metadata.items() if key != "record"},
+        **{key: value for key, value in vars(header).items() if key != "columns"},
     )
 
 
-def _data(content: Messages, topics: dict[str, list[Any]], count: int) -> dict[str, Array]:
+def _data(content: Messages, topics: dict[str, list[Field]], count: int) -> dict[str, Array]:
     """Read the numbers of all topics but the transforms."""
-    data: dict[str, list[Array] | Array] = {}
+    columns: dict[str, list[Array]] = {}
     for topic, rows in topics.items():
         messages = [json.loads(text) for text in content.contents[topic][:count]]
         for row in rows:
-            column = np.array([message[row.key] for message in messages], dtype=np.float64) / row.factor
-            if row.part is None:
-                data[row.name] = column
-            else:
-                parts = data.setdefault(row.name, [])
-                assert isinstance(parts, list)
-                parts.append(column)
-    return {
-        name: np.column_stack(parts) if isinstance(parts, list) else np.asarray(parts) for name, parts in data.items()
-    }
+            values = np.array([message[row.key] for message in messages], dtype=np.float64) / row.factor
+            columns.setdefault(row.name, []).append(values)
+    single = {row.name for rows in topics.values() for row in rows if row.part is None}
+    return {name: parts[0] if name in single else np.column_stack(parts) for name, parts in columns.items()}
+
+
+def _name(topic: str, content: bytes) -> str:
+    """Name a message by its topic, a transform by its child frame, too."""
+    return f"/tf {dict(protobuf_fields(content)).get(3, b'').decode(errors='replace')}" if topic == "/tf" else topic
 
 
 def _poses(contents: list[bytes]) -> tuple[Array, Array]:
@@ -116,3 +138,18 @@ def _poses(contents: list[bytes]) -> tuple[Array, Array]:
         for number, value in protobuf_fields(parts[5]):  # x, y, z, w
             (turn[k, number % 4],) = struct.unpack("<d", value)
     return place, attitude_from("enu", turn)
+
+
+def protobuf_fields(content: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield number and content of a transform's fields: doubles, and texts or messages of less than 128 bytes.
+
+    It ends at the first field of another kind (protobuf.dev/programming-guides/encoding).
+    """
+    at = 0
+    while at + 1 < len(content):
+        number, kind = divmod(content[at], 8)
+        begin, size = (at + 1, 8) if kind == 1 else (at + 2, content[at + 1])
+        if kind not in (1, 2) or size > 127 or begin + size > len(content):
+            return
+        yield number, content[begin : begin + size]
+        at = begin + size

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna import _core
 from hypertuna.arrays import Array
-from hypertuna.control.mission import Mission, Waypoint
+from hypertuna.control.mission import Mission
 from hypertuna.description.channels import COUNTED
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.frames import angles_of
+from hypertuna.io.quantity import Quantity
 
 HOUR = 3600.0
 WINDOW = 1.0  # s: the nose swings with the beat; distances are of its path averaged over this window
@@ -37,53 +40,74 @@ PARTS = {
     "fin": ("port", "starboard"),
 }
 # A record has either at least.
-TRUE, BELIEVED = ("position", "attitude"), ("position_estimated", "depth_estimated", "attitude_estimated")
+TRUE, ESTIMATED = ("position", "attitude"), ("position_estimated", "depth_estimated", "attitude_estimated")
 
-COLUMNS: dict[str, Column] = {
-    "position": Column("axis", "m", "of the nose: east, north, up from the surface"),
-    "attitude": Column("quaternion", "1", "from the body (x nose to tail, y starboard, z up) to the world"),
-    "velocity": Column("axis", "m/s", "of the nose through the water, in body axes"),
-    "turn_rate": Column("axis", "rad/s", "angular velocity, in body axes"),
-    "position_estimated": Column("plane", "m", "estimated position: east, north"),
-    "depth_estimated": Column("", "m", "estimated depth of the nose"),
-    "attitude_estimated": Column("quaternion", "1", "estimated attitude, from the body to the world"),
-    "speed_estimated": Column("", "m/s", "estimated speed through the water"),
-    "current_estimated": Column("plane", "m/s", "estimated current: east, north"),
-    "factor_estimated": Column("", "1", "estimated ratio of the speed to that of the gait table"),
-    "position_error": Column("", "m", "standard deviation of the estimated position"),
-    "mode": Column("", "1", "index in the list of modes"),
-    "reasons": Column("", "1", "one bit each in the order of the list of reasons"),
-    "control": Column("", "1", "source of the command, index in the list of controls"),
-    "armed": Column("", "1", "whether the robot is armed"),
-    "faults": Column("", "1", "known to the supervisor, one bit each in the order of the list of faults"),
-    "answer": Column("", "1", "of the supervisor to faults: 0 warn, 1 home, 2 rest, 3 disarm"),
-    "leg": Column("", "1", "current waypoint, from 0"),
-    "angle_set": Column("joint", "rad", "setpoint of the bend"),
-    "angle": Column("joint", "rad", "bend of the joint group, counter-clockwise from above"),
-    "servo_target": Column("circuit", "rad", "setpoint of the servo angle"),
-    "servo_angle": Column("circuit", "rad", "servo angle from neutral"),
-    "pump_pressure": Column("circuit", "Pa", "gauge pressure in the cylinder"),
-    "unit_pressure": Column("circuit", "Pa", "gauge pressure in the drive units"),
-    "pulse": Column("servo", "s", "servo pulse without trim"),
-    "fin_target": Column("fin", "rad", "setpoint of the fin angle, leading edge up positive"),
-    "fin": Column("fin", "rad", "fin angle, leading edge up positive"),
-    "fin_commanded": Column("fin", "rad", "fin angle commanded by the pilot"),
-    "frequency_commanded": Column("", "Hz", "beat frequency commanded by the pilot"),
-    "amplitude_commanded": Column("joint", "rad", "bend amplitude commanded by the pilot"),
-    "lag_commanded": Column("joint", "rad", "lag behind the first joint commanded by the pilot"),
-    "bias_commanded": Column("joint", "rad", "mean bend commanded by the pilot"),
-    "battery_voltage": Column("", "V", "at the battery's terminals"),
-    "power": Column("", "W", "electrical power of all servos"),
-    "energy": Column("", "J", "taken from the battery since the start"),
-    "charge": Column("", "C", "taken from the battery"),
-    "charge_left": Column("", "1", "remaining fraction of the charge"),
-    "status": Column("", "1", "flags of the controller's status"),
+# Quantities of each topic of a log; those of /tf are transforms. Their order is that of messages and CSV columns.
+TOPICS: dict[str, dict[str, Column]] = {
+    "/tf": {
+        "position": Column("axis", "m", "of the nose: east, north, up from the surface"),
+        "attitude": Column("quaternion", "1", "from the body (x nose to tail, y starboard, z up) to the world"),
+        "attitude_estimated": Column("quaternion", "1", "estimated attitude, from the body to the world"),
+    },
+    "/motion": {
+        "velocity": Column("axis", "m/s", "of the nose through the water, in body axes"),
+        "turn_rate": Column("axis", "rad/s", "angular velocity, in body axes"),
+    },
+    "/estimate": {
+        "position_estimated": Column("plane", "m", "estimated position: east, north"),
+        "depth_estimated": Column("", "m", "estimated depth of the nose"),
+        "speed_estimated": Column("", "m/s", "estimated speed through the water"),
+        "current_estimated": Column("plane", "m/s", "estimated current: east, north"),
+        "factor_estimated": Column("", "1", "estimated ratio of the speed to that of the gait table"),
+        "position_error": Column("", "m", "standard deviation of the estimated position"),
+    },
+    "/mode": {
+        "mode": Column("", "1", "index in the list of modes"),
+        "reasons": Column("", "1", "one bit each in the order of the list of reasons"),
+        "leg": Column("", "1", "current waypoint, from 0"),
+        "control": Column("", "1", "source of the command, index in the list of controls"),
+        "armed": Column("", "1", "whether the robot is armed"),
+        "faults": Column("", "1", "known to the supervisor, one bit each in the order of the list of faults"),
+        "answer": Column("", "1", "of the supervisor to faults: 0 warn, 1 home, 2 rest, 3 disarm"),
+    },
+    "/joints": {
+        "angle_set": Column("joint", "rad", "setpoint of the bend"),
+        "angle": Column("joint", "rad", "bend of the joint group, counter-clockwise from above"),
+    },
+    "/servos": {
+        "servo_target": Column("circuit", "rad", "setpoint of the servo angle"),
+        "servo_angle": Column("circuit", "rad", "servo angle from neutral"),
+        "pulse": Column("servo", "s", "servo pulse without trim"),
+    },
+    "/hydraulics": {
+        "pump_pressure": Column("circuit", "Pa", "gauge pressure in the cylinder"),
+        "unit_pressure": Column("circuit", "Pa", "gauge pressure in the drive units"),
+    },
+    "/fins": {
+        "fin_target": Column("fin", "rad", "setpoint of the fin angle, leading edge up positive"),
+        "fin": Column("fin", "rad", "fin angle, leading edge up positive"),
+    },
+    "/command": {
+        "frequency_commanded": Column("", "Hz", "beat frequency commanded by the pilot"),
+        "amplitude_commanded": Column("joint", "rad", "bend amplitude commanded by the pilot"),
+        "lag_commanded": Column("joint", "rad", "lag behind the first joint commanded by the pilot"),
+        "bias_commanded": Column("joint", "rad", "mean bend commanded by the pilot"),
+        "fin_commanded": Column("fin", "rad", "fin angle commanded by the pilot"),
+    },
+    "/battery": {
+        "battery_voltage": Column("", "V", "at the battery's terminals"),
+        "power": Column("", "W", "electrical power of all servos"),
+        "energy": Column("", "J", "taken from the battery since the start"),
+        "charge": Column("", "C", "taken from the battery"),
+        "charge_left": Column("", "1", "remaining fraction of the charge"),
+    },
+    "/status": {"status": Column("", "1", "flags of the controller's status")},
+    "/sensors": {
+        c.column: Column(c.per if c.per != "robot" else "axis" if c.size == 3 else "", c.unit, c.meaning, silent=True)
+        for c in COUNTED.values()
+    },
 }
-READ = tuple(channel.column for channel in COUNTED.values())
-COLUMNS |= {
-    c.column: Column(c.per if c.per != "robot" else "axis" if c.size == 3 else "", c.unit, c.meaning, silent=True)
-    for c in COUNTED.values()
-}
+COLUMNS = {name: column for columns in TOPICS.values() for name, column in columns.items()}
 
 
 @dataclass(frozen=True)
@@ -108,31 +132,26 @@ class MissionRecord:
         time = np.asarray(self.time, float)
         if time.ndim != 1 or not len(time) or not np.isfinite(time).all() or (np.diff(time) <= 0).any():
             raise InputError("must be at least one finite time, in increasing order", key="time", fix="give them in s")
-        believed = self.data.keys().isdisjoint(TRUE) and not self.data.keys().isdisjoint(BELIEVED)
-        for name in BELIEVED if believed else TRUE:
+        estimated = self.data.keys().isdisjoint(TRUE) and not self.data.keys().isdisjoint(ESTIMATED)
+        for name in ESTIMATED if estimated else TRUE:
             if name not in self.data:
-                fix = "record the true or the estimated pose"
-                raise InputError("is missing", key=name, fix=fix)
+                raise InputError("is missing", key=name, fix="record the true or the estimated pose")
         for name, values in self.data.items():
             if name not in COLUMNS:
                 raise InputError("is not a known quantity", key=name, fix=did_you_mean(name, COLUMNS))
-            parts = self.parts(name)
+            parts = parts_of(name, self.joints, self.circuits)
             shape = (len(time), len(parts)) if parts else (len(time),)
             if np.shape(values) != shape:
                 value, fix = f"of shape {np.shape(values)}", "give one row per time"
                 raise InputError(f"must have the shape {shape}", key=name, value=value, fix=fix)
             if not COLUMNS[name].silent and not np.isfinite(values).all():
                 k = int(np.argwhere(~np.isfinite(values))[0][0])
-                fix = "end the record before it"
-                raise InputError("must be finite", key=name, value=f"not at {time[k]:g} s", fix=fix)
+                value, fix = f"not at {time[k]:g} s", "end the record before it"
+                raise InputError("must be finite", key=name, value=value, fix=fix)
 
     def part(self, cut: slice) -> MissionRecord:
         """Return the times of a slice."""
         return replace(self, time=self.time[cut], data={name: values[cut] for name, values in self.data.items()})
-
-    def parts(self, name: str) -> tuple[str, ...]:
-        """Return the names of the parts of a quantity, none for a plain one."""
-        return parts_of(name, self.joints, self.circuits)
 
     @property
     def true(self) -> bool:
@@ -167,6 +186,19 @@ class MissionRecord:
         return np.asarray(-self.position[:, 2])
 
     @property
+    def position_off(self) -> Array:
+        """Error of the estimated position (T,) [m]."""
+        return np.asarray(np.hypot(*(self.data["position_estimated"] - self.data["position"][:, :2]).T))
+
+    @property
+    def first_reasons(self) -> dict[str, float]:
+        """Time [s] at which each of the pilot's reasons first held, in order of time."""
+        flags = self.data["reasons"].astype(np.int64)
+        held = {name: flags >> bit & 1 == 1 for bit, name in enumerate(self.reasons)}
+        first = {name: float(self.time[there.argmax()]) for name, there in held.items() if there.any()}
+        return dict(sorted(first.items(), key=lambda item: item[1]))
+
+    @property
     def metered(self) -> bool:
         """Whether energy or power is recorded."""
         return not self.data.keys().isdisjoint(("energy", "power"))
@@ -191,8 +223,7 @@ class MissionRecord:
         span = self.time[-1] - self.time[0]
         if span < 2 * WINDOW:
             return np.asarray(self.position[[0, -1]])
-        edges = np.searchsorted(self.time, np.arange(self.time[0], self.time[-1] + 1e-9, WINDOW))
-        edges = np.unique(edges)
+        edges = np.unique(np.searchsorted(self.time, np.arange(self.time[0], self.time[-1] + 1e-9, WINDOW)))
         sums = np.add.reduceat(self.position, edges, axis=0)
         return np.asarray(sums / np.diff([*edges, len(self.time)])[:, np.newaxis])
 
@@ -200,6 +231,33 @@ class MissionRecord:
     def distance(self) -> float:
         """Length of that path seen from above [m]."""
         return float(np.hypot(*np.diff(self.path[:, :2], axis=0).T).sum())
+
+    def summary(self) -> dict[str, Quantity]:
+        """Return extent and main numbers of the record, by the keys of the JSON object."""
+        begin, end = float(self.time[0]), float(self.time[-1])
+        span, data = end - begin, self.data
+        summary = {
+            "mission": Quantity(self.name, "", None),
+            "robot": Quantity(self.robot, "", None),
+            "begin_s": Quantity(begin, "s", None),
+            "end_s": Quantity(end, "s", None),
+            "times": Quantity(len(self.time), "", None),
+            "distance_m": Quantity(self.distance, "m", "distance over ground"),
+            "mean_speed_m_s": Quantity(self.distance / span if span else 0.0, "m/s", "mean speed over ground"),
+            "depth_max_m": Quantity(float(self.depth.max()), "m", "max depth"),
+        }
+        if self.metered:
+            summary["energy_wh"] = Quantity(float(self.energy[-1]) / HOUR, "Wh", "energy")
+        if "charge_left" in data:
+            summary["charge_left"] = Quantity(float(data["charge_left"][-1]), "", "part of the charge left")
+        if self.true and "position_estimated" in data:
+            label = "max error of the estimated position"
+            summary["position_off_max_m"] = Quantity(float(self.position_off.max()), "m", label)
+        if "mode" in data:
+            mode = int(data["mode"][-1])
+            name = self.modes[mode] if 0 <= mode < len(self.modes) else mode
+            summary["mode_at_end"] = Quantity(name, "", "mode at the end")
+        return summary
 
 
 def parts_of(name: str, joints: tuple[str, ...], circuits: tuple[str, ...]) -> tuple[str, ...]:
@@ -209,44 +267,17 @@ def parts_of(name: str, joints: tuple[str, ...], circuits: tuple[str, ...]) -> t
     return {"joint": joints, "circuit": circuits, "servo": servos}.get(dim, PARTS.get(dim, ()))
 
 
-def mission_table(mission: Mission) -> dict[str, Any]:
-    """Write a mission as plain lists and numbers, for a file."""
-    return asdict(mission) | {"waypoints": [list(point) for point in mission.waypoints]}
-
-
-def mission_from(table: Mapping[str, Any]) -> Mission:
-    """Read what `mission_table` wrote."""
-    try:
-        given = {key: _tuples(value) for key, value in table.items()}
-        return Mission(**given | {"waypoints": tuple(Waypoint(*point) for point in given["waypoints"])})
-    except (TypeError, KeyError, ValueError):
-        raise InputError("must be a mission in hypertuna's format", key="mission", fix="record the log again") from None
-
-
-def record_facts(record: MissionRecord) -> dict[str, Any]:
-    """Return the JSON record of a mission."""
-    span = float(record.time[-1] - record.time[0])
-    summary: dict[str, Any] = {
-        "mission": record.name,
-        "robot": record.robot,
-        "begin_s": float(record.time[0]),
-        "end_s": float(record.time[-1]),
-        "times": len(record.time),
-        "distance_m": record.distance,
-        "mean_speed_m_s": record.distance / span if span else 0.0,
-        "depth_max_m": float(record.depth.max()),
+def names_of(robot: Robot) -> dict[str, tuple[str, ...]]:
+    """Return the lists of names of a robot's records, by the fields of `MissionRecord`."""
+    joints = tuple(group.name for group in robot.joints)
+    return {
+        "joints": joints,
+        "circuits": tuple(f"{joint}-{side}" for joint in joints for side in ("left", "right")),
+        "modes": tuple(_core.mode_names()),
+        "reasons": tuple(row[0] for row in _core.reason_table()),
+        "controls": tuple(row[0] for row in _core.control_table()),
+        "faults": tuple(row[0] for row in _core.fault_table()),
     }
-    if record.metered:
-        summary["energy_wh"] = float(record.energy[-1]) / HOUR
-    if "charge_left" in record.data:
-        summary["charge_left"] = float(record.data["charge_left"][-1])
-    if record.true and "position_estimated" in record.data:
-        off = record.data["position_estimated"] - record.data["position"][:, :2]
-        summary["position_off_max_m"] = float(np.hypot(*off.T).max())
-    if "mode" in record.data:
-        mode = int(record.data["mode"][-1])
-        summary["mode_at_end"] = record.modes[mode] if 0 <= mode < len(record.modes) else mode
-    return summary | {"facts": dict(record.facts)}
 
 
 def joined(records: Sequence[MissionRecord]) -> MissionRecord:
@@ -255,8 +286,3 @@ def joined(records: Sequence[MissionRecord]) -> MissionRecord:
     data = {name: np.concatenate([part.data[name] for part in records]) for name in first.data}
     time = np.concatenate([part.time for part in records])
     return replace(first, time=time, data=data, facts=last.facts)
-
-
-def _tuples(value: Any) -> Any:
-    """Turn the lists of a file into the tuples of a mission."""
-    return tuple(_tuples(part) for part in value) if isinstance(value, list) else value

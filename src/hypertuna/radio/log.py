@@ -9,73 +9,39 @@ import json
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.files import version
-from hypertuna.io.mcap import CHUNK, LINK, METADATA, NANO, need_log, read_messages
+from hypertuna.io.mcap import LINK, METADATA, NANO, McapWriter, read_messages
 
 TOPIC = "/mavlink/"
-SKIPPED = ("mavpackettype",)
 
 
-class RadioLogWriter:
+class RadioLogWriter(McapWriter):
     """Write messages to a log as they are received."""
 
     def __init__(self, path: str | Path, robot: str) -> None:
-        need_log()
         check_new(path)
-        import foxglove
-        from foxglove.mcap import MCAPCompression, MCAPWriteOptions
-
-        self._context = foxglove.Context()
-        options = MCAPWriteOptions(chunk_size=CHUNK, compression=MCAPCompression.Zstd, profile="hypertuna")
-        try:
-            self._file = foxglove.open_mcap(
-                str(path), allow_overwrite=False, context=self._context, writer_options=options
-            )
-        except OSError as error:
-            fix = "choose a path that can be written"
-            raise InputError("must be a writable file", file=str(path), value=f"not ({error})", fix=fix) from None
-        self._file.write_metadata(METADATA, {LINK: json.dumps({"robot": robot, "hypertuna_version": version()})})
-        self._channels: dict[str, Any] = {}
+        super().__init__(Path(path), overwrite=False)
+        self.write_metadata(METADATA, {LINK: json.dumps({"robot": robot, "hypertuna_version": version()})})
         self.messages = 0
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def write(self, message: Any, stamp: float | None = None) -> None:
         """Append a message received at `stamp` [s since 1970]; now if omitted."""
-        name = message.get_type()
-        if name not in self._channels:
-            self._channels[name] = self._channel(name, message)
-        content = {key: _plain(value) for key, value in message.to_dict().items() if key not in SKIPPED}
-        content["source"] = message.get_srcSystem()
-        text = json.dumps(content, allow_nan=False).encode()
-        self._channels[name].log(text, log_time=int((time.time() if stamp is None else stamp) * NANO))
-        self.messages += 1
-
-    def flush(self) -> None:
-        """Flush to disk."""
-        self._file.flush()
-
-    def close(self) -> None:
-        """Write the index, and close."""
-        self._file.close()
-
-    def _channel(self, name: str, message: Any) -> Any:
-        import foxglove
+        from foxglove import Channel
 
         units = getattr(message, "fieldunits_by_name", {})
         properties = {field: {"description": units.get(field, "")} for field in message.get_fieldnames()}
-        schema = {"title": f"mavlink.{name}", "type": "object", "properties": properties}
-        return foxglove.Channel(TOPIC + name, schema=schema, context=self._context)
+        schema = {"title": f"mavlink.{message.get_type()}", "type": "object", "properties": properties}
+        content = {key: _plain(value) for key, value in message.to_dict().items() if key != "mavpackettype"}
+        text = json.dumps(content | {"source": message.get_srcSystem()}, allow_nan=False).encode()
+        stamp = time.time() if stamp is None else stamp
+        self.channel(TOPIC + message.get_type(), Channel, schema=schema).log(text, log_time=int(stamp * NANO))
+        self.messages += 1
 
 
 def check_new(path: str | Path) -> None:
@@ -117,9 +83,7 @@ def read_radio_log(path: str | Path) -> RadioLog:
     topics = {topic.removeprefix(TOPIC): topic for topic in messages.times if topic.startswith(TOPIC)}
     stamps = {name: np.array(messages.times[topic], dtype=np.int64) for name, topic in topics.items()}
     first = min((int(times[0]) for times in stamps.values()), default=0)
-    fields = {
-        name: _columns([json.loads(content) for content in messages.contents[topic]]) for name, topic in topics.items()
-    }
+    fields = {name: _columns([*map(json.loads, messages.contents[topic])]) for name, topic in topics.items()}
     seconds = {name: (times - first) / NANO for name, times in stamps.items()}
     return RadioLog(str(head.get("robot", "")), seconds, fields, not messages.fault, str(path))
 
