@@ -11,7 +11,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.trials.manifest import Recording
-from hypertuna.trials.replay import Pose, at_times, head_center, replay, rmse, seen_from_start
+from hypertuna.trials.replay import Pose, at_times, head_center, replay, rmse, seen_from_start, together
 from hypertuna.trials.smoothing import smooth
 from hypertuna.trials.tracks import Track
 
@@ -37,11 +37,6 @@ def replay_recording(robot: Robot, recording: Recording, *, step: float | None =
     -------
     xarray.Dataset
         As of `replay`, on the clock and in the axes of the tracks, from the start of the first one.
-
-    Raises
-    ------
-    InputError
-        If the series does not fit the robot, or the step is out of range.
     """
     start = Pose.from_head_center(robot, *recording.tracks[0].pose[0])
     curve = smooth(recording.joints, noise=recording.noise)
@@ -64,6 +59,7 @@ def compare_recording(robot: Robot, recording: Recording, result: xr.Dataset) ->
     ----------
     robot : Robot
     recording : Recording
+        All its runs overlap the replay.
     result : xarray.Dataset
         As of `replay_recording`, complete.
 
@@ -73,15 +69,12 @@ def compare_recording(robot: Robot, recording: Recording, result: xr.Dataset) ->
         As of `rmse`, with ``ratio`` = rmse / repeatability, which is 1 at best, and ``best_offset_rmse`` and
         ``best_offset_ratio``, the same with the best time offset. Attributes: ``time_offset_s`` as given, and
         ``best_time_offset_s``.
-
-    Raises
-    ------
-    InputError
-        If a run does not overlap the replay.
     """
     errors = rmse(robot, result, recording.tracks)
     shift = best_time_offset(robot, result, recording.tracks)
-    best = rmse(robot, _shifted(result, shift), recording.tracks)
+    time = result["time"]
+    shifted = result.assign_coords(time=("time", time.to_numpy() + shift, time.attrs))
+    best = rmse(robot, shifted, recording.tracks)
     unit = np.where(errors.repeatability > 0, errors.repeatability, np.nan)
     compared = errors.assign(ratio=errors.rmse / unit, best_offset_rmse=best.rmse, best_offset_ratio=best.rmse / unit)
     offset = recording.time_offset
@@ -99,8 +92,9 @@ def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) 
     time, direction = result["time"].to_numpy(), tracks[0].pose[0, 2]
     limit = min(MAX_SHIFT, float(np.ptp(time)) / 4)
     made = seen_from_start(head_center(robot, result), direction)
-    seen = [seen_from_start(track.pose, direction)[track.time <= time[-1] - limit] for track in tracks]
-    clock = np.concatenate([track.time[track.time <= time[-1] - limit] for track in tracks])
+    kept = [track.time <= time[-1] - limit for track in tracks]
+    clock = np.concatenate([track.time[frames] for track, frames in zip(tracks, kept, strict=True)])
+    seen = [seen_from_start(track.pose, direction)[frames] for track, frames in zip(tracks, kept, strict=True)]
     target = np.concatenate(seen)
     if not len(target):
         return 0.0
@@ -119,17 +113,8 @@ def repeatability(tracks: Sequence[Track]) -> Array:
 
     At the frames of the first run that all runs span; NaN for none, or for a single run.
     """
-    direction, clock = tracks[0].pose[0, 2], tracks[0].time
-    begin, end = (edge(track.time[at] for track in tracks) for edge, at in ((max, 0), (min, -1)))
-    time = clock[(clock >= begin) & (clock <= end)]
+    time, poses = together(tracks)
     if len(tracks) < 2 or not len(time):
         return np.full(3, np.nan)
-    poses = np.array([at_times(time, track.time, seen_from_start(track.pose, direction)).T for track in tracks])
-    scatter: Array = np.sqrt(((poses - poses.mean(axis=0)) ** 2).mean(axis=(0, 2)))
-    return scatter
-
-
-def _shifted(result: xr.Dataset, shift: float) -> xr.Dataset:
-    """Shift the clock of a replay [s]."""
-    time = result["time"]
-    return result.assign_coords(time=("time", time.to_numpy() + shift, time.attrs))
+    along = np.ascontiguousarray(poses.transpose(0, 2, 1))
+    return np.asarray(np.sqrt(((along - along.mean(axis=0)) ** 2).mean(axis=(0, 2))))

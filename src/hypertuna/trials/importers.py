@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError
+from hypertuna.ranges import check_name
 
 ANGLES, POSES = "deg_hardware_motor_angles.csv", "deg_hardware_trajectories.csv"  # of the robot eel, by amplitude
 EEL = "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot"
@@ -15,9 +16,7 @@ EEL = "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot"
 
 def import_folder(folder: str | Path, format: str = "rexeel", *, relative_to: Path | None = None) -> dict[str, Any]:
     """Return the document of a manifest for a folder of published files, with absolute or relative paths."""
-    if format not in FORMATS:
-        fix = did_you_mean(format, FORMATS)
-        raise InputError("must be a known format", key="format", value=shown(format), fix=fix)
+    check_name(format, FORMATS, "format", "format")
     try:
         files = sorted(path.name for path in Path(folder).iterdir())
     except (OSError, ValueError):
@@ -49,13 +48,10 @@ def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:
     if not amplitudes:
         fix = f"give a CSV file, a manifest, or the folder with *{ANGLES} and *{POSES} of {EEL}"
         raise InputError("holds no known published files", file=folder, fix=fix)
-    for amplitude in amplitudes:
-        for name in (f"{amplitude}{end}" for end in (ANGLES, POSES)):
-            if name not in files:
-                file = str(Path(folder) / name)
-                raise InputError(
-                    "must be there", file=file, value="missing", fix="get it from the source of the others"
-                )
+    for name in (f"{amplitude}{end}" for amplitude in amplitudes for end in (ANGLES, POSES)):
+        if name not in files:
+            file, fix = str(Path(folder) / name), "get it from the source of the others"
+            raise InputError("must be there", file=file, value="missing", fix=fix)
     recordings = [
         {
             "name": f"{amplitude}deg",

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import AfterValidator, ValidationError
 
 from hypertuna.arrays import Array
 from hypertuna.description.reference import markdown
@@ -59,15 +59,29 @@ class Start(Part):
     yaw: Degrees = entry("direction that the head faces, counted as yaw of the poses", "deg")
 
 
+def _name(name: str) -> str:
+    """Check the name of a recording."""
+    if "/" in name or "\0" in name or not name.strip(". "):
+        raise ValueError("must be a name without /, and not of dots alone")
+    return name
+
+
+def _window(window: tuple[float, ...]) -> tuple[float, ...]:
+    """Check begin and end."""
+    if not (len(window) == 2 and window[0] < window[1]):
+        raise ValueError("must be two times, the first earlier")
+    return window
+
+
 class RecordingTable(Part):
     """Swims from rest with the same joint motion: joint angles, and tracked poses of one run or several."""
 
-    name: Text = entry("name of the recording, without /")
+    name: Annotated[Text, AfterValidator(_name)] = entry("name of the recording, without /")
     joints: Joints = entry("table of the joint angles")
     poses: Poses = entry("table of the tracked poses")
     start: Start | None = entry("table of the start pose (default: the first frame of each run)", default=None)
     time_offset: Real = entry("time to add to the joints' clock to get the poses' clock (default: 0)", "s", default=0.0)
-    window: tuple[Real, ...] | None = entry(
+    window: Annotated[tuple[Real, ...], AfterValidator(_window)] | None = entry(
         "begin and end of the data in use, on the poses' clock; the robot rests at its begin (default: everything)",
         "s",
         default=None,
@@ -109,8 +123,7 @@ class Recording:
 
 def read_manifest(path: str | Path, robot: Robot) -> tuple[tuple[SteadyRun, ...], tuple[Recording, ...]]:
     """Read a TOML manifest and the files that it names."""
-    document = read_toml(path)
-    return parse_manifest(document, robot, folder=Path(path).parent, file=str(path))
+    return parse_manifest(read_toml(path), robot, folder=Path(path).parent, file=str(path))
 
 
 def parse_manifest(
@@ -125,10 +138,8 @@ def parse_manifest(
     except InputError as error:
         raise InputError(error.rule, file=file, key=error.key, value=error.value, fix=error.fix) from None
     steady = tuple(run for name in manifest.steady for run in read_steady(folder / name, robot))
-    recordings = tuple(
-        _recording(table, f"recordings[{i}]", robot, folder, file) for i, table in enumerate(manifest.recordings)
-    )
-    return steady, recordings
+    tables = enumerate(manifest.recordings)
+    return steady, tuple(_recording(table, f"recordings[{i}]", robot, folder, file) for i, table in tables)
 
 
 def reference() -> str:
@@ -147,49 +158,30 @@ def _check(manifest: Manifest, robot: Robot) -> None:
     unique(tuple(table.name for table in manifest.recordings), "recordings[{}].name")
     groups = [group.name for group in robot.joints]
     for i, table in enumerate(manifest.recordings):
-        if "/" in table.name or "\0" in table.name or not table.name.strip(". "):
-            fix = "/ separates the names of recordings and runs"
-            rule = "must be a name without /, and not of dots alone"
-            raise InputError(rule, key=f"recordings[{i}].name", value=shown(table.name), fix=fix)
-        if len(table.joints.columns) != len(groups):
-            raise InputError(
-                f"must be {len(groups)} long, one column per joint group of {robot.name} ({', '.join(groups)})",
-                key=f"recordings[{i}].joints.columns",
-                value=f"{len(table.joints.columns)} long",
-                fix="name the columns from head to tail",
-            )
-        window = table.window
-        if window is not None and not (len(window) == 2 and window[0] < window[1]):
-            rule, fix = "must be two times, the first earlier", "write, for example, [0.0, 4.0]"
-            raise InputError(rule, key=f"recordings[{i}].window_s", value=shown(list(window)), fix=fix)
+        if (count := len(table.joints.columns)) != len(groups):
+            rule = f"must be {len(groups)} long, one column per joint group of {robot.name} ({', '.join(groups)})"
+            key, fix = f"recordings[{i}].joints.columns", "name the columns from head to tail"
+            raise InputError(rule, key=key, value=f"{count} long", fix=fix)
 
 
 def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file: str) -> Recording:
     """Read the files of a recording, cut them to the window, and set the start pose."""
-    poses = table.poses
+    poses, window, start = table.poses, None, None
     joints = read_joints(
         folder / table.joints.file, time=table.joints.time, columns=table.joints.columns, unit=table.joints.unit
     )
-    tracks: list[Track] = []
-    for name in poses.files:
-        tracks += read_tracks(
-            folder / name,
-            time=poses.time,
-            pose=(poses.x, poses.y, poses.yaw),
-            run=poses.run,
-            length_unit=poses.length_unit,
-            angle_unit=poses.angle_unit,
-            yaw_zero=poses.yaw_zero,
-            clockwise=poses.clockwise,
-        )
+    options: dict[str, Any] = {name: value for name, value in poses if name not in ("files", "x", "y", "yaw")}
+    pose = (poses.x, poses.y, poses.yaw)
+    tracks = [track for name in poses.files for track in read_tracks(folder / name, pose=pose, **options)]
     names = [track.run for track in tracks]
     for name in (name for k, name in enumerate(names) if name in names[:k]):
         fix = "name each run differently, or each file where a file is one run"
         raise InputError("must be unique", file=file, key=f"{key}: run {name}", value="in two files", fix=fix)
-    window = None if table.window is None else (table.window[0], table.window[1])
-    if window is not None:
-        joints = _cut_joints(joints, window[0] - table.time_offset, window[1] - table.time_offset)
-        tracks = [_cut_track(track, *window) for track in tracks]
+    if table.window is not None:
+        window = begin, end = table.window[0], table.window[1]
+        joints = _cut_joints(joints, begin - table.time_offset, end - table.time_offset)
+        kept = [(track.time >= begin) & (track.time <= end) for track in tracks]
+        tracks = [replace(t, time=t.time[rows], pose=t.pose[rows]) for t, rows in zip(tracks, kept, strict=True)]
     span = joints.time[[0, -1]] + table.time_offset
     for track in tracks:
         if not ((track.time[1:] >= span[0]) & (track.time[1:] <= span[1])).any():
@@ -197,32 +189,24 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
             value = f"{len(track.time)} frames" + f", {track.time[0]:g} to {track.time[-1]:g} s" * bool(len(track.time))
             fix = "give both on one clock, by time_offset_s, and a window that spans them"
             raise InputError(rule, file=file, key=f"{key}: run {track.run}", value=value, fix=fix)
-    start = None
     if table.start is not None:
         x, y = table.start.x, table.start.y
         yaw = poses.yaw_zero + (-table.start.yaw if poses.clockwise else table.start.yaw)
         tracks = [_from_start(track, np.array([x, y, yaw])) for track in tracks]
         start = Pose.from_head_center(robot, x, y, yaw)
-    return Recording(
-        table.name, joints, table.joints.noise, tuple(tracks), table.time_offset, window, start, table.repeats, file
-    )
+    own = (table.time_offset, window, start, table.repeats, file)
+    return Recording(table.name, joints, table.joints.noise, tuple(tracks), *own)
 
 
 def _cut_joints(joints: JointSeries, begin: float, end: float) -> JointSeries:
     """Return the samples within a window of their own clock [s]."""
     kept = np.flatnonzero((joints.time >= begin) & (joints.time <= end))
-    lines = None if joints.lines is None else [joints.lines[k] for k in kept.tolist()]
     if not len(kept):
         value = f"{joints.time[0]:g} to {joints.time[-1]:g} s"
         rule = f"must overlap the window, {begin:g} to {end:g} s of the joints' clock"
         raise InputError(rule, file=joints.file, key="the series", value=value, fix="correct window_s")
+    lines = None if joints.lines is None else [joints.lines[k] for k in kept.tolist()]
     return replace(joints, time=joints.time[kept], angle=joints.angle[kept], lines=lines)
-
-
-def _cut_track(track: Track, begin: float, end: float) -> Track:
-    """Return the frames within a window [s]."""
-    kept = (track.time >= begin) & (track.time <= end)
-    return replace(track, time=track.time[kept], pose=track.pose[kept])
 
 
 def _from_start(track: Track, start: Array) -> Track:

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import dataset
+from hypertuna.ranges import POSITIVE
 from hypertuna.swimming.model import core_model, twist_from_rest
 from hypertuna.swimming.trajectory import trajectory
 from hypertuna.trials.smoothing import SmoothSeries, smooth
@@ -37,7 +37,7 @@ class Pose(NamedTuple):
 
     @classmethod
     def from_head_center(cls, robot: Robot, x: float, y: float, yaw: float) -> Self:
-        """Return the pose of the nose of that of the head link's center.
+        """Return the pose of the nose, half the length of the head ahead of the head link's center.
 
         Parameters
         ----------
@@ -50,7 +50,7 @@ class Pose(NamedTuple):
         Returns
         -------
         Pose
-            Half the length of the head ahead; heading = yaw - pi.
+            heading = yaw - pi.
         """
         half = robot.links.length[0] / 2
         return cls(x + half * math.cos(yaw), y + half * math.sin(yaw), yaw - math.pi)
@@ -94,14 +94,17 @@ def replay(
     xarray.Dataset
         As `Swim.trajectory`. Attribute ``status`` is "completed" or "diverged", ``status_text`` a sentence on it; a
         diverged replay ends with its last finite step.
-
-    Raises
-    ------
-    InputError
-        If the series does not fit the robot, or an option is out of range.
     """
     curve = series if isinstance(series, SmoothSeries) else smooth(series)
-    _check(robot, curve.series, step, start=start, twist=twist or (), current=current, time_offset=(time_offset,))
+    _check(robot, curve.series, step)
+    for key, values in {
+        "start": start,
+        "twist": twist or (),
+        "current": current,
+        "time_offset": (time_offset,),
+    }.items():
+        if not np.isfinite(values).all():
+            raise InputError("must be finite", key=key, value=shown(values), fix="give finite numbers")
     time = curve.series.time
     joints, width = joint_grid(robot, curve, step=step)
     steps = len(joints) // 2
@@ -172,26 +175,23 @@ def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
     result : xarray.Dataset
         As of `replay`.
     track : Track
+        A run that the replay spans at least in part.
 
     Returns
     -------
     ndarray, shape (frames, 3)
         x, y [m] and yaw [rad] in the axes of the track, at its frames that the replay spans.
-
-    Raises
-    ------
-    InputError
-        If the replay spans no frame of the track.
     """
     time = result["time"].to_numpy()
-    inside = _inside(track, time)
+    inside = (track.time >= time[0]) & (track.time <= time[-1])
     if not inside.any():
         value = f"{track.time[0]:g} to {track.time[-1]:g} s"
         rule = f"must overlap the replay, {time[0]:g} to {time[-1]:g} s"
         raise InputError(rule, key=f"run {track.run}", value=value, fix="give both on one clock")
     direction = track.pose[0, 2]
     made = seen_from_start(head_center(robot, result), direction)
-    return at_times(track.time[inside], time, made) - seen_from_start(track.pose, direction)[inside]
+    difference: Array = at_times(track.time[inside], time, made) - seen_from_start(track.pose, direction)[inside]
+    return difference
 
 
 def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Dataset:
@@ -203,7 +203,7 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
     result : xarray.Dataset
         As of `replay`.
     tracks : sequence of Track
-        One at least.
+        One at least; all overlap the replay.
 
     Returns
     -------
@@ -212,29 +212,19 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
         run, ``mean_rmse`` against the mean of the runs, and ``repeatability``, the root mean square of the runs about
         their mean: the minimum `rmse` of one trajectory, rmse^2 = mean_rmse^2 + repeatability^2. The mean is taken at
         the frames of the first run that all runs and the replay span. NaN for the repeatability of a single run.
-
-    Raises
-    ------
-    InputError
-        If there is no run, or one does not overlap the replay.
     """
     if not tracks:
         raise InputError("must hold at least one run", key="tracks", fix="give the tracked poses")
     differences = [residuals(robot, result, track) for track in tracks]
-    direction, clock = tracks[0].pose[0, 2], tracks[0].time
-    common = _inside(tracks[0], result["time"].to_numpy())
-    for track in tracks:
-        common &= (clock >= track.time[0]) & (clock <= track.time[-1])
-    time = clock[common]
-    poses = np.array([at_times(time, track.time, seen_from_start(track.pose, direction)) for track in tracks])
-    made = seen_from_start(head_center(robot, result), direction)
+    clock = result["time"].to_numpy()
+    time, poses = together(tracks, clock[0], clock[-1])
     mean = poses.mean(axis=0)
-    mean_error = at_times(time, result["time"].to_numpy(), made) - mean
+    made = seen_from_start(head_center(robot, result), tracks[0].pose[0, 2])
     repeatability = _rms((poses - mean).reshape(-1, 3)) if len(tracks) > 1 else np.full(3, np.nan)
     return dataset(
         {
             "rmse": ("axis", _rms(np.concatenate(differences))),
-            "mean_rmse": ("axis", _rms(mean_error)),
+            "mean_rmse": ("axis", _rms(at_times(time, clock, made) - mean)),
             "repeatability": ("axis", repeatability),
             "run_rmse": (("run", "axis"), np.array([_rms(difference) for difference in differences])),
             "frames": ("run", [len(difference) for difference in differences]),
@@ -259,27 +249,30 @@ def _sound(robot: Robot, twist: Array, torque: Array) -> int:
     return max(1, int(np.argmax(unsound))) if unsound.any() else len(twist)
 
 
-def _check(robot: Robot, series: JointSeries, step: float | None, **options: Sequence[float]) -> None:
-    """Check that a series fits the robot, and the options of a replay."""
+def _check(robot: Robot, series: JointSeries, step: float | None) -> None:
+    """Check that a series fits the robot, and the step of a replay."""
     groups, given = [group.name for group in robot.joints], series.angle.shape[1]
     if given != len(groups):
         rule = f"must be {len(groups)}, one per joint group of {robot.name} ({', '.join(groups)})"
         fix = "name one column of angles per joint group, from head to tail"
         raise InputError(rule, file=series.file, key="the number of angles", value=str(given), fix=fix)
-    if step is not None and not 0 < step < math.inf:
-        raise InputError("must be greater than 0", key="step", value=shown(step), fix="give it in seconds")
-    if step is not None and np.ptp(series.time) / step > MAX_STEPS:
-        rule = f"must be at least {np.ptp(series.time) / MAX_STEPS:.3g} s: replays are limited to {MAX_STEPS} steps"
-        raise InputError(rule, key="step", value=shown(step), fix="leave it out")
-    for key, values in options.items():
-        if not np.isfinite(values).all():
-            raise InputError("must be finite", key=key, value=shown(values), fix="give finite numbers")
+    if step is not None:
+        POSITIVE.check(step, "step", "give it in seconds")
+        if np.ptp(series.time) / step > MAX_STEPS:
+            rule = f"must be at least {np.ptp(series.time) / MAX_STEPS:.3g} s: replays are limited to {MAX_STEPS} steps"
+            raise InputError(rule, key="step", value=shown(step), fix="leave it out")
 
 
-def _inside(track: Track, time: Array) -> NDArray[np.bool_]:
-    """Return which frames of a track lie within the times of a replay."""
-    inside: NDArray[np.bool_] = (track.time >= time[0]) & (track.time <= time[-1])
-    return inside
+def together(tracks: Sequence[Track], begin: float = -math.inf, end: float = math.inf) -> tuple[Array, Array]:
+    """Return times (frames,) [s] and poses (runs, frames, 3) of runs, each seen from its first frame.
+
+    The frames are those of the first run that all runs span, from `begin` to `end` [s].
+    """
+    direction, clock = tracks[0].pose[0, 2], tracks[0].time
+    begin, end = max(begin, *(track.time[0] for track in tracks)), min(end, *(track.time[-1] for track in tracks))
+    time = clock[(clock >= begin) & (clock <= end)]
+    poses = [at_times(time, track.time, seen_from_start(track.pose, direction)) for track in tracks]
+    return time, np.array(poses)
 
 
 def at_times(time: Array, clock: Array, pose: Array) -> Array:

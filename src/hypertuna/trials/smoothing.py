@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.errors import InputError, shown
+from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.tracks import JointSeries
 
 if TYPE_CHECKING:
@@ -50,15 +50,9 @@ def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
     Returns
     -------
     SmoothSeries
-
-    Raises
-    ------
-    InputError
-        If the noise is negative or not finite.
     """
-    if noise is not None and not 0 <= noise < math.inf:
-        fix = "give the standard deviation of the measured angles in radians"
-        raise InputError("must not be negative", key="noise", value=shown(noise), fix=fix)
+    if noise is not None:
+        NOT_NEGATIVE.check(noise, "noise", "give the standard deviation of the measured angles in radians")
     groups = series.angle.shape[1]
     sigma = _noise(series) if noise is None else np.full(groups, float(noise))
     splines = tuple(_spline(series.time, series.angle[:, g], sigma[g]) for g in range(groups))
@@ -77,8 +71,7 @@ def _noise(series: JointSeries) -> Array:
         others = np.delete(arm, j, axis=1)
         weights[:, j] = np.prod(others / (others - arm[:, j : j + 1]), axis=1)
     residual = series.angle[middle] - np.einsum("kj,kjg->kg", weights, series.angle[near])
-    sigma: Array = np.sqrt(np.mean(residual**2 / (1 + (weights**2).sum(axis=1, keepdims=True)), axis=0))
-    return sigma
+    return np.asarray(np.sqrt(np.mean(residual**2 / (1 + (weights**2).sum(axis=1, keepdims=True)), axis=0)))
 
 
 def _spline(time: Array, angle: Array, sigma: float) -> BSpline:

@@ -27,10 +27,10 @@ class Trials:
     recordings: tuple[Recording, ...] = ()
 
     def __post_init__(self) -> None:
-        _check_unique([(run.name, run.file) for run in self.steady], "run")
-        _check_unique([(recording.name, recording.file) for recording in self.recordings], "recording")
+        steady = [(run.name, run.file) for run in self.steady]
         tracked = [(name, recording.file) for recording in self.recordings for name in recording.runs]
-        _check_unique([(run.name, run.file) for run in self.steady] + tracked, "run")
+        _check_unique([(recording.name, recording.file) for recording in self.recordings], "recording")
+        _check_unique(steady + tracked, "run")
 
     @property
     def runs(self) -> tuple[str, ...]:
@@ -39,7 +39,7 @@ class Trials:
         return (*(run.name for run in self.steady), *tracked)
 
     def only(self, names: Iterable[str]) -> Trials:
-        """Return some of the runs.
+        """Return some of the runs; recordings without any of them are left out.
 
         Parameters
         ----------
@@ -49,12 +49,7 @@ class Trials:
         Returns
         -------
         Trials
-            In the order of these trials; recordings without any of the names are left out.
-
-        Raises
-        ------
-        InputError
-            If a name is not that of a run.
+            In the order of these trials.
         """
         chosen = set(names)
         for name in sorted(chosen.difference(self.runs)):
