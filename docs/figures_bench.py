@@ -17,8 +17,7 @@ from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.experiment_design import information_gain
 from hypertuna.characterization.fit import BenchFit, fit_bench
 from hypertuna.characterization.plots import plot_bench
-from hypertuna.characterization.unknowns import BORDER, FACTORS, PER_JOINT, SHARED, unknowns
-from hypertuna.cli.actuator import COUNTED
+from hypertuna.characterization.unknowns import BORDER, FACTORS, KINDS, unknowns
 from hypertuna.description.robot import load
 
 FOLDER = Path(__file__).resolve().parents[1] / "examples" / "bench"
@@ -45,9 +44,9 @@ def unknown_table() -> str:
     body = []
     for one in unknowns(FISH, (0,), both_sides=(0,)):
         unit, factor = BORDER[one.unit]
-        limits = (PER_JOINT | SHARED)[one.kind]
+        limits = KINDS[one.kind][:2]
         relative = abs(limits[1] * one.described - one.upper) < 1e-12 and one.described != 1
-        unit = "times described" if relative else COUNTED.get(one.kind, unit)
+        unit = "times described" if relative else KINDS[one.kind].counted or unit
         low, high = limits if relative else (one.lower * factor, one.upper * factor)
         name, stands = one.kind + "[JOINT]" * (one.joint is not None), FACTORS.get(one.kind, ("", ""))[0]
         body.append([f"`{name}`", unit, f"`{stands}`" if stands else "itself", f"{low:.3g}", f"{high:.3g}"])

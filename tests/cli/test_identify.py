@@ -125,7 +125,7 @@ def test_resumes_from_a_checkpoint(run: Run, tank: str, tmp_path: Path) -> None:
         (("--free", "water.strip.drag_normal"), "choose --water strip"),
         (("--free", "water.drag[8]"), "must have indices from 0 to 7"),
         (("--free", ""), "free must name at least one coefficient"),
-        (("--free", "water.drag", "--validate", "1"), "validate must be 0 or more and less than 1, but is 1.0"),
+        (("--free", "water.drag", "--validate", "1"), "validate must be at least 0 and less than 1, but is 1"),
         (("--free", "water.drag", "--validate", "most"), "--validate must be a number, but is 'most'"),
         (("--free", "water.drag", "--loss", "l1"), "loss must be a known loss, but is 'l1': use one of linear"),
         (("--free", "water.drag", "--bounds", "water.drag"), "--bounds must be NAME=LOW:HIGH, but is water.drag"),

@@ -66,9 +66,9 @@ def test_derivatives_of_residuals(model: str) -> None:
     levels = dict.fromkeys(data.unknown_kinds, 0.01)
 
     def residual(x: np.ndarray) -> np.ndarray:
-        return weighted(data, predict(data, frees, from_scale(frees, x), gradient_steps=None), levels)[0]
+        return weighted(data, predict(data, from_scale(frees, x), gradient_steps=None), levels)[0]
 
-    _, slope = weighted(data, predict(data, frees, from_scale(frees, x)), levels)
+    _, slope = weighted(data, predict(data, from_scale(frees, x)), levels)
     for k, f in enumerate(frees):
         # the track is straight between two steps of the replay: no step of the difference may cross one
         step = 1e-5 * max(abs(x[k]), 0.1) * np.eye(len(x))[k]
@@ -122,8 +122,8 @@ def test_a_run_that_does_not_settle_counts_as_far_off(tuna: ht.Robot) -> None:
     """A search turns back from it: a large, finite residual with zero Jacobian; and it is told."""
     frees = free(tuna, ["water.drag[7]"], bounds={"water.drag": (0, 1e9)})
     trials = steady(tuna, FEW[-2:])
-    data = experiment(tuna, trials, frees)
-    found = predict(data, frees, [1e9], steps=8, gradient_steps=8)
+    data = experiment(tuna, trials, frees, steps=8)
+    found = predict(data, [1e9], gradient_steps=8)
     assert found.failed.all()
     assert found.computed == pytest.approx(FAILED * data.measured)
     assert not found.jacobian.any()
@@ -246,8 +246,8 @@ def test_posterior_resumes_to_the_same_draws(tuna: ht.Robot, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"validate": 1.0}, "validate must be 0 or more and less than 1, but is 1.0"),
-        ({"validate": float("nan")}, "validate must be 0 or more"),
+        ({"validate": 1.0}, "validate must be at least 0 and less than 1, but is 1"),
+        ({"validate": float("nan")}, "validate must be a finite number"),
         ({"loss": "soft"}, "loss must be a known loss, but is 'soft': did you mean soft_l1?"),
         ({"starts": 0}, "starts must be from 1 to 4096"),
         ({"seed": -1}, "seed must not be negative"),
@@ -336,9 +336,9 @@ def test_a_robot_of_fitted_values_is_predicted_as_its_columns_are(tuna: ht.Robot
     frees = free(tuna, ["water.drag[7]", "links.mass[3]", "joints.bandwidth[I]"])
     values = [12.0, 0.08, 4.0]
     trials = steady(tuna, FEW[:4])
-    changed_columns = predict(experiment(tuna, trials, frees), frees, values).computed
+    changed_columns = predict(experiment(tuna, trials, frees), values).computed
     robot = with_values(tuna, frees, values)
-    assert changed_columns == pytest.approx(predict(experiment(robot, trials), (), ()).computed, rel=1e-14)
+    assert changed_columns == pytest.approx(predict(experiment(robot, trials), ()).computed, rel=1e-14)
 
 
 def test_one_text_of_names_and_paths_of_trials() -> None:

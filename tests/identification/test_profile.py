@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hypertuna.identification.profile import Optimum, profile_sd
+from hypertuna.identification.profile import ProfileProblem, profile_sd
 
 WIDE, NARROW = 0.5, 0.01  # standard deviations along the profile and across it
 
 
-def banana(bend: float, *, upper: float = 10.0) -> Optimum:
+def banana(bend: float, *, upper: float = 10.0) -> ProfileProblem:
     """A problem whose profile along x is y = bend x^2."""
 
     def at(point: np.ndarray) -> np.ndarray:
@@ -18,7 +18,7 @@ def banana(bend: float, *, upper: float = 10.0) -> Optimum:
         return np.array([(y - bend * x**2) / NARROW, x / WIDE])
 
     ends = (np.array([-10.0, -10.0]), np.array([10.0, upper]))
-    return Optimum(at, np.diag([1 / NARROW, 1 / WIDE]), *ends, np.eye(2), np.array([NARROW, WIDE]), 2.0)
+    return ProfileProblem(at, np.diag([1 / NARROW, 1 / WIDE]), *ends, np.eye(2), np.array([NARROW, WIDE]), 2.0)
 
 
 @pytest.mark.parametrize("bend", [0.0, 0.01, 1.0, -3.0])
@@ -42,5 +42,5 @@ def test_a_straight_profile_that_gets_wider_is_followed_to_its_end() -> None:
         return np.array([2 * x / (1 + max(x, 0.0))])
 
     ends = (np.array([-10.0]), np.array([10.0]))
-    found = profile_sd(Optimum(at, np.array([[2.0]]), *ends, np.eye(1), np.array([0.5]), 2.0))
+    found = profile_sd(ProfileProblem(at, np.array([[2.0]]), *ends, np.eye(1), np.array([0.5]), 2.0))
     assert found[0] == pytest.approx(np.sqrt((0.5**2 + 1.0**2) / 2), rel=0.03)

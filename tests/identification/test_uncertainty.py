@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -31,7 +32,7 @@ def some_runs(count: int) -> tuple[ht.Robot, Trials]:
     return tuna, steady(tuna, grid([2.0], [(16, 25)], np.linspace(0, 90, count)), cost=False)
 
 
-def straight_line(noise: Array, *, told: bool = True) -> tuple[Experiment, tuple[Free, ...], Prediction, Array]:
+def straight_line(noise: Array, *, told: bool = True, loss: str = "linear") -> tuple[Experiment, Prediction, Array]:
     """Runs whose speeds lie on a line a + b t, fitted by its normal equations: a problem whose covariance is known."""
     tuna, runs = some_runs(len(noise))
     t = np.linspace(-1, 1, len(noise))
@@ -40,18 +41,18 @@ def straight_line(noise: Array, *, told: bool = True) -> tuple[Experiment, tuple
     values = np.linalg.lstsq(slope, measured, rcond=None)[0]
     none = np.zeros(len(t), dtype=bool)
     samples = np.arange(len(t))
-    data = Experiment(
-        tuna, runs, measured, samples, 0 * samples, samples, np.full(len(t), 0.1), ~none if told else none, 1 + none, ()
-    )
     frees = (Free("water.lumped.drag[0]", 0.0, 30.0, 1.0), Free("water.lumped.drag[7]", 0.0, 30.0, 0.5))
-    return data, frees, Prediction(slope @ values, slope, none, none, {}), values
+    known, one = ~none if told else none, 1 + none
+    laid_out = (measured, samples, 0 * samples, samples, np.full(len(t), 0.1), known, one, ())
+    data = Experiment(tuna, runs, frees, *laid_out, loss=loss)
+    return data, Prediction(slope @ values, slope, none, none, {}), values
 
 
 def test_intervals_of_a_straight_line() -> None:
     """Var a = sd^2 / n and var b = sd^2 / sum t^2, uncorrelated: with residuals of exactly the stated noise."""
     noise = 0.1 * np.resize([1.0, -1.0], 31)
-    data, frees, found, values = straight_line(noise)
-    result = uncertainty(data, frees, values, found, {}, "linear")
+    data, found, values = straight_line(noise)
+    result = uncertainty(data, values, found, {})
     t = np.linspace(-1, 1, 31)
     expected = np.array([0.1 / math.sqrt(31), 0.1 / math.sqrt((t**2).sum())])
     assert result.freedom == 29
@@ -68,8 +69,8 @@ def test_intervals_of_a_straight_line() -> None:
 def test_residuals_beyond_the_stated_noise_widen_the_intervals_and_none_narrows_them() -> None:
     noise = 0.1 * np.resize([1.0, -1.0], 31)
     for times, factor in ((3.0, 3 * math.sqrt(31 / 29)), (0.1, 1.0)):
-        data, frees, found, values = straight_line(times * noise)
-        assert uncertainty(data, frees, values, found, {}, "linear").factor == pytest.approx(factor, rel=1e-2)
+        data, found, values = straight_line(times * noise)
+        assert uncertainty(data, values, found, {}).factor == pytest.approx(factor, rel=1e-2)
 
 
 def test_intervals_hold_the_truth_in_19_of_20_cases() -> None:
@@ -77,16 +78,16 @@ def test_intervals_hold_the_truth_in_19_of_20_cases() -> None:
     rng = np.random.default_rng(0)
     held = 0
     for _ in range(400):
-        data, frees, found, values = straight_line(0.1 * rng.standard_normal(31))
-        result = uncertainty(data, frees, values, found, {}, "linear")
+        data, found, values = straight_line(0.1 * rng.standard_normal(31))
+        result = uncertainty(data, values, found, {})
         held += ((result.low <= [1.0, 0.5]) & (result.high >= [1.0, 0.5])).sum()
     assert 0.927 < held / 800 < 0.985
 
 
 def test_two_coefficients_of_the_same_effect_cannot_be_distinguished() -> None:
-    data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
+    data, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
     same = Prediction(found.computed, found.jacobian[:, :1].repeat(2, axis=1), found.failed, found.unstable, {})
-    result = uncertainty(data, frees, np.array([1.0, 1.0]), same, {}, "linear")
+    result = uncertainty(data, np.array([1.0, 1.0]), same, {})
     assert [d.determined for d in result.directions] == [True, False]
     assert result.directions[1].singular_value < 1e-6
     assert result.directions[1].sentence == (
@@ -100,17 +101,17 @@ def test_two_coefficients_of_the_same_effect_cannot_be_distinguished() -> None:
 
 
 def test_a_coefficient_without_effect_is_unidentifiable() -> None:
-    data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
+    data, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
     idle = Prediction(found.computed, found.jacobian * [1.0, 0.0], found.failed, found.unstable, {})
-    result = uncertainty(data, frees, np.array([1.0, 1.0]), idle, {}, "linear")
+    result = uncertainty(data, np.array([1.0, 1.0]), idle, {})
     assert result.determined == (True, False)
     assert result.directions[1].sentence.startswith("water.lumped.drag[7] is not determined by speed alone")
 
 
 def test_values_on_their_bounds_are_reported() -> None:
-    data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
-    assert uncertainty(data, frees, np.array([0.0, 30.0]), found, {}, "linear").bound == ("lower", "upper")
-    assert uncertainty(data, frees, np.array([0.1, 29.9]), found, {}, "linear").bound == (None, None)
+    data, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
+    assert uncertainty(data, np.array([0.0, 30.0]), found, {}).bound == ("lower", "upper")
+    assert uncertainty(data, np.array([0.1, 29.9]), found, {}).bound == (None, None)
 
 
 def test_added_mass_and_mass_of_the_tail(tuna: ht.Robot) -> None:
@@ -118,8 +119,8 @@ def test_added_mass_and_mass_of_the_tail(tuna: ht.Robot) -> None:
     frees = free(tuna, ["water.added_mass[7]", "links.mass[7]"])
     values = np.array([f.start for f in frees])
     data = experiment(tuna, steady(tuna, grid([2, 4, 6], [(16, 25)], [0, 30, 60]), cost=False), frees)
-    found = predict(data, frees, values)
-    result = uncertainty(data, frees, values, found, {"speed": 0.01}, "linear")
+    found = predict(data, values)
+    result = uncertainty(data, values, found, {"speed": 0.01})
     assert not result.directions[1].determined
     assert result.directions[1].sentence.startswith(
         "water.lumped.added_mass[7] and links.mass[7] cannot be distinguished from speed alone"
@@ -137,7 +138,7 @@ def test_a_measurement_that_would_help_is_named(tuna: ht.Robot) -> None:
     sentences = []
     for cost in (False, True):
         data = experiment(robot, steady(robot, grid(np.arange(2, 6, 0.5), [(16, 25)], [40]), cost=cost), frees)
-        result = uncertainty(data, frees, values, predict(data, frees, values), levels, "linear")
+        result = uncertainty(data, values, predict(data, values), levels)
         sentences.append(result.directions[1].sentence)
     assert sentences[0].endswith(
         "cannot be distinguished from speed alone; the cost of transport of the same runs, known to 2 %, "
@@ -149,18 +150,18 @@ def test_a_measurement_that_would_help_is_named(tuna: ht.Robot) -> None:
 def test_aicc_of_a_normal_sample() -> None:
     """-2 ln L = sum z + n ln(2 pi sd^2) where the noise is told; n (ln(2 pi s^2) + 1), s^2 = mean r^2, where not."""
     noise = 0.1 * np.resize([1.0, -1.0], 31)
-    data, _, found, _ = straight_line(noise)
-    told = criteria(data, found, {}, "linear", 2)
+    data, found, _ = straight_line(noise)
+    told = criteria(data, found, {})
     residual = found.computed - data.measured
     total = (residual**2).sum() / 0.01 + 31 * math.log(2 * math.pi * 0.01)
     assert told["minus_2_log_likelihood"] == pytest.approx(total)
     assert told["aicc"] == pytest.approx(total + 4 + 12 / 28)
     assert told["bic"] == pytest.approx(total + 2 * math.log(31))
-    data, _, found, _ = straight_line(noise, told=False)
+    data, found, _ = straight_line(noise, told=False)
     total = 31 * (math.log(2 * math.pi * (residual**2).mean()) + 1)
     for level in (0.5, 2.0):  # whatever it is taken for
-        assert criteria(data, found, {"speed": level}, "linear", 2)["minus_2_log_likelihood"] == pytest.approx(total)
-    assert criteria(data, found, {"speed": 1.0}, "linear", 2)["parameters"] == 3
+        assert criteria(data, found, {"speed": level})["minus_2_log_likelihood"] == pytest.approx(total)
+    assert criteria(data, found, {"speed": 1.0})["parameters"] == 3
 
 
 @pytest.mark.parametrize("loss", ["linear", "soft_l1", "huber", "cauchy"])
@@ -180,10 +181,11 @@ def test_losses_are_those_of_scipy(loss: str) -> None:
 
 def test_frames_of_a_track_share_one_loss() -> None:
     """Two samples, of 1 and of 4 elements, all off by their standard deviation times 0, 1 and sqrt(4)."""
-    data, _, _, _ = straight_line(np.zeros(5))
+    data, _, _ = straight_line(np.zeros(5))
     grouped = Experiment(
         data.robot,
         data.trials,
+        data.free,
         np.array([0.0, 2.0, 2.0, 2.0, 2.0]),
         np.array([0, 1, 1, 1, 1]),
         np.array([0, 2]),
@@ -200,7 +202,7 @@ def test_frames_of_a_track_share_one_loss() -> None:
 
 
 def test_errors_are_relative_for_steady_runs() -> None:
-    data, _, found, _ = straight_line(np.zeros(5))
+    data, found, _ = straight_line(np.zeros(5))
     off = Prediction(1.1 * data.measured, found.jacobian, found.failed | (np.arange(5) == 2), found.unstable, {})
     told = errors(data, off)
     assert told.rms == pytest.approx({"speed_relative": 0.1})
@@ -215,8 +217,8 @@ def test_residuals_thirty_times_the_stated_noise_make_intervals_thirty_times_as_
     noise = np.random.default_rng(2).normal(scale=0.1, size=31)
 
     def result(scale: float):
-        data, frees, found, values = straight_line(scale * noise)
-        return uncertainty(data, frees, values, found, {}, loss)
+        data, found, values = straight_line(scale * noise, loss=loss)
+        return uncertainty(data, values, found, {})
 
     assert result(300.0).residual_scale == pytest.approx(10 * result(30.0).residual_scale, rel=1e-4)
     assert result(30.0).residual_scale == pytest.approx(30, rel=0.3)
@@ -260,14 +262,14 @@ def test_units_of_offsets_are_absolute() -> None:
 
 
 def test_no_sentence_names_one_coefficient_as_several() -> None:
-    data, frees, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
+    data, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
     for weak in (1.0, 0.1, 1e-2, 1e-4, 0.0):
         one = Prediction(found.computed, weak * found.jacobian[:, :1], found.failed, found.unstable, {})
-        (direction,) = uncertainty(data, frees[:1], np.array([1.0]), one, {}, "linear").directions
+        (direction,) = uncertainty(replace(data, free=data.free[:1]), np.array([1.0]), one, {}).directions
         start = "Speed determines" if direction.determined else "water.lumped.drag[0] is not determined"
         assert direction.sentence.startswith(f"{start} ")
         both = Prediction(found.computed, found.jacobian * [1.0, weak], found.failed, found.unstable, {})
-        for told in uncertainty(data, frees, np.array([1.0, 1.0]), both, {}, "linear").directions:
+        for told in uncertainty(data, np.array([1.0, 1.0]), both, {}).directions:
             assert told.sentence[0] != " "
             if "distinguished" in told.sentence or "combination" in told.sentence:
                 assert "] and water" in told.sentence

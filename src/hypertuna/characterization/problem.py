@@ -14,14 +14,14 @@ from hypertuna.arrays import Array
 from hypertuna.characterization.data import Bench
 from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError
-from hypertuna.identification.loss import check_loss
+from hypertuna.identification.loss import LOSSES
+from hypertuna.ranges import Whole, check_name
 
 KINDS = ("angle", "volume")
 STEP = 1e-4  # of a logarithm, for central differences
 ROUGH_STEP = 1e-6  # the same, for one-sided differences
 FAILED = 1e3  # residual, in standard deviations, of a bend without a solution
-MAX_STARTS = 1024
+STARTS = Whole(min=1, max=1024)
 
 
 @dataclass(frozen=True)
@@ -123,9 +123,8 @@ def bench_problem(
     starts: int,
 ) -> BenchProblem:
     """Lay out a bench for a fit; arguments as for `hypertuna.characterization.fit.fit_bench`."""
-    check_loss(loss)
-    if not 1 <= starts <= MAX_STARTS:
-        raise InputError(f"must be from 1 to {MAX_STARTS}", key="starts", value=str(starts), fix="leave it out")
+    check_name(loss, LOSSES, "loss", "loss")
+    STARTS.check(starts, "starts", "leave it out")
     both = [j for j in bench.joints if len(bench.sides(j)) == 2]
     frees = unknowns(robot, bench.joints, names=free, both_sides=both, bounds=bounds)
     rows = np.flatnonzero(np.isfinite(bench.volume))

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney
 from hypertuna.arrays import Array
@@ -15,22 +14,38 @@ from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.identification.names import split_names
 
-# Unknowns and their default bounds, as factors on the described value; those in ABSOLUTE as values [rad or 1].
+
+class Kind(NamedTuple):
+    """A kind of unknown."""
+
+    low: float  # default bounds, as factors on the described value
+    high: float
+    keys: tuple[str, ...] = ()  # of the actuator of a joint, or of the drive unit, in the robot's file
+    unit: str = "1"  # SI, "1" for a number
+    scaled: bool = True  # False: the default bounds are values [rad or 1]
+    counted: str = ""  # meaning of a number
+
+
 PER_JOINT = {
-    "lever": (0.5, 2.0),  # in no drawing; inside the section
-    "segment_length": (0.8, 1.25),  # links are measured, rigid end walls are not
-    "stiffness_factor": (0.25, 4.0),  # strip, pipes and channels stiffen and weaken the matrix
-    "asymmetry": (math.exp(-0.3), math.exp(0.3)),  # as the ratio of the two levers
+    "lever": Kind(0.5, 2.0, ("lever_m",), "m"),  # in no drawing; inside the section
+    # links are measured, rigid end walls are not
+    "segment_length": Kind(0.8, 1.25, ("segment_length_m",), counted="x described"),
+    "stiffness_factor": Kind(0.25, 4.0, ("stiffness_factor",)),  # strip, pipes and channels stiffen and weaken
+    # ratio of the two levers
+    "asymmetry": Kind(math.exp(-0.3), math.exp(0.3), ("asymmetry",), scaled=False, counted="left / right"),
 }
 SHARED = {
-    "braid_angle": (math.radians(20), math.radians(50)),  # at 54.7 deg the pull is zero
-    "outer_diameter": (0.5, 2.0),
-    "diameter_ratio": (0.4, 0.9),  # inner over outer
-    "hose_modulus": (0.5, 2.0),  # published constants of one silicone differ by 2.0 (docs/bench.md)
-    "matrix_modulus": (0.5, 2.0),
-    "sleeve": (0.5, 2.0),
-    "friction": (0.01, 1.0),
+    # at 54.7 deg the pull is zero
+    "braid_angle": Kind(math.radians(20), math.radians(50), ("braid_angle_deg",), "rad", scaled=False),
+    "outer_diameter": Kind(0.5, 2.0, ("outer_diameter_m", "inner_diameter_m"), "m"),
+    "diameter_ratio": Kind(0.4, 0.9, ("inner_diameter_m",), scaled=False, counted="inner / outer"),
+    # published constants of one silicone differ by 2.0 (docs/bench.md)
+    "hose_modulus": Kind(0.5, 2.0, counted="x described"),
+    "matrix_modulus": Kind(0.5, 2.0, counted="x described"),
+    "sleeve": Kind(0.5, 2.0, ("sleeve_m",), "m"),
+    "friction": Kind(0.01, 1.0, ("friction",), scaled=False),
 }
+KINDS = PER_JOINT | SHARED
 # Factors that pull and stiffness are proportional to, in place of the unknown itself: name and formula.
 FACTORS = {
     "braid_angle": ("braid_pull", "2 / tan^2(braid_angle) - 1, the pull at rest over pressure and section"),
@@ -38,17 +53,16 @@ FACTORS = {
 }
 # Displayed unit, and displayed units per SI unit.
 BORDER = {"m": ("mm", 1e3), "rad": ("deg", 180 / math.pi), "1": ("1", 1.0)}
+MODULI = {"datasheet": "modulus_100", "fe": "modulus_fe", "tensile": "tensile"}  # of a material, by set in use
 INSIDE = 1 - 1e-9  # of an upper limit
 STEP = 1e-5  # of a logarithm, for differences
-ABSOLUTE = ("braid_angle", "diameter_ratio", "friction")
-NAME = re.compile(r"(?P<kind>\w+)(?:\[(?P<joint>[^\]]*)\])?")
 
 
 @dataclass(frozen=True)
 class Unknown:
     """A positive unknown, fitted by a logarithm: its own, or that of a factor in pull or stiffness."""
 
-    kind: str  # key of PER_JOINT or SHARED
+    kind: str  # key of KINDS
     joint: int | None  # its joint group; None if all share it
     name: str  # lever[I]
     described: float  # [SI]; a modulus, a segment length: factor on the described one; asymmetry: left lever over right
@@ -58,12 +72,12 @@ class Unknown:
     @property
     def unit(self) -> str:
         """SI unit, "1" for a number."""
-        return {"lever": "m", "outer_diameter": "m", "sleeve": "m", "braid_angle": "rad"}.get(self.kind, "1")
+        return KINDS[self.kind].unit
 
     @property
     def factor(self) -> str:
         """Name in products of powers: that of the factor in FACTORS, or its own."""
-        return self.name if self.kind not in FACTORS else FACTORS[self.kind][0]
+        return FACTORS.get(self.kind, (self.name, ""))[0]
 
     def log(self, value: float) -> float:
         """Return the logarithm of the factor at a value."""
@@ -117,21 +131,25 @@ def unknowns(
     the only ones with free asymmetry unless it is named. bounds: lower and upper by name [SI].
     """
     check_tables(robot, joints)
-    known = [
-        _make(robot, kind, j) for kind in PER_JOINT for j in joints if kind != "asymmetry" or j in both_sides or names
-    ]
-    sleeve = drive_unit(robot).sleeve > 0
-    known += [_make(robot, kind, None) for kind in SHARED if kind != "sleeve" or sleeve]
+    free_asymmetry = joints if names else both_sides
+    known = [_make(robot, kind, j) for kind in PER_JOINT for j in joints if kind != "asymmetry" or j in free_asymmetry]
+    known += [_make(robot, kind, None) for kind in SHARED if kind != "sleeve" or drive_unit(robot).sleeve > 0]
     if names is not None:
         known = _named(known, split_names(names) if isinstance(names, str) else list(names))
-    return tuple(_bounded(robot, known, bounds or {}))
+    ends: dict[str, tuple[float, float]] = {}
+    for name, (low, high) in (bounds or {}).items():
+        for one in _matching(known, name):
+            _check_bounds(robot, one, low, high, f"bounds {name}")
+            ends[one.name] = low, high
+    chosen = ((one, *ends.get(one.name, (one.lower, one.upper))) for one in known)
+    return tuple(replace(one, lower=low, upper=high) for one, low, high in chosen)
 
 
 def _make(robot: Robot, kind: str, joint: int | None) -> Unknown:
     """Return an unknown with its default bounds."""
     value = _described(robot, kind, joint)
-    low, high = PER_JOINT[kind] if joint is not None else SHARED[kind]
-    factor = 1.0 if kind in ABSOLUTE or kind == "asymmetry" else value
+    low, high = KINDS[kind][:2]
+    factor = value if KINDS[kind].scaled else 1.0
     name = kind if joint is None else f"{kind}[{robot.joints[joint].name}]"
     value = max(value, low) if kind == "friction" else value
     lower, upper = min(low * factor, value), max(high * factor, value)
@@ -147,15 +165,13 @@ def _upper_limit(robot: Robot, kind: str, joint: int | None) -> float:
 
 def _described(robot: Robot, kind: str, joint: int | None) -> float:
     """Return the value of an unknown in the description."""
-    if joint is not None:
-        actuator = joint_group(robot, joint)[1]
-        if kind == "asymmetry":
-            return (2 + actuator.asymmetry) / (2 - actuator.asymmetry)
-        return 1.0 if kind == "segment_length" else float(getattr(actuator, kind))
     unit = drive_unit(robot)
+    part: Any = unit if joint is None else joint_group(robot, joint)[1]
+    if kind == "asymmetry":
+        return float((2 + part.asymmetry) / (2 - part.asymmetry))
     if kind == "diameter_ratio":
         return unit.inner_diameter / unit.outer_diameter
-    return 1.0 if kind.endswith("modulus") else float(getattr(unit, kind))
+    return 1.0 if KINDS[kind].counted == "x described" else float(getattr(part, kind))
 
 
 def _named(known: Sequence[Unknown], names: Sequence[str]) -> list[Unknown]:
@@ -164,9 +180,8 @@ def _named(known: Sequence[Unknown], names: Sequence[str]) -> list[Unknown]:
     for name in names:
         matching = _matching(known, name)
         if any(one in chosen for one in matching):
-            raise InputError(
-                "must be listed only once", key=f"free {name}", value="named twice", fix="remove it from one"
-            )
+            rule, fix = "must be listed only once", "remove it from one"
+            raise InputError(rule, key=f"free {name}", value="named twice", fix=fix)
         chosen += matching
     if not chosen:
         raise InputError("must name at least one unknown", key="free", fix="leave it out for all")
@@ -177,21 +192,10 @@ def _matching(known: Sequence[Unknown], name: str) -> list[Unknown]:
     """Return the unknowns that a name covers."""
     matching = [one for one in known if name in (one.name, one.kind)]
     if not matching:
-        match = NAME.fullmatch(name)
-        near = [one.name for one in known if match and one.kind == match["kind"]]
+        near = [one.name for one in known if one.kind == name.partition("[")[0]]
         fix = did_you_mean(name, near or list(dict.fromkeys(one.kind for one in known)))
         raise InputError("must be an unknown of this bench and robot", key=f"free {name}", fix=fix)
     return matching
-
-
-def _bounded(robot: Robot, known: Sequence[Unknown], bounds: Mapping[str, tuple[float, float]]) -> list[Unknown]:
-    """Return unknowns with the given bounds [SI]."""
-    ends: dict[str, tuple[float, float]] = {}
-    for name, pair in bounds.items():
-        for one in _matching(known, name):
-            _check_bounds(robot, one, *pair, f"bounds {name}")
-            ends[one.name] = pair
-    return [Unknown(u.kind, u.joint, u.name, u.described, *ends[u.name]) if u.name in ends else u for u in known]
 
 
 def _check_bounds(robot: Robot, one: Unknown, low: float, high: float, key: str) -> None:
@@ -220,63 +224,38 @@ def with_unknowns(robot: Robot, frees: Sequence[Unknown], values: Array, *, chec
     checked: validate the whole description, which takes a thousand times longer.
     """
     unit = drive_unit(robot)
-    actuators: dict[int, dict[str, Any]] = {}
-    changes: dict[str, Any] = {}
-    materials = dict(robot.materials)
+    shared: dict[str, Any] = {}
+    by_joint: dict[int, dict[str, Any]] = {}
     for one, value in zip(frees, values.tolist(), strict=True):
-        if one.joint is not None:
-            actuators.setdefault(one.joint, {}).update(_actuator_part(robot, one.joint, one.kind, value))
-        elif one.kind.endswith("modulus"):
-            name = unit.hose if one.kind == "hose_modulus" else unit.matrix
-            changed = _material_part(materials[name], unit.material_set, value)
-            materials[name] = materials[name].model_copy(update=changed)
-        elif one.kind != "diameter_ratio":
-            changes[one.kind] = value
-    ratio = next((v for u, v in zip(frees, values.tolist(), strict=True) if u.kind == "diameter_ratio"), None)
-    ratio = ratio or unit.inner_diameter / unit.outer_diameter
-    if {"outer_diameter", "diameter_ratio"} & {one.kind for one in frees}:
-        changes["inner_diameter"] = ratio * changes.get("outer_diameter", unit.outer_diameter)
-    groups = list(robot.joints)
-    for j, update in actuators.items():
-        actuator = joint_group(robot, j)[1].model_copy(update=update)
-        groups[j] = groups[j].model_copy(update={"actuator": actuator})
-    update = {"drive_unit": unit.model_copy(update=changes), "joints": tuple(groups), "materials": materials}
+        (shared if one.joint is None else by_joint.setdefault(one.joint, {}))[one.kind] = value
+    materials, groups = dict(robot.materials), list(robot.joints)
+    for part in ("hose", "matrix"):
+        if (factor := shared.pop(f"{part}_modulus", None)) is not None:
+            name, key = getattr(unit, part), MODULI[unit.material_set]
+            value = getattr(materials[name], key)
+            scaled = tuple(factor * x for x in value) if isinstance(value, tuple) else factor * value
+            materials[name] = materials[name].model_copy(update={key: scaled})
+    if {"outer_diameter", "diameter_ratio"} & shared.keys():
+        ratio = shared.pop("diameter_ratio", None) or unit.inner_diameter / unit.outer_diameter
+        shared["inner_diameter"] = ratio * shared.get("outer_diameter", unit.outer_diameter)
+    for j, changes in by_joint.items():
+        actuator = joint_group(robot, j)[1]
+        if (ratio := changes.get("asymmetry")) is not None:
+            changes["asymmetry"] = 2 * (ratio - 1) / (ratio + 1)
+        if (factor := changes.get("segment_length")) is not None:
+            changes["segment_length"] = tuple(factor * length for length in actuator.segment_length)
+        groups[j] = groups[j].model_copy(update={"actuator": actuator.model_copy(update=changes)})
+    update = {"drive_unit": unit.model_copy(update=shared), "joints": tuple(groups), "materials": materials}
     changed_robot = robot.model_copy(update=update)
     changed_robot.__dict__.pop("hash", None)  # of the described values
     return parse(changed_robot.document(), file=robot.file) if checked else changed_robot
 
 
-def _actuator_part(robot: Robot, joint: int, kind: str, value: float) -> dict[str, Any]:
-    """Return the fields that an unknown changes in the actuator of its joint."""
-    if kind == "asymmetry":
-        return {"asymmetry": 2 * (value - 1) / (value + 1)}
-    if kind == "segment_length":
-        return {"segment_length": tuple(value * length for length in joint_group(robot, joint)[1].segment_length)}
-    return {kind: value}
-
-
-def _material_part(material: Any, which: str, factor: float) -> dict[str, Any]:
-    """Return the field that a factor of the modulus changes in a material, in the set of constants in use."""
-    key = {"datasheet": "modulus_100", "fe": "modulus_fe", "tensile": "tensile"}[which]
-    value = getattr(material, key)
-    return {key: tuple(factor * x for x in value) if isinstance(value, tuple) else factor * value}
-
-
 def keys_of(robot: Robot, one: Unknown) -> tuple[str, ...]:
     """Return the keys of a robot's file that an unknown changes, without indices, as in [sources]."""
     unit = drive_unit(robot)
-    if one.joint is not None:
-        last = {"lever": "lever_m", "segment_length": "segment_length_m"}.get(one.kind, one.kind)
-        return (f"joints.actuator.{last}",)
     if one.kind.endswith("modulus"):
         name = unit.hose if one.kind == "hose_modulus" else unit.matrix
-        last = {"datasheet": "modulus_100_pa", "fe": "modulus_fe_pa", "tensile": "tensile_pa"}[unit.material_set]
-        return (f"materials.{name}.{last}",)
-    names = {
-        "braid_angle": ("braid_angle_deg",),
-        "outer_diameter": ("outer_diameter_m", "inner_diameter_m"),
-        "diameter_ratio": ("inner_diameter_m",),
-        "sleeve": ("sleeve_m",),
-        "friction": ("friction",),
-    }
-    return tuple(f"drive_unit.{name}" for name in names[one.kind])
+        return (f"materials.{name}.{MODULI[unit.material_set]}_pa",)
+    table = "drive_unit" if one.joint is None else "joints.actuator"
+    return tuple(f"{table}.{key}" for key in KINDS[one.kind].keys)

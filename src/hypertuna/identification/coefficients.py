@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, cast, get_origin
@@ -12,18 +12,11 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
-from hypertuna.description.validation import Place, field_at, nested_model, unit_of
+from hypertuna.description.validation import field_at, nested_model, unit_of
 from hypertuna.errors import InputError
-from hypertuna.identification.names import (
-    NUISANCES,
-    check_once,
-    covered,
-    default_bounds,
-    known_columns,
-    members,
-    resolve,
-)
+from hypertuna.identification.names import NUISANCES, Names, Place, check_once, default_bounds
 from hypertuna.identification.truncated_normal import truncated_normal
+from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.swimming.model import parameter_names
 
 ABSOLUTE_UNITS = {"time_offset": 0.1, "joints.phase_offset": 0.1}  # s and rad: coefficients without a relative error
@@ -54,7 +47,7 @@ class Free:
     @property
     def indices(self) -> tuple[int, ...]:
         """Indices that share the value; 0 for a column of one value."""
-        return members(self.index) if self.index else (0,)
+        return Place(self.column, self.index).members
 
     @property
     def unit(self) -> str:
@@ -85,20 +78,19 @@ def free(
     start: by name [SI]; others start from the robot's value (the mean of tied ones). recordings: first time offset [s]
     by recording, each of which has a `time_offset` of its own.
     """
-    known, offsets = known_columns(robot), recordings or {}
-    places: list[tuple[str, str]] = []
-    for name in names:
-        places += resolve(robot, known, name.strip(), list(offsets), "free")
+    offsets = recordings or {}
+    known = Names(robot, tuple(offsets))
+    places = [place for name in names for place in known.resolve(name.strip(), "free")]
     if not places:
         raise InputError("must name at least one coefficient", key="free", fix="give names such as water.drag")
     check_once(places)
 
-    def by_place(table: Mapping[str, Any], key: str) -> dict[tuple[str, str], Any]:
-        return {place: value for name, value in table.items() for place in covered(robot, known, name, places, key)}
+    def by_place(table: Mapping[str, Any], key: str) -> dict[Place, Any]:
+        return {place: value for name, value in table.items() for place in known.covered(name, places, key)}
 
     ends, logs = by_place(bounds or {}, "bounds"), by_place(dict.fromkeys(log), "log")
-    begin = {("time_offset", name): offset for name, offset in offsets.items()} | by_place(start or {}, "start")
-    return tuple(_make(robot, *place, ends.get(place), begin.get(place), place in logs) for place in places)
+    begin = {Place("time_offset", name): offset for name, offset in offsets.items()} | by_place(start or {}, "start")
+    return tuple(_make(robot, place, ends.get(place), begin.get(place), place in logs) for place in places)
 
 
 def position(frees: Sequence[Free], column: str, index: str = "") -> int | None:
@@ -136,8 +128,7 @@ def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array
             for i in f.indices:
                 column[i] = float(value)
     if _rods(robot, changed):
-        mass, length = (changed.get(f"links.{name}", getattr(robot.links, name)) for name in ("mass", "length"))
-        changed["links.inertia"] = [m * x * x / 12 for m, x in zip(mass, length, strict=True)]
+        changed["links.inertia"] = [m * x * x / 12 for m, x in _mass_and_length(robot, changed)]
     return changed
 
 
@@ -155,8 +146,7 @@ def parameter_jacobian(robot: Robot, frees: Sequence[Free], values: Sequence[flo
                 matrix[row[name], k] = value if f.scale == "log" else 1.0
     if _rods(robot, {f.column for f in frees}):
         changed = columns(robot, frees, values)
-        mass, length = (changed.get(f"links.{name}", getattr(robot.links, name)) for name in ("mass", "length"))
-        for i, (m, x) in enumerate(zip(mass, length, strict=True)):
+        for i, (m, x) in enumerate(_mass_and_length(robot, changed)):
             by_mass, by_length = matrix[row[f"links.mass[{i}]"]], matrix[row[f"links.length[{i}]"]]
             matrix[row[f"links.inertia[{i}]"]] = x * x / 12 * by_mass + m * x / 6 * by_length
     return matrix
@@ -204,36 +194,33 @@ def sample_robots(robot: Robot, count: int, seed: int) -> list[Robot]:
     return [with_values(robot, frees, from_scale(frees, x)) for x in samples]
 
 
-def _make(
-    robot: Robot, column: str, index: str, bounds: tuple[float, float] | None, start: float | None, log: bool
-) -> Free:
+def _make(robot: Robot, place: Place, bounds: tuple[float, float] | None, start: float | None, log: bool) -> Free:
     """Return a free coefficient with its bounds and its start."""
-    name = f"{column}[{index}]" if index else column
+    column, name = place.column, place.name
     table = default_bounds()["coefficient"].get(column, {})
     value = table.get("start", 0.0)
     if column not in NUISANCES:
         given = column_of(robot, column)
-        tied = [given[i] for i in (members(index) if index else (0,)) if given[i] is not None]
+        tied = [given[i] for i in place.members if given[i] is not None]
         if tied:  # the mean, and exactly the value where all are equal
             value = tied[0] + math.fsum(x - tied[0] for x in tied) / len(tied)
     factor = default_bounds()["factor"]["links"]
     lower, upper = bounds or (table.get("lower", factor["lower"] * value), table.get("upper", factor["upper"] * value))
     if log and lower == 0 and bounds is None:
         lower = upper * 10.0**-LOG_DECADES
+    key, ends = f"bounds {name}", f"{lower:g} to {upper:g}"
     if not (-MAX_BOUND <= lower < upper <= MAX_BOUND):
         rule = f"must have a lower bound below its upper one, both at most {MAX_BOUND:g} in magnitude"
-        raise InputError(rule, key=f"bounds {name}", value=f"{lower:g} to {upper:g}", fix="give LOW:HIGH")
+        raise InputError(rule, key=key, value=ends, fix="give LOW:HIGH")
     if log and lower <= 0:
         rule, fix = "must have bounds greater than 0 in log scale", "give such bounds, or leave it in natural scale"
-        raise InputError(rule, key=f"bounds {name}", value=f"{lower:g} to {upper:g}", fix=fix)
-    if lower < 0 and column not in NUISANCES and not column.startswith("joints.phase"):
-        raise InputError("must not be negative", key=f"bounds {name}", value=f"{lower:g}", fix="give 0 or more")
-    begin = max(value, lower) if log and value <= 0 else value
-    if start is not None:
-        begin = float(start)
+        raise InputError(rule, key=key, value=ends, fix=fix)
+    if column not in NUISANCES and not column.startswith("joints.phase"):
+        NOT_NEGATIVE.check(lower, key, "give 0 or more")
+    begin = float(start) if start is not None else max(value, lower) if log and value <= 0 else value
     if not lower <= begin <= upper:
         key, fix = f"{'start' if start is not None else 'bounds'} {name}", "give other bounds, or another start"
-        raise InputError(f"must start within its bounds, {lower:g} to {upper:g}", key=key, value=f"{begin:g}", fix=fix)
+        raise InputError(f"must start within its bounds, {ends}", key=key, value=f"{begin:g}", fix=fix)
     return Free(name, float(lower), float(upper), begin, "log" if log else "natural")
 
 
@@ -271,13 +258,15 @@ def _write(document: dict[str, Any], column: str, numbers: Sequence[float]) -> N
     table = document
     for key in keys[:-1]:
         table = table[key]
-    table[keys[-1]] = cast(Any, in_unit) if _is_list(keys) else in_unit[0]
-
-
-def _is_list(keys: Place) -> bool:
-    """Return whether a key of a robot's file has one value per link."""
     field = field_at(Robot, keys)[1]
-    return field is not None and get_origin(field.annotation) is tuple
+    one_per_link = field is not None and get_origin(field.annotation) is tuple
+    table[keys[-1]] = cast(Any, in_unit) if one_per_link else in_unit[0]
+
+
+def _mass_and_length(robot: Robot, changed: Mapping[str, Sequence[float]]) -> Iterator[tuple[float, float]]:
+    """Yield mass [kg] and length [m] of each link."""
+    mass, length = (changed.get(f"links.{name}", getattr(robot.links, name)) for name in ("mass", "length"))
+    return zip(mass, length, strict=True)
 
 
 def _rods(robot: Robot, changed: Collection[str]) -> bool:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.identification.loss import loss_terms
-from hypertuna.identification.profile import Optimum, profile_sd
+from hypertuna.identification.profile import ProfileProblem, profile_sd
 
 CONFIDENCE = 0.95
 ROUNDS = 12  # of estimating noise levels and coefficients in turn
@@ -167,7 +167,7 @@ def estimate(
         def at(u: Array) -> Array:
             return residual(np.clip(x + unit * u, lower, upper))
 
-        direction_sd = profile_sd(Optimum(at, profile_jacobian, *ends, vectors, direction_sd, quantile))
+        direction_sd = profile_sd(ProfileProblem(at, profile_jacobian, *ends, vectors, direction_sd, quantile))
     covariance = np.outer(unit, unit) * (vectors.T * direction_sd**2 @ vectors)
     sd = np.sqrt(np.diag(covariance))
     low, high = (np.clip(x + side * quantile * sd, lower, upper) for side in (-1, 1))

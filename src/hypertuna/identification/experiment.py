@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import Free, position
+from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.trials.comparison import repeatability
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import joint_grid, seen_from_start
@@ -52,9 +54,8 @@ class Experiment:
 
     robot: Robot
     trials: Trials
-    measured: (
-        Array  # (elements,): speed [m/s], cost of transport [J/(kg m)], x, y [m] and yaw [rad] from the first frame
-    )
+    free: tuple[Free, ...]
+    measured: Array  # (elements,): speed [m/s], cost of transport [J/(kg m)], x, y [m] and yaw [rad] from the start
     sample: Indices  # (elements,), the sample of each element
     kind: Indices  # (samples,), index into KINDS
     run: Indices  # (samples,), index into trials.runs
@@ -62,15 +63,23 @@ class Experiment:
     known: Flags  # (samples,), whether `sd` is known
     count: Indices  # (samples,), elements of each sample
     recordings: tuple[Replayed, ...]
+    loss: str = "linear"  # of `loss_terms`
+    steps: int = DEFAULT_STEPS  # Runge-Kutta steps per beat
+    threads: int = 1
 
     @property
     def unknown_kinds(self) -> tuple[str, ...]:
         """Kinds of samples whose noise has to be estimated."""
         return tuple(name for k, name in enumerate(KINDS) if (~self.known & (self.kind == k)).any())
 
+    def noise(self, levels: Mapping[str, float]) -> Array:
+        """Return the standard deviation (samples,) [SI]; levels: of the kinds whose noise is unknown."""
+        level = np.array([levels.get(name, 1.0) for name in KINDS])[self.kind]
+        return np.where(self.known, 1.0, level) * self.sd
 
-def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = ()) -> Experiment:
-    """Lay out trials for a fit.
+
+def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = (), **options: Any) -> Experiment:
+    """Lay out trials for a fit; options: loss, steps and threads of the `Experiment`.
 
     Where the time offset of a recording is free, only frames are used that the replay spans for all its values.
     """
@@ -109,7 +118,8 @@ def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = ()) -> Expe
         recordings.append(replayed)
     kind, run_of, sds, known_sds, count = (np.array(column) for column in zip(*samples, strict=True))
     elements = np.concatenate(measured), np.concatenate(sample).astype(np.intp)
-    return Experiment(robot, trials, *elements, kind, run_of, sds, known_sds, count, tuple(recordings))
+    samples_of = (*elements, kind, run_of, sds, known_sds, count)
+    return Experiment(robot, trials, tuple(frees), *samples_of, tuple(recordings), **options)
 
 
 def _replayed(robot: Robot, recording: Recording, frees: Sequence[Free]) -> tuple[Replayed, Array, list[int]]:

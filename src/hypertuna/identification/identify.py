@@ -6,7 +6,6 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,23 +18,24 @@ from hypertuna.description.schema.water import LAWS
 from hypertuna.description.validation import written
 from hypertuna.errors import InputError, shown
 from hypertuna.identification.coefficients import Free, column_key, column_of, free, from_scale, with_values
-from hypertuna.identification.experiment import experiment
-from hypertuna.identification.loss import check_loss
+from hypertuna.identification.experiment import Experiment, experiment
+from hypertuna.identification.loss import LOSSES
 from hypertuna.identification.names import NUISANCES, free_of, split_names
 from hypertuna.identification.prediction import predict
 from hypertuna.identification.residuals import Errors, criteria, errors
-from hypertuna.identification.search import CONVERGED, Search, fit, start_points, stop_sentence, subset
+from hypertuna.identification.search import CONVERGED, start_points, subset
+from hypertuna.identification.search import fit as search
 from hypertuna.identification.sentences import repeated_motions, warnings_of
 from hypertuna.identification.uncertainty import Uncertainty, uncertainty
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import version
+from hypertuna.ranges import NOT_NEGATIVE, Range, Whole, check_name
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
 from hypertuna.trials.trials import Trials, digest, read_trials, split
 
 Paths = str | Path | Sequence[str | Path]
 
-MAX_STARTS = 4096
-STARTS = 4
+FRACTION_LEFT, STARTS = Range(min=0, below=1), Whole(min=1, max=4096)
 SNAP = 1e-6  # of the allowed range: a value closer than this to a bound is set on it
 
 
@@ -73,7 +73,7 @@ def identify(
     validate: float = 0.2,
     seed: int = 0,
     loss: str = "soft_l1",
-    starts: int = STARTS,
+    starts: int = 4,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     log: Sequence[str] = (),
     start: Mapping[str, float] | None = None,
@@ -115,11 +115,6 @@ def identify(
     -------
     Fit
 
-    Raises
-    ------
-    InputError
-        If names, bounds or options cannot be used, or no runs are left for training.
-
     Notes
     -----
     Residuals are in units of their standard deviation: that of the file over sqrt(repeats); for tracked runs that of
@@ -127,19 +122,16 @@ def identify(
     steady runs, which is estimated from the residuals in turn with the fit.
     """
     begun = time.monotonic()
-    _check(validate, seed, loss, starts)
+    FRACTION_LEFT.check(validate, "validate", "give a fraction such as 0.2, or 0 for none")
+    NOT_NEGATIVE.check(seed, "seed", "give 0 or more")
+    check_name(loss, LOSSES, "loss", "loss")
+    STARTS.check(starts, "starts", "leave it out")
     check_steps(steps)
     trials = _trials(robot, trials)
     frees = _frees(robot, trials, _names(free), bounds, log, start)
     training, held_out = split(trials, validate, seed)
-    search = Search(
-        experiment(robot, training, frees),
-        experiment(robot, subset(training, len(frees)), frees),
-        frees,
-        loss,
-        steps,
-        threads or len(os.sched_getaffinity(0)),
-    )
+    settings: dict[str, Any] = {"loss": loss, "steps": steps, "threads": threads or len(os.sched_getaffinity(0))}
+    data, part = (experiment(robot, t, frees, **settings) for t in (training, subset(training, len(frees))))
     options = {
         "trials": digest(trials),
         "free": [f.name for f in frees],
@@ -153,15 +145,8 @@ def identify(
         "steps": steps,
     }
     with Journal(checkpoint, journal_header("identify", robot, options)) as journal:
-        result, levels, costs, evaluations = fit(search, start_points(frees, starts, seed), journal, progress)
-    fitted = _result(search, (training, held_out), result, levels, seed)
-    return replace(
-        fitted,
-        stop=stop_sentence(result, costs, evaluations),
-        costs=tuple(costs),
-        evaluations=evaluations,
-        seconds=time.monotonic() - begun,
-    )
+        result, levels = search(data, part, start_points(frees, starts, seed), journal, progress)
+    return replace(_result(data, part, held_out, result, levels, seed), seconds=time.monotonic() - begun)
 
 
 def compare(
@@ -246,41 +231,25 @@ def _frees(
     return frees
 
 
-def _check(validate: float, seed: int, loss: str, starts: int) -> None:
-    """Check the options."""
-    if not 0 <= validate < 1:
-        fix = "give a fraction such as 0.2, or 0 for none"
-        raise InputError("must be 0 or more and less than 1", key="validate", value=shown(validate), fix=fix)
-    if seed < 0:
-        raise InputError("must not be negative", key="seed", value=str(seed), fix="give 0 or more")
-    check_loss(loss)
-    if not 1 <= starts <= MAX_STARTS:
-        raise InputError(f"must be from 1 to {MAX_STARTS}", key="starts", value=str(starts), fix="leave it out")
-
-
 def _result(
-    search: Search, trials: tuple[Trials, Trials], result: Mapping[str, Any], levels: dict[str, float], seed: int
+    data: Experiment, part: Experiment, held_out: Trials, result: Mapping[str, Any], levels: dict[str, float], seed: int
 ) -> Fit:
-    """Return the fit of a search result, without its costs."""
-    data, frees, robot = search.data, search.frees, search.data.robot
+    """Return the fit of a search result; part: some of the runs, for the profile likelihood."""
+    robot, frees, trials = data.robot, data.free, (data.trials, held_out)
     values = _snapped(frees, from_scale(frees, result["x"]))
-    options: dict[str, Any] = {"steps": search.steps, "gradient_steps": search.steps, "threads": search.threads}
-    prediction = predict(data, frees, values, **options)
-    profile = (search.subset, partial(predict, search.subset, frees, **options))
-    intervals = uncertainty(data, frees, values, prediction, levels, search.loss, profile=profile)
+    prediction = predict(data, values, gradient_steps=data.steps)
+    intervals = uncertainty(data, values, prediction, levels, part)
     validation = None
-    if trials[1].runs:
-        unseen = experiment(robot, trials[1], frees)
-        validation = errors(unseen, predict(unseen, frees, values, **options))
+    if held_out.runs:
+        unseen = experiment(robot, held_out, frees, steps=data.steps, threads=data.threads)
+        validation = errors(unseen, predict(unseen, values, gradient_steps=None))
     named = [run.file for t in trials for run in t.steady] + [part.file for t in trials for part in t.recordings]
-    files = list(dict.fromkeys(Path(file).name or "memory" for file in named))
-    text = f"identified by hypertuna {version()} from {len(trials[0].runs)} runs of {', '.join(files)}"
+    files = ", ".join(dict.fromkeys(Path(file).name or "memory" for file in named))
+    text = f"identified by hypertuna {version()} from {len(data.trials.runs)} runs of {files}"
     covariance = intervals.bounded_covariance
-    warnings = warnings_of(
-        data, frees, values, intervals.bound, intervals.directions, intervals.residual_scale, prediction
-    )
+    warnings = warnings_of(data, values, intervals.bound, intervals.directions, intervals.residual_scale, prediction)
     return Fit(
-        robot=with_fit(robot, frees, values, covariance=covariance, trials=", ".join(files), seed=seed, text=text),
+        robot=with_fit(robot, frees, values, covariance=covariance, trials=files, seed=seed, text=text),
         described=robot,
         free=frees,
         values=values,
@@ -288,17 +257,17 @@ def _result(
         noise=levels,
         train=errors(data, prediction),
         validation=validation,
-        criteria=criteria(data, prediction, levels, search.loss, len(frees)),
-        stop="",
+        criteria=criteria(data, prediction, levels),
+        stop=result["stop"],
         converged=result["status"] in CONVERGED,
         path=np.array([from_scale(frees, np.array(x)) for x in result["path"]]),
-        costs=(),
-        evaluations=0,
+        costs=tuple(result["costs"]),
+        evaluations=result["evaluations"],
         seconds=0.0,
         warnings=(*warnings, *repeated_motions(*trials)),
         seed=seed,
-        loss=search.loss,
-        steps=search.steps,
+        loss=data.loss,
+        steps=data.steps,
         trials=trials,
     )
 

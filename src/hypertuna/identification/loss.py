@@ -8,17 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
-from hypertuna.errors import InputError, did_you_mean, shown
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 MAX_ITERATIONS, SAME_SCALE = 200, 1e-6  # of the fixed-point iteration for a scale, and its relative tolerance
 MIN_CURVATURE = 1e-3
-
-
-def check_loss(loss: str) -> None:
-    """Check that a loss is known."""
-    if loss not in LOSSES:
-        raise InputError("must be a known loss", key="loss", value=shown(loss), fix=did_you_mean(loss, LOSSES))
 
 
 def loss_terms(loss: str, square: Array) -> Array:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
-from typing import Any
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any, NamedTuple
 
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.water import LAWS
@@ -27,10 +28,50 @@ def split_names(text: str) -> list[str]:
     return [name.strip() for name in re.split(r",(?![^\[]*\])", text) if name.strip()]
 
 
+@cache
+def default_bounds() -> dict[str, Any]:
+    """Return default bounds and starts of data/published/bounds.toml.
+
+    Table `coefficient`: `lower`, `upper`, `start` and `source` by column [SI]; table `factor`: bounds as multiples of
+    the described value for columns of the links.
+    """
+    return tomllib.loads((shipped("data/published") / "bounds.toml").read_text(encoding="utf-8"))
+
+
+class Place(NamedTuple):
+    """One value: of a column, or of several tied parameters of it."""
+
+    column: str  # as `parameter_names` writes it
+    at: str  # 0+2-4, the name of a recording, or nothing
+
+    @property
+    def name(self) -> str:
+        """Name with indices in brackets."""
+        return f"{self.column}[{self.at}]" if self.at else self.column
+
+    @property
+    def members(self) -> tuple[Any, ...]:
+        """Indices that share the value, 0 for a column of one value; the name of the recording of a time offset."""
+        if self.column in NUISANCES or not self.at:
+            return (self.at or 0,)
+        ends = [[int(end) for end in part.split("-")] for part in self.at.split("+")]
+        return tuple(i for end in ends for i in range(end[0], end[-1] + 1))
+
+
+def check_once(places: Sequence[Place]) -> None:
+    """Check that no parameter is free twice."""
+    taken: set[tuple[str, Any]] = set()
+    for place in places:
+        own = {(place.column, member) for member in place.members}
+        if own & taken:
+            raise InputError("must be listed only once", key=place.name, value="named twice", fix="remove it from one")
+        taken |= own
+
+
 def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
     """Return the names that the robot's water law has, of a list that serves several laws."""
     other = LAWS.keys() - {robot.model.water}
-    known = known_columns(robot)
+    known = Names(robot).known
 
     def applies(name: str) -> bool:
         column = name.partition("[")[0]
@@ -42,90 +83,93 @@ def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in names if applies(name))
 
 
-@cache
-def default_bounds() -> dict[str, Any]:
-    """Return default bounds and starts of data/published/bounds.toml.
+@dataclass(frozen=True)
+class Names:
+    """Names that can be free, of a robot and of recordings."""
 
-    Table `coefficient`: `lower`, `upper`, `start` and `source` by column [SI]; table `factor`: bounds as multiples of
-    the described value for columns of the links.
-    """
-    path = shipped("data/published") / "bounds.toml"
-    return tomllib.loads(path.read_text(encoding="utf-8"))
+    robot: Robot
+    recordings: tuple[str, ...] = ()
 
+    @cached_property
+    def known(self) -> dict[str, int]:
+        """Columns with their numbers of values, 0 for a single value without an index."""
+        count: dict[str, int] = {}
+        for name in parameter_names(self.robot):
+            column, bracket, _ = name.partition("[")
+            if not column.startswith("gait."):
+                count[column] = count.get(column, 0) + bool(bracket)
+        return count | dict.fromkeys(NUISANCES, 0)
 
-def known_columns(robot: Robot) -> dict[str, int]:
-    """Return the columns that can be free with their numbers of values, 0 for a single value without an index."""
-    count: dict[str, int] = {}
-    for name in parameter_names(robot):
-        column, bracket, _ = name.partition("[")
-        if not column.startswith("gait."):
-            count[column] = count.get(column, 0) + bool(bracket)
-    return count | dict.fromkeys(NUISANCES, 0)
+    def resolve(self, name: str, key: str) -> list[Place]:
+        """Return the places that a name selects; `key` is for the error."""
+        place = f"{key} {name}"
+        match = NAME.fullmatch(name)
+        column, index = (match["column"], match["index"]) if match else (name, None)
+        short = f"water.{self.robot.model.water}.{column.removeprefix('water.')}"
+        if column not in self.known and column.startswith("water.") and short in self.known:
+            column = short
+        if column not in self.known:
+            raise self._unknown(name, place)
+        if column.startswith("joints.bandwidth") and self.robot.model.joints == "ideal":
+            fix = "choose joints = 'bandwidth' in [model], or --joints bandwidth"
+            raise InputError("is not used by model.joints = 'ideal'", file=self.robot.file, key=place, fix=fix)
+        if column == "time_offset":
+            selected = self.recordings if index is None else (index,)
+            for recording in selected:
+                if recording not in self.recordings:
+                    fix = did_you_mean(recording, self.recordings)
+                    raise InputError("must name a recording of the trials", key=place, fix=fix)
+            if not selected:
+                rule = "needs recordings of joint angles, and the trials have none"
+                raise InputError(rule, key=place, fix="leave it out")
+            return [Place(column, recording) for recording in selected]
+        count = self.known[column]
+        if index is None:
+            return [Place(column, _canonical(range(count)) if count else "")]
+        if not count:
+            raise InputError("has one value only", key=place, fix=f"write {column} without brackets")
+        parts = [str(i) for i in range(count)] if index.strip() == "*" else index.split(",")
+        return [Place(column, _canonical(self._indices(column, part.strip(), count, place))) for part in parts]
 
+    def covered(self, name: str, places: Sequence[Place], key: str) -> list[Place]:
+        """Return the free coefficients among `places` that a name covers."""
+        wide = self.resolve(name, key)
+        inside = {member for place in wide for member in place.members}
+        matching = [place for place in places if place.column == wide[0].column and inside.issuperset(place.members)]
+        if not matching:
+            fix = did_you_mean(name, [place.name for place in places])
+            raise InputError("must be a free coefficient", key=f"{key} {name}", fix=fix)
+        return matching
 
-def resolve(
-    robot: Robot, known: Mapping[str, int], name: str, recordings: Sequence[str], key: str
-) -> list[tuple[str, str]]:
-    """Return the pairs of column and canonical index that a name selects."""
-    match = NAME.fullmatch(name)
-    column, index = (match["column"], match["index"]) if match else (name, None)
-    short = f"water.{robot.model.water}.{column.removeprefix('water.')}"
-    if column not in known and column.startswith("water.") and short in known:
-        column = short
-    if column not in known:
-        raise _unknown(robot, known, name, key)
-    if column.startswith("joints.bandwidth") and robot.model.joints == "ideal":
-        fix = "choose joints = 'bandwidth' in [model], or --joints bandwidth"
-        raise InputError("is not used by model.joints = 'ideal'", file=robot.file, key=f"{key} {name}", fix=fix)
-    if column == "time_offset":
-        selected = list(recordings) if index is None else [index]
-        for recording in selected:
-            if recording not in recordings:
-                fix = did_you_mean(recording, recordings)
-                raise InputError("must name a recording of the trials", key=f"{key} {name}", fix=fix)
-        if not selected:
-            fix = "leave it out"
-            raise InputError("needs recordings of joint angles, and the trials have none", key=f"{key} {name}", fix=fix)
-        return [(column, recording) for recording in selected]
-    count = known[column]
-    if index is None:
-        return [(column, _canonical(range(count)) if count else "")]
-    if not count:
-        raise InputError("has one value only", key=f"{key} {name}", fix=f"write {column} without brackets")
-    parts = [str(i) for i in range(count)] if index.strip() == "*" else index.split(",")
-    return [(column, _canonical(_indices(robot, column, part.strip(), count, f"{key} {name}"))) for part in parts]
+    def _unknown(self, name: str, place: str) -> InputError:
+        """Return the error for a name that cannot be free."""
+        column, own = name.partition("[")[0], self.robot.model.water
+        law = column.removeprefix("water.").partition(".")[0]
+        if column.startswith("water.") and law in LAWS.keys() - {own}:
+            return InputError(f"is not used by model.water = {own!r}", key=place, fix=f"choose --water {law}")
+        if column.startswith("gait."):
+            fix = "free coefficients of water, joints or links"
+            return InputError("belongs to the gait, which the trials give", key=place, fix=fix)
+        laws = [known for known in self.known if known.startswith("water.") and known.count(".") == 2]
+        fix = did_you_mean(column, [*self.known, *(f"water.{known.rpartition('.')[2]}" for known in laws)])
+        return InputError("is not a coefficient that can be free", key=place, fix=fix)
 
-
-def _unknown(robot: Robot, known: Mapping[str, int], name: str, key: str) -> InputError:
-    """Return the error for a name that cannot be free."""
-    column = name.partition("[")[0]
-    law = column.removeprefix("water.").partition(".")[0]
-    if column.startswith("water.") and law in LAWS.keys() - {robot.model.water}:
-        fix = f"choose --water {law}"
-        return InputError(f"is not used by model.water = {robot.model.water!r}", key=f"{key} {name}", fix=fix)
-    if column.startswith("gait."):
-        rule = "belongs to the gait, which the trials give"
-        return InputError(rule, key=f"{key} {name}", fix="free coefficients of water, joints or links")
-    short = [f"water.{name.rpartition('.')[2]}" for name in known if name.startswith("water.") and name.count(".") == 2]
-    fix = did_you_mean(column, [*known, *short])
-    return InputError("is not a coefficient that can be free", key=f"{key} {name}", fix=fix)
-
-
-def _indices(robot: Robot, column: str, text: str, count: int, key: str) -> list[int]:
-    """Return the indices of an index, a range, or several tied by +; names of links and joint groups are indices."""
-    names = [group.name for group in robot.joints] if column.startswith("joints.") else list(robot.links.name)
-    indices: list[int] = []
-    for part in text.split("+"):
-        match = re.fullmatch(r"(\d+)(?:-(\d+))?", part.strip())
-        if part.strip() in names:
-            indices.append(names.index(part.strip()))
-        elif match and int(match[1]) <= int(match[2] or match[1]) < count:
-            indices += range(int(match[1]), int(match[2] or match[1]) + 1)
-        else:
-            ranges = f"indices from 0 to {count - 1}, ranges such as 1-{count - 1}"
-            rule = f"must have {ranges}, or names ({', '.join(names)})"
-            raise InputError(rule, key=key, value=shown(part.strip()), fix="correct the index")
-    return sorted(set(indices))
+    def _indices(self, column: str, text: str, count: int, place: str) -> list[int]:
+        """Return the indices of an index, a range, or several tied by +; names of links and groups are indices."""
+        groups = [group.name for group in self.robot.joints]
+        names = groups if column.startswith("joints.") else list(self.robot.links.name)
+        indices: set[int] = set()
+        for part in (part.strip() for part in text.split("+")):
+            match = re.fullmatch(r"(\d+)(?:-(\d+))?", part)
+            if part in names:
+                indices.add(names.index(part))
+            elif match and int(match[1]) <= int(match[2] or match[1]) < count:
+                indices |= set(range(int(match[1]), int(match[2] or match[1]) + 1))
+            else:
+                ranges = f"indices from 0 to {count - 1}, ranges such as 1-{count - 1}"
+                rule = f"must have {ranges}, or names ({', '.join(names)})"
+                raise InputError(rule, key=place, value=shown(part), fix="correct the index")
+        return sorted(indices)
 
 
 def _canonical(indices: Iterable[int]) -> str:
@@ -137,38 +181,3 @@ def _canonical(indices: Iterable[int]) -> str:
         else:
             parts.append([i])
     return "+".join("-".join(str(end) for end in part) for part in parts)
-
-
-def members(index: str) -> tuple[int, ...]:
-    """Return the indices of a canonical index."""
-    ends = [[int(end) for end in part.split("-")] for part in index.split("+")]
-    return tuple(i for end in ends for i in range(end[0], end[-1] + 1))
-
-
-def check_once(places: Sequence[tuple[str, str]]) -> None:
-    """Check that no parameter is free twice."""
-    taken: set[tuple[str, str | int]] = set()
-    for column, index in places:
-        for i in [index] if column in NUISANCES else members(index or "0"):
-            if (column, i) in taken:
-                name = f"{column}[{i}]" if index else column
-                raise InputError("must be listed only once", key=name, value="named twice", fix="remove it from one")
-            taken.add((column, i))
-
-
-def covered(
-    robot: Robot, known: Mapping[str, int], name: str, places: Sequence[tuple[str, str]], key: str
-) -> list[tuple[str, str]]:
-    """Return the free coefficients that a name covers."""
-    named = [index for column, index in places if column == "time_offset"]
-    wide = resolve(robot, known, name, named, key)
-    column = wide[0][0]
-    if column in NUISANCES:
-        matching = [place for place in places if place in wide]
-    else:
-        inside = {i for _, index in wide for i in members(index or "0")}
-        matching = [(c, index) for c, index in places if c == column and inside.issuperset(members(index or "0"))]
-    if not matching:
-        fix = did_you_mean(name, [f"{c}[{index}]" if index else c for c, index in places])
-        raise InputError("must be a free coefficient", key=f"{key} {name}", fix=fix)
-    return matching

@@ -65,16 +65,16 @@ def posterior(
 
     check_posterior(steps, fit.loss)
     frees, n = fit.free, len(fit.free)
-    data = experiment(fit.described, fit.trials[0], frees)
     lower, upper = bounds_of(frees)
     workers = threads or len(os.sched_getaffinity(0))
     walkers = max(MIN_WALKERS, WALKERS * n)
+    data = experiment(fit.described, fit.trials[0], frees, loss=fit.loss, steps=fit.steps, threads=workers)
     begin = _begin(fit, lower, upper, walkers)
     # as wide about the fit as its covariance, which includes the robust loss and residuals beyond the stated noise
-    best = predict(data, frees, fit.values, steps=fit.steps, gradient_steps=None, threads=workers)
+    best = predict(data, fit.values, gradient_steps=None)
     own = squares(data, best, fit.noise) / fit.uncertainty.residual_scale**2
     weight = (fit.uncertainty.residual_scale / fit.uncertainty.factor) ** 2 / curvature(own, fit.loss, data.count)
-    sampler = emcee.EnsembleSampler(walkers, n, lambda x: _log_posterior(data, fit, weight, x, lower, upper, workers))
+    sampler = emcee.EnsembleSampler(walkers, n, lambda x: _log_posterior(data, fit, weight, x, lower, upper))
     options = {
         "trials": digest(fit.trials[0]),
         "seed": fit.seed,
@@ -132,13 +132,11 @@ def _begin(fit: Fit, lower: Array, upper: Array, walkers: int) -> Array:
     return start
 
 
-def _log_posterior(
-    data: Experiment, fit: Fit, weight: float, x: Array, lower: Array, upper: Array, threads: int
-) -> float:
+def _log_posterior(data: Experiment, fit: Fit, weight: float, x: Array, lower: Array, upper: Array) -> float:
     """Return the logarithm of the posterior density at x (n,), but for a constant."""
     if not ((x >= lower) & (x <= upper)).all():
         return -math.inf
-    prediction = predict(data, fit.free, from_scale(fit.free, x), steps=fit.steps, gradient_steps=None, threads=threads)
+    prediction = predict(data, from_scale(fit.free, x), gradient_steps=None)
     z = squares(data, prediction, fit.noise) / fit.uncertainty.residual_scale**2
     return -0.5 * weight * float(loss_terms(fit.loss, z)[0].sum())
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
-from hypertuna.identification.coefficients import Free, columns, parameter_jacobian, position
+from hypertuna.identification.coefficients import columns, parameter_jacobian, position
 from hypertuna.identification.experiment import KINDS, Experiment, Replayed
 from hypertuna.swimming.beat import DEFAULT_STEPS, directional_derivatives, settle
 from hypertuna.swimming.gait import Gaits
@@ -35,13 +35,7 @@ class Prediction:
 
 
 def predict(
-    data: Experiment,
-    frees: Sequence[Free],
-    values: Sequence[float] | Array,
-    *,
-    steps: int = DEFAULT_STEPS,
-    gradient_steps: int | None = DEFAULT_STEPS,
-    threads: int = 1,
+    data: Experiment, values: Sequence[float] | Array, *, gradient_steps: int | None = DEFAULT_STEPS
 ) -> Prediction:
     """Compute every run of the trials for values (n,) of the free coefficients [SI].
 
@@ -49,16 +43,15 @@ def predict(
     and ten radians), with zero Jacobian, so that a search turns back. gradient_steps: Runge-Kutta steps per beat of the
     derivatives of steady runs; None leaves all Jacobians zero. The result does not depend on the number of threads.
     """
-    robot = data.robot
-    model = core_model(robot, columns(robot, frees, values))
-    along = None if gradient_steps is None else parameter_jacobian(robot, frees, values)
+    model = core_model(data.robot, columns(data.robot, data.free, values))
+    along = None if gradient_steps is None else parameter_jacobian(data.robot, data.free, values)
     runs = len(data.trials.runs)
     failed, unstable = np.zeros(runs, dtype=bool), np.zeros(runs, dtype=bool)
     computed: list[Array] = []
     jacobians: list[Array] = []
     measurable: dict[str, tuple[Array, Array]] = {}
     if steady := data.trials.steady:
-        measurable, status = _steady(data, frees, values, model, along, (steps, gradient_steps or steps), threads)
+        measurable, status = _steady(data, values, model, along, gradient_steps or data.steps)
         failed[: len(steady)], unstable[: len(steady)] = ~np.isin(status, USABLE), status == 2
         kind = data.kind[: (data.kind < 2).sum()]
         run = data.run[: len(kind)]
@@ -71,7 +64,7 @@ def predict(
         jacobians[0][wrong] = 0.0
     first = len(steady)
     for recording in data.recordings:
-        poses, jacobian, sound = _tracked(data, recording, frees, values, model, along)
+        poses, jacobian, sound = _tracked(data, recording, values, model, along)
         computed.append(poses)
         jacobians.append(jacobian)
         failed[first : first + recording.runs] = not sound
@@ -85,53 +78,42 @@ def weighted(data: Experiment, prediction: Prediction, levels: dict[str, float])
     The sum of squares of a sample is 1 on average. levels: noise of the kinds whose noise is unknown, relative for
     speed and cost of transport [1], [m] and [rad].
     """
-    level = np.array([levels.get(name, 1.0) for name in KINDS])[data.kind]
-    scale = (np.where(data.known, 1.0, level) * data.sd * np.sqrt(data.count))[data.sample]
+    scale = (data.noise(levels) * np.sqrt(data.count))[data.sample]
     return (prediction.computed - data.measured) / scale, prediction.jacobian / scale[:, np.newaxis]
 
 
 def _steady(
-    data: Experiment,
-    frees: Sequence[Free],
-    values: Sequence[float] | Array,
-    model: Any,
-    along: Array | None,
-    steps: tuple[int, int],
-    threads: int,
+    data: Experiment, values: Sequence[float] | Array, model: Any, along: Array | None, gradient_steps: int
 ) -> tuple[dict[str, tuple[Array, Array]], NDArray[Any]]:
     """Compute speed and cost of transport of every steady run, with their Jacobians, and its status."""
     gaits = Gaits.of([run.gait for run in data.trials.steady])
-    beats = settle(data.robot, gaits, model=model, steps=steps[0], threads=threads)
-    by: dict[str, Array] = dict.fromkeys(KINDS[:2], np.zeros((len(gaits), len(frees))))
+    beats = settle(data.robot, gaits, model=model, steps=data.steps, threads=data.threads)
+    by: dict[str, Array] = dict.fromkeys(KINDS[:2], np.zeros((len(gaits), len(data.free))))
     if along is not None:
         with np.errstate(all="ignore"):  # gaits without a settled beat have no derivatives
-            by = directional_derivatives(data.robot, gaits, beats, along, model=model, steps=steps[1], threads=threads)
+            options: dict[str, Any] = {"model": model, "steps": gradient_steps, "threads": data.threads}
+            by = directional_derivatives(data.robot, gaits, beats, along, **options)
     usable = np.isin(beats["status"], USABLE) & np.isfinite(beats["cost_of_transport"]) & (beats["speed"] != 0)
     status = np.where(usable, beats["status"], 3)
     table = {
         name: (beats[name], np.where(usable[:, np.newaxis] & np.isfinite(by[name]), by[name], 0.0))
         for name in KINDS[:2]
     }
-    if (k := position(frees, "cost_factor")) is not None:
+    if (k := position(data.free, "cost_factor")) is not None:
         # the measured cost of transport is the mechanical one times this factor
         cost, jacobian = table["cost_of_transport"]
         factor = float(values[k])
         jacobian = factor * jacobian
-        jacobian[:, k] = np.where(usable, cost * (factor if frees[k].scale == "log" else 1.0), 0.0)
+        jacobian[:, k] = np.where(usable, cost * (factor if data.free[k].scale == "log" else 1.0), 0.0)
         table["cost_of_transport"] = factor * cost, jacobian
     return table, status
 
 
 def _tracked(
-    data: Experiment,
-    recording: Replayed,
-    frees: Sequence[Free],
-    values: Sequence[float] | Array,
-    model: Any,
-    along: Array | None,
+    data: Experiment, recording: Replayed, values: Sequence[float] | Array, model: Any, along: Array | None
 ) -> tuple[Array, Array, bool]:
     """Return poses at the frames of all runs, axis by axis, their Jacobian, and whether the replay is finite."""
-    frames, n = len(recording.frames), len(frees)
+    frames, n = len(recording.frames), len(data.free)
     along = np.zeros((len(parameter_names(data.robot)), 0)) if along is None else along
     pose, _, by = replay_jacobian(data.robot, recording.joints, recording.step, along, model=model)
     if not along.size:
@@ -140,7 +122,7 @@ def _tracked(
         far = FAILED * np.array([data.robot.body.length, data.robot.body.length, 1.0])
         return np.repeat(far, frames), np.zeros((3 * frames, n)), False
     # the center of the head, seen from its start
-    half = columns(data.robot, frees, values).get("links.length", data.robot.links.length)[0] / 2
+    half = columns(data.robot, data.free, values).get("links.length", data.robot.links.length)[0] / 2
     by_half = along[parameter_names(data.robot).index("links.length[0]")] / 2
     c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     center = np.column_stack([pose[:, 0] + half * (c - 1), pose[:, 1] + half * s, pose[:, 2]])
@@ -148,7 +130,7 @@ def _tracked(
     jacobian[:, 0] += np.outer(c - 1, by_half) - (half * s)[:, np.newaxis] * by[:, 2]
     jacobian[:, 1] += np.outer(s, by_half) + (half * c)[:, np.newaxis] * by[:, 2]
     # at the frames, between two steps of the replay; before its start the robot rests
-    k = position(frees, "time_offset", recording.name)
+    k = position(data.free, "time_offset", recording.name)
     shift = 0.0 if k is None else float(values[k]) - recording.offset
     clock = (recording.frames - shift - recording.time[0]) / recording.step
     early = clock < 0

@@ -17,7 +17,7 @@ CONSTRAINT_WEIGHT = 100.0  # of the position along the direction, against residu
 
 
 @dataclass(frozen=True)
-class Optimum:
+class ProfileProblem:
     """A least-squares problem about its optimum: points u (n,) are differences from the optimum, in units."""
 
     residual: Callable[[Array], Array]  # weighted residuals at a point
@@ -29,7 +29,7 @@ class Optimum:
     quantile: float  # of the 95 % interval, in standard deviations
 
 
-def profile_sd(optimum: Optimum) -> Array:
+def profile_sd(problem: ProfileProblem) -> Array:
     """Compute the standard deviation (n,) along every direction, the curvature of the profile included.
 
     The profile is followed along each direction whose linear 95 % interval is longer than a fifth, to either side,
@@ -39,26 +39,26 @@ def profile_sd(optimum: Optimum) -> Array:
     shift counts, not the sum. (A normal error would make the mean square of a shift that grows with the square of the
     distance three times as large; the bounds and the widening cut its tails. See the coverage in validation/identify.)
     """
-    start = optimum.residual(np.zeros(len(optimum.sd)))
-    own, shifts = optimum.sd**2, np.zeros(len(optimum.sd))
-    for k in np.flatnonzero(2 * optimum.quantile * optimum.sd > MIN_INTERVAL):
-        ends = np.array([optimum.directions @ _follow(optimum, int(k), side, start) for side in (-1, 1)])
+    start = problem.residual(np.zeros(len(problem.sd)))
+    own, shifts = problem.sd**2, np.zeros(len(problem.sd))
+    for k in np.flatnonzero(2 * problem.quantile * problem.sd > MIN_INTERVAL):
+        ends = np.array([problem.directions @ _follow(problem, int(k), side, start) for side in (-1, 1)])
         own[k] = max(own[k], float(np.mean(ends[:, k] ** 2)))
         shifts[:k] = np.maximum(shifts[:k], np.mean(ends[:, :k] ** 2, axis=0))
     return np.sqrt(own + shifts)
 
 
-def _follow(optimum: Optimum, k: int, side: int, start: Array) -> Array:
+def _follow(problem: ProfileProblem, k: int, side: int, start: Array) -> Array:
     """Follow the profile along direction k to one standard deviation; Broyden's method updates the Jacobian."""
-    direction = optimum.directions[k]
-    extent = optimum.upper - optimum.lower
-    step = side * min(float(optimum.sd[k]), 1 / float(np.max(np.abs(direction) / extent))) / STEPS
-    jacobian, x, residual, grown = optimum.jacobian.copy(), np.zeros(len(direction)), start, 0.0
+    direction = problem.directions[k]
+    extent = problem.upper - problem.lower
+    step = side * min(float(problem.sd[k]), 1 / float(np.max(np.abs(direction) / extent))) / STEPS
+    jacobian, x, residual, grown = problem.jacobian.copy(), np.zeros(len(direction)), start, 0.0
     tangent = direction
 
     def move(to: Array) -> tuple[Array, Array]:
-        end = np.clip(to, optimum.lower, optimum.upper)
-        new = optimum.residual(end)
+        end = np.clip(to, problem.lower, problem.upper)
+        new = problem.residual(end)
         if (change := end - x) @ change > 0:
             jacobian[:] += np.outer(new - residual - jacobian @ change, change / (change @ change))
         return end, new
@@ -67,7 +67,7 @@ def _follow(optimum: Optimum, k: int, side: int, start: Array) -> Array:
         before, last, target = x, grown, float(direction @ x) + step
         x, residual = move(x + step * tangent)
         for _ in range(CORRECTIONS):
-            x, residual = move(x + _correction(optimum, jacobian, residual - start, x, direction, target, abs(step)))
+            x, residual = move(x + _correction(problem, jacobian, residual - start, x, direction, target, abs(step)))
         grown = float(np.linalg.norm(residual - start))
         if not grown < 1:  # interpolate to one standard deviation
             part = (1 - last) / (grown - last) if np.isfinite(grown) else 0.0
@@ -81,7 +81,7 @@ def _follow(optimum: Optimum, k: int, side: int, start: Array) -> Array:
 
 
 def _correction(
-    optimum: Optimum, jacobian: Array, change: Array, x: Array, direction: Array, target: float, step: float
+    problem: ProfileProblem, jacobian: Array, change: Array, x: Array, direction: Array, target: float, step: float
 ) -> Array:
     """Compute the step to the profile within the bounds: least squares with the position along the direction held."""
     from scipy.optimize import lsq_linear  # imported here: slow to import
@@ -89,6 +89,6 @@ def _correction(
     weight = CONSTRAINT_WEIGHT / step
     rows = np.concatenate([jacobian, [weight * direction]])
     right = np.append(-change, weight * (target - direction @ x))
-    bounds = (np.minimum(optimum.lower - x, 0.0), np.maximum(optimum.upper - x, 0.0))
+    bounds = (np.minimum(problem.lower - x, 0.0), np.maximum(problem.upper - x, 0.0))
     solution: Array = lsq_linear(rows, right, bounds=bounds).x
     return solution

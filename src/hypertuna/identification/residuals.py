@@ -63,40 +63,32 @@ def lack_of_fit(data: Experiment, z: Array) -> float:
     return max(float(np.mean(distances)), 0.0) if distances else 0.0
 
 
-def criteria(
-    data: Experiment, prediction: Prediction, levels: dict[str, float], loss: str, count: int
-) -> dict[str, Any]:
-    """Compute Akaike's corrected (`aicc`) and the Bayesian information criterion (`bic`) of a fit of `count` values.
+def criteria(data: Experiment, prediction: Prediction, levels: dict[str, float]) -> dict[str, Any]:
+    """Compute Akaike's corrected (`aicc`) and the Bayesian information criterion (`bic`) of a fit.
 
     The loss is -2 ln of the likelihood of a sample, but for a constant; each unknown noise level is one more parameter.
     Lower is better, and only differences between fits to the same runs are meaningful. Every run of a recording counts:
     where a model misses the mean of the runs by more than they scatter, differences are overstated. `aicc` is None for
     too few samples, and all are None for the loss "cauchy", which is no likelihood.
     """
-    if loss == "cauchy":  # 1/sqrt(1 + z) has no finite integral
+    if data.loss == "cauchy":  # 1/sqrt(1 + z) has no finite integral
         return dict.fromkeys(("samples", "parameters", "minus_2_log_likelihood", "aicc", "bic"))
     z = squares(data, prediction, levels)
-    level = np.array([levels.get(name, 1.0) for name in KINDS])[data.kind]
-    variance = np.where(data.known, data.sd, data.sd * level) ** 2
+    variance = data.noise(levels) ** 2
     # an unknown level takes the value of maximum likelihood: where the mean of z rho'(z) is 1
     for k in range(len(KINDS)):
         own = ~data.known & (data.kind == k)
         for _ in range(MAX_ITERATIONS if own.any() else 0):
-            ratio = float(np.mean(z[own] * loss_terms(loss, z[own])[1]))
+            ratio = float(np.mean(z[own] * loss_terms(data.loss, z[own])[1]))
             if ratio <= 0 or abs(ratio - 1) < SAME_LEVEL:
                 break
             variance[own] *= ratio
             z[own] /= ratio
-    total = float(np.sum(loss_terms(loss, z)[0] + np.log(2 * math.pi * variance)))
-    n, k = len(z), count + len(data.unknown_kinds)
+    total = float(np.sum(loss_terms(data.loss, z)[0] + np.log(2 * math.pi * variance)))
+    n, k = len(z), len(data.free) + len(data.unknown_kinds)
+    facts = {"samples": n, "parameters": k, "minus_2_log_likelihood": total}
     aicc = total + 2 * k + 2 * k * (k + 1) / (n - k - 1) if n > k + 1 else None
-    return {
-        "samples": n,
-        "parameters": k,
-        "minus_2_log_likelihood": total,
-        "aicc": aicc,
-        "bic": total + k * math.log(n),
-    }
+    return facts | {"aicc": aicc, "bic": total + k * math.log(n)}
 
 
 def errors(data: Experiment, prediction: Prediction) -> Errors:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -38,18 +38,6 @@ STOPS = {
 CONVERGED = (1, 2, 3, 4)
 
 
-@dataclass(frozen=True)
-class Search:
-    """Trials and coefficients of a fit, and its options."""
-
-    data: Experiment
-    subset: Experiment  # part of the steady runs, for rough searches
-    frees: tuple[Free, ...]
-    loss: str  # of `loss_terms`
-    steps: int  # Runge-Kutta steps per beat
-    threads: int
-
-
 def subset(trials: Trials, count: int) -> Trials:
     """Return evenly spaced steady runs, four for each of `count` free coefficients, and all recordings."""
     every = max(1, len(trials.steady) // (SUBSET * count))
@@ -69,58 +57,61 @@ def start_points(frees: Sequence[Free], count: int, seed: int) -> list[Array]:
 
 
 def fit(
-    search: Search, starts: Sequence[Array], journal: Journal, progress: Callable[[int, int], None] | None
-) -> tuple[dict[str, Any], dict[str, float], list[float], int]:
-    """Search from every start and refine the best; the journal answers searches that it holds.
+    data: Experiment,
+    part: Experiment,
+    starts: Sequence[Array],
+    journal: Journal,
+    progress: Callable[[int, int], None] | None,
+) -> tuple[dict[str, Any], dict[str, float]]:
+    """Search from every start, roughly on part of the runs, and refine the best; the journal answers known searches.
 
-    Return the best result as of `_search_from`, the noise levels [1, m and rad] by kind, the cost of each start, and
-    the number of evaluations.
+    Return the best result as of `_search_from`, with `path` and `evaluations` of all searches, the `costs` of the
+    starts and a sentence, `stop`; and the noise levels [1, m and rad] by kind.
     """
     total = len(starts) + 1
 
     def one(start: Array, levels: dict[str, float], stage: int) -> dict[str, Any]:
         rough = stage < len(starts)
         question = {"start": start, "noise": levels}
-        result: dict[str, Any] = journal.answer(question, lambda: _search_from(search, start, levels, rough=rough))
+        work = partial(_search_from, part if rough else data, start, levels, rough=rough)
+        result: dict[str, Any] = journal.answer(question, work)
         if rough and progress is not None:
             progress(stage + 1, total)
         return result
 
-    first = {name: FIRST_LEVEL[name] for name in search.data.unknown_kinds}
-    rough, refined, levels = estimator.fit(starts, first, one, lambda x, now: _levels(search, x, now))
+    first = {name: FIRST_LEVEL[name] for name in data.unknown_kinds}
+    rough, refined, levels = estimator.fit(starts, first, one, lambda x, now: _levels(data, x, now))
     if progress is not None:
         progress(total, total)
     best = min(rough, key=lambda result: float(result["cost"]))
     path = [x for result in (best, *refined) for x in result["path"]]
     evaluations = sum(result["evaluations"] for result in (*rough, *refined))
-    return refined[-1] | {"path": path}, levels, [float(result["cost"]) for result in rough], evaluations
+    costs = [float(result["cost"]) for result in rough]
+    same = sum(cost <= min(costs) * (1 + SAME_COST) + SAME_COST**2 for cost in costs)
+    others = f"; {same} of {len(costs)} starts reached the same minimum" if len(costs) > 1 else ""
+    stop = f"{STOPS[refined[-1]['status']]} ({evaluations} evaluations{others})."
+    return refined[-1] | {"path": path, "evaluations": evaluations, "costs": costs, "stop": stop}, levels
 
 
-def _search_from(search: Search, start: Array, levels: dict[str, float], *, rough: bool = False) -> dict[str, Any]:
+def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, rough: bool = False) -> dict[str, Any]:
     """Search from one start (n,) in the scales of the coefficients, with exact derivatives.
 
     Return `x`, its `path` (one point for each iteration), `cost`, SciPy's `status` and the number of `evaluations`.
     """
-    frees, data = search.frees, search.subset if rough else search.data
-    lower, upper = bounds_of(frees)
+    lower, upper = bounds_of(data.free)
     path: list[list[float]] = []
 
     def at(x: Array, gradient_steps: int | None) -> tuple[Array, Array]:
-        values = from_scale(frees, x)
-        prediction = predict(
-            data, frees, values, steps=search.steps, gradient_steps=gradient_steps, threads=search.threads
-        )
-        return weighted(data, prediction, levels)
+        return weighted(data, predict(data, from_scale(data.free, x), gradient_steps=gradient_steps), levels)
 
     def jacobian(x: Array) -> Array:  # called once in an iteration
         # half the steps per beat are accurate enough for long steps
         far = rough or not path or np.abs((x - path[-1]) / (upper - lower)).max() > NEAR
         path.append(x.tolist())
-        return at(x, search.steps // 8 * 4 if far else search.steps)[1]
+        return at(x, data.steps // 8 * 4 if far else data.steps)[1]
 
-    problem = estimator.LeastSquares(
-        lambda x: at(x, None)[0], jacobian, lower, upper, search.loss, data.sample, data.count
-    )
+    samples = (data.loss, data.sample, data.count)
+    problem = estimator.LeastSquares(lambda x: at(x, None)[0], jacobian, lower, upper, *samples)
     result = estimator.minimize(
         problem,
         start,
@@ -139,27 +130,18 @@ def _search_from(search: Search, start: Array, levels: dict[str, float], *, roug
     }
 
 
-def _levels(search: Search, x: Array, levels: dict[str, float]) -> dict[str, float]:
+def _levels(data: Experiment, x: Array, levels: dict[str, float]) -> dict[str, float]:
     """Estimate the unknown noise of each kind from the residuals at x (n,), with n - p degrees of freedom."""
-    data, frees = search.data, search.frees
     if not levels:
         return levels
-    values = from_scale(frees, x)
-    prediction = predict(data, frees, values, gradient_steps=None, steps=search.steps, threads=search.threads)
+    prediction = predict(data, from_scale(data.free, x), gradient_steps=None)
     z = squares(data, prediction, levels)
-    if len(z) <= len(frees):
+    share = 1 - len(data.free) / len(z)
+    if share <= 0:
         return levels  # every run is met exactly: the residuals are zero
-    share = 1 - len(frees) / len(z)
     new = {}
     for name, level in levels.items():
         own = z[~data.known & (data.kind == KINDS.index(name))] * level**2
         options: dict[str, Any] = {"share": share, "start": level, "lower": MIN_LEVEL, "tolerance": SAME_SCALE}
-        new[name] = residual_scale(own, search.loss, **options)
+        new[name] = residual_scale(own, data.loss, **options)
     return new
-
-
-def stop_sentence(result: Mapping[str, Any], costs: Sequence[float], evaluations: int) -> str:
-    """Return why a fit ended, and how many starts reached the same minimum."""
-    same = sum(cost <= min(costs) * (1 + SAME_COST) + SAME_COST**2 for cost in costs)
-    starts = f"; {same} of {len(costs)} starts reached the same minimum" if len(costs) > 1 else ""
-    return f"{STOPS[result['status']]} ({evaluations} evaluations{starts})."

@@ -58,7 +58,6 @@ def helpful_measurements(
 
 def direction_sentence(
     data: Experiment,
-    frees: Sequence[Free],
     unit: Array,
     direction: Direction,
     determined: Sequence[bool],
@@ -66,6 +65,7 @@ def direction_sentence(
     helpful: str,
 ) -> str:
     """Write what the data determine along a direction."""
+    frees = data.free
     size = np.abs(direction.vector)
     order = [int(i) for i in np.argsort(-size, kind="stable")]
     kinds = dict.fromkeys(MEASURED[KINDS[k]] for k in np.unique(data.kind))
@@ -97,7 +97,6 @@ def direction_sentence(
 
 def warnings_of(
     data: Experiment,
-    frees: Sequence[Free],
     values: Array,
     bound: Sequence[str | None],
     directions: Sequence[Direction],
@@ -105,7 +104,7 @@ def warnings_of(
     prediction: Prediction,
 ) -> list[str]:
     """Write warnings on fitted values (n,): ties, bounds, runs that do not settle, residuals, directions."""
-    warnings = []
+    warnings, frees = [], data.free
     for f in frees:
         if f.column not in NUISANCES:
             before = np.array(column_of(data.robot, f.column), dtype=float)[list(f.indices)]

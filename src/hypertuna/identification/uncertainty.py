@@ -14,7 +14,7 @@ from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, bounds_o
 from hypertuna.identification.estimator import Direction
 from hypertuna.identification.experiment import Experiment
 from hypertuna.identification.loss import interval_factor, residual_scale
-from hypertuna.identification.prediction import Prediction, weighted
+from hypertuna.identification.prediction import Prediction, predict, weighted
 from hypertuna.identification.residuals import lack_of_fit, squares
 from hypertuna.identification.sentences import WEIGHTY, direction_sentence, helpful_measurements
 
@@ -42,18 +42,14 @@ class Uncertainty:
 
 def uncertainty(
     data: Experiment,
-    frees: Sequence[Free],
     values: Array,
     prediction: Prediction,
     levels: dict[str, float],
-    loss: str,
-    *,
-    profile: tuple[Experiment, Callable[..., Prediction]] | None = None,
+    part: Experiment | None = None,
 ) -> Uncertainty:
     """Compute the uncertainty of fitted values (n,) [SI] from the prediction there.
 
-    profile: part of the runs and the function that predicts them, for the profile likelihood; without it the problem is
-    taken as linear.
+    part: some of the runs, for the profile likelihood; without them the problem is taken as linear.
 
     The covariance is factor^2 (J^T J)^-1 with the Jacobian J of the weighted residuals, see `interval_factor`. All
     frames of a run along one axis count as one sample: by the Cauchy-Schwarz inequality no correlation among them gives
@@ -61,6 +57,7 @@ def uncertainty(
     its value, at least a tenth and at most the whole of its allowed range; in log scale 1, if the range is not less;
     0.1 s and 0.1 rad for time and phase offsets, whose 0 is no smaller than other values.
     """
+    frees, loss = data.free, data.loss
     n, x, (lower, upper) = len(frees), to_scale(frees, values), bounds_of(frees)
     unit = _units(frees, values, upper - lower)
     z = squares(data, prediction, levels)
@@ -69,12 +66,10 @@ def uncertainty(
     factor = max(interval_factor(z, loss, scale, data.count, freedom), math.sqrt(lack_of_fit(data, z)))
     jacobian = weighted(data, prediction, levels)[1] * unit / factor
     quantile = estimator.t_quantile(freedom)
-    along = None
-    if profile is not None:
-        along = _profile(frees, x, unit, levels, *profile, samples=len(data.kind), factor=factor)
+    profile = None if part is None else _profile(part, x, unit, levels, samples=len(data.kind), factor=factor)
     # rows of zeros where there are fewer elements than coefficients: stored fits have the directions of this matrix
     padded = np.concatenate([jacobian, np.zeros((max(n - len(jacobian), 0), n))])
-    result = estimator.estimate(padded, x, lower, upper, unit=unit, quantile=quantile, profile=along)
+    result = estimator.estimate(padded, x, lower, upper, unit=unit, quantile=quantile, profile=profile)
     determined = tuple((2 * quantile * result.sd < unit).tolist())
     silent, vectors = result.unidentifiable, result.vectors
     directions = [
@@ -93,7 +88,7 @@ def uncertainty(
         determined=determined,
         bound=estimator.on_bound(x, lower, upper),
         directions=tuple(
-            replace(d, sentence=direction_sentence(data, frees, unit, d, determined, quantile, text))
+            replace(d, sentence=direction_sentence(data, unit, d, determined, quantile, text))
             for d, text in zip(directions, helpful, strict=True)
         ),
         factor=factor,
@@ -103,23 +98,16 @@ def uncertainty(
 
 
 def _profile(
-    frees: Sequence[Free],
-    x: Array,
-    unit: Array,
-    levels: dict[str, float],
-    part: Experiment,
-    predict_part: Callable[..., Prediction],
-    *,
-    samples: int,
-    factor: float,
+    part: Experiment, x: Array, unit: Array, levels: dict[str, float], *, samples: int, factor: float
 ) -> tuple[Callable[[Array], Array], Array]:
     """Return residuals of part of the runs as a function of x, scaled to all `samples`, and their Jacobian in units."""
     scale = math.sqrt(samples / len(part.kind)) / factor
 
     def residual(point: Array) -> Array:
-        return scale * weighted(part, predict_part(from_scale(frees, point), gradient_steps=None), levels)[0]
+        return scale * weighted(part, predict(part, from_scale(part.free, point), gradient_steps=None), levels)[0]
 
-    return residual, scale * weighted(part, predict_part(from_scale(frees, x)), levels)[1] * unit
+    prediction = predict(part, from_scale(part.free, x), gradient_steps=part.steps)
+    return residual, scale * weighted(part, prediction, levels)[1] * unit
 
 
 def _bounded_covariance(jacobian: Array, unit: Array, extent: Array) -> Array:
