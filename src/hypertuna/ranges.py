@@ -13,12 +13,13 @@ from hypertuna.errors import InputError, did_you_mean, shown
 
 @dataclass(frozen=True, kw_only=True)
 class Range:
-    """Finite numbers within limits; `above` and `below` exclude the limit itself."""
+    """Finite numbers within limits; `above` and `below` exclude the limit itself, `unit` stands in the rule."""
 
     min: float | None = None
     max: float | None = None
     above: float | None = None
     below: float | None = None
+    unit: str = ""
 
     def __contains__(self, number: float) -> bool:
         return (
@@ -35,10 +36,10 @@ class Range:
         if self.min == 0 and self.max is self.below is None:
             return "must not be negative"
         if self.min is not None and self.max is not None:
-            return f"must be from {self.min:g} to {self.max:g}"
+            return f"must be from {self.min:g} to {self.max:g} {self.unit}".rstrip()
         limits = {"at least": self.min, "greater than": self.above, "at most": self.max, "less than": self.below}
         phrases = [f"{words} {limit:g}" for words, limit in limits.items() if limit is not None]
-        return f"must be {' and '.join(phrases) or 'a finite number'}"
+        return f"must be {' and '.join(phrases) or 'a finite number'} {self.unit}".rstrip()
 
     def check(self, value: Any, key: str, fix: str | None = None, *, file: str | None = None) -> float:
         """Return the value of the argument or key as a float, or raise InputError; text and booleans are no numbers."""

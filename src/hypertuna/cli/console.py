@@ -53,15 +53,10 @@ def print_json(value: Any) -> None:
 def print_lines(lines: Iterable[Any]) -> None:
     """Print tables, and sentences as text or as (text, style), on the terminal."""
     from rich.console import Console
-    from rich.text import Text
 
     console = Console()
     for line in lines:
-        if isinstance(line, str):
-            line = Text(line)
-        elif isinstance(line, tuple):
-            line = Text(*line)
-        console.print(line)
+        console.print(_text(line))
 
 
 def print_written(*paths: str | None) -> None:
@@ -88,19 +83,20 @@ def table(
         whole = fold not in (-1, k)
         grid.add_column(Text(head, justify=justify), justify=justify, no_wrap=whole, overflow="fold")
     for row in rows:
-        grid.add_row(*(Text(*cell) if isinstance(cell, tuple) else cell for cell in map(_cell, row)))
+        grid.add_row(*map(_text, row))
     return grid
 
 
-def _cell(cell: Any) -> Any:
-    """Take text as it stands, without markup."""
-    return (cell,) if isinstance(cell, str) else cell
+def _text(part: Any) -> Any:
+    """Take text, or (text, style), as it stands, without markup."""
+    from rich.text import Text
+
+    return Text(part) if isinstance(part, str) else Text(*part) if isinstance(part, tuple) else part
 
 
 def summary_table(summary: Mapping[str, Quantity], *, digits: int = 4) -> Table:
     """Lay out the quantities that are shown: label, value, unit."""
     from rich.table import Table
-    from rich.text import Text
 
     grid = Table(box=None, pad_edge=False, show_header=False)
     grid.add_column(style="dim")
@@ -109,7 +105,7 @@ def summary_table(summary: Mapping[str, Quantity], *, digits: int = 4) -> Table:
     for value, unit, label in summary.values():
         if label is not None:
             text = value if isinstance(value, str) else f"{value:.{digits}g}"
-            grid.add_row(Text(label), Text(text), Text(unit))
+            grid.add_row(*map(_text, (label, text, unit)))
     return grid
 
 

@@ -14,7 +14,7 @@ from hypertuna import _core
 from hypertuna.cli import parsing
 from hypertuna.cli.parsing import Bound
 from hypertuna.errors import InputError
-from hypertuna.ranges import check_choice
+from hypertuna.ranges import Range, check_choice
 
 if TYPE_CHECKING:
     from hypertuna.description.robot import Robot
@@ -44,57 +44,28 @@ def group(help: str) -> typer.Typer:
     return typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None, help=help)
 
 
-def number(name: str, unit: str, help: str, *, low: float | None = None, high: float | None = None) -> Any:
-    """Declare an option that takes one number, from `low` to `high`."""
+def _kind(metavar: str, read: Callable[..., Any]) -> Callable[..., Any]:
+    """Make a function that declares options of a kind; `read` takes the text, the key, the unit and more."""
 
-    def read(text: str, key: str) -> float:
-        value = parsing.number(text, key, unit)
-        _check_range(value, key, unit, low, high)
-        return value
+    def declare(name: str, unit: str, help: str, **more: Any) -> Any:
+        return option((name,), help, metavar, lambda text, key: read(text, key, unit, **more))
 
-    return option((name,), help, "NUMBER", read)
+    return declare
 
 
-def _check_range(value: float, key: str, unit: str, low: float | None, high: float | None) -> None:
-    """Check that a value is from `low` to `high`."""
-    if (low is not None and value < low) or (high is not None and value > high):
-        rule = f"must be at least {low:g}" if high is None else f"must be from {low:g} to {high:g} {unit}"
-        raise InputError(rule, key=key, value=f"{value:g}", fix=f"give it in {unit}")
+number = _kind("NUMBER", parsing.number)  # within `limits`
+numbers = _kind("NUMBERS", parsing.numbers)  # separated by commas, maybe `count` of them
+axis = _kind("RANGE", parsing.axis)  # a value or a range, within `limits`
+values = _kind("RANGE,...", parsing.values)  # values and ranges, one after another
+ranges = _kind("RANGES", parsing.ranges)  # a value or a range for each of several parts, and all their combinations
+interval = _kind("LOW:HIGH", parsing.interval)
+bound = _kind("NAME=LOW:HIGH", parsing.bound)
+setting = _kind("NAME=VALUE", parsing.setting)
 
 
 def whole_number(name: str, help: str) -> Any:
     """Declare an option that takes a whole number."""
     return option((name,), help, "INTEGER", parsing.whole_number)
-
-
-def numbers(name: str, unit: str, help: str, count: int | None = None) -> Any:
-    """Declare an option that takes numbers separated by commas."""
-    return option((name,), help, "NUMBERS", lambda text, key: parsing.numbers(text, key, unit, count))
-
-
-def ranges(name: str, unit: str, help: str) -> Any:
-    """Declare an option that takes a value or a range for each of several parts, and all their combinations."""
-    return option((name,), help, "RANGES", lambda text, key: parsing.ranges(text, key, unit))
-
-
-def values(name: str, unit: str, help: str) -> Any:
-    """Declare an option that takes values and ranges, one after another."""
-    return option((name,), help, "RANGE,...", lambda text, key: parsing.values(text, key, unit))
-
-
-def axis(name: str, unit: str, help: str, *, low: float | None = None, high: float | None = None) -> Any:
-    """Declare an option that takes a value or a range, from `low` to `high`."""
-
-    def read(text: str, key: str) -> list[float]:
-        if "," in text:
-            rule, fix = "must be a value or a range start:stop:count", "write, for example, 2:5:4 for 2, 3, 4 and 5"
-            raise InputError(rule, key=key, value=repr(text), fix=fix)
-        points = parsing.values(text, key, unit)
-        for value in points:
-            _check_range(value, key, unit, low, high)
-        return points
-
-    return option((name,), help, "RANGE", read)
 
 
 def word(name: str, words: Sequence[str], help: str) -> Any:
@@ -105,16 +76,6 @@ def word(name: str, words: Sequence[str], help: str) -> Any:
 def text(name: str, help: str, metavar: str = "TEXT") -> Any:
     """Declare an option that takes any text."""
     return typer.Option(name, help=help, metavar=metavar)
-
-
-def bounds(unit: str, help: str) -> Any:
-    """Declare the option --bounds NAME=LOW:HIGH."""
-    return option(("--bounds",), help, "NAME=LOW:HIGH", lambda text, key: parsing.bound(text, key, unit))
-
-
-def setting(name: str, unit: str, help: str) -> Any:
-    """Declare an option that takes NAME=VALUE."""
-    return option((name,), help, "NAME=VALUE", lambda text, key: parsing.setting(text, key, unit))
 
 
 def file(*names: str, help: str, suffixes: Sequence[str]) -> Any:
@@ -207,37 +168,36 @@ Duration = Annotated[float, number("--duration", "seconds", "Duration of the run
 Medium = Annotated[str, word("--medium", ("water", "air"), "What the robot is in: water or air.")]
 Temperature = Annotated[float | None, number("--temperature", "C", f"Oil temperature in degrees C. {ROBOTS}")]
 # Oil hardly passes thinner lines, and wider ones swing faster than the twin steps.
-BORES: dict[str, Any] = {"low": 1.0, "high": 20.0}  # mm
-Bore = Annotated[float | None, number("--line-bore", "mm", f"Inner diameter of all oil lines in mm. {ROBOTS}", **BORES)]
+BORES = Range(min=1.0, max=20.0, unit="mm")
+Bore = Annotated[
+    float | None, number("--line-bore", "mm", f"Inner diameter of all oil lines in mm. {ROBOTS}", limits=BORES)
+]
 Seed = Annotated[int, whole_number("--seed", "Seed of the random numbers: the same seed gives the same result.")]
 Checkpoint = Annotated[
     str | None, text("--checkpoint", "Keep a journal in this file; the same command resumes from it.", "FILE")
 ]
 Bounds = Annotated[
     list[Bound] | None,
-    bounds("Hz or degrees", "Bounds of a gait parameter, such as frequency_hz=1:4 or phase_II_deg=0:90; repeatable."),
+    bound(
+        "--bounds",
+        "Hz or degrees",
+        "Bounds of a gait parameter, such as frequency_hz=1:4 or phase_II_deg=0:90; repeatable.",
+    ),
 ]
 Loss = Annotated[str, text("--loss", "soft_l1, linear, huber or cauchy.")]
 Starts = Annotated[int, whole_number("--starts", "Number of searches, each from another start.")]
 
 MAX_PRESSURES = 10_000  # of one call: more add nothing, and take minutes
-MAX_PRESSURE = 2000.0  # kPa: beyond any actuator
+PRESSURES = Range(max=2000.0)  # kPa: beyond any actuator
 
 
 def _pressures(text: str, key: str) -> list[float]:
     """Read gauge pressures [kPa]."""
-    found = []
-    parts = text.split(",")
-    for k, part in enumerate(parts):
-        place = f"{key}[{k}]" if len(parts) > 1 else key
-        part_values = parsing.values(part, place, "kPa")
-        if (largest := max(part_values)) > MAX_PRESSURE:
-            raise InputError(f"must be at most {MAX_PRESSURE:g}", key=place, value=f"{largest:g}", fix="give it in kPa")
-        found += part_values
-    if len(found) > MAX_PRESSURES:
+    pressures = parsing.values(text, key, "kPa", limits=PRESSURES)
+    if len(pressures) > MAX_PRESSURES:
         rule, fix = f"must be at most {MAX_PRESSURES} pressures", "ask for fewer; 100 make a smooth curve"
-        raise InputError(rule, key=key, value=f"{len(found)}", fix=fix)
-    return found
+        raise InputError(rule, key=key, value=f"{len(pressures)}", fix=fix)
+    return pressures
 
 
 Pressures = Annotated[

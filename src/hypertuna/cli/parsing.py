@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from hypertuna.errors import InputError, shown
+from hypertuna.ranges import FINITE, Range, Whole
 
-MAX_VALUES = 1_000_000  # of one range
+COUNTS = Whole(min=1, max=1_000_000)  # values of one range
 
 
 class Bound(NamedTuple):
@@ -28,15 +28,13 @@ class Setting(NamedTuple):
     value: float
 
 
-def number(text: str, key: str, unit: str) -> float:
-    """Read one finite number; `key` and `unit` are for the error."""
+def number(text: str, key: str, unit: str, limits: Range = FINITE) -> float:
+    """Read one finite number within limits; `key` and `unit` are for the error."""
     try:
         value = float(text)
     except ValueError:
         raise InputError("must be a number", key=key, value=shown(text), fix=f"give it in {unit}") from None
-    if not math.isfinite(value):
-        raise InputError("must be a finite number", key=key, value=text, fix=f"give it in {unit}")
-    return value
+    return limits.check(value, key, f"give it in {unit}")
 
 
 def whole_number(text: str, key: str) -> int:
@@ -49,10 +47,10 @@ def whole_number(text: str, key: str) -> int:
 
 def numbers(text: str, key: str, unit: str, count: int | None = None) -> tuple[float, ...]:
     """Read numbers separated by commas: `count` of them, or any number."""
-    found = tuple(number(part, f"{key}[{i}]" if "," in text else key, unit) for i, part in enumerate(text.split(",")))
-    if count is not None and len(found) != count:
+    values = tuple(number(part, f"{key}[{i}]" if "," in text else key, unit) for i, part in enumerate(text.split(",")))
+    if count is not None and len(values) != count:
         raise InputError(f"must be {count} numbers", key=key, value=text, fix=f"give {unit}, separated by commas")
-    return found
+    return values
 
 
 def ranges(text: str, key: str, unit: str) -> list[tuple[float, ...]]:
@@ -66,9 +64,17 @@ def ranges(text: str, key: str, unit: str) -> list[tuple[float, ...]]:
     return list(itertools.product(*_parts(text, key, unit)))
 
 
-def values(text: str, key: str, unit: str) -> list[float]:
+def values(text: str, key: str, unit: str, limits: Range = FINITE) -> list[float]:
     """Read numbers or ranges separated by commas; return them one after another."""
-    return list(itertools.chain.from_iterable(_parts(text, key, unit)))
+    return list(itertools.chain.from_iterable(_parts(text, key, unit, limits)))
+
+
+def axis(text: str, key: str, unit: str, limits: Range = FINITE) -> list[float]:
+    """Read one number or range."""
+    if "," in text:
+        rule, fix = "must be a value or a range start:stop:count", "write, for example, 2:5:4 for 2, 3, 4 and 5"
+        raise InputError(rule, key=key, value=repr(text), fix=fix)
+    return _range(text, key, unit, limits)
 
 
 def interval(text: str, key: str, unit: str) -> tuple[float, float]:
@@ -109,25 +115,22 @@ def _pair(text: str, key: str, form: str) -> tuple[str, str]:
     return name, value
 
 
-def _parts(text: str, key: str, unit: str) -> list[list[float]]:
+def _parts(text: str, key: str, unit: str, limits: Range = FINITE) -> list[list[float]]:
     """Read each part of a list as a number or a range."""
     parts = text.split(",")
-    return [_range(part, f"{key}[{k}]" if len(parts) > 1 else key, unit) for k, part in enumerate(parts)]
+    return [_range(part, f"{key}[{k}]" if len(parts) > 1 else key, unit, limits) for k, part in enumerate(parts)]
 
 
-def _range(text: str, key: str, unit: str) -> list[float]:
+def _range(text: str, key: str, unit: str, limits: Range) -> list[float]:
     """Read a number or start:stop:count, both ends included."""
     if ":" not in text:
-        return [number(text, key, unit)]
+        return [number(text, key, unit, limits)]
     parts = text.split(":")
     if len(parts) != 3:
         rule = "must be a number or start:stop:count"
         raise InputError(rule, key=key, value=shown(text), fix="write, for example, 1:6:6 for 1, 2, 3, 4, 5 and 6")
-    start, stop = (number(part, key, unit) for part in parts[:2])
-    count = whole_number(parts[2], f"{key}'s count")
-    if not 1 <= count <= MAX_VALUES:
-        rule = f"must be from 1 to {MAX_VALUES}"
-        raise InputError(rule, key=f"{key}'s count", value=str(count), fix="give the number of values")
+    start, stop = (number(part, key, unit, limits) for part in parts[:2])
+    count = COUNTS.check(whole_number(parts[2], f"{key}'s count"), f"{key}'s count", "give the number of values")
     import numpy as np  # its rounding, without its import where no range is given
 
     return [float(value) for value in np.linspace(start, stop, count)]

@@ -33,7 +33,7 @@ def pump_command(
     amplitude: opt.Amplitude = None,
     bore: Annotated[
         Sequence[float] | None,
-        opt.axis("--bore", "mm", f"{opt.RANGE} of all lines' bore in mm. {opt.ROBOTS}", **opt.BORES),
+        opt.axis("--bore", "mm", f"{opt.RANGE} of all lines' bore in mm. {opt.ROBOTS}", limits=opt.BORES),
     ] = None,
     temperature: Annotated[
         Sequence[float] | None,

@@ -70,7 +70,7 @@ def replay_command(
         float | None, opt.number("--step", "seconds", "Maximum step in s. (default: half a median interval)")
     ] = None,
     current: Annotated[
-        Sequence[float], opt.numbers("--current", "m/s", "Velocity of the water along x and y in m/s.", 2)
+        Sequence[float], opt.numbers("--current", "m/s", "Velocity of the water along x and y in m/s.", count=2)
     ] = (0.0, 0.0),
     time_offset: Annotated[
         float,

@@ -10,19 +10,13 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli import parsing
 from hypertuna.cli.parsing import Bound
 from hypertuna.description.robot import Robot
 from hypertuna.optimization.constraints import Limit, gait_limits
 
 Strouhal = Annotated[
     Sequence[float] | None,
-    opt.option(
-        ("--strouhal",),
-        "Range of the Strouhal number.",
-        "LOW:HIGH",
-        lambda text, key: parsing.interval(text, key, "1"),
-    ),
+    opt.interval("--strouhal", "1", "Range of the Strouhal number."),
 ]
 
 
