@@ -39,7 +39,7 @@ def test_version_and_help_import_nothing_heavy(arguments: tuple[str, ...]) -> No
     modules = imported(*arguments)
     assert not modules & set(HEAVY)
     rooms = {name.split(".")[1] for name in modules if name.startswith("hypertuna.")}
-    assert rooms <= {"_core", "cli", "errors", "io"}
+    assert rooms <= {"_core", "cli", "errors", "io", "ranges"}
 
 
 @pytest.mark.parametrize("arguments", [SWIM, (*SWIM, "--json")])

@@ -63,7 +63,10 @@ def replay_command(
     start: Annotated[
         Sequence[float],
         opt.numbers(
-            "--start", "m, m and degrees", "x and y of the nose in m, and the angle from nose to tail in degrees.", 3
+            "--start",
+            "m, m and degrees",
+            "x and y of the nose in m, and the angle from nose to tail in degrees.",
+            count=3,
         ),
     ] = (0.0, 0.0, 0.0),
     step: Annotated[
