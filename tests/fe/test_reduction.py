@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna.actuation.soft_joint import JointTable, joint_tables
-from hypertuna.cli.fe.app import fe_app
+from hypertuna.cli.fe import fe_app
 from hypertuna.description.robot import load, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
@@ -169,7 +169,7 @@ def test_a_killed_reduction_goes_on_where_it_was(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"pressure": [0, 1e5, 1e5]}, "pressure must rise from one to the next"),
+        ({"pressure": [0, 1e5, 1e5]}, "pressure must increase"),
         ({"pressure": [-1e3, 1e5]}, "pressure must not be negative, but is -1 kPa"),
         ({"pressure": [math.nan]}, "pressure must be a list of finite numbers"),
         ({"fill": -2e3}, "fill must not be negative, but is -2 kPa"),

@@ -49,7 +49,7 @@ COMMANDS = {
         "actuator:actuator_app",
         "Characterize an actuator: silicone from a tensile test, unknowns from a bench.",
     ),
-    "fe": ("fe.app:fe_app", "The soft joints by finite elements; needs the extra fe."),
+    "fe": ("fe:fe_app", "The soft joints by finite elements; needs the extra fe."),
     "firmware": ("firmware:firmware_app", "Firmware: parameters from a robot's description, list of faults."),
     "pump": (
         "pump:pump_command",

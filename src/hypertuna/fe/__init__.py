@@ -2,5 +2,5 @@
 
 geometry (the drawing), mesh, energies, mixed (the pressure as an unknown), newton (equilibrium), model (a joint),
 measure (its state), bend (rising pressure), section (a joint without ends), comparison (with the analytic model),
-potential and reduction (the twin's table), record, fields, pictures, plots, extra (optional packages).
+potential and reduction (the twin's table), fields, pictures, plots, extra (optional packages).
 """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -27,6 +28,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 JOURNAL = "journal.jsonl"
+SUMMARY = "bend.json"  # file of the record in the folder of a run
+STRAIN, STRESS = "largest principal logarithmic strain of the matrix", "largest von Mises stress of the matrix"
+SCALARS = {  # of `Measured`, in a dataset
+    "strain_max": ("1", STRAIN),
+    "strain_99": ("1", "99 % quantile of that strain over the matrix"),
+    "stress_max": ("Pa", STRESS),
+    "stress_99": ("Pa", "99 % quantile of that stress over the matrix"),
+}
+
+Each = Callable[[FeModel, int, Measured], None]
 
 
 @dataclass(frozen=True)
@@ -36,7 +47,6 @@ class FeBend:
     robot: Robot
     joint: str  # joint group
     side: str  # with the pressure
-    material: str  # material set
     options: FeOptions
     pressure: Array  # (n,) converged gauge pressures, rising [Pa]
     measured: tuple[Measured, ...]  # at each pressure
@@ -46,6 +56,11 @@ class FeBend:
     unknowns: int
     status: str  # "converged", or "failed" at a pressure
     status_text: str  # sentence; for a failure with its pressure and reason
+
+    @property
+    def material(self) -> str:
+        """Material set."""
+        return self.options.material_of(self.robot)
 
     @property
     def angle(self) -> Array:
@@ -58,30 +73,68 @@ class FeBend:
         """Oil in the drive units of the side with the pressure [m^3], shape (n,)."""
         return np.array([state.volume[SIDES.index(self.side)] for state in self.measured])
 
+    @property
+    def oil(self) -> Array:
+        """Oil taken in since rest by the side with the pressure [m^3], shape (n,).
+
+        It is the growth of the volume in the braids over the same mesh at rest, since channels of a mesh are round to
+        1e-4 only.
+        """
+        group, actuator = joint_group(self.robot, self.joint)
+        inside = math.pi * (drive_unit(self.robot).outer_diameter / 2) ** 2 * sum(actuator.segment_length)
+        swelling = np.array([state.swelling[SIDES.index(self.side)] for state in self.measured])
+        return (swelling - 1) * (group.drive_units or 0) * inside
+
     def r_squared(self) -> float:
         """Return the coefficient of determination of a line, angle over pressure."""
         return straightness(self.pressure, self.angle)
 
+    def record(self) -> dict[str, Any]:
+        """Return all numbers with units in their names, a step for each pressure."""
+        straight = self.r_squared()
+        facts = {"ngsolve_version": ngsolve_version(), "joint": self.joint, "side": self.side}
+        numbers = {
+            "elements": self.elements,
+            "unknowns": self.unknowns,
+            "seconds": sum(self.seconds),
+            "status": self.status,
+            "status_text": self.status_text,
+            "r_squared": None if math.isnan(straight) else straight,
+        }
+        columns = {
+            "pressure_kpa": (self.pressure / 1e3).tolist(),
+            "bend_deg": [math.degrees(angle) for angle in self.angle],
+            "oil_taken_ml": (1e6 * self.oil).tolist(),
+        }
+        steps = [
+            dict(zip(columns, values, strict=True)) | state.record() | {"iterations": iterations, "seconds": seconds}
+            for *values, state, iterations, seconds in zip(
+                *columns.values(), self.measured, self.iterations, self.seconds, strict=True
+            )
+        ]
+        made_by = provenance(self.robot, water=False)
+        return made_by | facts | self.options.facts(self.robot) | numbers | {"steps": steps}
+
     def dataset(self) -> xr.Dataset:
         """Return all numbers as a labeled dataset."""
-
-        def column(name: str, unit: str, text: str) -> tuple[str, Array, dict[str, str]]:
-            values = np.array([getattr(state, name) for state in self.measured], dtype=np.float64)
-            return "pressure", values, {"units": unit, "long_name": text}
-
         texts = {"units": "rad", "long_name": "angle toward the side with the pressure"}
         variables = {
             "angle": ("pressure", self.angle, texts),
             "volume": ("pressure", self.volume, {"units": "m^3", "long_name": "oil in the drive units of that side"}),
-            "strain_max": column("strain_max", "1", "largest principal logarithmic strain of the matrix"),
-            "strain_99": column("strain_99", "1", "99 % quantile of that strain over the matrix"),
-            "stress_max": column("stress_max", "Pa", "largest von Mises stress of the matrix"),
-            "stress_99": column("stress_99", "Pa", "99 % quantile of that stress over the matrix"),
         }
+        for name, (unit, text) in SCALARS.items():
+            values = np.array([getattr(state, name) for state in self.measured], dtype=np.float64)
+            variables[name] = ("pressure", values, {"units": unit, "long_name": text})
         coordinates = {"pressure": ("pressure", self.pressure, {"units": "Pa", "long_name": "gauge pressure"})}
         facts = {"joint": self.joint, "side": self.side, "material": self.material, "status": self.status_text}
         facts |= {"elements": str(self.elements), "unknowns": str(self.unknowns), "ngsolve": ngsolve_version()}
         return dataset(variables, coordinates, provenance(self.robot, water=False) | facts)
+
+
+def described_bend(robot: Robot, joint: str) -> tuple[float, float] | None:
+    """Return the largest pressure [Pa] and the bend there [rad] as described, if both are."""
+    group, _ = joint_group(robot, joint)
+    return None if group.pressure_max is None or group.bend_max is None else (group.pressure_max, group.bend_max)
 
 
 def ngsolve_version() -> str:
@@ -104,7 +157,7 @@ def fe_bend(
     options: FeOptions | None = None,
     folder: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
-    each: Callable[[FeModel, int, Measured], None] | None = None,
+    each: Each | None = None,
     work: str = "fe bend",
 ) -> FeBend:
     """Bend a joint by finite elements from rest, at rising pressures (n,) [Pa].
@@ -117,34 +170,28 @@ def fe_bend(
     model = fe_model(robot, joint, options)
     group, _ = joint_group(robot, joint)
     place = None if folder is None else Path(folder)
+    facts = {"joint": group.name, "side": side, "ngsolve": ngsolve_version()} | options.facts(robot)
     steps: list[dict[str, Any]] = []
-    with Journal(place / JOURNAL if place else None, _header(work, robot, group.name, side, options)) as journal:
+    with Journal(place / JOURNAL if place else None, journal_header(work, robot, facts)) as journal:
         _check_course(journal, place, rising)
-        for k, value in enumerate(rising):
+        for k, value in enumerate(rising.tolist()):
 
-            def reach(k: int = k, value: float = float(value)) -> dict[str, Any]:
+            def reach(k: int = k, value: float = value) -> dict[str, Any]:
                 before = float(rising[k - 1]) if k else 0.0
                 if max(load.Get() for load in model.problem.loads[:2]) != before:
-                    _restore(model, place, k - 1, before, side)
-                return _reach(model, place, k, value, side, each)
+                    _restore(model, place, k - 1, _loads(before, side))
+                return _reach(model, place, k, _loads(value, side), each)
 
-            steps.append(journal.answer({"pressure": float(value)}, reach))
+            steps.append(journal.answer({"pressure": value}, reach))
             if progress is not None:
                 progress(k + 1, len(rising))
             if steps[-1]["fault"]:
                 break
     reached = [step for step in steps if not step["fault"]]
-    fault = next((step["fault"] for step in steps if step["fault"]), "")
-    few = {1: "The pressure was", 2: "Both pressures were"}
-    text = f"{few.get(len(rising), f'All {len(rising)} pressures were')} reached."
-    if fault:
-        end = f"results end at {rising[len(reached) - 1] / 1e3:g} kPa" if reached else "there are no results"
-        text = f"{rising[len(reached)] / 1e3:g} kPa was not reached ({fault}); {end}."
     return FeBend(
         robot=robot,
         joint=group.name,
         side=side,
-        material=options.material or drive_unit(robot).material_set,
         options=options,
         pressure=rising[: len(reached)],
         measured=tuple(Measured(**_tuples(step["measured"])) for step in reached),
@@ -152,15 +199,18 @@ def fe_bend(
         seconds=tuple(step["seconds"] for step in reached),
         elements=int(model.mesh.ne),
         unknowns=model.unknowns,
-        status="failed" if fault else "converged",
-        status_text=text,
+        status="failed" if steps[-1]["fault"] else "converged",
+        status_text=_status_text(rising, len(reached), steps[-1]["fault"]),
     )
 
 
-def _header(work: str, robot: Robot, joint: str, side: str, options: FeOptions) -> dict[str, Any]:
-    """Return the header of the journal."""
-    facts = asdict(options) | {"material": options.material or drive_unit(robot).material_set}
-    return journal_header(work, robot, {"joint": joint, "side": side, "ngsolve": ngsolve_version()} | facts)
+def _status_text(pressure: Array, reached: int, fault: str) -> str:
+    """Describe how many pressures [Pa] were reached, and the failure at the next."""
+    if not fault:
+        few = {1: "The pressure was", 2: "Both pressures were"}
+        return f"{few.get(reached, f'All {reached} pressures were')} reached."
+    end = f"results end at {pressure[reached - 1] / 1e3:g} kPa" if reached else "there are no results"
+    return f"{pressure[reached] / 1e3:g} kPa was not reached ({fault}); {end}."
 
 
 def _check_course(journal: Journal, place: Path | None, rising: Array) -> None:
@@ -180,27 +230,17 @@ def _loads(value: float, side: str) -> tuple[float, float]:
     return (value, 0.0) if side == "left" else (0.0, value)
 
 
-def _reach(
-    model: FeModel,
-    place: Path | None,
-    k: int,
-    value: float,
-    side: str,
-    each: Callable[[FeModel, int, Measured], None] | None,
-) -> dict[str, Any]:
-    """Bring the model to a pressure, measure it, store its state."""
+def _reach(model: FeModel, place: Path | None, k: int, loads: tuple[float, float], each: Each | None) -> dict[str, Any]:
+    """Bring the model to a pair of pressures [Pa], measure it, store its state."""
     start = time.process_time()
-    result = equilibrium(model, pressure=_loads(value, side))
-    fault, measured = "" if result.converged else result.text, None
-    if not fault:
-        measured = measure(model)
-        fault = measured.fault
+    result = equilibrium(model, pressure=loads)
+    measured = measure(model) if result.converged else None
+    fault = result.text if measured is None else measured.fault
     seconds = time.process_time() - start
-    if not fault and measured is not None:
-        if place is not None:
-            write_atomically(_state(place, k), np.asarray(model.displacement.vec).tobytes())
-        if each is not None:
-            each(model, k, measured)
+    if not fault and place is not None:
+        write_atomically(_state(place, k), np.asarray(model.displacement.vec).tobytes())
+    if measured is not None and not fault and each is not None:
+        each(model, k, measured)
     record = {"fault": fault, "iterations": result.iterations, "seconds": seconds}
     return record | {"measured": None if measured is None else asdict(measured)}
 
@@ -210,23 +250,22 @@ def _state(place: Path, k: int) -> Path:
     return place / f"state-{k:03d}.bin"
 
 
-def _restore(model: FeModel, place: Path | None, k: int, value: float, side: str) -> None:
+def _restore(model: FeModel, place: Path | None, k: int, loads: tuple[float, float]) -> None:
     """Set the model to a stored state."""
     if place is None:
         raise RuntimeError("a journal in memory has no stored states")
+    path, fix = _state(place, k), "remove the folder to start over"
     try:
-        content = _state(place, k).read_bytes()
+        content = path.read_bytes()
     except OSError as error:
-        value_text, fix = f"not ({error.strerror})", "remove the folder to start over"
-        raise InputError("must be readable", file=str(_state(place, k)), value=value_text, fix=fix) from None
+        raise InputError("must be readable", file=str(path), value=f"not ({error.strerror})", fix=fix) from None
     stored = np.frombuffer(content[: len(content) // 8 * 8])
     count = len(model.displacement.vec)  # in the mixed form without the pressures, which follow from them
     if len(content) != 8 * count or not np.isfinite(stored).all():
-        value_text, fix = f"{len(content)} bytes", "remove the folder to start over"
         rule = f"must hold {count} finite numbers of 8 bytes"
-        raise InputError(rule, file=str(_state(place, k)), value=value_text, fix=fix)
+        raise InputError(rule, file=str(path), value=f"{len(content)} bytes", fix=fix)
     np.asarray(model.displacement.vec)[:] = stored
-    for load, pressure in zip(model.problem.loads, (*_loads(value, side), 0.0), strict=True):
+    for load, pressure in zip(model.problem.loads, (*loads, 0.0), strict=True):
         load.Set(pressure)
 
 

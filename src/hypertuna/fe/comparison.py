@@ -29,7 +29,6 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe.bend import FeBend
 from hypertuna.fe.geometry import joint_body
-from hypertuna.fe.record import oil_taken
 from hypertuna.fe.section import section_bend
 
 STEP = 5e3  # Pa, largest step of the path to a pressure
@@ -58,20 +57,37 @@ class FeComparison:
         return _relative(self.analytic.angle, self.fe.angle)
 
     @property
-    def oil(self) -> Array:
-        """Oil of the finite elements since rest (n,) [m^3]."""
-        return oil_taken(self.fe)
-
-    @property
     def oil_difference(self) -> Array:
         """Relative difference of the oil, (n,)."""
-        return _relative(self.analytic.volume, self.oil)
+        return _relative(self.analytic.volume, self.fe.oil)
 
     @property
     def shortening(self) -> Array:
         """Relative shortening of the axis, the neutral layer of the analytic model, (n,)."""
         length = joint_body(self.fe.robot, self.fe.joint).length
         return 1 - np.array([state.length for state in self.fe.measured]) / length
+
+    def record(self) -> dict[str, Any]:
+        """Return all numbers with units in their names, a step for each pressure."""
+        fe, analytic = self.fe, self.analytic
+        columns = {
+            "pressure_kpa": fe.pressure / 1e3,
+            "bend_fe_deg": np.degrees(fe.angle),
+            "bend_analytic_deg": np.degrees(analytic.angle),
+            "bend_difference_percent": 100 * self.difference,
+            "oil_fe_ml": 1e6 * fe.oil,
+            "oil_analytic_ml": 1e6 * analytic.volume,
+            "oil_difference_percent": 100 * self.oil_difference,
+            "shortening_percent": 100 * self.shortening,
+        }
+        kept = {key: value for key, value in fe.record().items() if key not in ("steps", "r_squared")}
+        return kept | {
+            "friction": analytic.friction,
+            "r_squared_fe": fe.r_squared(),
+            "r_squared_analytic": analytic.r_squared(),
+            "steps": [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)],
+            "reasons": [{"text": reason.text, "bend_deg": math.degrees(reason.angle)} for reason in self.reasons],
+        }
 
 
 def _relative(value: Array, reference: Array) -> Array:
@@ -91,26 +107,21 @@ def compare(fe: FeBend, *, reasons: bool = False) -> FeComparison:
 
 def _reasons(fe: FeBend) -> tuple[Reason, ...]:
     """Change the analytic model step by step at the highest pressure."""
-    robot, joint, highest = fe.robot, fe.joint, fe.pressure[-1:]
+    robot, bare, joint, highest = fe.robot, _bare(fe.robot, fe.joint), fe.joint, fe.pressure[-1:]
     options: dict[str, Any] = {"side": fe.side, "material": fe.material}
-    bare = _bare(robot, joint)
-    return (
-        Reason("analytic model as described", float(bend(robot, joint, highest, **options).angle[0])),
-        Reason("no friction of the braids", float(bend(robot, joint, highest, friction=False, **options).angle[0])),
-        Reason(
-            "matrix of the sections alone: no sleeve_m, no stiffness_factor",
-            float(bend(bare, joint, highest, friction=False, **options).angle[0]),
-        ),
-        Reason(
-            "neutral layer that may shorten",
-            float(shortening_bend(bare, joint, highest, **options)[0]),
-        ),
-        Reason(
-            "sections by finite elements: matrix swells and warps around the hoses",
-            float(section_bend(robot, joint, highest, side=fe.side, options=fe.options).angle[0]),
-        ),
-        Reason("whole body by finite elements: ends held by plates", float(fe.angle[-1])),
-    )
+    angles = {
+        "analytic model as described": bend(robot, joint, highest, **options).angle,
+        "no friction of the braids": bend(robot, joint, highest, friction=False, **options).angle,
+        "matrix of the sections alone: no sleeve_m, no stiffness_factor": bend(
+            bare, joint, highest, friction=False, **options
+        ).angle,
+        "neutral layer that may shorten": shortening_bend(bare, joint, highest, **options),
+        "sections by finite elements: matrix swells and warps around the hoses": section_bend(
+            robot, joint, highest, side=fe.side, options=fe.options
+        ).angle,
+        "whole body by finite elements: ends held by plates": fe.angle[-1:],
+    }
+    return tuple(Reason(text, float(angle[0])) for text, angle in angles.items())
 
 
 def _bare(robot: Robot, joint: str | int) -> Robot:

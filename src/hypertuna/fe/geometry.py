@@ -14,6 +14,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
@@ -24,6 +25,8 @@ from hypertuna.io.files import write_atomically
 MM = 1e3  # drawings are in mm, as STEP is by default
 WALL = 0.0005  # m, minimum matrix between hoses, and between hose and water
 SAME = 1e-4  # mm, tolerance of coordinates in a drawing: OCC pads its bounding boxes
+
+DRAWINGS = (".step", ".stp", ".stl")  # suffixes of files
 
 # Names of the faces of the half body, a regular expression for each kind.
 FACES = {
@@ -36,7 +39,6 @@ FACES = {
     "left": "wall_left|cap_left",
     "right": "wall_right|cap_right",
 }
-SIDE_NAMES = ("left", "right")
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,20 @@ class JointBody:
         a, b, dx = self.semi_major, self.semi_minor, np.diff(self.stations)
         cone = a[:-1] * b[:-1] + a[1:] * b[1:] + (a[:-1] * b[1:] + a[1:] * b[:-1]) / 2
         return float(math.pi / 3 * (cone * dx).sum()) - len(self.channels) * math.pi * self.radius**2 * self.length
+
+    def record(self) -> dict[str, Any]:
+        """Return the body with units in the names."""
+        return {
+            "joint": self.name,
+            "station_mm": MM * self.stations,
+            "semi_major_mm": MM * self.semi_major,
+            "semi_minor_mm": MM * self.semi_minor,
+            "channel_radius_mm": MM * self.radius,
+            "channels": [{"side": c.side, "y_mm": MM * c.y, "z_mm": MM * c.z} for c in self.channels],
+            "plate_mm": MM * self.plate,
+            "strip_width_mm": MM * self.strip,
+            "matrix_volume_mm3": MM**3 * self.volume,
+        }
 
     @property
     def symmetry_area(self) -> float:
@@ -229,7 +245,7 @@ def _face_name(face: Any, body: JointBody, length: float, plate: float) -> str:
     if lies("y", 0):
         return "strip"
     if channel is not None:
-        return f"{'cap' if lies('x', length) else 'wall'}_{SIDE_NAMES[channel.side]}"
+        return f"{'cap' if lies('x', length) else 'wall'}_{SIDES[channel.side]}"
     return "tie" if lies("x", length) else "outer"
 
 
@@ -241,7 +257,7 @@ def write_geometry(body: JointBody, path: str | Path) -> None:
     from netgen.occ import Compound
 
     path, kind = Path(path), Path(path).suffix.lower()
-    if kind not in (".step", ".stp", ".stl"):
+    if kind not in DRAWINGS:
         raise InputError("must end in .step, .stp or .stl", key="path", value=str(path), fix="rename the file")
     front, (matrix, tip) = _connector(body), _solids(body, 1.0, body.channels)
     if kind == ".stl":  # as one solid: shared faces would leave gaps between triangles

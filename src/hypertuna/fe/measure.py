@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.arrays import Array
 from hypertuna.fe.energies import cavity, fiber_stretches, nominal_stress
 from hypertuna.fe.geometry import FACES
@@ -40,6 +41,19 @@ class Measured:
     stress_99: float  # its 99 % quantile by volume
     jacobian_min: float  # smallest volume ratio of the matrix [1]
     fault: str  # why the state is invalid; empty if it is valid
+
+    def record(self) -> dict[str, float]:
+        """Return all numbers with units in their names."""
+        record = {f"tip_{axis}_mm": 1e3 * place for axis, place in zip("xy", self.tip, strict=True)}
+        record["length_mm"] = 1e3 * self.length
+        for side, volume, swelling in zip(SIDES, self.volume, self.swelling, strict=True):
+            record |= {f"volume_{side}_ml": 1e6 * volume, f"swelling_{side}": swelling}
+        for name in ("axial", "hoop", "fiber"):
+            low, high = getattr(self, f"{name}_stretch")
+            record |= {f"{name}_stretch_min": low, f"{name}_stretch_max": high}
+        record |= {"fiber_stretch_99": self.fiber_99, "strain_max": self.strain_max, "strain_99": self.strain_99}
+        record |= {"stress_max_kpa": self.stress_max / 1e3, "stress_99_kpa": self.stress_99 / 1e3}
+        return record | {"jacobian_min": self.jacobian_min}
 
 
 def measure(model: FeModel) -> Measured:
@@ -112,7 +126,7 @@ def _inside(model: FeModel, *, moved: bool = True) -> tuple[float, float]:
     if moved:
         place, F = place + model.displacement, F + ngs.Grad(model.displacement)
     volume = cavity(place, F, ngs.specialcf.normal(3))
-    left, right = (2 * float(ngs.Integrate(volume * ngs.ds(FACES[side]), model.mesh)) for side in ("left", "right"))
+    left, right = (2 * float(ngs.Integrate(volume * ngs.ds(FACES[side]), model.mesh)) for side in SIDES)
     return left, right
 
 

@@ -11,9 +11,10 @@ second order follow only on much finer meshes (docs/fe.md).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.silicone import Mooney
 from hypertuna.actuation.soft_joint import drive_unit, mooney
 from hypertuna.description.robot import Robot
@@ -42,6 +43,14 @@ class FeOptions:
     def size(self) -> MeshSize:
         """Sizes of the mesh."""
         return mesh_size(self.mesh)
+
+    def material_of(self, robot: Robot) -> str:
+        """Return the material set of a robot."""
+        return self.material or drive_unit(robot).material_set
+
+    def facts(self, robot: Robot) -> dict[str, Any]:
+        """Return all options, for records and journals."""
+        return asdict(self) | {"material": self.material_of(robot)}
 
 
 @dataclass(frozen=True)
@@ -142,7 +151,7 @@ def _energy(
     walls = hose_energy(wall, C.Caa, C.Chh, C.Cah) + braid_energy(wall, C.Caa, C.Chh, C.Cah)
     energy += ngs.Variation(walls.Compile() * ngs.ds(FACES["walls"]))
     volume = cavity(place, ngs.Id(3) + gradient, ngs.specialcf.normal(3))
-    for name, load in zip(("left", "right"), pressure, strict=True):
+    for name, load in zip(SIDES, pressure, strict=True):
         energy += ngs.Variation((-load * volume).Compile() * ngs.ds(FACES[name]))
     if body.strip > 0:
         energy += ngs.Variation((STRIP / 2 * (ngs.sqrt(C.Caa) - 1) ** 2).Compile() * ngs.ds("strip"))

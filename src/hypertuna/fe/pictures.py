@@ -7,11 +7,12 @@ same at all pressures.
 from __future__ import annotations
 
 import io
+import itertools
 import json
 import math
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +24,12 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
+from hypertuna.fe.bend import SUMMARY
 from hypertuna.fe.extra import need_pictures
 from hypertuna.fe.fields import DISPLACEMENT, FACE, FACE_NUMBERS, STRAIN, STRESS, surface_path
-from hypertuna.fe.record import SUMMARY
 from hypertuna.figures import FAINT, SEQUENCE, WIDTH, styled
 from hypertuna.io.files import write_atomically
 
@@ -90,22 +92,20 @@ class Film:
         return _round_up(largest) * shown.unit
 
 
-def read_film(folder: str | Path, *, title: str = "", chosen: Sequence[int] | None = None) -> Film:
+def read_film(folder: str | Path) -> Film:
     """Read a finished run: `SUMMARY` and a file of fields for each pressure."""
     need_pictures()
     summary = Path(folder) / SUMMARY
     try:
         record = json.loads(summary.read_text())
-        steps = record["steps"]
-        numbers = range(len(steps)) if chosen is None else chosen
-        side = str(record["side"])
-        title = title or f"{record['robot']}, joint {record['joint']}, pressure on the {side} side"
-        pressure = np.array([1e3 * steps[k]["pressure_kpa"] for k in numbers])
-        angle = np.radians([steps[k]["bend_deg"] for k in numbers])
-    except (OSError, ValueError, KeyError, IndexError, TypeError):
+        side, steps = str(record["side"]), record["steps"]
+        title = f"{record['robot']}, joint {record['joint']}, pressure on the {side} side"
+        pressure = np.array([1e3 * step["pressure_kpa"] for step in steps])
+        angle = np.radians([step["bend_deg"] for step in steps])
+    except (OSError, ValueError, KeyError, TypeError):
         fix = "give the folder of a finished `hypertuna fe bend`"
         raise InputError("must be the summary of a run", file=str(summary), fix=fix) from None
-    return Film(title, side, pressure, angle, tuple(_faces(surface_path(folder, k)) for k in numbers))
+    return Film(title, side, pressure, angle, tuple(_faces(surface_path(folder, k)) for k in range(len(steps))))
 
 
 @styled
@@ -140,12 +140,25 @@ def draw_filmstrip(film: Film, *, width: float = WIDTH) -> Figure:
     return figure
 
 
-def write_filmstrip(folder: str | Path, path: str | Path, *, title: str = "", count: int = FRAMES) -> None:
+def write_pictures(folder: str | Path, *, progress: Callable[[int, int], None]) -> None:
+    """Write a picture of each quantity at every pressure of a finished run, and a filmstrip."""
+    film = read_film(folder)
+    pictures = list(itertools.product(range(len(film.faces)), QUANTITIES))
+    for count, (k, quantity) in enumerate(pictures, 1):
+        write_png(draw_step(film, k, quantity), Path(folder) / f"{quantity}-{k:03d}.png")
+        progress(count, len(pictures))
+    if film.pressure[-1] > 0:
+        write_filmstrip(folder, Path(folder) / "filmstrip.png")
+
+
+def write_filmstrip(folder: str | Path, path: str | Path) -> None:
     """Write a filmstrip of a finished run, about 1000 pixels wide."""
-    film = read_film(folder, title=title)
+    film = read_film(folder)
     loaded = np.flatnonzero(film.pressure > 0)
-    chosen = loaded[np.unique(np.linspace(0, len(loaded) - 1, min(count, len(loaded))).round().astype(int))]
-    write_png(draw_filmstrip(read_film(folder, title=title, chosen=chosen.tolist())), path, dpi=FILM_DPI)
+    chosen = loaded[np.unique(np.linspace(0, len(loaded) - 1, min(FRAMES, len(loaded))).round().astype(int))]
+    faces = tuple(film.faces[k] for k in chosen)
+    shown = replace(film, pressure=film.pressure[chosen], angle=film.angle[chosen], faces=faces)
+    write_png(draw_filmstrip(shown), path, dpi=FILM_DPI)
 
 
 def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
@@ -230,7 +243,7 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
 def _colored(shape: dict[str, Any], view: str, side: str) -> list[tuple[Any, float]]:
     """List the colored parts of a view with their opacity: faded drive units do not hide those under pressure."""
     if view == "units":
-        return [(_whole(shape[name]), 1.0 if name == side else FADED) for name in ("left", "right")]
+        return [(_whole(shape[name]), 1.0 if name == side else FADED) for name in SIDES]
     return [*((_mirrored(shape[name]), 1.0) for name in ("left", "right", "outer")), (shape["cut"], 1.0)]
 
 

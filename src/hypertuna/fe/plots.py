@@ -19,10 +19,10 @@ def plot_fe_bend(
     pressure: ArrayLike,
     angle: ArrayLike,
     oil: ArrayLike | None = None,
-    *,
-    title: str = "",
     analytic: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
     published: tuple[float, float] | None = None,
+    title: str = "",
+    *,
     width: float = WIDTH,
 ) -> Figure:
     """Plot bend over pressure, and pressure over the oil taken in.

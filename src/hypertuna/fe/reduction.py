@@ -15,14 +15,16 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hypertuna.actuation.soft_joint import drive_unit, joint_group, joint_tables
+from hypertuna.actuation.bending import check_pressure
+from hypertuna.actuation.hydraulics import SIDES
+from hypertuna.actuation.soft_joint import joint_group, joint_tables
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, load, parse
@@ -90,29 +92,63 @@ class ReducedJoint:
         """Return all numbers as a labeled dataset."""
         grid, table = ("couple", "pressure"), np.linspace(-self.potential.reach, self.potential.reach, ANGLES)
         moment, volume = self.over_angle(table)
-        variables = {
-            "moment_at": (("table", "pressure"), moment, {"units": "N m", "long_name": "moment at that angle"}),
-            "volume_at": (("table", "pressure", "side"), volume, {"units": "m3", "long_name": "oil at that angle"}),
-            "angle": (grid, self.angle, {"units": "rad", "long_name": "angle of the tip"}),
-            "moment": (grid, self.moment, {"units": "N m", "long_name": "moment from outside"}),
-            "volume": ((*grid, "side"), self.volume, {"units": "m3", "long_name": "oil in the drive units of a side"}),
-            "other": ("pressure", self.pressure[:, 1], {"units": "Pa", "long_name": "gauge pressure, right side"}),
-            "elastic": ("table", self.potential.elastic(table), {"units": "N m", "long_name": "moment at no pressure"}),
-            "held": ("table", self.potential.volume(table), {"units": "m3", "long_name": "oil in the left side"}),
+        held = self.potential.volume(table)
+        columns = {
+            "moment_at": (("table", "pressure"), moment, "N m", "moment at that angle"),
+            "volume_at": (("table", "pressure", "side"), volume, "m3", "oil at that angle"),
+            "angle": (grid, self.angle, "rad", "angle of the tip"),
+            "moment": (grid, self.moment, "N m", "moment from outside"),
+            "volume": ((*grid, "side"), self.volume, "m3", "oil in the drive units of a side"),
+            "other": ("pressure", self.pressure[:, 1], "Pa", "gauge pressure, right side"),
+            "elastic": ("table", self.potential.elastic(table), "N m", "moment at no pressure"),
+            "held": ("table", held, "m3", "oil in the left side"),
+            "pressure": ("pressure", self.pressure[:, 0], "Pa", "gauge pressure, left side"),
+            "couple": ("couple", self.couple, "N m", "couple on the tip"),
+            "table": ("table", table, "rad", "angle of the table"),
         }
-        coordinates = {
-            "pressure": ("pressure", self.pressure[:, 0], {"units": "Pa", "long_name": "gauge pressure, left side"}),
-            "couple": ("couple", self.couple, {"units": "N m", "long_name": "couple on the tip"}),
-            "side": ("side", ["left", "right"]),
-            "table": ("table", table, {"units": "rad", "long_name": "angle of the table"}),
+        variables = {
+            name: (dims, values, {"units": unit, "long_name": text})
+            for name, (dims, values, unit, text) in columns.items()
         }
         facts = provenance(self.robot, water=False) | {"joint": self.joint, "source": self.source}
-        return dataset(variables, coordinates, facts)
+        return dataset(variables, {"side": list(SIDES)}, facts)
+
+    def record(self) -> dict[str, Any]:
+        """Return all numbers with units in their names: over couples and pressures; the table, over its own angles."""
+        fit, fitted, new = self.potential, self.table(), self.residual_new
+        moment, volume = self.over_angle(np.radians(fitted["angle_deg"]))
+        facts = {"ngsolve_version": ngsolve_version(), "joint": self.joint} | self.options.facts(self.robot)
+        return (
+            provenance(self.robot, water=False)
+            | facts
+            | {
+                "mesh": str(self.options.mesh),
+                "pressure_left_kpa": self.pressure[:, 0] / 1e3,
+                "pressure_right_kpa": self.pressure[:, 1] / 1e3,
+                "couple_n_m": self.couple,
+                "angle_deg": np.degrees(self.angle),
+                "moment_n_m": self.moment,
+                "volume_left_ml": 1e6 * self.volume[..., 0],
+                "volume_right_ml": 1e6 * self.volume[..., 1],
+                "table": fitted,
+                "over_angle": {"moment_n_m": moment, "volume_left_ml": 1e6 * volume[..., 0]},
+                "terms": {"elastic": len(fit.elastic_terms), "volume": len(fit.volume_terms)},
+                "compliance_m3_pa": fit.compliance,
+                "cross_compliance_m3_pa": fit.cross,
+                "moment_rms_n_m": self.residual.moment,
+                "volume_rms_ml": 1e6 * self.residual.volume,
+                "moment_rms_left_out_n_m": new.moment,
+                "volume_rms_left_out_ml": 1e6 * new.volume,
+                "seconds": self.seconds,
+                "status": self.status,
+                "status_text": self.status_text,
+            }
+        )
 
     @property
     def material(self) -> str:
         """Material set."""
-        return self.options.material or drive_unit(self.robot).material_set
+        return self.options.material_of(self.robot)
 
     @property
     def source(self) -> str:
@@ -148,16 +184,18 @@ def reduce_joint(
     if fill is None:
         fill = group.line.fill_pressure if group.line else 0.0
     pairs = _pairs(pressure, fill)
-    turns = couples(robot, joint, pairs) if couple is None else _numbers(couple, "couple", "N m")
+    turns = couples(robot, joint, pairs) if couple is None else _couples(couple)
     solve = solve or joint_by_elements(robot, joint, options)
-    facts = asdict(options) | {"material": options.material or drive_unit(robot).material_set}
-    facts |= {"joint": group.name, "pressure": pairs, "couple": turns, "ngsolve": ngsolve_version()}
+    facts = {"joint": group.name, "pressure": pairs, "couple": turns, "ngsolve": ngsolve_version()}
+    header = journal_header("fe reduce", robot, options.facts(robot) | facts)
     points: list[dict[str, Any]] = []
-    with Journal(checkpoint, journal_header("fe reduce", robot, facts)) as journal:
+    with Journal(checkpoint, header) as journal:
         for c, p in itertools.product(range(len(turns)), range(len(pairs))):
 
             def point(c: int = c, p: int = p) -> dict[str, Any]:
-                return _point(solve, float(turns[c]), pairs[: p + 1])
+                start = time.process_time()
+                answer = solve(float(turns[c]), pairs[: p + 1])
+                return dict(answer) | {"seconds": time.process_time() - start}
 
             points.append(journal.answer([c, p], point))
             if progress is not None:
@@ -190,34 +228,26 @@ def write_reduced(robot: str | Path, reduced: ReducedJoint, output: str | Path) 
     return write_robot(with_reduced(load(robot), reduced), output, note="reduced, see [sources]")
 
 
-def _point(solve: Joint, couple: float, path: Sequence[Pair]) -> dict[str, Any]:
-    """Solve a point and measure its processor time."""
-    start = time.process_time()
-    return dict(solve(couple, path)) | {"seconds": time.process_time() - start}
-
-
 def _pairs(pressure: ArrayLike, fill: float) -> list[Pair]:
     """Check the pressures and return them with those of the right side."""
-    rising = _numbers(pressure, "pressure", "Pa")
-    for key, lowest in (("pressure", float(rising.min())), ("fill", fill)):
-        if not 0 <= lowest < math.inf:
-            value, fix = f"{lowest / 1e3:g} kPa", "use couples to bend the joint the other way"
-            raise InputError("must not be negative", key=key, value=value, fix=fix)
-    if (np.diff(rising) <= 0).any() or not rising.max() > 0:
-        fix = "sort them, and end above 0"
-        raise InputError("must rise from one to the next", key="pressure", value=shown(rising.tolist()), fix=fix)
-    return [(float(p), max(0.0, 2 * fill - float(p))) for p in rising]
+    rising = check_pressure(pressure)
+    if not rising[-1] > 0:
+        raise InputError("must end above 0", key="pressure", value=shown(rising.tolist()), fix="add a higher one")
+    if not 0 <= fill < math.inf:
+        fix = "give the pressure that both sides have at rest, or 0"
+        raise InputError("must not be negative", key="fill", value=f"{fill / 1e3:g} kPa", fix=fix)
+    return [(p, max(0.0, 2 * fill - p)) for p in rising.tolist()]
 
 
-def _numbers(values: ArrayLike, key: str, unit: str) -> Array:
-    """Check a list of numbers."""
+def _couples(values: ArrayLike) -> Array:
+    """Check couples [N m]."""
     try:
         array = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError):
         array = np.array([math.nan])
     if array.ndim != 1 or not len(array) or not np.isfinite(array).all():
-        rule, fix = "must be a list of finite numbers", f"give them as a list, in {unit}"
-        raise InputError(rule, key=key, value=shown(values), fix=fix)
+        rule, fix = "must be a list of finite numbers", "give them as a list, in N m"
+        raise InputError(rule, key="couple", value=shown(values), fix=fix)
     return array
 
 

@@ -16,9 +16,8 @@ from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.fe.bend import fe_bend
+from hypertuna.fe.bend import described_bend, fe_bend
 from hypertuna.fe.model import FeOptions
-from hypertuna.fe.record import bend_record
 from hypertuna.io.files import shipped
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.ledger import Finding
@@ -126,21 +125,13 @@ def _checked(robot: Robot, joint: str, record: Mapping[str, Any] | None) -> Solv
     if record["joint_hash"] != joint_hash(robot, joint):
         reason = f"the stored result belongs to another joint {joint} than the one in {robot.file}; {AGAIN}"
         return Solved(robot, joint, None, reason)
-    for key, value in _chosen(robot).items():
+    for key, value in FeOptions(mesh=MESH).facts(robot).items():  # on which `command` relies
         if record[key] != value:
             reason = f"the stored result has {key} = {record[key]}, but it is {value} now; {AGAIN}"
             return Solved(robot, joint, None, reason)
     if record["status"] != "converged":
         return Solved(robot, joint, None, record["status_text"].rstrip("."))
     return Solved(robot, joint, record)
-
-
-def _chosen(robot: Robot) -> dict[str, Any]:
-    """Return the default options that `command` relies on."""
-    options = FeOptions(mesh=MESH)
-    material = options.material or drive_unit(robot).material_set
-    chosen = {"material": material, "law": options.law, "poisson": options.poisson, "mixed": options.mixed}
-    return chosen | {"mesh": options.mesh}
 
 
 def solve_elements(stored: Elements, progress: Callable[[], None]) -> Elements:
@@ -163,7 +154,7 @@ def _solved(stored: Solved) -> Solved:
     except InputError as error:
         reasons = filter(None, (stored.reason, f"not computed again: {error}".rstrip(".")))
         return Solved(stored.robot, stored.joint, stored.record, "; ".join(reasons))
-    record = bend_record(result) | {"joint_hash": joint_hash(stored.robot, stored.joint)}
+    record = result.record() | {"joint_hash": joint_hash(stored.robot, stored.joint)}
     return _checked(stored.robot, stored.joint, record)
 
 
@@ -257,12 +248,11 @@ def _curve(joint: str, one: Solved) -> Figure:
 
     fine = np.linspace(0, one.pressure[-1], 51)
     beside = bend(one.robot, joint, fine)
-    pressure_max, bend_max = next((g.pressure_max, g.bend_max) for g in one.robot.joints if g.name == joint)
     return plot_fe_bend(
         one.pressure,
         one.angle,
         analytic=(fine, beside.angle, beside.volume),
-        published=None if pressure_max is None or bend_max is None else (pressure_max, bend_max),
+        published=described_bend(one.robot, joint),
         width=WIDTH,
     )
 

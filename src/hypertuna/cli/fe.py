@@ -1,0 +1,400 @@
+"""The commands `hypertuna fe ...`: the soft joints by finite elements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from hypertuna.actuation.bending import bend, check_pressure
+from hypertuna.actuation.soft_joint import MATERIAL_SETS
+from hypertuna.arrays import Array
+from hypertuna.characterization.data import joint_index
+from hypertuna.cli import options as opt
+from hypertuna.cli.console import command_line, counted, json_text, progress_bar, run_folder, table
+from hypertuna.cli.emit import emit
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot, load
+from hypertuna.errors import InputError
+from hypertuna.fe.bend import JOURNAL, SUMMARY, FeBend, described_bend, fe_bend
+from hypertuna.fe.comparison import FeComparison, compare
+from hypertuna.fe.energies import LAWS
+from hypertuna.fe.extra import need_fe, need_screenless
+from hypertuna.fe.fields import write_vtu
+from hypertuna.fe.geometry import DRAWINGS, JointBody, joint_body, write_geometry
+from hypertuna.fe.measure import Measured
+from hypertuna.fe.mesh import MESHES
+from hypertuna.fe.model import FeModel, FeOptions
+from hypertuna.fe.reduction import ReducedJoint, reduce_joint, write_reduced
+from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
+
+fe_app = opt.group("The soft joints by finite elements; needs the extra fe.")
+
+MM = 1e3  # per m
+MAX_PRESSURES = 200  # of one call: each takes seconds at least
+SMOOTH = 50  # pressures of the analytic curve
+COMPARISON = "compare.json"  # file of the record in the folder of a comparison
+
+Material = Annotated[
+    str | None, opt.text("--material", f"Material set: {', '.join(MATERIAL_SETS)}. (default: the robot's)")
+]
+Law = Annotated[str, opt.text("--law", f"Law of the elements' matrix: {', '.join(LAWS)}.")]
+Poisson = Annotated[float, opt.number("--poisson", "figures, 0.475 say", "Poisson's ratio of the matrix.")]
+Mixed = Annotated[bool, typer.Option("--mixed/--no-mixed", help="Make the pressure of the matrix an unknown.")]
+Mesh = Annotated[Any, opt.text("--mesh", f"{', '.join(MESHES)}.")]
+
+
+def _folder(content: str) -> Any:
+    """Declare the option of the folder of a run."""
+    return typer.Option("-o", "--output", help=f"Folder of the run: {content}")
+
+
+# Pressures in kPa, as typed.
+BEND_PRESSURES: Any = "0:250:6"
+COMPARISON_PRESSURES: Any = "50:250:5"
+
+# Columns of the tables: head and format.
+BEND_COLUMNS = {
+    "pressure_kpa": ("gauge\n[kPa]", ".4g"),
+    "bend_deg": ("bend\n[deg]", "z.2f"),
+    "tip_x_mm": ("tip x\n[mm]", "z.2f"),
+    "tip_y_mm": ("tip y\n[mm]", "z.2f"),
+    "oil_taken_ml": ("oil\n[ml]", "z.3f"),
+    "axial_stretch_min": ("axial\nmin", ".3f"),
+    "hoop_stretch_max": ("hoop\nmax", ".3f"),
+    "fiber_stretch_max": ("fiber\nmax", ".3f"),
+    "strain_99": ("strain\n99 %", "z.3f"),
+    "strain_max": ("\nmax", "z.3f"),
+    "stress_99_kpa": ("stress\n[kPa]", "z.1f"),
+    "stress_max_kpa": ("\nmax", "z.1f"),
+}
+BEND_LEGEND = (
+    "Bend, and oil since rest, of the side under pressure; stretches of the channels' walls and of the braids; "
+    "logarithmic strain and von Mises stress of the matrix: the 99th percentile, and the maximum, which sits where "
+    "hoses end and grows as meshes get finer."
+)
+COMPARISON_COLUMNS = {
+    "pressure_kpa": ("gauge\n[kPa]", ".4g"),
+    "bend_fe_deg": ("bend FE\n[deg]", "z.2f"),
+    "bend_analytic_deg": ("model\n[deg]", "z.2f"),
+    "bend_difference_percent": ("differs\n[%]", "+z.1f"),
+    "oil_fe_ml": ("oil FE\n[ml]", "z.3f"),
+    "oil_analytic_ml": ("model\n[ml]", "z.3f"),
+    "oil_difference_percent": ("differs\n[%]", "+z.1f"),
+    "shortening_percent": ("shorter\n[%]", "z.1f"),
+}
+COMPARISON_LEGEND = (
+    "Bend, and oil taken in since rest, of the side under pressure: by finite elements (FE), without friction; by the "
+    "analytic model, with the friction of the description, loading; and the difference of the model from FE. In FE the "
+    "axis shortens; in the model it keeps its length."
+)
+
+
+@fe_app.command("geometry")
+def geometry_command(
+    robot: opt.RobotName,
+    joint: opt.Joint,
+    output: Annotated[
+        str | None,
+        opt.file("-o", "--output", help="Write the body to this .step, .stp or .stl file, in mm.", suffixes=DRAWINGS),
+    ] = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Build the soft body of a joint from its description: sections, channels, plates."""
+    fish = load(robot)
+    body = joint_body(fish, joint_index(joint, fish))
+    if output is not None:
+        write_geometry(body, output)
+    emit(
+        body,
+        record=lambda body: provenance(fish, water=False) | body.record() | {"command": command_line(), "file": output},
+        lines=lambda body: _geometry_lines(fish, body),
+        written=(output,),
+        as_json=as_json,
+    )
+
+
+def _geometry_lines(robot: Robot, body: JointBody) -> Iterator[Any]:
+    """Lay out the sections of a body."""
+    sections = zip(body.stations, body.semi_major, body.semi_minor, strict=True)
+    rows = ([f"{MM * value:.2f}" for value in section] for section in sections)
+    channels = f"{counted(len(body.channels) // 2, 'pair')} of channels of {2 * MM * body.radius:.4g} mm"
+    yield f"{robot.name}: soft body of joint {body.name}", "bold"
+    yield table(["x\n[mm]", "half height\n[mm]", "half width\n[mm]"], rows, left=())
+    yield f"{channels}, {MM * abs(body.channels[0].y):.4g} mm from the neutral layer"
+    yield f"matrix {MM**2 * body.volume * MM:.4g} mm^3, plates {MM * body.plate:.3g} mm thick"
+    if body.strip:
+        yield f"strip {MM * body.strip:.3g} mm wide in the neutral layer"
+
+
+@fe_app.command("bend")
+def bend_command(
+    robot: opt.RobotName,
+    joint: opt.Joint,
+    pressure: opt.Pressures = BEND_PRESSURES,
+    side: opt.Side = "left",
+    material: Material = None,
+    law: Law = FeOptions.law,
+    poisson: Poisson = FeOptions.poisson,
+    mixed: Mixed = FeOptions.mixed,
+    mesh: Mesh = FeOptions.mesh,
+    plot: opt.Plot = None,
+    output: Annotated[
+        str | None,
+        _folder(
+            "journal, fields (VTU) and pictures (PNG) of every pressure, bend.json, .csv and .nc. The same command "
+            "resumes after the last pressure that is there."
+        ),
+    ] = None,
+    no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Write no PNG pictures.")] = False,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Bend a soft joint by finite elements: bend, oil, stretches, strain and stress at every pressure.
+
+    The exit code is 0 if all pressures were reached, 1 if one was not (those before it are printed and kept), 2 for
+    bad input.
+    """
+    fish = load(robot)
+    index, path = joint_index(joint, fish), _rising(pressure)
+    joint_body(fish, index)  # checks the description before the machine
+    need_fe()
+    if output is not None and not no_pictures:
+        need_screenless()
+    options = FeOptions(material, law, poisson, mesh, mixed)
+    with run_folder(output, JOURNAL) as folder, progress_bar("pressures", patience=0, lines=True) as report:
+        report(0, len(path))
+
+        def keep(model: FeModel, k: int, _: Measured) -> None:
+            if folder is not None:
+                write_vtu(model, folder, k)
+
+        bent = fe_bend(fish, index, path, side=side, options=options, folder=folder, progress=report, each=keep)
+    if folder is not None:
+        _write(bent, folder, pictures=not no_pictures)
+    plot = plot if len(bent.pressure) else None
+    emit(
+        bent,
+        record=lambda bent: bent.record() | {"command": command_line()},
+        lines=_bend_lines,
+        plot=plot,
+        figure="hypertuna.fe.plots:plot_fe_bend",
+        drawn=_drawn(bent) if plot else None,
+        written=(output,),
+        as_json=as_json,
+        failed=bent.status != "converged",
+    )
+
+
+def _rising(pressures: Sequence[float]) -> Array:
+    """Return the pressures that a joint is led through [Pa], from those of the option [kPa]."""
+    if len(pressures) > MAX_PRESSURES:
+        rule = f"must be at most {MAX_PRESSURES} pressures"
+        raise InputError(rule, key="--pressure", value=f"{len(pressures)}", fix="ask for fewer")
+    return check_pressure(1e3 * np.array(pressures))
+
+
+def _write(bent: FeBend, folder: Path, *, pictures: bool) -> None:
+    """Write the numbers of a run into its folder, and its pictures."""
+    record = bent.record() | {"command": command_line()}
+    write_atomically(folder / SUMMARY, f"{json_text(record)}\n".encode())
+    facts = {
+        key: str(value).lower() if isinstance(value, bool) else value
+        for key, value in record.items()
+        if key != "steps" and value is not None
+    }
+    write_atomically(folder / "bend.csv", rows_csv(facts, record["steps"]).encode())
+    write_netcdf(bent.dataset().assign_attrs(command=command_line()), folder / "bend.nc")
+    if pictures and len(bent.pressure):
+        from hypertuna.fe.pictures import write_pictures
+
+        with progress_bar("pictures") as report:
+            write_pictures(folder, progress=report)
+
+
+def _drawn(bent: FeBend) -> tuple[Any, ...]:
+    """Return what the plot shows: a bend beside that of the analytic model as described, with friction, loading."""
+    path = np.linspace(0, max(float(bent.pressure[-1]), 1.0), SMOOTH)
+    other = bend(bent.robot, bent.joint, path, side=bent.side, material=bent.material)
+    title = f"{bent.robot.name}, joint {bent.joint}, {bent.side} side, material set {bent.material}"
+    analytic = (other.pressure, other.angle, other.volume)
+    return bent.pressure, bent.angle, bent.oil, analytic, described_bend(bent.robot, bent.joint), title
+
+
+def _bend_lines(bent: FeBend) -> Iterator[Any]:
+    """Lay out a bend, a row for each pressure."""
+    options, record = bent.options, bent.record()
+    joint = f"{bent.robot.name}: joint {bent.joint}, {bent.side} side"
+    size = f"{record['mesh']} mesh, {bent.elements} elements, {bent.unknowns} unknowns, {record['seconds']:.0f} s"
+    yield f"{joint}, material set {bent.material}, {options.law}", "bold"
+    yield f"{size}, Poisson's ratio {options.poisson:g}{', mixed' if options.mixed else ''}", "dim"
+    yield _step_table(BEND_COLUMNS, record["steps"])
+    yield BEND_LEGEND, "dim"
+    if np.isfinite(squared := bent.r_squared()):
+        yield f"line over 100 to 250 kPa: R^2 = {squared:.4f}"
+    yield _outcome(bent)
+
+
+def _step_table(columns: Mapping[str, tuple[str, str]], steps: Iterable[Mapping[str, float]]) -> Any:
+    """Lay out steps of a record, a row for each; NaN leaves its cell empty."""
+    forms = {key: form for key, (_, form) in columns.items()}
+    rows = (["" if math.isnan(step[key]) else f"{step[key]:{form}}" for key, form in forms.items()] for step in steps)
+    return table([head for head, _ in columns.values()], rows, left=(), collapse_padding=True)
+
+
+def _outcome(bent: FeBend) -> tuple[str, str]:
+    """Return the sentence on a run with its style."""
+    return bent.status_text, "green" if bent.status == "converged" else "bold red"
+
+
+@fe_app.command("compare")
+def compare_command(
+    robot: opt.RobotName,
+    joint: opt.Joint,
+    pressure: opt.Pressures = COMPARISON_PRESSURES,
+    side: opt.Side = "left",
+    material: Material = None,
+    law: Law = FeOptions.law,
+    poisson: Poisson = FeOptions.poisson,
+    mixed: Mixed = FeOptions.mixed,
+    mesh: Mesh = FeOptions.mesh,
+    reasons: Annotated[
+        bool,
+        typer.Option(
+            "--reasons",
+            help="Turn the analytic model into finite elements step by step, and print the bend after each step.",
+        ),
+    ] = False,
+    output: Annotated[
+        str | None,
+        _folder(f"journal, states and {COMPARISON}. The same command resumes after the last pressure that is there."),
+    ] = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Compare the analytic model of a soft joint with finite elements, on the same geometry.
+
+    The exit code is 0 if all pressures were reached, 1 if one was not (those before it are printed), 2 for bad input.
+    """
+    fish = load(robot)
+    index, path = joint_index(joint, fish), _rising(pressure)
+    options = FeOptions(material, law, poisson, mesh, mixed)
+    with run_folder(output, JOURNAL) as folder, progress_bar("pressures", patience=0, lines=True) as report:
+        report(0, len(path))
+        bent = fe_bend(fish, index, path, side=side, options=options, folder=folder, progress=report, work="fe compare")
+    if not len(bent.pressure):  # and so nothing to compare
+        whole = bent.record() | {"command": command_line()}
+        emit(bent, record=lambda _: whole, lines=lambda bent: [_outcome(bent)], as_json=as_json, failed=True)
+    comparison = compare(bent, reasons=reasons)
+    record = comparison.record() | {"command": command_line()}
+    written = None if folder is None else str(folder / COMPARISON)
+    if written is not None:
+        write_atomically(written, f"{json_text(record)}\n".encode())
+    emit(
+        comparison,
+        record=lambda _: record,
+        lines=lambda comparison: _comparison_lines(comparison, record),
+        written=(written,),
+        as_json=as_json,
+        failed=bent.status != "converged",
+    )
+
+
+def _comparison_lines(compared: FeComparison, record: Mapping[str, Any]) -> Iterator[Any]:
+    """Lay out a comparison."""
+    bent = compared.fe
+    yield f"{bent.robot.name}: joint {bent.joint}, {bent.side} side, material set {bent.material}", "bold"
+    yield f"{record['mesh']} mesh, {bent.elements} elements, {record['seconds']:.0f} s", "dim"
+    yield _step_table(COMPARISON_COLUMNS, record["steps"])
+    yield COMPARISON_LEGEND, "dim"
+    squares = (bent.r_squared(), compared.analytic.r_squared())
+    if np.isfinite(squares).all():
+        yield f"line over 100 to 250 kPa: R^2 = {squares[0]:.4f} (FE), {squares[1]:.4f} (analytic)"
+    if compared.reasons:
+        yield f"From the analytic model to finite elements, {bent.pressure[-1] / 1e3:g} kPa:"
+        angles = [reason["bend_deg"] for reason in record["reasons"]]
+        changes = ["" if math.isnan(change) else f"{change:+.2f}" for change in np.diff([math.nan, *angles])]
+        bends = ["not found" if math.isnan(angle) else f"{angle:.2f}" for angle in angles]
+        rows = zip((reason.text for reason in compared.reasons), bends, changes, strict=True)
+        yield table(["", "bend\n[deg]", "change\n[deg]"], rows, collapse_padding=True)
+    yield _outcome(bent)
+
+
+@fe_app.command("reduce")
+def reduce_command(
+    robot: opt.RobotName,
+    joint: opt.Joint,
+    pressure: opt.Pressures = BEND_PRESSURES,
+    moment: Annotated[
+        Sequence[float] | None,
+        opt.values(
+            "--moment", "N m", "Couples on the tip in N m. (default: 5, to half of the moment that the pressure makes)"
+        ),
+    ] = None,
+    fill: Annotated[
+        float | None,
+        opt.number(
+            "--fill",
+            "kPa",
+            "Fill pressure in kPa: the right side has twice that less the left pressure, or none; 0 for one side "
+            "alone. (default: that of the robot's line)",
+        ),
+    ] = None,
+    material: Material = None,
+    law: Law = FeOptions.law,
+    poisson: Poisson = FeOptions.poisson,
+    mixed: Mixed = FeOptions.mixed,
+    mesh: Mesh = "coarse",
+    checkpoint: opt.Checkpoint = None,
+    output: opt.RobotOutput = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Reduce a joint of finite elements to a table of moment and volume for the twin.
+
+    Pressures are those of the left side; angles are positive to the left. Every couple takes about as long as
+    `fe bend`, so the mesh is coarse unless asked otherwise: half an hour per joint. The exit code is 1 if some points
+    were not reached (the table is fitted to the others), 2 for bad input.
+    """
+    fish = load(robot)
+    with progress_bar("points", lines=True) as progress:
+        reduced = reduce_joint(
+            fish,
+            joint_index(joint, fish),
+            pressure=_rising(pressure),
+            couple=moment,
+            fill=None if fill is None else 1e3 * fill,
+            options=FeOptions(material, law, poisson, mesh, mixed),
+            checkpoint=checkpoint,
+            progress=progress,
+        )
+    if output is not None:
+        write_reduced(robot, reduced, output)
+    emit(
+        reduced,
+        record=lambda reduced: reduced.record() | {"command": command_line(), "output": output},
+        lines=_reduced_lines,
+        written=(output,),
+        as_json=as_json,
+        failed=reduced.status != "converged",
+    )
+
+
+def _reduced_lines(reduced: ReducedJoint) -> Iterator[Any]:
+    """Lay out angles and volumes of the points, and the residuals of the table."""
+    fit = reduced.potential
+    heads = ["left\n[kPa]", "right\n[kPa]", *(f"{couple:+.3g} N m\n[deg]  [ml]" for couple in reduced.couple)]
+    rows = []
+    for p, (left, right) in enumerate(reduced.pressure / 1e3):
+        points = zip(np.degrees(reduced.angle[:, p]), 1e6 * reduced.volume[:, p, 0], strict=True)
+        cells = [f"{angle:.2f}  {volume:.3f}" if np.isfinite(angle) else "not found" for angle, volume in points]
+        rows.append([f"{left:.4g}", f"{right:.4g}", *cells])
+    yield f"{reduced.robot.name}: joint {reduced.joint}, mesh {reduced.options.mesh}", "bold"
+    yield table(heads, rows, left=())
+    rms = f"{1e3 * reduced.residual.moment:.3g} mN m and {1e6 * reduced.residual.volume:.2g} ml"
+    new = f"{1e3 * reduced.residual_new.moment:.3g} and {1e6 * reduced.residual_new.volume:.2g}"
+    yield f"table to {np.degrees(fit.reach):.1f} deg either way; residuals {rms} rms ({new} of couples not fitted)"
+    text = f"angle held, a side takes {fit.compliance:.2g} m^3/Pa for its own pressure, {fit.cross:.2g} for that of the"
+    yield f"{text} other side: {fit.compliance - fit.cross:.2g} at a constant sum"
+    yield reduced.status_text, "green" if reduced.status == "converged" else "bold yellow"
