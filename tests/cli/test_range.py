@@ -71,7 +71,7 @@ def test_a_robot_that_hardly_moves_has_no_range(run: Run) -> None:
         (("--power", "20", "--speed", "1", "--frequency", "2"), "--power cannot be combined with --frequency"),
         (("--gait", "optimised-0.5", "--frequency", "3"), "--gait cannot be combined with --frequency"),
         (("--gait", "optimise-0.5"), "did you mean optimised-0.5?"),
-        (("--frequency", "3"), "--amplitude is needed for a beat"),
+        (("--frequency", "3"), "--amplitude is missing: give it, or a gait"),
     ],
 )
 def test_bad_input_is_told_in_one_sentence(run: Run, options: tuple[str, ...], sentence: str) -> None:

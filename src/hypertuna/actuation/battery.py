@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from hypertuna import _core
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError
+from hypertuna.io.quantity import Column
 from hypertuna.metrics import cost_of_transport
 from hypertuna.ranges import POSITIVE
 from hypertuna.ranges import Range as Limits
 
+HOUR = 3600.0  # s
 POINTS = 32  # of Gauss-Legendre over the charge: voltage and current are smooth
 
 
@@ -38,18 +41,19 @@ def battery_columns(robot: Robot) -> dict[str, float]:
 class Range:
     """Range and endurance of a robot on one charge."""
 
-    power: float  # W of the servos
-    speed: float  # m/s through the water
-    cost_of_transport: float  # J/(kg m): P / (m |U|), Eq. 38 with the mass of the whole robot
-    reserve: float  # fraction of the usable charge that is kept
+    power: Annotated[float, Column("power_w")]  # W of the servos
+    speed: Annotated[float, Column("speed_m_s")]  # m/s through the water
+    # J/(kg m): P / (m |U|), Eq. 38 with the mass of the whole robot
+    cost_of_transport: Annotated[float, Column("cost_of_transport_j_per_kg_m")]
+    reserve: Annotated[float, Column("reserve")]  # fraction of the usable charge that is kept
     energy: float  # J: capacity of all cells at their nominal voltage
-    nominal_range: float  # m: all of that energy at the servos, no reserve, no losses
-    nominal_endurance: float  # s
-    delivered: float  # J that reach the servos, of the usable charge less the reserve
-    range: float  # m
-    endurance: float  # s
+    delivered: Annotated[float, Column("energy_at_servos_wh", divisor=HOUR)]  # J, of the usable charge less the reserve
     voltage: tuple[float, float]  # V of the battery under load, at the start and at the end
-    supply: float  # V: lowest voltage at the servos
+    supply: Annotated[float, Column("servo_supply_min_v")]  # V: lowest voltage at the servos
+    range: Annotated[float, Column("range_km", divisor=1e3)]  # m
+    endurance: Annotated[float, Column("endurance_h", divisor=HOUR)]  # s
+    nominal_range: Annotated[float, Column("nominal_range_km", divisor=1e3)]  # m: all `energy` at the servos, no losses
+    nominal_endurance: Annotated[float, Column("nominal_endurance_h", divisor=HOUR)]  # s
 
 
 def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) -> Range:

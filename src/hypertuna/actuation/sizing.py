@@ -17,9 +17,8 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.errors import InputError
-from hypertuna.io.quantity import Column, columns
+from hypertuna.io.quantity import DEGREES, Column, columns
 
-DEGREES = 180 / math.pi
 SAMPLE = 1e-3  # s between rows of a run
 BEATS, LAGS = 4, 6.0  # length of a run: beats and time constants of the line, whichever is longer
 STABLE = 1.5  # stiffness times step; Runge-Kutta is stable up to 2.7

@@ -10,10 +10,12 @@ import numpy as np
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import table
-from hypertuna.cli.emit import emit, made_by
+from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import GaitOptions, gait_degrees, gait_text
+from hypertuna.cli.twin import made_by_twin
 from hypertuna.description.robot import load
 from hypertuna.io.files import columns_csv
+from hypertuna.io.quantity import columns
 from hypertuna.simulation.dive import Dive, dive
 
 
@@ -53,43 +55,27 @@ def dive_command(
     )
 
 
-def _legs(result: Dive) -> list[dict[str, Any]]:
-    """Return both halves, names with units."""
-    return [
-        {
-            "fins_deg": math.degrees(leg.fins),
-            "depth_rate_m_s": leg.rate,
-            "pitch_deg": math.degrees(leg.pitch),
-            "pitch_range_deg": math.degrees(leg.pitch_range),
-            "roll_max_deg": math.degrees(leg.roll),
-            "speed_m_s": leg.speed,
-            "depth_from_m": leg.depth[0],
-            "depth_to_m": leg.depth[1],
-            "steady": leg.steady,
-        }
-        for leg in result.legs
-    ]
-
-
 def _record(result: Dive) -> dict[str, Any]:
     """Return the JSON record."""
     run = result.run
-    made = made_by(run.robot)
-    del made["joints"]  # the twin moves its joints by itself, not by a joint law
+    legs = [
+        columns(leg) | {"depth_from_m": leg.depth[0], "depth_to_m": leg.depth[1], "steady": leg.steady}
+        for leg in result.legs
+    ]
     return (
-        {"legs": _legs(result), "symmetry": result.symmetry}
+        {"legs": legs, "symmetry": result.symmetry}
         | {"status": run.status, "status_text": list(result.sentences)}
         | gait_degrees(run.gait)
         | {"duration_s": run.duration, "depth_m": float(run.depth[0]), "seed": run.seed}
         | {"frame": "depth down from the surface, pitch nose up, roll starboard down"}
-        | made
+        | made_by_twin(run.robot)
     )
 
 
 def _csv(result: Dive) -> str:
     """Write a dive as comma-separated values, one row per control period."""
     run = result.run
-    columns: dict[str, Any] = {
+    table: dict[str, Any] = {
         "time_s": run.time,
         "depth_m": run.depth,
         "pitch_deg": np.degrees(run.pitch),
@@ -103,7 +89,7 @@ def _csv(result: Dive) -> str:
         "north_m": run.position[:, 1],
         "electrical_power_w": run.data["power"],
     }
-    return columns_csv({key: value for key, value in _record(result).items() if key != "legs"}, columns)
+    return columns_csv({key: value for key, value in _record(result).items() if key != "legs"}, table)
 
 
 def _lines(result: Dive) -> Iterator[Any]:
@@ -113,9 +99,9 @@ def _lines(result: Dive) -> Iterator[Any]:
     yield f"{run.duration:g} s from a depth of {run.depth[0]:g} m", "dim"
     rows = []
     for leg in result.legs:
-        path = f"{leg.depth[0]:.2f} to {leg.depth[1]:.2f}"
-        angles = f"{math.degrees(leg.fins):+.3g}", path, f"{100 * leg.rate:+.1f}", f"{math.degrees(leg.pitch):+.1f}"
-        rows.append((*angles, f"{leg.speed:.3f}"))
+        fins, pitch = f"{math.degrees(leg.fins):+.3g}", f"{math.degrees(leg.pitch):+.1f}"
+        path, rate = f"{leg.depth[0]:.2f} to {leg.depth[1]:.2f}", f"{100 * leg.rate:+.1f}"
+        rows.append((fins, path, rate, pitch, f"{leg.speed:.3f}"))
     yield table(["fins\n[deg]", "depth\n[m]", "down\n[cm/s]", "pitch\n[deg]", "speed\n[m/s]"], rows, left=())
     yield ""
     good = run.status == "completed" and all(leg.right for leg in result.legs)

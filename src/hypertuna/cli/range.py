@@ -3,37 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Annotated, Any
-
-import typer
 
 from hypertuna.actuation.battery import Range, range_of
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import print_json, print_lines
 from hypertuna.cli.emit import emit
-from hypertuna.cli.gait import check_duration, gait_record
+from hypertuna.cli.gait import GaitOptions, check_duration, gait_record
 from hypertuna.cli.twin import BACKWARD, swims_forward
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
+from hypertuna.io.quantity import columns
 from hypertuna.paper.chapters.gaits import range_finding
 from hypertuna.paper.ledger import judge, published
 from hypertuna.simulation.twin import twin
-from hypertuna.swimming.gait import Gait, named_gait
+from hypertuna.swimming.gait import Gait
 
 PAPER = "hypertuna"  # the robot whose range is published
 
 
 @dataclass(frozen=True)
 class Cruise:
-    """Power and speed of a robot, and the twin's run that they are from."""
+    """A robot's range, and what it follows from."""
 
     robot: Robot
     power: float  # W, electrical
-    speed: float  # m/s; NaN if the robot does not swim forward
-    run: dict[str, Any] = field(default_factory=dict)  # JSON of the twin's run; empty if power and speed are given
+    range: Range | None  # none if the robot does not swim forward
+    run: dict[str, Any]  # JSON of the twin's run; empty if power and speed are given
 
 
 def range_command(
@@ -58,75 +56,44 @@ def range_command(
     """
     fish = load(robot)
     beat = {"--frequency": frequency, "--amplitude": amplitude, "--phase": phase}
-    _check_choice(gait, beat, power, speed)
-    if power is not None or speed is not None:
-        cruise = _given(fish, power, speed)
-    else:
-        cruise = _swum(fish, _gait(fish, gait, frequency, amplitude, phase), duration)
-    if not math.isfinite(cruise.power + cruise.speed):
-        if as_json:
-            none = {"power_w": cruise.power, "range_km": None, "endurance_h": None}
-            print_json(provenance(fish) | cruise.run | none)
-        else:
-            print_lines([(cruise.run["status_text"], "bold red")])
-        raise typer.Exit(1)
-    result = range_of(fish, power=cruise.power, speed=cruise.speed, reserve=reserve)
+    _check_source(gait, beat, power, speed)
+    facts: dict[str, Any] = {}
+    if power is None or speed is None:
+        lags = (0.0,) * len(amplitude) if phase is None and amplitude is not None else phase
+        power, speed, facts = _twin(fish, GaitOptions(gait, frequency, amplitude, lags).make(fish), duration)
+    elif speed <= 0:
+        raise InputError("must be greater than 0", key="--speed", value=f"{speed:g}", fix="give the speed ahead in m/s")
+    known = math.isfinite(power + speed)
     emit(
-        result,
-        record=lambda result: _record(cruise, result),
-        lines=lambda result: _lines(cruise, result),
+        Cruise(fish, power, range_of(fish, power=power, speed=speed, reserve=reserve) if known else None, facts),
+        record=_record,
+        lines=_lines,
         as_json=as_json,
-        failed=not cruise.run.get("settled", True),
+        failed=not (known and facts.get("settled", True)),
     )
 
 
-def _check_choice(gait: str | None, beat: dict[str, Any], power: float | None, speed: float | None) -> None:
+def _check_source(gait: str | None, beat: dict[str, Any], power: float | None, speed: float | None) -> None:
     """Check that power and speed come from one source."""
     swum = any(value is not None for value in beat.values())
-    given = power is not None or speed is not None
-    if gait is not None and (swum or given):
-        fix = "give the gait alone"
-        raise InputError(
-            "cannot be combined with --frequency, --amplitude, --phase, --power or --speed", key="--gait", fix=fix
-        )
-    if swum and given:
+    given = {"--power": power, "--speed": speed}
+    missing = [key for key, value in given.items() if value is None]
+    if gait is not None and (swum or len(missing) < 2):
+        rule = "cannot be combined with --frequency, --amplitude, --phase, --power or --speed"
+        raise InputError(rule, key="--gait", fix="give the gait alone")
+    if swum and len(missing) < 2:
         fix = "give either a beat for the twin, or power and speed"
         raise InputError("cannot be combined with --frequency, --amplitude or --phase", key="--power", fix=fix)
-    if not (gait is not None or swum or given):
+    if gait is None and not swum and len(missing) == 2:
         fix = "give --gait NAME, or --frequency and --amplitude, or --power and --speed"
         raise InputError("needs a gait, or power and speed", key="range", fix=fix)
+    if len(missing) == 1:
+        (other,) = given.keys() - {*missing}
+        raise InputError(f"is needed beside {other}", key=missing[0], fix="give both, or a gait")
 
 
-def _given(robot: Robot, power: float | None, speed: float | None) -> Cruise:
-    """Take power and speed as given."""
-    if power is None or speed is None:
-        key, other = ("--power", "--speed") if power is None else ("--speed", "--power")
-        raise InputError(f"is needed beside {other}", key=key, fix="give both, or a gait")
-    if speed <= 0:
-        raise InputError("must be greater than 0", key="--speed", value=f"{speed:g}", fix="give the speed ahead in m/s")
-    return Cruise(robot, power, speed)
-
-
-def _gait(
-    robot: Robot,
-    name: str | None,
-    frequency: float | None,
-    amplitude: Sequence[float] | None,
-    phase: Sequence[float] | None,
-) -> Gait:
-    """Make the gait of the options [Hz, deg]."""
-    if name is not None:
-        return named_gait(robot, name)
-    fix = "give --frequency and --amplitude, or --gait NAME"
-    if frequency is None:
-        raise InputError("is needed for a beat", key="--frequency", fix=fix)
-    if amplitude is None:
-        raise InputError("is needed for a beat", key="--amplitude", fix=fix)
-    return Gait.from_degrees(frequency=frequency, amplitude=amplitude, phase=phase or (0.0,) * len(amplitude))
-
-
-def _swum(robot: Robot, gait: Gait, duration: float) -> Cruise:
-    """Take power and speed from the twin."""
+def _twin(robot: Robot, gait: Gait, duration: float) -> tuple[float, float, dict[str, Any]]:
+    """Return power [W] and speed [m/s] of the twin, NaN if it does not swim forward, and the record of its run."""
     check_duration(gait, duration)
     run = twin(robot, gait, duration=duration, start="swimming")
     forward = swims_forward(run)
@@ -137,30 +104,20 @@ def _swum(robot: Robot, gait: Gait, duration: float) -> Cruise:
         "limits": list(run.limits),
         "status_text": " ".join([*run.sentences, *([] if forward else [BACKWARD])]),
     }
-    return Cruise(robot, run.power, run.speed if forward else math.nan, facts)
+    return run.power, run.speed if forward else math.nan, facts
 
 
-def _record(cruise: Cruise, result: Range) -> dict[str, Any]:
+def _record(cruise: Cruise) -> dict[str, Any]:
     """Return the JSON record."""
-    fish = cruise.robot
+    fish, result = cruise.robot, cruise.range
     record: dict[str, Any] = provenance(fish) | cruise.run
-    record |= {
-        "power_w": result.power,
-        "speed_m_s": result.speed,
-        "cost_of_transport_j_per_kg_m": result.cost_of_transport,
-        "mass_kg": fish.body.mass,
-        "battery": _battery(fish, result),
-        "reserve": result.reserve,
-        "energy_at_servos_wh": result.delivered / 3600,
-        "servo_supply_min_v": result.supply,
-        "range_km": result.range / 1e3,
-        "endurance_h": result.endurance / 3600,
-        "nominal_range_km": result.nominal_range / 1e3,
-        "nominal_endurance_h": result.nominal_endurance / 3600,
-    }
+    if result is None:
+        return record | {"power_w": cruise.power, "range_km": None, "endurance_h": None}
+    numbers = columns(result)
+    head = {key: numbers.pop(key) for key in ("power_w", "speed_m_s", "cost_of_transport_j_per_kg_m")}
+    record |= head | {"mass_kg": fish.body.mass, "battery": _battery(fish, result)} | numbers
     if fish.name == PAPER:
-        paper = published()
-        entry = judge(paper, range_finding(fish))
+        entry = judge(published(), range_finding(fish))
         facts = {"range_km": entry.published, "verdict": entry.verdict, "computed_km": entry.computed}
         record["published"] = facts | {"arithmetic": entry.note}
     return record
@@ -185,9 +142,13 @@ def _battery(robot: Robot, result: Range) -> dict[str, Any]:
     }
 
 
-def _lines(cruise: Cruise, result: Range) -> Iterator[Any]:
+def _lines(cruise: Cruise) -> Iterator[Any]:
     """Lay out a range with its arithmetic."""
-    fish, record = cruise.robot, _record(cruise, result)
+    fish, result = cruise.robot, cruise.range
+    if result is None:
+        yield cruise.run["status_text"], "bold red"
+        return
+    record = _record(cruise)
     battery = record["battery"]
     cells = f"{battery['cells']} cells x {battery['capacity_ah']:g} Ah x {battery['cell_v']:g} V"
     groups = f"{battery['series']} in series, {battery['parallel']} parallel"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -22,10 +22,11 @@ from hypertuna.simulation.twin import twin
 
 KILO = 1e3
 MIN_SPEED = 0.01  # 1/s: a robot slower than this many body lengths stands, and has no cost per distance
-# Variables in a CSV file, with the names of their columns.
-COLUMNS = {name: name for name in ("time", "angle_set", "angle", "angle_measured", "pump_pressure", "unit_pressure")}
-COLUMNS |= {"servo_angle": "servo_angle", "power": "electrical_power"}
-COLUMNS |= {name: name for name in ("x", "y", "heading", "speed", "status")}
+# Variables in a CSV file.
+COLUMNS = (
+    *("time", "angle_set", "angle", "angle_measured", "pump_pressure", "unit_pressure", "servo_angle"),
+    *("power", "x", "y", "heading", "speed", "status"),
+)
 BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
 
 
@@ -78,7 +79,7 @@ def twin_command(
         run,
         record=_record,
         lines=_lines,
-        columns=COLUMNS,
+        columns={name: "electrical_power" if name == "power" else name for name in COLUMNS},
         facts=_record,
         output=output,
         plot=plot,
@@ -94,6 +95,11 @@ def robot_with(name: str, line_bore: float | None) -> Robot:
     return fish if line_bore is None else with_bore(fish, 1e-3 * line_bore)
 
 
+def made_by_twin(robot: Robot) -> dict[str, Any]:
+    """Return what made a run of the twin, which moves its joints by itself, not by a joint law."""
+    return {key: value for key, value in made_by(robot).items() if key != "joints"}
+
+
 def kelvin(celsius: float | None) -> float | None:
     """Convert a temperature from degrees C to K."""
     return None if celsius is None else celsius + ZERO_CELSIUS
@@ -106,29 +112,27 @@ def swims_forward(run: TwinRun) -> bool:
 
 def _joints(run: TwinRun) -> list[dict[str, Any]]:
     """Return setpoint and motion of each joint group over the last whole beats."""
-    gait = run.gait
-    columns: dict[str, Any] = {
-        "amplitude_set_deg": gait.amplitude,
-        "amplitude_deg": run.swing,
-        "first_harmonic_deg": run.amplitude,
-        "peak_error_deg": run.swing - gait.amplitude,
-        "bias_set_deg": gait.bias,
-        "bias_deg": run.bias,
-        "phase_set_deg": gait.phase,
-        "phase_deg": run.phase,
-    }
-    return [
-        {"name": name} | {key: np.degrees(values[j]) for key, values in columns.items()}
-        for j, name in enumerate(run.joints)
-    ]
+    return _rows(
+        run.joints,
+        amplitude_set_deg=np.degrees(run.gait.amplitude),
+        amplitude_deg=np.degrees(run.swing),
+        first_harmonic_deg=np.degrees(run.amplitude),
+        peak_error_deg=np.degrees(run.swing - run.gait.amplitude),
+        bias_set_deg=np.degrees(run.gait.bias),
+        bias_deg=np.degrees(run.bias),
+        phase_set_deg=np.degrees(run.gait.phase),
+        phase_deg=np.degrees(run.phase),
+    )
 
 
 def _circuits(run: TwinRun) -> list[dict[str, Any]]:
     """Return the pressures of each oil circuit."""
-    return [
-        {"name": name, "pressure_max_kpa": run.pressure_max[c] / KILO, "pressure_min_kpa": run.pressure_min[c] / KILO}
-        for c, name in enumerate(run.circuits)
-    ]
+    return _rows(run.circuits, pressure_max_kpa=run.pressure_max / KILO, pressure_min_kpa=run.pressure_min / KILO)
+
+
+def _rows(names: Sequence[str], **columns: Any) -> list[dict[str, Any]]:
+    """Return a row of the columns for each name."""
+    return [{"name": name} | {key: values[k] for key, values in columns.items()} for k, name in enumerate(names)]
 
 
 def _sentences(run: TwinRun) -> list[str]:
@@ -138,8 +142,6 @@ def _sentences(run: TwinRun) -> list[str]:
 
 def _record(run: TwinRun) -> dict[str, Any]:
     """Return the JSON record."""
-    made = made_by(run.robot)
-    del made["joints"]  # the twin moves its joints by itself, not by a joint law
     return (
         {key: quantity.value for key, quantity in run.summary().items()}
         | ({} if swims_forward(run) else {"cost_of_transport_j_per_kg_m": math.nan})
@@ -148,7 +150,7 @@ def _record(run: TwinRun) -> dict[str, Any]:
         | gait_degrees(run.gait)
         | {"duration_s": run.duration, "medium": run.medium, "start": run.start, "seed": run.seed}
         | {"closed_loop": run.closed_loop, "oil_temperature_c": run.temperature - ZERO_CELSIUS}
-        | made
+        | made_by_twin(run.robot)
     )
 
 

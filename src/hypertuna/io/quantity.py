@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple, get_type_hints
+
+DEGREES = 180 / math.pi  # in a radian
 
 
 class Quantity(NamedTuple):
@@ -19,6 +22,7 @@ class Column(NamedTuple):
 
     name: str
     factor: float = 1.0  # from SI
+    divisor: float = 1.0  # from SI
     offset: float = 0.0  # from SI
 
 
@@ -26,9 +30,11 @@ def columns(result: Any) -> dict[str, Any]:
     """Return the fields of a result that have a `Column`, by its name and in its unit."""
     values = {}
     for key, hint in get_type_hints(type(result), include_extras=True).items():
-        for name, factor, offset in (part for part in getattr(hint, "__metadata__", ()) if isinstance(part, Column)):
-            value = getattr(result, key)
-            values[name] = value * factor + offset if offset else value * factor if factor != 1 else value
+        value = getattr(result, key)
+        for name, factor, divisor, offset in (
+            part for part in getattr(hint, "__metadata__", ()) if isinstance(part, Column)
+        ):
+            values[name] = value * factor / divisor + offset if isinstance(value, float) else value
     return values
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated, Any
 
 import numpy as np
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
+from hypertuna.io.quantity import DEGREES, Column
 from hypertuna.ranges import FINITE
 from hypertuna.simulation.sea import Sea
 from hypertuna.simulation.sea_run import SeaRun
@@ -25,12 +27,12 @@ RESTING = 0.05  # of the speed: a robot that goes up or down by less does neithe
 class Leg:
     """One half of a dive, measured over its last half."""
 
-    fins: float  # target angle of both fins, leading edge up [rad]
-    rate: float  # at which the depth grows [m/s]
-    pitch: float  # mean, nose up [rad]
-    pitch_range: float  # of the mean over beats [rad]
-    roll: float  # largest magnitude over the beats [rad]
-    speed: float  # mean through the water, ahead [m/s]
+    fins: Annotated[float, Column("fins_deg", DEGREES)]  # target angle of both fins, leading edge up [rad]
+    rate: Annotated[float, Column("depth_rate_m_s")]  # at which the depth grows [m/s]
+    pitch: Annotated[float, Column("pitch_deg", DEGREES)]  # mean, nose up [rad]
+    pitch_range: Annotated[float, Column("pitch_range_deg", DEGREES)]  # of the mean over beats [rad]
+    roll: Annotated[float, Column("roll_max_deg", DEGREES)]  # largest magnitude over the beats [rad]
+    speed: Annotated[float, Column("speed_m_s")]  # mean through the water, ahead [m/s]
     depth: tuple[float, float]  # of the nose at the start and the end of the whole leg [m]
 
     @property
@@ -56,8 +58,8 @@ class Dive:
     def legs(self) -> tuple[Leg, ...]:
         """Down and up; as far as the run went."""
         ends = ((0.0, self.switch, -self.angle), (self.switch, self.run.duration, self.angle))
-        done = self.run.time[-1] + self.run.tick if len(self.run.time) else 0.0
-        return tuple(self._leg(*end) for end in ends if done >= end[1] * (1 - 1e-9))
+        length = self.run.time[-1] + self.run.tick if len(self.run.time) else 0.0
+        return tuple(self._leg(*end) for end in ends if length >= end[1] * (1 - 1e-9))
 
     @property
     def symmetry(self) -> float:
@@ -67,29 +69,23 @@ class Dive:
     @property
     def sentences(self) -> tuple[str, ...]:
         """What happened, in words."""
-        run = self.run
-        if run.status == "diverged":
-            return (run.divergence,)
-        found = []
+        if self.run.status == "diverged":
+            return (self.run.divergence,)
+        sentences = []
         for leg, way in zip(self.legs, ("dives", "floats"), strict=True):
-            told = f"With its fins at {math.degrees(leg.fins):+.3g} deg it"
-            rate = f"{100 * abs(leg.rate):.3g} cm/s"
-            done = f"{way} at {rate}" if leg.right else f"does not: its depth changes by {100 * leg.rate:+.2g} cm/s"
+            rate = f"{way} at {100 * abs(leg.rate):.3g} cm/s"
+            result = rate if leg.right else f"does not: its depth changes by {100 * leg.rate:+.2g} cm/s"
             pitch = "steady" if leg.steady else f"not steady, it ranges over {math.degrees(leg.pitch_range):.2g} deg"
-            found.append(f"{told} {done}; its pitch is {pitch}.")
-        return tuple(found)
+            sentences.append(f"With its fins at {math.degrees(leg.fins):+.3g} deg it {result}; its pitch is {pitch}.")
+        return tuple(sentences)
 
     def _leg(self, start: float, end: float, fins: float) -> Leg:
         """Measure a leg."""
-        run = self.run
-        first, middle, last = (
-            int(np.searchsorted(run.time, t - 1e-9)) for t in (start, (start + end) / 2, end - run.tick)
-        )
-        late = slice(middle, last + 1)
-        beat = 1 / run.gait.frequency
-        inner = (run.time >= run.time[middle] + beat / 2) & (run.time <= run.time[last] - beat / 2)
+        run, depth = self.run, self.run.depth
+        first, middle, last = np.searchsorted(run.time, np.array([start, (start + end) / 2, end - run.tick]) - 1e-9)
+        late, half = slice(middle, last + 1), 0.5 / run.gait.frequency
+        inner = (run.time >= run.time[middle] + half) & (run.time <= run.time[last] - half)
         pitch = run.averaged(run.pitch)[inner] if inner.any() else run.pitch[late]
-        depth = run.depth
         return Leg(
             fins=fins,
             rate=float((depth[last] - depth[middle]) / (run.time[last] - run.time[middle])),
@@ -115,18 +111,14 @@ def dive(
 
     Parameters
     ----------
-    robot : Robot
-        With all that `twin_at_sea` takes.
-    gait : Gait
+    robot, gait, sea, seed
+        As in `twin_at_sea`.
     angle : float
-        Of the fins [rad].
+        Angle of the fins [rad].
     duration : float
-        Of both legs [s].
+        Duration of both legs [s].
     depth : float
-        At the start [m].
-    sea : Sea
-    seed : int
-        Of the sensors' noise.
+        Depth at the start [m].
 
     Returns
     -------
@@ -146,9 +138,6 @@ def dive(
         rule = f"must be at least eight beats, {8 / gait.frequency:.3g} s at {gait.frequency:g} Hz"
         raise InputError(rule, key="duration", value=f"{duration:g} s", fix="give 20 s or more: the robot must settle")
     switch = duration / 2
-
-    def fins(time: float) -> float:
-        return -angle if time < switch else angle
-
-    run = twin_at_sea(robot, gait, duration=duration, fins=fins, depth=depth, sea=sea, seed=seed)
+    options: Any = {"duration": duration, "depth": depth, "sea": sea, "seed": seed}
+    run = twin_at_sea(robot, gait, fins=lambda time: -angle if time < switch else angle, **options)
     return Dive(run, switch, angle)

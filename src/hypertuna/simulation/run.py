@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, require
@@ -21,12 +23,13 @@ from hypertuna.swimming.gait import Gait
 if TYPE_CHECKING:
     import xarray as xr
 
-SIDES = ("left", "right")
 LAST = 0.3  # part of the run that its last whole beats are taken from
 SETTLED = 2e-3  # largest relative change of speed or amplitude per beat of a run that counts as settled
 DRY = 0.02  # a pressure this near to the oil's cavitation pressure, relative, is at it
 FINER = 8  # instants between two ticks where a peak is looked for
 
+# Conditions of the controller's status, by bit: name to place ("joint", "circuit", "servo" or "robot") and meaning.
+CONDITIONS = {name: (place, text) for name, place, text in _core.condition_table()}
 # Dimension beside time, unit and meaning of everything that is recorded.
 Variables = dict[str, tuple[str, str, str]]
 VARIABLES: Variables = {
@@ -88,6 +91,11 @@ class Run:
         """Names of the circuits: I-left, I-right, ..."""
         return tuple(f"{joint}-{side}" for joint in self.joints for side in SIDES)
 
+    @property
+    def servos(self) -> tuple[str, ...]:
+        """Names of the servos: those of the circuits, and of the fins."""
+        return (*self.circuits, "fin 1", "fin 2")
+
     @cached_property
     def tick(self) -> float:
         """Control tick [s]."""
@@ -99,26 +107,21 @@ class Run:
         seconds = self.time.size * self.tick
         return f"The run diverged after {seconds:.2f} s: the plant's state is no longer a robot's."
 
-    def _labeled(self, names: Variables, coordinates: dict[str, list[str]], attributes: dict[str, Any]) -> xr.Dataset:
+    def _labeled(
+        self, names: Variables, coordinates: Mapping[str, Sequence[str]], attributes: dict[str, Any]
+    ) -> xr.Dataset:
         """Label the record: units and meaning of every variable, names along every dimension."""
-        bits = {name: 1 << bit for bit, (name, _, _) in enumerate(_core.condition_table())}
-        variables = {}
-        for name, (dim, unit, text) in names.items():
-            values = self.data[name].astype(np.int64) if name == "status" else self.data[name]
-            labels: dict[str, Any] = {"units": unit, "long_name": text}
-            if name == "status":
-                labels |= {"flag_masks": list(bits.values()), "flag_meanings": " ".join(bits)}
-            variables[name] = (("time", dim) if dim else ("time",), values, labels)
-        circuits = list(self.circuits)
-        places = {"joint": list(self.joints), "circuit": circuits, "servo": [*circuits, "fin 1", "fin 2"]} | coordinates
-        return dataset(
-            variables,
-            {
-                "time": ("time", self.time, {"units": "s", "long_name": "start of the control tick"}),
-                **{name: (name, labels) for name, labels in places.items()},
-            },
-            provenance(self.robot) | attributes,
-        )
+        variables: dict[str, Any] = {
+            name: (("time", dim) if dim else ("time",), self.data[name], {"units": unit, "long_name": text})
+            for name, (dim, unit, text) in names.items()
+        }
+        dims, status, labels = variables["status"]
+        flags = {"flag_masks": [1 << bit for bit in range(len(CONDITIONS))], "flag_meanings": " ".join(CONDITIONS)}
+        variables["status"] = (dims, status.astype(np.int64), labels | flags)
+        places = {"joint": self.joints, "circuit": self.circuits, "servo": self.servos, **coordinates}
+        time = ("time", self.time, {"units": "s", "long_name": "start of the control tick"})
+        labeled = {name: (name, list(texts)) for name, texts in places.items()}
+        return dataset(variables, {"time": time} | labeled, provenance(self.robot) | attributes)
 
 
 @dataclass(frozen=True)
@@ -145,11 +148,8 @@ class TwinRun(Run):
         """Speed of each of the last beats, displacement of the nose over the period, negative backward [m/s]."""
         if self.medium == "air" or not self.beat_count:
             return np.full(max(1, self.beat_count), math.nan)
-        last = self.time[-1]
-        ends = last - np.arange(self.beat_count, -1, -1) / self.gait.frequency
-        x, y, heading = (
-            _between(self.time, self.data[name], self._rates[name], ends) for name in ("x", "y", "heading")
-        )
+        ends = self.time[-1] - np.arange(self.beat_count, -1, -1) / self.gait.frequency
+        x, y, heading = (_between(self.time, self.data[name], rate, ends) for name, rate in self._rates.items())
         dx, dy = np.diff(x), np.diff(y)
         ahead = -(dx * np.cos(heading[:-1]) + dy * np.sin(heading[:-1]))
         result: Array = np.copysign(np.hypot(dx, dy), ahead) * self.gait.frequency
@@ -181,17 +181,13 @@ class TwinRun(Run):
         dict of str to Quantity
             By the keys of the JSON record.
         """
-        wet = self.medium == "water"
+        speed, bl, cost = ("speed", "", "cost of transport") if self.medium == "water" else (None, None, None)
         return {
-            "speed_m_s": Quantity(
-                self.speed, "m/s" + ", still changing" * (not self.settled), "speed" if wet else None
-            ),
-            "speed_bl_s": Quantity(self.speed_bl, "BL/s", "" if wet else None),
+            "speed_m_s": Quantity(self.speed, "m/s" if self.settled else "m/s, still changing", speed),
+            "speed_bl_s": Quantity(self.speed_bl, "BL/s", bl),
             "electrical_power_w": Quantity(self.power, "W", "electrical power"),
             "mechanical_power_w": Quantity(self.mechanical_power, "W", None),
-            "cost_of_transport_j_per_kg_m": Quantity(
-                self.cost_of_transport, "J/(kg m)", "cost of transport" if wet else None
-            ),
+            "cost_of_transport_j_per_kg_m": Quantity(self.cost_of_transport, "J/(kg m)", cost),
         }
 
     @property
@@ -253,19 +249,24 @@ class TwinRun(Run):
         """Largest pressure of any cylinder or drive unit at any time of the run [Pa]."""
         return float(max(self.data["pump_pressure_high"].max(), self.data["unit_pressure_high"].max()))
 
-    @cached_property
+    @property
     def flags(self) -> int:
         """Every flag of the controller's status that was ever set."""
         return int(np.bitwise_or.reduce(self.data["status"].astype(np.int64), initial=0))
 
     @cached_property
+    def _held(self) -> NDArray[np.bool_]:
+        """Whether each of `CONDITIONS` held in each tick (T, conditions)."""
+        flags = self.data["status"].astype(np.int64)
+        return np.asarray(flags[:, np.newaxis] >> np.arange(len(CONDITIONS)) & 1, dtype=bool)
+
+    @cached_property
     def acting(self) -> dict[str, float]:
-        """Part of the last beats' ticks in which each condition held, cavitation among them [1]."""
-        flags = self.data["status"][self.beats].astype(np.int64)
-        found = {name: float((flags >> bit & 1).mean()) for bit, (name, _, _) in enumerate(_core.condition_table())}
+        """Fraction of the last beats' ticks in which each condition held, cavitation among them [1]."""
+        fractions = dict(zip(CONDITIONS, self._held[self.beats].mean(axis=0).tolist(), strict=True))
         limit = require(self.robot.oil, "oil", self.robot).cavitation * (1 - DRY)
-        found["cavitation"] = float((self.data["pump_pressure_low"][self.beats].min(axis=1) < limit).mean())
-        return {name: part for name, part in found.items() if part > 0}
+        fractions["cavitation"] = float((self.data["pump_pressure_low"][self.beats].min(axis=1) < limit).mean())
+        return {name: fraction for name, fraction in fractions.items() if fraction > 0}
 
     @property
     def limits(self) -> tuple[str, ...]:
@@ -273,30 +274,30 @@ class TwinRun(Run):
         names = [name for name in self.acting if name.endswith(("_limit", "_stop", "cavitation", "low_voltage"))]
         return tuple(sorted(names, key=lambda name: -self.acting[name]))
 
-    @cached_property
+    @property
     def faults(self) -> tuple[str, ...]:
         """Names of the sensor faults that the controller detected, in the order of its table."""
-        names = enumerate(name for name, _, _ in _core.condition_table())
-        return tuple(name for bit, name in names if name.endswith("_fault") and self.flags >> bit & 1)
+        held = zip(CONDITIONS, self._held.T, strict=True)
+        return tuple(name for name, ticks in held if name.endswith("_fault") and ticks.any())
 
     @cached_property
     def sentences(self) -> tuple[str, ...]:
         """One sentence for the run, and one for each condition that held in it, with where and how often."""
         first = self.divergence if self.status == "diverged" else self._steadiness()
-        flags, places = self.data["status"].astype(np.int64), self.data["status_at"].astype(np.int64)
-        names = {"joint": self.joints, "circuit": self.circuits, "servo": (*self.circuits, "fin 1", "fin 2")}
-        found = []
-        for bit, (_, place, text) in enumerate(_core.condition_table()):
-            held = flags >> bit & 1 == 1
+        places = self.data["status_at"].astype(np.int64)
+        names = {"joint": self.joints, "circuit": self.circuits, "servo": self.servos}
+        sentences = [first]
+        for bit, (place, text) in enumerate(CONDITIONS.values()):
+            held = self._held[:, bit]
             if held.any():
                 where = int(np.bitwise_or.reduce(places[held, bit]))
                 here = [name for k, name in enumerate(names.get(place, ())) if where >> k & 1]
                 at = f" ({', '.join(here)})" if here else ""
-                found.append(f"{text[0].upper()}{text[1:]}{at}: {_percent(held.mean())} of the ticks.")
+                sentences.append(f"{text[0].upper()}{text[1:]}{at}: {_percent(held.mean())} of the ticks.")
         if "cavitation" in self.acting:
-            part = _percent(self.acting["cavitation"])
-            found.append(f"The oil cavitated in a cylinder: {part} of the last beats' ticks.")
-        return (first, *found)
+            fraction = _percent(self.acting["cavitation"])
+            sentences.append(f"The oil cavitated in a cylinder: {fraction} of the last beats' ticks.")
+        return tuple(sentences)
 
     def _steadiness(self) -> str:
         """Return the sentence on whether the run is settled."""
@@ -312,12 +313,10 @@ class TwinRun(Run):
         -------
         xarray.Dataset
         """
-        gait = self.gait
+        angles = {f"{key}_deg": np.degrees(getattr(self.gait, key)).tolist() for key in ("amplitude", "phase", "bias")}
         attributes = {
-            "frequency_hz": gait.frequency,
-            "amplitude_deg": np.degrees(gait.amplitude).tolist(),
-            "phase_deg": np.degrees(gait.phase).tolist(),
-            "bias_deg": np.degrees(gait.bias).tolist(),
+            "frequency_hz": self.gait.frequency,
+            **angles,
             "medium": self.medium,
             "closed_loop": int(self.closed_loop),
             "seed": self.seed,
@@ -328,7 +327,7 @@ class TwinRun(Run):
         }
         return self._labeled(VARIABLES, {}, attributes)
 
-    @cached_property
+    @property
     def _rates(self) -> dict[str, Array]:
         """Rates of the pose in the frame of the water."""
         c, s = np.cos(self.data["heading"]), np.sin(self.data["heading"])
@@ -342,13 +341,11 @@ class TwinRun(Run):
         if not self.beat_count:
             return np.full((1, angle.shape[1]), math.nan)
         fine = round(FINER / (self.gait.frequency * self.tick))  # instants of a beat
-        ends = self.time[-1] - np.arange(self.beat_count * fine, -1, -1) / (fine * self.gait.frequency)
-        swings = []
-        for g in range(angle.shape[1]):
-            path = _between(self.time, angle[:, g], rate[:, g], ends)
-            beats = np.stack([path[k * fine : (k + 1) * fine + 1] for k in range(self.beat_count)])
-            swings.append(np.ptp(beats, axis=1) / 2)
-        return np.stack(swings, axis=1)
+        instants = self.time[-1] - np.arange(self.beat_count * fine, -1, -1) / (fine * self.gait.frequency)
+        columns = zip(angle.T, rate.T, strict=True)
+        paths = np.stack([_between(self.time, *column, instants) for column in columns], axis=1)
+        beats = np.arange(self.beat_count)[:, np.newaxis] * fine + np.arange(fine + 1)
+        return np.asarray(np.ptp(paths[beats], axis=1) / 2)
 
     def _harmonic(self, name: str) -> NDArray[np.complex128]:
         """First harmonic of a column of every joint over the last beats: a for Re(a exp(i (2 pi f t - pi/2)))."""

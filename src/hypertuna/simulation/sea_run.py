@@ -131,6 +131,6 @@ class SeaRun(Run, Motion):
         -------
         xarray.Dataset
         """
-        labels = {"side": ["port", "starboard"], "quaternion": ["w", "x", "y", "z"]}
+        labels = {"side": ("port", "starboard"), "quaternion": ("w", "x", "y", "z")}
         attributes = {"frequency_hz": self.gait.frequency, "seed": self.seed, "status": self.status}
         return self._labeled(VARIABLES, labels, attributes)
