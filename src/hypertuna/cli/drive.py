@@ -12,17 +12,15 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Self
 
-import typer
 from rich.console import Console
 from rich.live import Live
 
-from hypertuna.cli.console import print_json, print_written
-from hypertuna.cli.link import FLUSH, Connect, Key, read_key
+from hypertuna.cli.emit import emit
+from hypertuna.cli.link import FLUSH, Connect, Key
 from hypertuna.cli.options import AsJson, file, text
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.radio.client import Client, connect
-from hypertuna.radio.dialect import need_radio
 from hypertuna.radio.drive import EVENT, Stick, gamepad, keys, moved, pressed, view
 from hypertuna.radio.log import RadioLogWriter, check_new
 from hypertuna.swimming.gait import named_gait
@@ -43,25 +41,26 @@ def drive_command(
     as_json: AsJson = False,
 ) -> None:
     """Drive a robot by keyboard or gamepad, with a live view of its messages. It is disarmed at the end."""
-    need_radio()
     fish = load(robot)
     if not sys.stdin.isatty():
         raise InputError("must be a terminal", key="standard input", value="none", fix="start it in a terminal")
     if log is not None:
         check_new(log)
     with ExitStack() as stack:
-        client = stack.enter_context(connect(place, key=read_key(key)))
+        client = stack.enter_context(connect(place, key=key))
         writer = stack.enter_context(RadioLogWriter(log, fish.name)) if log is not None else None
         client.listener = None if writer is None else writer.write
         stick = None if pad is None else stack.enter_context(Pad(pad, client.texts))
         stack.enter_context(_raw())
         disarmed = _drive(client, fish, stick, writer)
         messages = client.messages
-    if as_json:
-        print_json({"messages": messages, "disarmed": disarmed, "log": log})
-    else:
-        typer.echo(f"{messages} messages; the robot {'is disarmed' if disarmed else 'did not answer to disarm'}")
-        print_written(log)
+    emit(
+        disarmed,
+        record=lambda disarmed: {"messages": messages, "disarmed": disarmed, "log": log},
+        lines=lambda ok: [f"{messages} messages; the robot {'is disarmed' if ok else 'did not answer to disarm'}"],
+        written=(log,),
+        as_json=as_json,
+    )
     if not disarmed:
         fix = "it rests once its link_timeout has passed without a message"
         raise InputError("must be answered by the robot", key="disarm", value="silent", fix=fix)

@@ -7,48 +7,51 @@ import os
 import select
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import print_json, print_lines, print_written, progress_bar, table
+from hypertuna.cli.console import progress_bar, table
+from hypertuna.cli.emit import emit
 from hypertuna.cli.parsing import Setting
 from hypertuna.cli.parsing import number as read_number
 from hypertuna.errors import InputError
-from hypertuna.io.files import write_atomically
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.upload import download, upload
 from hypertuna.radio.calibration import KINDS, Calibration, Pair, calibrate, parse_sensor, read_pairs
 from hypertuna.radio.client import Client, connect
-from hypertuna.radio.dialect import SILENT, need_radio
+from hypertuna.radio.dialect import SILENT
 from hypertuna.radio.log import RadioLogWriter, check_new
 from hypertuna.radio.parameters import read_parameter, read_parameters, set_parameter
 
 link_app = opt.group("A robot over the radio; needs the extra radio, and log for logs.")
 
-PLACES = "udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600."
-Connect = Annotated[str, opt.text("--connect", PLACES, "PLACE")]
-Key = Annotated[str | None, opt.text("--key", "File with the 32-byte key that signs messages.", "FILE")]
 FLUSH = 2.0  # s of a log that a crash may cost
 SAMPLING = 2.0  # s of readings that one reference is taken over
+Known = dict[str, float]  # parameters on board before a calibration
+STEPS = {"bend": math.pi / 18000, "pressure": 100.0, "current": 0.01}  # SI per count in HYDRAULICS
 
 
-def read_key(path: str | None) -> bytes | None:
+def _read_key(path: str, _: str) -> bytes:
     """Read a key."""
-    if path is None:
-        return None
+    fix = "make one: openssl rand -out key 32"
     try:
         content = Path(path).read_bytes()
     except OSError as error:
-        fix = "make one: openssl rand -out key 32"
         raise InputError("must be a readable file", file=path, value=f"not ({error.strerror})", fix=fix) from None
     if len(content) != 32:
-        fix = "make one: openssl rand -out key 32"
         raise InputError("must have 32 bytes", file=path, value=f"{len(content)} long", fix=fix)
     return content
+
+
+PLACES = "udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600."
+Connect = Annotated[str, opt.text("--connect", PLACES, "PLACE")]
+Key = Annotated[
+    bytes | None, opt.option(("--key",), "File with the 32-byte key that signs messages.", "FILE", _read_key)
+]
 
 
 @link_app.command("params")
@@ -64,22 +67,20 @@ def params_command(
     as_json: opt.AsJson = False,
 ) -> None:
     """Read the parameters of a robot, or set some. The robot keeps them; it must be disarmed for that."""
-    need_radio()
     pairs: list[Setting] = settings or []
-    with connect(place, key=read_key(key)) as robot:
+    with connect(place, key=key) as robot:
         values = {name.lower(): set_parameter(robot, name.lower(), value) for name, value in pairs}
         if not values or output is not None:
             with progress_bar("parameters") as progress:
                 values = read_parameters(robot, progress)
-    if output is not None:
-        rows = [f"{name},{value:.9g}" for name, value in values.items()]
-        write_atomically(output, "\n".join(["name,value", *rows, ""]).encode())
-    if as_json:
-        print_json({"parameters": values, "written": output})
-        return
-    for name, value in values.items():
-        typer.echo(f"{name} = {value:.7g}")
-    print_written(output)
+    emit(
+        values,
+        record=lambda values: {"parameters": values, "written": output},
+        lines=lambda values: (f"{name} = {value:.7g}" for name, value in values.items()),
+        csv=lambda values: "".join(f"{row}\n" for row in ("name,value", *(f"{k},{v:.9g}" for k, v in values.items()))),
+        output=output,
+        as_json=as_json,
+    )
 
 
 @link_app.command("log")
@@ -91,12 +92,11 @@ def log_command(
     as_json: opt.AsJson = False,
 ) -> None:
     """Record all that a robot and its tank's camera send, for Foxglove, `identify` and `actuator fit`."""
-    need_radio()
     check_new(output)
     limit = math.inf if duration is None else duration
     if limit <= 0:
         raise InputError("must be positive", key="--duration", value=f"{limit:g}", fix="give seconds")
-    with connect(place, key=read_key(key)) as robot, RadioLogWriter(output, "") as log:
+    with connect(place, key=key) as robot, RadioLogWriter(output, "") as log:
         robot.listener = log.write
         begin, lost = time.monotonic(), None
         with progress_bar("seconds") as progress:
@@ -106,16 +106,14 @@ def log_command(
                 pass
             except InputError as error:
                 lost = error
-        facts: dict[str, Any] = {
-            "messages": log.messages,
-            "kinds": sorted(robot.last),
-            "seconds": time.monotonic() - begin,
-        }
-    if as_json:
-        print_json({"written": output, **facts})
-    else:
-        typer.echo(f"{facts['messages']} messages in {facts['seconds']:.0f} s: {', '.join(facts['kinds'])}")
-        print_written(output)
+        seconds = time.monotonic() - begin
+    emit(
+        sorted(robot.last),
+        record=lambda kinds: {"written": output, "messages": log.messages, "kinds": kinds, "seconds": seconds},
+        lines=lambda kinds: [f"{log.messages} messages in {seconds:.0f} s: {', '.join(kinds)}"],
+        written=(output,),
+        as_json=as_json,
+    )
     if lost is not None:
         raise lost
 
@@ -141,13 +139,15 @@ def mission_command(
     as_json: opt.AsJson = False,
 ) -> None:
     """Send a mission to a robot: it keeps the stored mission until it has all of the new one."""
-    need_radio()
     items = read_mission(mission).mission
-    with connect(place, key=read_key(key)) as robot, progress_bar("items") as progress:
+    with connect(place, key=key) as robot, progress_bar("items") as progress:
         upload(robot, items, progress)
-        count = len(download(robot))
-    print_json({"mission": mission, "items": count}) if as_json else typer.echo(
-        f"{mission}: {count} items are on board"
+        stored = download(robot)
+    emit(
+        stored,
+        record=lambda stored: {"mission": mission, "items": len(stored)},
+        lines=lambda stored: [f"{mission}: {len(stored)} items are on board"],
+        as_json=as_json,
     )
 
 
@@ -175,65 +175,36 @@ def calibrate_command(
     if (csv is None) == (sensor is None):
         raise InputError("must be given, or --sensor, and not both", key="--csv", fix="give one of them")
     if sensor is not None and place is None:
-        raise InputError(
-            "must name the connection to the robot", key="--connect", value="missing", fix="--sensor reads live"
-        )
-    if csv is not None:
-        calibrations = _from_file(csv, place, key)
-    elif sensor is not None and place is not None:
-        calibrations = _live(sensor, reference, place, key)
-    if as_json:
-        print_json({"sensors": [_record(one) for one in calibrations], "kept": place is not None})
-    else:
-        print_lines(_lines(calibrations, place))
-
-
-def _from_file(csv: str, place: str | None, key: str | None) -> tuple[Calibration, ...]:
-    """Calibrate from a file, with what the robot knows if it is to store the result."""
-    pairs = read_pairs(csv)
+        rule, fix = "must name the connection to the robot", "--sensor reads live"
+        raise InputError(rule, key="--connect", value="missing", fix=fix)
+    pairs = [] if csv is None else read_pairs(csv)
+    kind, references = "", []
+    if sensor is not None:
+        kind, _ = parse_sensor(sensor)
+        references = _references(kind, reference)
     calibrations = calibrate(pairs)
-    if place is None:
-        return calibrations
-    with connect(place, key=read_key(key)) as robot:
-        names = ["pulse_center", *(name for one in calibrations for name in one.parameters)]
-        known = {name: read_parameter(robot, name) for name in names}
-        calibrations = calibrate(pairs, pulse_center=known["pulse_center"])
-        _keep(robot, calibrations, known)
-    return calibrations
-
-
-def _live(sensor: str, reference: Sequence[float] | None, place: str, key: str | None) -> tuple[Calibration, ...]:
-    """Calibrate a sensor or a servo's zero, step by step."""
-    kind, index = parse_sensor(sensor)
-    references = _references(kind, reference)
-    with connect(place, key=read_key(key)) as robot:
-        sensed = [f"{kind}_zero_{index}", f"{kind}_scale_{index}"]
-        names = [f"servo_trim_{index}", "pulse_per_rad"] if kind == "servo" else sensed
-        known = {name: read_parameter(robot, name) for name in names}
-        live = _servo_live if kind == "servo" else _sensor_live
-        calibrations = live(robot, sensor, references, known)
-        _keep(robot, calibrations, known)
-    return calibrations
-
-
-def _record(one: Calibration) -> dict[str, Any]:
-    """Return the JSON record of a calibration."""
-    unit, factor = KINDS[parse_sensor(one.sensor)[0]]
-    return {
-        "sensor": one.sensor,
-        "points": one.points,
-        f"rms_{unit.lower()}": one.rms * factor,
-        "parameters": one.parameters,
-    }
+    if place is not None:
+        with connect(place, key=key) as robot:
+            if sensor is None:
+                known = _known(robot, ["pulse_center", *(name for one in calibrations for name in one.parameters)])
+                calibrations = calibrate(pairs, pulse_center=known["pulse_center"])
+            else:
+                calibrations, known = (_servo_live if kind == "servo" else _sensor_live)(robot, sensor, references)
+            _keep(robot, calibrations, known)
+    emit(
+        calibrations,
+        record=lambda calibrations: {"sensors": [one.record() for one in calibrations], "kept": place is not None},
+        lines=lambda calibrations: _lines(calibrations, place),
+        as_json=as_json,
+    )
 
 
 def _lines(calibrations: Sequence[Calibration], place: str | None) -> Iterator[Any]:
     """Lay out calibrations."""
     rows = []
     for one in calibrations:
-        unit, factor = KINDS[parse_sensor(one.sensor)[0]]
         parameters = ", ".join(f"{name} = {value:.7g}" for name, value in one.parameters.items())
-        rows.append((one.sensor, f"{one.points}", f"{one.rms * factor:.3g} {unit}", parameters))
+        rows.append((one.sensor, f"{one.points}", f"{one.rms * one.factor:.3g} {one.unit}", parameters))
     yield table(["sensor", "points", "rms", "parameters"], rows, left=range(4))
     yield "The robot keeps them." if place else "Nothing was sent: --connect sends them to a robot.", "dim"
 
@@ -250,7 +221,7 @@ def _references(kind: str, values: Sequence[float] | None) -> list[float]:
     return references
 
 
-def _keep(robot: Client, calibrations: tuple[Calibration, ...], known: Mapping[str, float]) -> None:
+def _keep(robot: Client, calibrations: tuple[Calibration, ...], known: Known) -> None:
     """Send all parameters of calibrations, or restore those that the robot had before."""
     kept: list[str] = []
     try:
@@ -281,25 +252,28 @@ def _answer(robot: Client, question: str) -> str:
     return line.decode(errors="replace").strip()
 
 
-def _sensor_live(
-    robot: Client, sensor: str, references: Sequence[float], known: Mapping[str, float]
-) -> tuple[Calibration, ...]:
+def _known(robot: Client, names: Sequence[str]) -> dict[str, float]:
+    """Read parameters of the robot."""
+    return {name: read_parameter(robot, name) for name in names}
+
+
+def _sensor_live(robot: Client, sensor: str, references: Sequence[float]) -> tuple[tuple[Calibration, ...], Known]:
     """Ask for one reference after another, and average the readings at each."""
     kind, index = parse_sensor(sensor)
     unit, factor = KINDS[kind]
-    zero, scale = (known[f"{kind}_{what}_{index}"] for what in ("zero", "scale"))
+    known = _known(robot, [f"{kind}_zero_{index}", f"{kind}_scale_{index}"])
+    zero, scale = known.values()
     pairs: list[Pair] = []
     for value in references:
         _answer(robot, f"bring {sensor} to {value:g} {unit}, hold it, and press Enter")
         reading = _reading(robot, kind, index)
         typer.echo(f"  it shows {reading * factor:.4g} {unit}", err=True)
         pairs.append((sensor, reading / scale + zero, value / factor))
-    return calibrate(pairs)
+    return calibrate(pairs), known
 
 
 def _reading(robot: Client, kind: str, index: int) -> float:
     """Average the readings of a sensor over SAMPLING seconds [SI]."""
-    step = {"bend": math.pi / 18000, "pressure": 100.0, "current": 0.01}[kind]
     each = 2 if kind == "bend" else 4
     field, place = (kind, index) if index < each else (f"{kind}_34", index - each)
     values: list[float] = []
@@ -310,17 +284,16 @@ def _reading(robot: Client, kind: str, index: int) -> float:
                 count = getattr(message, field)[place]
                 if count == SILENT:
                     raise InputError("must answer", key=f"{kind}_{index}", value="silent", fix="check its wires")
-                values.append(count * step)
+                values.append(count * STEPS[kind])
         if time.monotonic() > end + 10:
             raise InputError("must come from the robot", key="HYDRAULICS", value="silent", fix="come nearer")
     return sum(values) / len(values)
 
 
-def _servo_live(
-    robot: Client, sensor: str, references: Sequence[float], known: Mapping[str, float]
-) -> tuple[Calibration, ...]:
+def _servo_live(robot: Client, sensor: str, references: Sequence[float]) -> tuple[tuple[Calibration, ...], Known]:
     """Hold the servo at neutral, ask for its angle unless it is given, and subtract it from the trim."""
     name = f"servo_trim_{parse_sensor(sensor)[1]}"
+    known = _known(robot, [name, "pulse_per_rad"])
     if references:
         angle = references[0]
     else:
@@ -331,4 +304,4 @@ def _servo_live(
         finally:
             robot.arm(False)
     trim = known[name] - math.radians(angle) * known["pulse_per_rad"]
-    return (Calibration(sensor, {name: trim}, 0.0, 1),)
+    return (Calibration(sensor, {name: trim}, 0.0, 1),), known

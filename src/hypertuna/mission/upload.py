@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from hypertuna.control.mission import Mission
 from hypertuna.errors import InputError
-from hypertuna.radio.client import SYSTEM, Client
+from hypertuna.radio.client import SYSTEM, Client, make_message, of_kind
 from hypertuna.radio.dialect import dialect
 
 LOCAL = 1  # MAV_FRAME_LOCAL_NED
@@ -23,9 +22,7 @@ def items_of(mission: Mission, system: int) -> list[Any]:
     def add(command: int, values: tuple[float, ...], north: float = 0.0, east: float = 0.0, down: float = 0.0) -> None:
         numbers = [*values, *[0.0] * (4 - len(values))]
         place = (round(north * STEP), round(east * STEP), down)
-        items.append(
-            module.MAVLink_mission_item_int_message(system, 1, len(items), LOCAL, command, 0, 1, *numbers, *place)
-        )
+        items.append(make_message("mission_item_int", system, 1, len(items), LOCAL, command, 0, 1, *numbers, *place))
 
     bounds = (mission.depth_max, mission.reserve, mission.duration, mission.surface_every)
     more = (float(mission.stay) / STEP, 100 * mission.home_radius / STEP, mission.home_speed)
@@ -45,18 +42,13 @@ def items_of(mission: Mission, system: int) -> list[Any]:
 def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None] | None = None) -> None:
     """Send a mission; the robot keeps the former one until the new one is complete."""
     items = items_of(mission, robot.system)
-    count = dialect().MAVLink_mission_count_message
-    kinds = ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK")
-
-    def answers(m: Any) -> bool:
-        return m.get_type() in kinds and m.target_system == SYSTEM
-
-    answer = robot.ask(lambda: count(robot.system, 1, len(items)), answers, "mission")
+    answers = of_kind("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK", target_system=SYSTEM)
+    answer = robot.ask(robot.message("mission_count", len(items)), answers, "mission")
     while answer.get_type() != "MISSION_ACK":
         item = items[min(answer.seq, len(items) - 1)]
         if progress is not None:
             progress(answer.seq, len(items))
-        answer = robot.ask(functools.partial(_same, item), answers, f"mission item {item.seq}")
+        answer = robot.ask(item, answers, f"mission item {item.seq}")
     if answer.type != 0:
         word = dialect().enums["MAV_MISSION_RESULT"][answer.type].name.removeprefix("MAV_MISSION_").lower()
         raise InputError("must be accepted by the robot", key="mission", value=word.replace("_", " "),
@@ -65,21 +57,8 @@ def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None]
 
 def download(robot: Client) -> Sequence[Any]:
     """Read the mission on board."""
-    listing = dialect().MAVLink_mission_request_list_message
-    count = robot.ask(lambda: listing(robot.system, 1), lambda m: m.get_type() == "MISSION_COUNT", "mission").count
-    return [_item(robot, k) for k in range(count)]
-
-
-def _item(robot: Client, seq: int) -> Any:
-    """Ask for one item of the mission on board."""
-    request = dialect().MAVLink_mission_request_int_message
-    return robot.ask(
-        lambda: request(robot.system, 1, seq),
-        lambda m: m.get_type() == "MISSION_ITEM_INT" and m.seq == seq,
-        f"mission item {seq}",
-    )
-
-
-def _same(message: Any) -> Any:
-    """Return the same message at every try."""
-    return message
+    count = robot.ask(robot.message("mission_request_list"), of_kind("MISSION_COUNT"), "mission").count
+    return [
+        robot.ask(robot.message("mission_request_int", k), of_kind("MISSION_ITEM_INT", seq=k), f"mission item {k}")
+        for k in range(count)
+    ]

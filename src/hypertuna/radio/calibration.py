@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -36,6 +37,21 @@ class Calibration:
     parameters: dict[str, float]  # values to set on the robot [SI]
     rms: float  # of the residuals, in SI of the reference
     points: int
+
+    @property
+    def unit(self) -> str:
+        """Unit in which people read the reference."""
+        return KINDS[parse_sensor(self.sensor)[0]][0]
+
+    @property
+    def factor(self) -> float:
+        """Value of 1 in SI in that unit."""
+        return KINDS[parse_sensor(self.sensor)[0]][1]
+
+    def record(self) -> dict[str, Any]:
+        """Return the JSON record."""
+        rms = {f"rms_{self.unit.lower()}": self.rms * self.factor}
+        return {"sensor": self.sensor, "points": self.points, **rms, "parameters": self.parameters}
 
 
 def parse_sensor(text: str) -> tuple[str, int]:

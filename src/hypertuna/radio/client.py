@@ -56,7 +56,7 @@ def connect(text: str, *, key: bytes | None = None, patience: float = 10.0, list
         line.setup_signing(key, sign_outgoing=True)
     client = Client(line, listener)
     try:
-        heartbeat = client.wait(lambda m: m.get_type() == "HEARTBEAT", patience)
+        heartbeat = client.wait(of_kind("HEARTBEAT"), patience)
         if heartbeat is None:
             fix = "switch the robot on, and check address and key"
             raise InputError(f"must receive a message within {patience:g} s", key="--connect", value="silent", fix=fix)
@@ -110,7 +110,7 @@ class Client:
             now = time.monotonic()
             if now - self._beat >= HEARTBEAT:
                 self._beat = now
-                self.send(dialect().MAVLink_heartbeat_message(GROUND, NO_AUTOPILOT, 0, 0, 0, 3))
+                self.send(make_message("heartbeat", GROUND, NO_AUTOPILOT, 0, 0, 0, 3))
             with _connected():
                 left = max(0.0, min(end - now, POLL))
                 message = self._line.recv_match(blocking=timeout > 0, timeout=left)
@@ -153,10 +153,14 @@ class Client:
                     return message
         return None
 
-    def ask(self, message: Callable[[], Any], wanted: Callable[[Any], bool], what: str) -> Any:
+    def message(self, name: str, *values: Any) -> Any:
+        """Make a message to the robot whose first two fields are system and component."""
+        return make_message(name, self.system, 1, *values)
+
+    def ask(self, message: Any, wanted: Callable[[Any], bool], what: str) -> Any:
         """Send a message until it is answered; `what` names it in the error."""
         for _ in range(TRIES):
-            self.send(message())
+            self.send(message)
             if (answer := self.wait(wanted, PATIENCE)) is not None:
                 return answer
         value = f"silent after {TRIES} tries"
@@ -165,17 +169,16 @@ class Client:
     def command(self, what: int, *values: float, name: str = "command") -> None:
         """Send a MAV_CMD with up to seven parameters and wait for its acknowledgement."""
         numbers = [*values, *[0.0] * (7 - len(values))]
-        make = dialect().MAVLink_command_long_message
-        self._acknowledged(lambda: make(self.system, 1, what, 0, *numbers), what, name)
+        self._acknowledged(self.message("command_long", what, 0, *numbers), what, name)
 
-    def _acknowledged(self, make: Callable[[], Any], what: int, name: str) -> None:
+    def _acknowledged(self, message: Any, what: int, name: str) -> None:
         """Send a command until COMMAND_ACK, retry while the robot is busy, and raise the reason of a refusal."""
-        answer = self.ask(make, lambda m: m.get_type() == "COMMAND_ACK" and m.command == what, name)
+        answer = self.ask(message, of_kind("COMMAND_ACK", command=what), name)
         for _ in range(BUSY_TRIES):
             if answer.result_param2 != BUSY:
                 break
             self.wait(lambda m: False, PAUSE)
-            answer = self.ask(make, lambda m: m.get_type() == "COMMAND_ACK" and m.command == what, name)
+            answer = self.ask(message, of_kind("COMMAND_ACK", command=what), name)
         if answer.result != 0:
             refusals = [sentence for _, sentence in _core.refusal_table()]
             known = 0 < answer.result_param2 < len(refusals)
@@ -190,13 +193,11 @@ class Client:
         """Send the robot a key of 32 bytes, in the clear; from then on both sign, and the robot accepts nobody else."""
         if len(key) != 32:
             raise InputError("must have 32 bytes", key="key", value=f"{len(key)} long", fix="make one with `openssl`")
-        stamp = int((time.time() - EPOCH) * 1e5)
-        self.send(dialect().MAVLink_setup_signing_message(self.system, 1, key, stamp))
+        self.send(self.message("setup_signing", key, int((time.time() - EPOCH) * 1e5)))
         self._line.setup_signing(key, sign_outgoing=True)
         if self.wait(lambda m: m.get_type() == "HEARTBEAT" and m.get_signed(), 5 * HEARTBEAT) is None:
-            raise InputError(
-                "must be accepted by the robot", key="key", value="not accepted", fix="disarm it, and try again"
-            )
+            fix = "disarm it, and try again"
+            raise InputError("must be accepted by the robot", key="key", value="not accepted", fix=fix)
 
     def mode(self, name: str) -> None:
         """Change the source of the command: manual, gait or mission."""
@@ -209,14 +210,24 @@ class Client:
             whole = [round(math.degrees(float(value)) * 100) for value in values]
             return whole + [0] * (4 - len(whole))
 
-        make, what = dialect().MAVLink_gait_set_message, dialect().HYPERTUNA_CMD_GAIT
         rows = (row(gait.amplitude), row(gait.phase), row(gait.bias), row(fins)[:2])
-        self._acknowledged(lambda: make(round(gait.frequency * 1000), *rows, self.system, 1), what, "gait")
+        message = make_message("gait_set", round(gait.frequency * 1000), *rows, self.system, 1)
+        self._acknowledged(message, dialect().HYPERTUNA_CMD_GAIT, "gait")
 
     def manual(self, ahead: float, turn: float, climb: float) -> None:
         """Send the stick: ahead 0 to 1, turn (starboard) and climb -1 to 1. There is no answer; repeat it in time."""
         x, z, r = (round(1000 * max(-1.0, min(1.0, value))) for value in (-climb, ahead, turn))
-        self.send(dialect().MAVLink_manual_control_message(self.system, x, 0, z, r, 0))
+        self.send(make_message("manual_control", self.system, x, 0, z, r, 0))
+
+
+def make_message(name: str, *values: Any) -> Any:
+    """Make a message of the dialect."""
+    return getattr(dialect(), f"MAVLink_{name}_message")(*values)
+
+
+def of_kind(*kinds: str, **fields: Any) -> Callable[[Any], bool]:
+    """Return the predicate of messages of these kinds with these fields."""
+    return lambda m: m.get_type() in kinds and all(getattr(m, name) == value for name, value in fields.items())
 
 
 @contextlib.contextmanager
