@@ -12,10 +12,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self, TypeVar
 
-from pydantic import PrivateAttr, ValidationError, model_validator
+from pydantic import PrivateAttr, ValidationError
 
 from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
-from hypertuna.description.schema.base import Part, Text, entry, same_length, unique
+from hypertuna.description.schema.base import Part, Rule, Text, entry, same_length, unique
 from hypertuna.description.schema.body import (
     Body,
     Fitted,
@@ -23,11 +23,11 @@ from hypertuna.description.schema.body import (
     JointGroup,
     Links,
     NamedGait,
-    check_sizes,
+    sizes,
 )
 from hypertuna.description.schema.control import Controller, Sensor
-from hypertuna.description.schema.firmware import Firmware, check_firmware
-from hypertuna.description.schema.guidance import Guidance, check_guidance
+from hypertuna.description.schema.firmware import Firmware
+from hypertuna.description.schema.guidance import Guidance
 from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.description.schema.spatial import Fins, Spatial
 from hypertuna.description.schema.water import LAWS, Choice, Water
@@ -192,28 +192,72 @@ class Robot(Part):
         given = {written(place) for place, _ in _values(self.document())}
         return tuple(e.key for e in self.entries() if e.key in given and e.numeric and e.source is None)
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        _check_body(self)
-        _check_joints(self)
-        _check_model(self)
-        for law in LAWS:
-            if (part := getattr(self.water, law)) is not None:
-                same_length(part, f"water.{law}", len(self.links.name), "link")
+    def _rules(self) -> Iterator[Rule]:
+        """Yield the rules between tables."""
+        links, groups = self.links, len(self.joints)
+        length, mass = sum(links.length), sum(links.mass)
+        text, fix = f"must add up to body.length_m = {self.body.length:g}", "correct the links or the body length"
+        whole = math.isclose(length, self.body.length, rel_tol=TOLERANCE)
+        yield Rule(whole, "links.length_m", text, fix, f"{length:g} in all")
+        text = f"must add up to at most body.mass_kg = {self.body.mass:g}"
+        fix = "correct the links or the mass of the whole robot"
+        yield Rule(mass <= self.body.mass * (1 + TOLERANCE), "links.mass_kg", text, fix, f"{mass:g} in all")
+        yield from self._joint_rules()
+        law = self.model.water
+        fix = f"add the table [water.{law}] or choose another law in [model]"
+        known = getattr(self.water, law) is not None
+        yield Rule(known, "model.water", "must be a law with coefficients", fix, repr(law))
+        fix = "give it in Hz, or choose joints = 'ideal' in [model]"
+        for g, group in enumerate(self.joints):
+            known = self.model.joints != "bandwidth" or group.bandwidth is not None
+            yield Rule(known, f"joints[{g}].bandwidth_hz", "is missing for model.joints = 'bandwidth'", fix)
+        for name in LAWS:
+            if (part := getattr(self.water, name)) is not None:
+                same_length(part, f"water.{name}", len(links.name), "link")
         if self.spatial is not None:
-            same_length(self.spatial, "spatial", len(self.links.name), "link")
-            self.spatial.check_centers(self.links.length)
+            same_length(self.spatial, "spatial", len(links.name), "link")
+            yield from self.spatial.centers(links.length)
         if self.fins is not None:
-            self.fins.check_place(self.links.length[0])
+            yield self.fins.on_head(links.length[0])
         for name, gait in self.gaits.items():
-            same_length(gait, f"gaits.{name}", len(self.joints), "joint group")
+            same_length(gait, f"gaits.{name}", groups, "joint group")
         if self.gait_bounds is not None:
-            same_length(self.gait_bounds, "gait_bounds", len(self.joints), "joint group", but=("frequency",))
-        check_guidance(self.guidance, self.gaits, len(self.joints))
-        check_firmware(self.firmware, len(self.joints))
-        check_sizes(self.body.length, self.joints, self.drive_unit, self.pump)
-        _check_sources(self)
-        return self
+            same_length(self.gait_bounds, "gait_bounds", groups, "joint group", but=("frequency",))
+        if self.guidance is not None:
+            self.guidance.check_robot(self.gaits, groups)
+        if self.firmware is not None:
+            yield from self.firmware.sizes(groups)
+        yield from sizes(self.body.length, self.joints, self.drive_unit, self.pump)
+        yield from self._source_rules()
+
+    def _joint_rules(self) -> Iterator[Rule]:
+        """Yield the rules that groups share the existing joints, each joint once, with shares that add up to one."""
+        unique(tuple(group.name for group in self.joints), "joints[{}].name")
+        last = len(self.links.name) - 1
+        owner: dict[int, int] = {}
+        for g, group in enumerate(self.joints):
+            same_length(group, f"joints[{g}]", len(group.links), "link of the group")
+            for k, link in enumerate(group.links):
+                key = f"joints[{g}].links[{k}]"
+                fix = "joint i sits at the front end of link i, and link 0 is the head"
+                yield Rule(1 <= link <= last, key, f"must be a link from 1 to {last}", fix, shown(link))
+                other, text = owner.get(link), "must be in one joint group only"
+                yield Rule(other is None, key, text, "remove it from one", f"{link}, which joints[{other}] has too")
+                owner[link] = g
+            total, fix = sum(group.share), "leave share out for equal shares"
+            one = math.isclose(total, 1, rel_tol=TOLERANCE)
+            yield Rule(one, f"joints[{g}].share", "must add up to 1", fix, f"{total:g} in all")
+            if group.line is not None and self.controller is not None:
+                yield self.controller.fill(group.line.fill_pressure, f"joints[{g}].line.fill_pressure_pa")
+
+    def _source_rules(self) -> Iterator[Rule]:
+        """Yield the rules that every source belongs to a key or the start of one."""
+        content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"sources"})
+        places = [tuple(part for part in place if isinstance(part, str)) for place, _ in _values(content)]
+        known = dict.fromkeys(written(place[:n]) for place in places for n in range(1, len(place) + 1))
+        for key in self.sources:
+            fix = "" if key in known else did_you_mean(key, known)
+            yield Rule(key in known, written(("sources", key)), "must be a key with a value", fix)
 
 
 class _Cache(dict[Hashable, Any]):
@@ -287,71 +331,6 @@ def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:
         raise translate(error, document, Robot, file or None) from None
     robot._file = file
     return robot
-
-
-def _check_body(robot: Robot) -> None:
-    """Check that links add up to the body length and weigh no more than the robot."""
-    length, mass = sum(robot.links.length), sum(robot.links.mass)
-    if not math.isclose(length, robot.body.length, rel_tol=TOLERANCE):
-        raise InputError(
-            f"must add up to body.length_m = {robot.body.length:g}",
-            key="links.length_m",
-            value=f"{length:g} in all",
-            fix="correct the links or the body length",
-        )
-    if mass > robot.body.mass * (1 + TOLERANCE):
-        raise InputError(
-            f"must add up to at most body.mass_kg = {robot.body.mass:g}",
-            key="links.mass_kg",
-            value=f"{mass:g} in all",
-            fix="correct the links or the mass of the whole robot",
-        )
-
-
-def _check_joints(robot: Robot) -> None:
-    """Check that joint groups share the existing joints, each joint once, with shares that add up to one."""
-    unique(tuple(group.name for group in robot.joints), "joints[{}].name")
-    last = len(robot.links.name) - 1
-    owner: dict[int, int] = {}
-    for g, group in enumerate(robot.joints):
-        same_length(group, f"joints[{g}]", len(group.links), "link of the group")
-        for k, link in enumerate(group.links):
-            key = f"joints[{g}].links[{k}]"
-            if not 1 <= link <= last:
-                fix = "joint i sits at the front end of link i, and link 0 is the head"
-                raise InputError(f"must be a link from 1 to {last}", key=key, value=shown(link), fix=fix)
-            if link in owner:
-                taken = f"{link}, which joints[{owner[link]}] has too"
-                raise InputError("must be in one joint group only", key=key, value=taken, fix="remove it from one")
-            owner[link] = g
-        if not math.isclose(sum(group.share), 1, rel_tol=TOLERANCE):
-            value, fix = f"{sum(group.share):g} in all", "leave share out for equal shares"
-            raise InputError("must add up to 1", key=f"joints[{g}].share", value=value, fix=fix)
-        if group.line is not None and robot.controller is not None:
-            robot.controller.check_fill(group.line.fill_pressure, f"joints[{g}].line.fill_pressure_pa")
-
-
-def _check_model(robot: Robot) -> None:
-    """Check that the robot has the coefficients of its model."""
-    law = robot.model.water
-    if getattr(robot.water, law) is None:
-        fix = f"add the table [water.{law}] or choose another law in [model]"
-        raise InputError("must be a law with coefficients", key="model.water", value=repr(law), fix=fix)
-    for g, group in enumerate(robot.joints):
-        if robot.model.joints == "bandwidth" and group.bandwidth is None:
-            fix = "give it in Hz, or choose joints = 'ideal' in [model]"
-            raise InputError("is missing for model.joints = 'bandwidth'", key=f"joints[{g}].bandwidth_hz", fix=fix)
-
-
-def _check_sources(robot: Robot) -> None:
-    """Check that every source belongs to a key or the start of one."""
-    content = robot.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"sources"})
-    places = [tuple(part for part in place if isinstance(part, str)) for place, _ in _values(content)]
-    known = dict.fromkeys(written(place[:n]) for place in places for n in range(1, len(place) + 1))
-    for key in robot.sources:
-        if key not in known:
-            fix = did_you_mean(key, known)
-            raise InputError("must be a key with a value", key=written(("sources", key)), fix=fix)
 
 
 def _values(value: Any, place: Place = ()) -> Iterator[tuple[Place, Any]]:

@@ -1,10 +1,11 @@
 """The tables of the actuator in a robot description: drive units, soft joints, silicones."""
 
 import math
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from hypertuna.description.schema.base import (
     Degrees,
@@ -13,12 +14,12 @@ from hypertuna.description.schema.base import (
     Positive,
     PositiveDegrees,
     Real,
+    Rule,
     Text,
     entry,
     number,
     same_length,
 )
-from hypertuna.errors import InputError
 from hypertuna.ranges import Range
 
 NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where a braid encloses the largest volume
@@ -27,7 +28,7 @@ MIRRORED = 1e-9  # relative tolerance of symmetry between the two sides
 MaterialSet = Literal["datasheet", "fe", "tensile"]
 
 
-class DriveUnit(Part):
+class DriveUnit(Part, table="drive_unit"):
     """A McKibben muscle: a silicone hose in a braided net; one design for all joints."""
 
     outer_diameter: Positive = entry("outer diameter of the hose at rest", "m")
@@ -48,20 +49,14 @@ class DriveUnit(Part):
     matrix: Text = entry("material of sleeve and matrix, a key of the table materials")
     material_set: MaterialSet = entry("set of elastic constants to use", default="datasheet")
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.inner_diameter >= self.outer_diameter:
-            rule = f"must be less than outer_diameter_m = {self.outer_diameter:g}"
-            value, fix = f"{self.inner_diameter:g}", "exchange the two, or measure again"
-            raise InputError(rule, key="drive_unit.inner_diameter_m", value=value, fix=fix)
-        if self.braid_angle >= NEUTRAL_BRAID:
-            rule = f"must be less than {math.degrees(NEUTRAL_BRAID):.2f}, where pressure no longer shortens a muscle"
-            value, fix = f"{math.degrees(self.braid_angle):g}", "measure it from the axis of the hose"
-            raise InputError(rule, key="drive_unit.braid_angle_deg", value=value, fix=fix)
-        return self
+    def _rules(self) -> Iterator[Rule]:
+        yield self.ordered("inner_diameter", "outer_diameter", fix="exchange the two, or measure again")
+        neutral = f"{math.degrees(NEUTRAL_BRAID):.2f}, where pressure no longer shortens a muscle"
+        fix = "measure it from the axis of the hose"
+        yield Rule(self.braid_angle < NEUTRAL_BRAID, "braid_angle", f"must be less than {neutral}", fix)
 
 
-class Actuator(Part):
+class Actuator(Part, table="joints.actuator"):
     """The soft body of a joint in segments; in each, muscles bend an elliptical section of matrix."""
 
     lever: Positive = entry("distance of the drive units from the neutral layer", "m")
@@ -92,17 +87,14 @@ class Actuator(Part):
         """Distances of the left and the right drive units from the neutral layer [m]."""
         return self.lever * (1 + self.asymmetry / 2), self.lever * (1 - self.asymmetry / 2)
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _rules(self) -> Iterator[Rule]:
         same_length(self, "joints.actuator", len(self.segment_length), "segment")
-        if self.lever >= (narrowest := min(self.semi_minor)):
-            rule = f"must be less than the smallest semi_minor_m = {narrowest:g}: the drive units run inside the body"
-            value, fix = f"{self.lever:g}", "give it in m, measured from the neutral layer"
-            raise InputError(rule, key="joints.actuator.lever_m", value=value, fix=fix)
-        return self
+        narrowest = min(self.semi_minor)
+        text = f"must be less than the smallest semi_minor_m = {narrowest:g}: the drive units run inside the body"
+        yield Rule(self.lever < narrowest, "lever", text, "give it in m, measured from the neutral layer")
 
 
-class Reduced(Part):
+class Reduced(Part, table="joints.reduced"):
     """A soft joint as one angle, from finite elements or measurements, which the twin uses instead of the model.
 
     Angles are symmetric about the straight joint; the right side's volume at an angle is the left side's at -angle.
@@ -114,39 +106,32 @@ class Reduced(Part):
     )
     volume: tuple[Positive, ...] = entry("volume of oil in the drive units of the left side at each angle", "m^3")
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if len(self.angle) < MIN_ANGLES:
-            rule, value = f"must be at least {MIN_ANGLES} long", f"{len(self.angle)} long"
-            raise InputError(rule, key="joints.reduced.angle_deg", value=value, fix="give more angles")
-        same_length(self, "joints.reduced", len(self.angle), "angle")
-        _check_rising(self.angle, "joints.reduced.angle_deg", math.degrees(1), "sort the angles and give each once")
-        _check_rising(self.volume, "joints.reduced.volume_m3", 1.0, "count angles positive toward the left side")
-        reach, largest = self.angle[-1], max(map(abs, self.elastic))
-        for i, (a, b) in enumerate(zip(self.angle, reversed(self.angle), strict=True)):
-            if abs(a + b) > MIRRORED * reach:
-                value, fix = f"{math.degrees(a):g} against {math.degrees(b):g}", "give each angle with both signs"
-                rule = "must be symmetric about 0"
-                raise InputError(rule, key=f"joints.reduced.angle_deg[{i}]", value=value, fix=fix)
-        for i, (angle, a, b) in enumerate(zip(self.angle, self.elastic, reversed(self.elastic), strict=True)):
-            key, value = f"joints.reduced.elastic_n_m[{i}]", f"{a:g} at {math.degrees(angle):g} deg"
-            if abs(a + b) > MIRRORED * largest:
-                value += f", {b:g} on the other side"
-                raise InputError(
-                    "must be the opposite on the other side", key=key, value=value, fix="make the table odd"
-                )
-            if a * angle <= 0 and abs(angle) > MIRRORED * reach:
-                fix = "give the moment that holds the angle, not the one that straightens the joint"
-                raise InputError("must have the sign of the angle", key=key, value=value, fix=fix)
-        return self
+    def _rules(self) -> Iterator[Rule]:
+        count = len(self.angle)
+        fix = "give more angles"
+        yield Rule(count >= MIN_ANGLES, "angle", f"must be at least {MIN_ANGLES} long", fix, f"{count} long")
+        same_length(self, "joints.reduced", count, "angle")
+        degrees = tuple(map(math.degrees, self.angle))
+        yield from _rising("angle", degrees, "sort the angles and give each once")
+        yield from _rising("volume", self.volume, "count angles positive toward the left side")
+        reach, largest = degrees[-1], max(map(abs, self.elastic))
+        fix = "give each angle with both signs"
+        for i, (a, b) in enumerate(zip(degrees, reversed(degrees), strict=True)):
+            even = abs(a + b) <= MIRRORED * reach
+            yield Rule(even, f"angle[{i}]", "must be symmetric about 0", fix, f"{a:g} against {b:g}")
+        for i, (angle, a, b) in enumerate(zip(degrees, self.elastic, reversed(self.elastic), strict=True)):
+            where, value = f"elastic[{i}]", f"{a:g} at {angle:g} deg"
+            odd, text = abs(a + b) <= MIRRORED * largest, "must be the opposite on the other side"
+            yield Rule(odd, where, text, "make the table odd", f"{value}, {b:g} on the other side")
+            holding = a * angle > 0 or abs(angle) <= MIRRORED * reach
+            fix = "give the moment that holds the angle, not the one that straightens the joint"
+            yield Rule(holding, where, "must have the sign of the angle", fix, value)
 
 
-def _check_rising(values: tuple[float, ...], key: str, factor: float, fix: str) -> None:
-    """Check that a list rises; errors show its values times `factor`."""
-    for i, (a, b) in enumerate(pairwise(values)):
-        if b <= a:
-            value = f"{factor * b:g} after {factor * a:g}"
-            raise InputError("must rise from one to the next", key=f"{key}[{i + 1}]", value=value, fix=fix)
+def _rising(name: str, values: tuple[float, ...], fix: str) -> Iterator[Rule]:
+    """Yield the rules that a list rises."""
+    for i, (a, b) in enumerate(pairwise(values), 1):
+        yield Rule(a < b, f"{name}[{i}]", "must rise from one to the next", fix, f"{b:g} after {a:g}")
 
 
 class Material(Part):

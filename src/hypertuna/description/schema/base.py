@@ -5,12 +5,12 @@ attributes are in SI units and radians and carry none.
 """
 
 import math
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, NamedTuple
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, model_validator
 
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Range
 
 ZERO_CELSIUS = 273.15  # K
@@ -75,19 +75,60 @@ def entry(description: str, unit: str = "", *, key: str | None = None, **options
     return Key(description, unit, key, options)
 
 
+class Rule(NamedTuple):
+    """A rule on the values of a table."""
+
+    holds: bool
+    where: str  # attribute of the table, maybe with an index; or a key of the file, which has a dot
+    text: str
+    fix: str
+    value: str = ""  # default: that of the attribute, in the unit of the file
+
+
 class Part(BaseModel):
     """A table of the file: frozen, no unknown keys; its validator is built when the first file is read."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
+    table: ClassVar[str] = ""  # key of the table in errors
     renamed: ClassVar[Mapping[str, str]] = {}  # former keys of the table, refused with the present one
 
-    def __init_subclass__(cls, **options: Any) -> None:
+    def __init_subclass__(cls, table: str = "", **options: Any) -> None:
         """Turn keys into fields of pydantic, which collects them next."""
         super().__init_subclass__(**options)
+        cls.table = table
         for name, value in list(vars(cls).items()):
             if isinstance(value, Key):
                 setattr(cls, name, value.field(name))
+
+    def _rules(self) -> Iterable[Rule]:
+        """List the rules of the table; the first that does not hold is the error."""
+        return ()
+
+    @model_validator(mode="after")
+    def _check_rules(self) -> Self:
+        for holds, where, text, fix, value in self._rules():
+            if not holds:
+                key, present = self._entry(where)
+                raise InputError(text, key=key, value=value or present, fix=fix)
+        return self
+
+    def _entry(self, where: str) -> tuple[str, str]:
+        """Return key and value in the file of an attribute, maybe with an index, or of a key."""
+        if "." in where:
+            return where, ""
+        name, bracket, index = where.partition("[")
+        key = f"{self.table}.{type(self).model_fields[name].alias}{bracket}{index}"
+        value = self.model_dump(mode="json", include={name})[name]
+        value = value[int(index[:-1])] if bracket else value
+        return key, f"{value:g}" if isinstance(value, float) else shown(value)
+
+    def ordered(self, low: str, high: str, *, equal: bool = False, fix: str = "exchange the two") -> Rule:
+        """Return the rule that one value is less than another, or at most equal to it."""
+        below, above = getattr(self, low), getattr(self, high)
+        holds = below < above or (equal and below == above)
+        limit = "" if holds else f"{type(self).model_fields[high].alias} = {self._entry(high)[1]}"
+        return Rule(holds, low, f"must be {'at most' if equal else 'less than'} {limit}", fix)
 
 
 def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...] = ()) -> None:
@@ -103,21 +144,10 @@ def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...]
             )
 
 
-def check_order(part: Part, key: str, low: str, high: str, *, equal: bool = False) -> None:
-    """Check that one value of a table is less than another, or at most equal to it."""
-    below, above, fields = getattr(part, low), getattr(part, high), type(part).model_fields
-    if below > above or (below == above and not equal):
-        rule = f"must be {'at most' if equal else 'less than'} {fields[high].alias}"
-        raise InputError(rule, key=f"{key}.{fields[low].alias}", value=f"{below:g}", fix="exchange the two")
-
-
-def check_inside(places: tuple[float, ...], lengths: tuple[float, ...], key: str, fix: str) -> None:
-    """Check that a place on each link is within its length [m]."""
+def inside(places: tuple[float, ...], lengths: tuple[float, ...], where: str, fix: str) -> Iterator[Rule]:
+    """Yield the rules that a place on each link is within its length [m]."""
     for i, (place, length) in enumerate(zip(places, lengths, strict=True)):
-        if place > length:
-            raise InputError(
-                f"must lie inside the link, at most {length:g}", key=f"{key}[{i}]", value=f"{place:g}", fix=fix
-            )
+        yield Rule(place <= length, f"{where}[{i}]", f"must lie inside the link, at most {length:g}", fix, f"{place:g}")
 
 
 def unique(names: tuple[str, ...], key: str) -> None:

@@ -1,10 +1,8 @@
 """The tables of body, model, water and gaits in a robot description."""
 
 import math
-from collections.abc import Sequence
-from typing import Literal, Self
-
-from pydantic import model_validator
+from collections.abc import Iterator, Sequence
+from typing import Literal
 
 from hypertuna.description.schema.actuator import Actuator, DriveUnit, Reduced
 from hypertuna.description.schema.base import (
@@ -17,14 +15,14 @@ from hypertuna.description.schema.base import (
     Positive,
     PositiveDegrees,
     Real,
+    Rule,
     Text,
-    check_inside,
     entry,
+    inside,
     same_length,
     unique,
 )
 from hypertuna.description.schema.hydraulics import Line, Pump
-from hypertuna.errors import InputError
 
 
 class Body(Part):
@@ -36,7 +34,7 @@ class Body(Part):
     height: Positive | None = entry("largest height, fins included", "m", default=None)
 
 
-class Links(Part):
+class Links(Part, table="links"):
     """The rigid links, nose to tail, one column per quantity; link 0 is the head."""
 
     name: tuple[Text, ...] = entry("name of each link", min_length=1)
@@ -53,18 +51,14 @@ class Links(Part):
     lateral_area: tuple[Positive, ...] = entry("area of each link seen from the side", "m^2")
     wetted_area: tuple[Positive, ...] = entry("reference area of each link's friction", "m^2")
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _rules(self) -> Iterator[Rule]:
         same_length(self, "links", len(self.name), "link in links.name")
         unique(self.name, "links.name[{}]")
+        fix = "correct the link's mass and length"
         for i, inertia in enumerate(self.inertia):  # the default is not checked by its type
-            if not 0 < inertia < math.inf:
-                fix = "correct the link's mass and length"
-                value = f"{inertia:g}, from m l^2/12"
-                raise InputError("must be positive and finite", key=f"links.inertia_kg_m2[{i}]", value=value, fix=fix)
-        fix = "measure the center of mass from the link's front end in m"
-        check_inside(self.com, self.length, "links.com_m", fix)
-        return self
+            value = f"{inertia:g}, from m l^2/12"
+            yield Rule(0 < inertia < math.inf, f"inertia[{i}]", "must be positive and finite", fix, value)
+        yield from inside(self.com, self.length, "com", "measure the center of mass from the link's front end in m")
 
 
 class JointGroup(Part):
@@ -106,7 +100,7 @@ class NamedGait(Part):
     )
 
 
-class GaitBounds(Part):
+class GaitBounds(Part, table="gait_bounds"):
     """Bounds of the gaits that optimizers search, lowest and highest value; equal bounds fix the value."""
 
     frequency: tuple[Positive, Positive] = entry("lowest and highest beat frequency", "Hz")
@@ -122,19 +116,15 @@ class GaitBounds(Part):
         default_factory=lambda bounds: ((0.0, 0.0),) * len(bounds["amplitude"]),
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        places = {"frequency_hz": self.frequency}
-        for name, kind in (("amplitude_deg", "amplitude"), ("phase_deg", "phase"), ("bias_deg", "bias")):
-            places |= {f"{name}[{g}]": pair for g, pair in enumerate(getattr(self, kind))}
+    def _rules(self) -> Iterator[Rule]:
+        places: dict[str, tuple[float, float]] = {"gait_bounds.frequency_hz": self.frequency}
+        for kind in ("amplitude", "phase", "bias"):
+            places |= {f"gait_bounds.{kind}_deg[{g}]": pair for g, pair in enumerate(getattr(self, kind))}
         for place, (low, high) in places.items():
-            if low > high:
-                fix = "exchange the two"
-                raise InputError("must be the lowest value, then the highest", key=f"gait_bounds.{place}", fix=fix)
-        return self
+            yield Rule(low <= high, place, "must be the lowest value, then the highest", "exchange the two")
 
 
-class Fitted(Part):
+class Fitted(Part, table="fit"):
     """Result of an identification: values and their covariance, in SI units."""
 
     text: Text = entry("sentence that states what was fitted to what")
@@ -150,33 +140,27 @@ class Fitted(Part):
         "covariance of the values, or of their logarithms in log scale; the bounds are a weak prior"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _rules(self) -> Iterator[Rule]:
+        count = len(self.names)
         columns = {n: getattr(self, n) for n in ("units", "scale", "value", "lower", "upper", "covariance")}
         columns |= {f"covariance[{i}]": row for i, row in enumerate(self.covariance)}
         for name, column in columns.items():
-            if len(column) != len(self.names):
-                rule, fix = f"must be {len(self.names)} long, like fit.names", "identify again"
-                raise InputError(rule, key=f"fit.{name}", value=f"{len(column)} long", fix=fix)
-        return self
+            text, value = f"must be {count} long, like fit.names", f"{len(column)} long"
+            yield Rule(len(column) == count, name, text, "identify again", value)
 
 
-def check_sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, pump: Pump | None) -> None:
-    """Check that muscles and lines fit into their sections, and sections and pump into the body."""
-    inside = [(f"pump.{name}_m", getattr(pump, name)) for name in ("bore", "crank", "rod") if pump is not None]
+def sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, pump: Pump | None) -> Iterator[Rule]:
+    """Yield the rules that muscles and lines fit into their sections, and sections and pump into the body."""
+    within = [(f"pump.{name}_m", getattr(pump, name)) for name in ("bore", "crank", "rod") if pump is not None]
     for g, group in enumerate(joints):
         if (body := group.actuator) is None:
             continue
         for name in ("segment_length", "semi_major", "semi_minor"):
-            inside += [(f"joints[{g}].actuator.{name}_m[{i}]", size) for i, size in enumerate(getattr(body, name))]
+            within += [(f"joints[{g}].actuator.{name}_m[{i}]", size) for i, size in enumerate(getattr(body, name))]
         runs = [(f"joints[{g}].line.bore_m", group.line.bore)] if group.line is not None else []
         runs += [("drive_unit.outer_diameter_m", unit.outer_diameter)] if unit is not None else []
         width = 2 * min(body.semi_minor)
-        for key, value in runs:
-            if value >= width:
-                rule = f"must be less than {width:g}, the width of the narrowest section of joint {group.name}"
-                raise InputError(rule, key=key, value=f"{value:g}", fix="give it in m")
-    for key, value in inside:
-        if value >= length:
-            rule = f"must be less than body.length_m = {length:g}: it is inside the body"
-            raise InputError(rule, key=key, value=f"{value:g}", fix="give it in m")
+        text = f"must be less than {width:g}, the width of the narrowest section of joint {group.name}"
+        yield from (Rule(value < width, key, text, "give it in m", f"{value:g}") for key, value in runs)
+    text = f"must be less than body.length_m = {length:g}: it is inside the body"
+    yield from (Rule(value < length, key, text, "give it in m", f"{value:g}") for key, value in within)

@@ -1,8 +1,7 @@
 """The tables of the controller and the sensors in a robot description."""
 
-from typing import TYPE_CHECKING, Literal, Self
-
-from pydantic import model_validator
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Literal
 
 from hypertuna.description.channels import CHANNELS
 from hypertuna.description.schema.base import (
@@ -12,14 +11,13 @@ from hypertuna.description.schema.base import (
     Positive,
     PositiveDegrees,
     Real,
+    Rule,
     Text,
-    check_order,
     entry,
 )
-from hypertuna.errors import InputError
 
 
-class Controller(Part):
+class Controller(Part, table="controller"):
     """The controller on board: oscillators, posture control per beat, pressure supervisor, servo pulses."""
 
     rate: Positive = entry("control rate", "Hz")
@@ -45,19 +43,16 @@ class Controller(Part):
     pulse_max: Microseconds = entry("longest servo pulse", "us")
     slew: Positive = entry("largest rate of the commanded servo angle", "rad/s")
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        check_order(self, "controller", "pressure_soft", "pressure_hard")
-        check_order(self, "controller", "pulse_min", "pulse_center")
-        check_order(self, "controller", "pulse_center", "pulse_max")
-        return self
+    def _rules(self) -> Iterator[Rule]:
+        yield self.ordered("pressure_soft", "pressure_hard")
+        yield self.ordered("pulse_min", "pulse_center")
+        yield self.ordered("pulse_center", "pulse_max")
 
-    def check_fill(self, pressure: float, key: str) -> None:
-        """Check that the supervisor allows a circuit its fill pressure."""
-        if pressure >= self.pressure_soft:
-            rule = f"must be less than controller.pressure_soft_pa = {self.pressure_soft:g}"
-            fix = "lower the fill pressure or raise the limit"
-            raise InputError(rule, key=key, value=f"{pressure:g}", fix=fix)
+    def fill(self, pressure: float, key: str) -> Rule:
+        """Return the rule that the supervisor allows a circuit its fill pressure."""
+        text = f"must be less than controller.pressure_soft_pa = {self.pressure_soft:g}"
+        fix = "lower the fill pressure or raise the limit"
+        return Rule(pressure < self.pressure_soft, key, text, fix, f"{pressure:g}")
 
 
 if TYPE_CHECKING:
@@ -66,7 +61,7 @@ else:
     Quantity = Literal[tuple(CHANNELS)]
 
 
-class Sensor(Part):
+class Sensor(Part, table="sensors"):
     """Sensors of one kind and their errors."""
 
     measures: Text = entry("quantity that is measured, in words")
@@ -85,19 +80,15 @@ class Sensor(Part):
     nonlinearity: NotNegative = entry("largest deviation from a line, as a fraction of its range", default=0.0)
     period: Positive | None = entry("time between two fixes, for quantity = 'position' only", "s", default=None)
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.period is not None and self.quantity != "position":
-            rule, fix = "belongs to quantity = 'position'", "leave it out: all other sensors are read every tick"
-            raise InputError(rule, key="sensors.period_s", value=f"{self.period:g}", fix=fix)
+    def _rules(self) -> Iterator[Rule]:
+        fix = "leave it out: all other sensors are read every tick"
+        timed = self.period is None or self.quantity == "position"
+        yield Rule(timed, "period", "belongs to quantity = 'position'", fix)
         if self.quantity is None:
-            return self
+            return
         fix = "give the range of the sensor in SI units"
-        if self.low is None or self.high is None:
-            key = "sensors.low" if self.low is None else "sensors.high"
-            raise InputError(f"is missing beside quantity = {self.quantity!r}", key=key, fix=fix)
-        if self.low >= self.high or self.high <= 0:
-            raise InputError(
-                "must be positive and greater than low", key="sensors.high", value=f"{self.high:g}", fix=fix
-            )
-        return self
+        for name in ("low", "high"):
+            missing = getattr(self, name) is None
+            yield Rule(not missing, f"sensors.{name}", f"is missing beside quantity = {self.quantity!r}", fix)
+        low, high = self.low or 0.0, self.high or 0.0
+        yield Rule(high > max(low, 0.0), "high", "must be positive and greater than low", fix)

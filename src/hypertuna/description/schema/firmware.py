@@ -1,8 +1,6 @@
 """The table of the firmware in a robot description: pins of the microcontroller, limits of the supervisor."""
 
-from typing import Self
-
-from pydantic import model_validator
+from collections.abc import Iterator
 
 from hypertuna.description.channels import ANALOG, CHANNELS
 from hypertuna.description.schema.base import (
@@ -13,11 +11,11 @@ from hypertuna.description.schema.base import (
     Positive,
     PositiveDegrees,
     PositiveFraction,
-    check_order,
+    Rule,
     entry,
 )
-from hypertuna.errors import InputError
-from hypertuna.ranges import Whole
+
+MAX_ID = 250  # of MAVLink
 
 # Teensy 4.1, by PJRC's card of its pins. Pins 42 to 47 are the card's, and those above lie under the board.
 PINS = range(42)
@@ -30,7 +28,7 @@ def _pins_key(quantity: str) -> str:
     return f"{quantity}_pin" if CHANNELS[quantity].size == 1 else f"{quantity}_pins"
 
 
-class Firmware(Part):
+class Firmware(Part, table="firmware"):
     """The firmware: pins, and limits of the supervisor on board; without influence on simulations."""
 
     servo_pins: tuple[Index, ...] = entry(
@@ -67,49 +65,38 @@ class Firmware(Part):
         pins = getattr(self, _pins_key(quantity))
         return (pins,) if isinstance(pins, int) else pins
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        check_order(self, "firmware", "analog_low", "analog_high")
-        check_order(self, "firmware", "link_timeout", "home_timeout")
-        Whole(max=250).check(self.system_id, "firmware.system_id", "choose another number for this robot")
-        self._check_pins()
-        return self
-
-    def _check_pins(self) -> None:
-        """Check that the microcontroller has the pins and ports, each for one use alone."""
+    def _rules(self) -> Iterator[Rule]:
+        """Yield the rules: the microcontroller has the pins and ports, each for one use alone."""
+        yield self.ordered("analog_low", "analog_high")
+        yield self.ordered("link_timeout", "home_timeout")
+        identity = self.system_id <= MAX_ID
+        yield Rule(identity, "system_id", f"must be at most {MAX_ID}", "choose another number for this robot")
         uses = dict(DEPTH)
         for name in ("imu_serial", "position_serial", "radio_serial"):
             port = getattr(self, name)
-            if port not in PORTS:
-                rule = f"must be from 1 to {max(PORTS)}"
-                raise InputError(rule, key=f"firmware.{name}", value=str(port), fix="choose another port")
+            yield Rule(port in PORTS, name, f"must be from 1 to {max(PORTS)}", "choose another port")
             for pin in PORTS[port]:
-                _take(uses, pin, name)
+                yield _free(uses, pin, name)
         analog = tuple(map(_pins_key, ANALOG))
         for name in ("servo_pins", "leak_pin", *analog):
             given = getattr(self, name)
+            text = "must be one of 14 to 27 or 38 to 41" if name in analog else "must be from 0 to 41"
             for pin in (given,) if isinstance(given, int) else given:
-                if pin not in (ANALOG_PINS if name in analog else PINS):
-                    rule = "must be one of 14 to 27 or 38 to 41" if name in analog else "must be from 0 to 41"
-                    raise InputError(rule, key=f"firmware.{name}", value=str(pin), fix="choose another pin")
-                _take(uses, pin, name)
+                exists = pin in (ANALOG_PINS if name in analog else PINS)
+                yield Rule(exists, name, text, "choose another pin", f"{pin}")
+                yield _free(uses, pin, name)
+
+    def sizes(self, groups: int) -> Iterator[Rule]:
+        """Yield the rules that every servo and sensor has its pin."""
+        counts = {"servo_pins": (self.servo_pins, 2 * groups + 2)}
+        counts |= {_pins_key(name): (self.analog_pins(name), CHANNELS[name].count(groups)) for name in ANALOG}
+        for name, (pins, count) in counts.items():
+            text = f"must be {count} long, for {groups} joint group{'s' * (groups != 1)}"
+            yield Rule(len(pins) == count, f"firmware.{name}", text, f"give {count} pins", f"{len(pins)} long")
 
 
-def _take(uses: dict[int, str], pin: int, key: str) -> None:
-    """Assign a pin to its use; a pin has one only."""
-    if pin in uses:
-        rule, fix = f"must leave pin {pin} to {uses[pin]}", "wire one of the two elsewhere"
-        raise InputError(rule, key=f"firmware.{key}", fix=fix)
-    uses[pin] = key
-
-
-def check_firmware(firmware: Firmware | None, groups: int) -> None:
-    """Check that every servo and sensor has its pin."""
-    if firmware is None:
-        return
-    sizes = {"servo_pins": (firmware.servo_pins, 2 * groups + 2)}
-    sizes |= {_pins_key(name): (firmware.analog_pins(name), CHANNELS[name].count(groups)) for name in ANALOG}
-    for name, (pins, count) in sizes.items():
-        if len(pins) != count:
-            rule = f"must be {count} long, for {groups} joint group{'s' * (groups != 1)}"
-            raise InputError(rule, key=f"firmware.{name}", value=f"{len(pins)} long", fix=f"give {count} pins")
+def _free(uses: dict[int, str], pin: int, name: str) -> Rule:
+    """Assign a pin to its use; return the rule that it has no other."""
+    other = uses.setdefault(pin, name)
+    text = f"must leave pin {pin} to {other}"
+    return Rule(other == name, f"firmware.{name}", text, "wire one of the two elsewhere")

@@ -1,10 +1,8 @@
 """The table of the pilot in a robot description: estimator, steering, response to faults."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import pairwise
-from typing import ClassVar, Self
-
-from pydantic import model_validator
+from typing import ClassVar
 
 from hypertuna.description.schema.base import (
     NotNegative,
@@ -13,16 +11,15 @@ from hypertuna.description.schema.base import (
     PositiveDegrees,
     PositiveFraction,
     Real,
+    Rule,
     Text,
-    check_order,
     entry,
     same_length,
 )
-from hypertuna.errors import InputError
 from hypertuna.ranges import check_name
 
 
-class Guidance(Part):
+class Guidance(Part, table="guidance"):
     """The pilot on board: where the robot is, where it goes, and when it comes home."""
 
     renamed: ClassVar[Mapping[str, str]] = {
@@ -94,25 +91,17 @@ class Guidance(Part):
     power: Positive = entry("electrical power at the fastest gait, for the energy to reach home", "W")
     overhead: NotNegative = entry("time added to every estimated return home", "s")
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.speed is not None:
-            if len(self.speed) != len(self.gaits):
-                rule, fix = f"must be {len(self.gaits)} long, one per gait", "give a speed per gait, or none"
-                value = f"{len(self.speed)} long"
-                raise InputError(rule, key="guidance.speed_m_s", value=value, fix=fix)
-            if any(b <= a for a, b in pairwise(self.speed)):
-                rule, fix = "must rise from gait to gait", "put the slowest gait first"
-                raise InputError(rule, key="guidance.speed_m_s", value=f"{list(self.speed)}", fix=fix)
-        check_order(self, "guidance", "error_near", "error_max", equal=True)
-        check_order(self, "guidance", "error_max", "error_lost", equal=True)
-        return self
+    def _rules(self) -> Iterator[Rule]:
+        count, speed = len(self.gaits), self.speed or ()
+        text, fix = f"must be {count} long, one per gait", "give a speed per gait, or none"
+        yield Rule(self.speed is None or len(speed) == count, "speed", text, fix, f"{len(speed)} long")
+        rising = all(a < b for a, b in pairwise(speed))
+        yield Rule(rising, "speed", "must rise from gait to gait", "put the slowest gait first", f"{list(speed)}")
+        yield self.ordered("error_near", "error_max", equal=True)
+        yield self.ordered("error_max", "error_lost", equal=True)
 
-
-def check_guidance(guidance: Guidance | None, gaits: Collection[str], groups: int) -> None:
-    """Check that the pilot's gaits exist and that each joint group has its largest bias."""
-    if guidance is None:
-        return
-    for k, name in enumerate(guidance.gaits):
-        check_name(name, gaits, f"guidance.gaits[{k}]", "gait")
-    same_length(guidance, "guidance", groups, "joint group", but=("gaits", "speed"))
+    def check_robot(self, gaits: Collection[str], groups: int) -> None:
+        """Check that the pilot's gaits exist and that each joint group has its largest bias."""
+        for k, name in enumerate(self.gaits):
+            check_name(name, gaits, f"guidance.gaits[{k}]", "gait")
+        same_length(self, "guidance", groups, "joint group", but=("gaits", "speed"))

@@ -1,8 +1,6 @@
 """The tables of the hydraulics in a robot description: pump, oil, lines, servos, battery."""
 
-from typing import Self
-
-from pydantic import model_validator
+from collections.abc import Iterator
 
 from hypertuna import _core
 from hypertuna.description.schema.base import (
@@ -18,16 +16,16 @@ from hypertuna.description.schema.base import (
     PositiveDegrees,
     PositiveFraction,
     Real,
+    Rule,
     Text,
     entry,
 )
-from hypertuna.errors import InputError
 
 HOTTEST = ZERO_CELSIUS + 100  # K: the higher of the two temperatures with a given viscosity
 THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is undefined there and below
 
 
-class Pump(Part):
+class Pump(Part, table="pump"):
     """One cylinder of the piston pump: a servo turns a crank that drives a piston."""
 
     bore: Positive = entry("diameter of the piston", "m")
@@ -36,15 +34,12 @@ class Pump(Part):
     neutral: PositiveDegrees = entry("angle of the crank from full retraction at which the circuits were filled", "deg")
     dead_volume: NotNegative = entry("volume of oil in the cylinder at full stroke", "m^3")
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.rod <= self.crank:
-            rule, fix = f"must be more than crank_m = {self.crank:g}", "a shorter rod cannot turn the crank"
-            raise InputError(rule, key="pump.rod_m", value=f"{self.rod:g}", fix=fix)
-        return self
+    def _rules(self) -> Iterator[Rule]:
+        text, fix = f"must be more than crank_m = {self.crank:g}", "a shorter rod cannot turn the crank"
+        yield Rule(self.rod > self.crank, "rod", text, fix)
 
 
-class Oil(Part):
+class Oil(Part, table="oil"):
     """The hydraulic oil."""
 
     name: Text = entry("name of the oil")
@@ -57,29 +52,18 @@ class Oil(Part):
     pour_point: Celsius = entry("temperature below which the oil does not flow", "degC")
     cavitation: Negative = entry("gauge pressure below which the oil cavitates", "Pa")
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.viscosity_100 >= self.viscosity_40:
-            rule = f"must be less than viscosity_40_m2_s = {self.viscosity_40:g}"
-            value, fix = f"{self.viscosity_100:g}", "exchange the two: oil thins as it warms"
-            raise InputError(rule, key="oil.viscosity_100_m2_s", value=value, fix=fix)
-        if self.viscosity_100 <= THINNEST:
-            rule = f"must be more than {THINNEST:g}, below which ASTM D341 has no logarithm"
-            value, fix = f"{self.viscosity_100:g}", "give it in m^2/s"
-            raise InputError(rule, key="oil.viscosity_100_m2_s", value=value, fix=fix)
-        if self.cavitation <= -_core.ATMOSPHERE:
-            rule = f"must be more than {-_core.ATMOSPHERE:g}, a perfect vacuum"
-            value, fix = f"{self.cavitation:g}", "give the pressure above atmosphere"
-            raise InputError(rule, key="oil.cavitation_pa", value=value, fix=fix)
-        if not self.pour_point <= self.temperature <= HOTTEST:
-            low, high, here = (kelvin - ZERO_CELSIUS for kelvin in (self.pour_point, HOTTEST, self.temperature))
-            rule = f"must be from oil.pour_point_c = {low:.5g} to {high:g}"
-            value, fix = f"{here:.5g}", "give a temperature at which the oil flows"
-            raise InputError(rule, key="oil.temperature_c", value=value, fix=fix)
-        return self
+    def _rules(self) -> Iterator[Rule]:
+        yield self.ordered("viscosity_100", "viscosity_40", fix="exchange the two: oil thins as it warms")
+        text = f"must be more than {THINNEST:g}, below which ASTM D341 has no logarithm"
+        yield Rule(self.viscosity_100 > THINNEST, "viscosity_100", text, "give it in m^2/s")
+        text = f"must be more than {-_core.ATMOSPHERE:g}, a perfect vacuum"
+        yield Rule(self.cavitation > -_core.ATMOSPHERE, "cavitation", text, "give the pressure above atmosphere")
+        low, high = (kelvin - ZERO_CELSIUS for kelvin in (self.pour_point, HOTTEST))
+        flows, text = self.pour_point <= self.temperature <= HOTTEST, f"oil.pour_point_c = {low:.5g} to {high:g}"
+        yield Rule(flows, "temperature", f"must be from {text}", "give a temperature at which the oil flows")
 
 
-class Line(Part):
+class Line(Part, table="joints.line"):
     """The oil line from a cylinder to the drive units of one side of a joint, and the compliance of its circuit."""
 
     length: Positive = entry("length of the line", "m")
@@ -90,15 +74,12 @@ class Line(Part):
     loss: NotNegative = entry("loss coefficient of entry and exit, in units of the dynamic pressure", default=0.0)
     fill_pressure: Real = entry("gauge pressure with the tail straight and the pump at neutral", "Pa", default=0.0)
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.bore >= self.length:
-            rule = f"must be less than length_m = {self.length:g}: a line is longer than it is wide"
-            raise InputError(rule, key="joints.line.bore_m", value=f"{self.bore:g}", fix="give both in m")
-        return self
+    def _rules(self) -> Iterator[Rule]:
+        text = f"must be less than length_m = {self.length:g}: a line is longer than it is wide"
+        yield Rule(self.bore < self.length, "bore", text, "give both in m")
 
 
-class Battery(Part):
+class Battery(Part, table="battery"):
     """The battery."""
 
     cells: Count = entry("number of cells")
@@ -117,16 +98,12 @@ class Battery(Part):
     )
     efficiency: PositiveFraction = entry("efficiency of the converter", key="converter_efficiency", default=1.0)
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.series is not None and self.cells % self.series:
-            rule, fix = f"must divide cells = {self.cells}", "give the number of cells of one string"
-            raise InputError(rule, key="battery.series", value=str(self.series), fix=fix)
-        if self.charged is not None and not self.voltage <= self.charged < 2 * self.voltage:
-            rule = f"must be from voltage_v = {self.voltage:g} to less than twice that"
-            value, fix = f"{self.charged:g}", "give the voltage of one full cell"
-            raise InputError(rule, key="battery.charged_v", value=value, fix=fix)
-        return self
+    def _rules(self) -> Iterator[Rule]:
+        whole = self.series is None or self.cells % self.series == 0
+        yield Rule(whole, "series", f"must divide cells = {self.cells}", "give the number of cells of one string")
+        full = self.charged is None or self.voltage <= self.charged < 2 * self.voltage
+        text = f"must be from voltage_v = {self.voltage:g} to less than twice that"
+        yield Rule(full, "charged", text, "give the voltage of one full cell")
 
 
 class Servo(Part):

@@ -1,8 +1,6 @@
 """The tables of a robot description that motion in space needs: heights and sections of the links, fins."""
 
-from typing import Self
-
-from pydantic import model_validator
+from collections.abc import Iterator
 
 from hypertuna.description.schema.base import (
     Fraction,
@@ -11,13 +9,13 @@ from hypertuna.description.schema.base import (
     Positive,
     PositiveDegrees,
     Real,
-    check_inside,
+    Rule,
     entry,
+    inside,
 )
-from hypertuna.errors import InputError
 
 
-class Spatial(Part):
+class Spatial(Part, table="spatial"):
     """The links in space, one value per link; heights are above the axis through the joints."""
 
     com_height: tuple[Real, ...] = entry("height of each center of mass", "m")
@@ -51,14 +49,13 @@ class Spatial(Part):
         default=None,
     )
 
-    def check_centers(self, length: tuple[float, ...]) -> None:
-        """Check that every center of buoyancy lies inside its link."""
-        check_inside(
-            self.buoyancy_center, length, "spatial.buoyancy_center_m", "measure it from the link's front end in m"
-        )
+    def centers(self, length: tuple[float, ...]) -> Iterator[Rule]:
+        """Yield the rules that every center of buoyancy lies inside its link."""
+        fix = "measure it from the link's front end in m"
+        return inside(self.buoyancy_center, length, "spatial.buoyancy_center_m", fix)
 
 
-class Fins(Part):
+class Fins(Part, table="fins"):
     """The pair of pectoral fins: flat plates on both sides of the head, pitched by servos."""
 
     x: NotNegative = entry("distance of the centers of area from the nose, along the head", "m")
@@ -71,16 +68,11 @@ class Fins(Part):
     bandwidth: Positive = entry("bandwidth of the servos' first-order lag", "Hz")
     speed: Positive = entry("largest rate of the servos", "rad/s")
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.y < self.span / 2:
-            rule = f"must be at least half of span_m = {self.span:g}"
-            fix = "measure it from the middle plane to the middle of a fin, in m"
-            raise InputError(rule, key="fins.y_m", value=f"{self.y:g}", fix=fix)
-        return self
+    def _rules(self) -> Iterator[Rule]:
+        fix = "measure it from the middle plane to the middle of a fin, in m"
+        yield Rule(self.y >= self.span / 2, "y", f"must be at least half of span_m = {self.span:g}", fix)
 
-    def check_place(self, head: float) -> None:
-        """Check that the fins are on the head."""
-        if self.x > head:
-            rule = f"must be on the head, at most {head:g}"
-            raise InputError(rule, key="fins.x_m", value=f"{self.x:g}", fix="measure it from the nose in m")
+    def on_head(self, head: float) -> Rule:
+        """Return the rule that the fins are on the head."""
+        text, fix = f"must be on the head, at most {head:g}", "measure it from the nose in m"
+        return Rule(self.x <= head, "fins.x_m", text, fix, f"{self.x:g}")
