@@ -21,7 +21,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
 from hypertuna.optimization.optimize import optimize
 from hypertuna.optimization.optimum import Margin, Optimum
-from hypertuna.optimization.robust import STATISTICS
+from hypertuna.optimization.problem import STATISTICS
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import KINDS, Gait
 

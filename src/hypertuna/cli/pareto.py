@@ -17,7 +17,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.io.files import rows_csv
 from hypertuna.optimization.objective import OBJECTIVES
 from hypertuna.optimization.pareto import SLOW, Front, pareto
-from hypertuna.optimization.robust import STATISTICS
+from hypertuna.optimization.problem import STATISTICS
 from hypertuna.swimming.beat import DEFAULT_STEPS
 
 ROWS = 24  # points of the front that the terminal shows

@@ -9,6 +9,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
+from hypertuna.ranges import POSITIVE
 from hypertuna.swimming.gait import Gaits
 
 
@@ -61,8 +62,8 @@ def gait_limits(
     values = {"joint_rate": joint_rate, "torque": torque, "speed": speed}
     values["strouhal"] = None if strouhal is None else min(strouhal)
     for key, value in values.items():
-        if value is not None and not (np.isfinite(value) and value > 0):
-            raise InputError("must be greater than 0", key=key, value=f"{value:g}", fix="or leave it out")
+        if value is not None:
+            POSITIVE.check(value, key, "or leave it out")
     limits: list[Limit] = []
     groups = [group.name for group in robot.joints]
     if joint_rate is not None:
@@ -70,7 +71,11 @@ def gait_limits(
     if torque is not None:
         limits.append(Limit("torque_peak", torque, unit="N m"))
     if amplitude_by_bandwidth:
-        _check_reach(robot)
+        for g, group in enumerate(robot.joints):
+            for key, needed in (("amplitude_max_deg", group.amplitude_max), ("bandwidth_hz", group.bandwidth)):
+                if needed is None:
+                    rule = "is needed to limit the amplitude by bandwidth"
+                    raise InputError(rule, file=robot.file or None, key=f"joints[{g}].{key}", fix="add it to the file")
         limits += [Limit(f"reach_{name}", 1.0) for name in groups]
     if strouhal is not None:
         low, high = strouhal
@@ -105,12 +110,3 @@ def gait_quantities(robot: Robot, gaits: Gaits) -> tuple[dict[str, Array], dict[
             gradient[:, 0], gradient[:, 1 + g] = unit * by_frequency, unit * by_amplitude
             values[f"{name}_{group.name}"], gradients[f"{name}_{group.name}"] = unit * value, gradient
     return values, gradients
-
-
-def _check_reach(robot: Robot) -> None:
-    """Check that amplitudes can be limited by bandwidth."""
-    for g, group in enumerate(robot.joints):
-        for key, value in (("amplitude_max_deg", group.amplitude_max), ("bandwidth_hz", group.bandwidth)):
-            if value is None:
-                rule = "is needed to limit the amplitude by bandwidth"
-                raise InputError(rule, file=robot.file or None, key=f"joints[{g}].{key}", fix="add it to the file")

@@ -71,13 +71,7 @@ class DesignSpace:
 
     def directions(self, robot: Robot) -> Array:
         """Return the derivatives of all model parameters by the coordinates, shape (parameters, dim) [1]."""
-        parameters = parameter_names(robot)
-        groups = range(len(robot.joints))
-        names = ["gait.frequency", *(f"gait.{kind}[{g}]" for kind in KINDS for g in groups)]
-        directions = np.zeros((len(parameters), len(self.free)))
-        for k, column in enumerate(self.free):
-            directions[parameters.index(names[column]), k] = 1.0
-        return directions
+        return np.eye(len(parameter_names(robot)))[:, self.free]  # the gait's come first, in the order of the columns
 
 
 def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | None = None) -> DesignSpace:
@@ -98,24 +92,18 @@ def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | Non
     low, high = np.array([bounds[column] for column in units]).T
     space = DesignSpace(tuple(units), np.array(list(units.values())), low, high)
     if not len(space.free):
-        raise InputError(
-            "must leave at least one gait parameter free",
-            key="bounds",
-            fix="give a parameter a lower and a higher bound",
-        )
+        fix = "give a parameter a lower and a higher bound"
+        raise InputError("must leave at least one gait parameter free", key="bounds", fix=fix)
     return space
 
 
 def _described_bounds(robot: Robot) -> dict[str, tuple[float, float]]:
     """Bounds of the robot's own table [Hz or rad], by column; without a table, the bias alone, fixed at 0."""
     table = robot.gait_bounds
-    groups = [group.name for group in robot.joints]
     if table is None:
-        return {f"bias_{group}_deg": (0.0, 0.0) for group in groups}
-    angles = {
-        f"{kind}_{group}_deg": pair for kind in KINDS for group, pair in zip(groups, getattr(table, kind), strict=True)
-    }
-    return {"frequency_hz": table.frequency} | angles
+        return {f"bias_{group.name}_deg": (0.0, 0.0) for group in robot.joints}
+    pairs = [table.frequency, *table.amplitude, *table.phase, *table.bias]
+    return dict(zip(gait_columns(robot), pairs, strict=True))
 
 
 def _columns_of(name: str, robot: Robot) -> list[str]:

@@ -74,7 +74,7 @@ class TankSearch:
         self.options = options or _options_of(path)
         self.problem = self.options.problem()
         sizes = (self.options.particles, self.options.iterations, self.options.seed)
-        self._optimizer, _ = make_optimizer(self.problem, self.options.method, *sizes)
+        self._optimizer = make_optimizer(self.problem, self.options.method, *sizes)
         self._measured: dict[int, dict[str, float]] = {}  # measured points of the batch, by their index in it
         self._batch = self._optimizer.ask()
         header = journal_header("experiment", self.problem.robot, asdict(self.options))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.ranges import NOT_NEGATIVE, POSITIVE
 
 UNUSABLE = 1e30  # stands for infinity where a finite value or violation is required
 
@@ -54,10 +55,8 @@ def objective(name: str, *, maximize: bool | None = None, key: str = "objective"
 
 def expected_speed(speed: float, weight: float) -> Objective:
     """Return the objective |U - U_e| + k COT (Eq. 42) for a speed U_e [m/s] and a weight k [m/s per J/(kg m)]."""
-    if not (np.isfinite(speed) and speed > 0):
-        raise InputError("must be greater than 0", key="speed", value=f"{speed:g}", fix="give it in m/s")
-    if not (np.isfinite(weight) and weight >= 0):
-        raise InputError("must not be negative", key="weight", value=f"{weight:g}", fix="leave it out")
+    POSITIVE.check(speed, "speed", "give it in m/s")
+    NOT_NEGATIVE.check(weight, "weight", "leave it out")
     return Objective("expected_speed", (("cost_of_transport", weight),), speed)
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot
@@ -20,12 +19,26 @@ from hypertuna.optimization.optimizers import CMAES, Optimizer, de, pso
 from hypertuna.optimization.optimum import Optimum, make_optimum
 from hypertuna.optimization.problem import Problem, over_fit
 from hypertuna.optimization.sqp import MultiStart
+from hypertuna.ranges import Whole
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
 
-METHODS = ("pso", "cma", "gradient", "de")
-SIZES = {"pso": (15, 60), "de": (15, 60), "cma": (None, 200), "gradient": (6, 60)}  # gaits per batch, batches
-MIN_PARTICLES = {"pso": 2, "cma": 2, "de": 4, "gradient": 1}
+
+class Method(NamedTuple):
+    """Default sizes of a method, and the least number of gaits per batch."""
+
+    size: int | None  # gaits per batch, or starts; None for pycma's own
+    batches: int
+    min_size: int
+
+
+METHODS = {
+    "pso": Method(15, 60, 2),
+    "cma": Method(None, 200, 2),
+    "gradient": Method(6, 60, 1),
+    "de": Method(15, 60, 4),
+}
 MAX_SIZE = 10_000  # gaits per batch, and batches
+SEEDS = Whole(min=0, max=2**32 - 1)
 
 # k of Eq. 42 [m/s per J/(kg m)]. Up to 1/(dCOT/dU) along the cheapest gaits, |U - U_e| holds the speed exactly where it
 # is expected: 0.12 for HyperTuna at 0.5 m/s, more at lower speeds (docs/optimize.md). Less than half of it is safe.
@@ -123,9 +136,9 @@ def optimize(
     check_steps(steps)
     target = choose_objective(maximize=maximize, minimize=minimize, speed=speed, weight=weight)
     problem = Problem(robot, gait_bounds(robot, bounds), (target,), tuple(limits), steps)
-    optimizer, max_evaluations = make_optimizer(problem, method, particles, iterations, seed)
+    optimizer = make_optimizer(problem, method, particles, iterations, seed)
     start = time.monotonic()  # of the search, not of the import of libraries
-    options = _journal_options(problem, method, particles, iterations, seed)
+    options = problem.options | {"method": method, "particles": particles, "iterations": iterations, "seed": seed}
     if robust is not None:
         problem = over_fit(problem, robust, samples=samples, seed=seed)
         options |= {"robust": robust, "samples": samples}
@@ -136,65 +149,36 @@ def optimize(
             optimizer.tell(problem.judge(x, quantities))
             if progress is not None:
                 count, robots = optimizer.evaluations, len(problem.robots)
-                progress(count * robots, max(max_evaluations, count) * robots)
+                progress(count * robots, max(optimizer.max_evaluations, count) * robots)
     return make_optimum(problem, optimizer, method=method, seed=seed, stop=stop, seconds=time.monotonic() - start)
 
 
 def make_optimizer(
     problem: Problem, method: str, particles: int | None, iterations: int | None, seed: int
-) -> tuple[Optimizer, int]:
-    """Return the optimizer of a method for a problem with one objective, and its max number of evaluations."""
+) -> Optimizer:
+    """Return the optimizer of a method for a problem with one objective."""
     if method not in METHODS:
-        fix = did_you_mean(method, METHODS)
-        raise InputError("must be a method", key="method", value=shown(method), fix=fix)
-    default_size, default_batches = SIZES[method]
-    size, batches = particles or default_size, iterations or default_batches
-    for key, value, low in (("particles", particles, MIN_PARTICLES[method]), ("iterations", iterations, 1)):
-        if value is not None and not low <= value <= MAX_SIZE:
-            raise InputError(f"must be from {low} to {MAX_SIZE}", key=key, value=str(value), fix="or leave it out")
-    if not 0 <= seed < 2**32:
-        raise InputError("must be from 0 to 4294967295", key="seed", value=str(seed), fix="take 1")
+        raise InputError("must be a method", key="method", value=shown(method), fix=did_you_mean(method, METHODS))
+    default = METHODS[method]
+    for key, value, low in (("particles", particles, default.min_size), ("iterations", iterations, 1)):
+        if value is not None:
+            Whole(min=low, max=MAX_SIZE).check(value, key, "or leave it out")
+    SEEDS.check(seed, "seed", "take 1")
+    size, batches = particles or default.size, iterations or default.batches
     lower, upper = problem.space.lower, problem.space.upper
-    if method == "cma" and len(lower) < 2:
-        rule, fix = (
-            "must support a search with one free gait parameter",
-            "use pso, gradient or de, or free a second parameter",
-        )
-        raise InputError(rule, key="method", value="'cma', which varies at least two", fix=fix)
     if method == "cma":
-        strategy = CMAES(lower, upper, particles=size, iterations=batches, seed=seed)
-        return strategy, strategy.particles * batches
+        if len(lower) < 2:
+            rule, fix = "must support a search with one free gait parameter", "use pso, gradient or de, or free another"
+            raise InputError(rule, key="method", value="'cma', which varies at least two", fix=fix)
+        return CMAES(lower, upper, particles=size, iterations=batches, seed=seed)
     assert size is not None  # of the others a default
-    if method == "gradient":
-        return _multi_start(problem, starts=size, iterations=batches, seed=seed), size * batches
-    make = pso if method == "pso" else de
-    return make(lower, upper, particles=size, iterations=batches, seed=seed), size * batches
-
-
-def _multi_start(problem: Problem, *, starts: int, iterations: int, seed: int) -> MultiStart:
-    """Return SQP from several starts, if all quantities have derivatives."""
+    if method != "gradient":
+        make = pso if method == "pso" else de
+        return make(lower, upper, particles=size, iterations=batches, seed=seed)
     if problem.non_differentiable:
         rule = f"must not need derivatives, which are not available for {' and '.join(problem.non_differentiable)}"
         raise InputError(rule, key="method", value="'gradient'", fix="use pso, cma or de")
-    space, target = problem.space, problem.objectives[0]
+    target = problem.objectives[0]
     # Differences in value are scaled to what matters: to the cost of transport beside |U - U_e|.
     scale = target.terms[0][1] if target.expected is not None and target.terms[0][1] > 0 else 1.0
-    sizes = {"starts": starts, "iterations": iterations, "seed": seed}
-    return MultiStart(space.lower, space.upper, target.expected, scale, **sizes)
-
-
-def _journal_options(
-    problem: Problem, method: str, particles: int | None, iterations: int | None, seed: int
-) -> dict[str, Any]:
-    """Return all that the course of a search depends on besides the robot, for the header of its journal."""
-    space = problem.space
-    return {
-        "objectives": [asdict(each) for each in problem.objectives],
-        "bounds": {name: [low, high] for name, low, high in zip(space.columns, space.low, space.high, strict=True)},
-        "limits": [asdict(limit) for limit in problem.limits],
-        "method": method,
-        "particles": particles,
-        "iterations": iterations,
-        "seed": seed,
-        "steps": problem.steps,
-    }
+    return MultiStart(lower, upper, target.expected, scale, starts=size, iterations=batches, seed=seed)

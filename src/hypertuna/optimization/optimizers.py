@@ -25,8 +25,9 @@ class Optimizer(ABC):
 
     needs_derivatives = False
 
-    def __init__(self, lower: Array, upper: Array) -> None:
+    def __init__(self, lower: Array, upper: Array, max_evaluations: int) -> None:
         self.lower, self.upper = lower, upper  # (dim,)
+        self.max_evaluations = max_evaluations
         self.history: list[float] = []  # least feasible value after each batch, infinite before there is one
         self.batches: list[int] = []  # number of points in each evaluated batch
         self._batch: Array | None = None
@@ -82,34 +83,28 @@ class Optimizer(ABC):
 class Pymoo(Optimizer):
     """Adapter for an evolutionary algorithm of pymoo that has not been set up yet.
 
-    With several objectives the result is the front of the last population. The algorithm keeps points within the box
-    by itself if `bounded`; otherwise its repair does.
+    With several objectives the result is the front of the last population, and the algorithm keeps its points within
+    the box by itself; with one its repair does.
     """
 
     def __init__(
-        self,
-        algorithm: Any,
-        lower: Array,
-        upper: Array,
-        *,
-        iterations: int,
-        reason: str,
-        objectives: int = 1,
-        bounded: bool = False,
+        self, algorithm: Any, lower: Array, upper: Array, *, iterations: int, reason: str, objectives: int = 1
     ) -> None:
         import scipy.spatial.distance  # noqa: F401 - pymoo needs it in its first iteration: what is timed has no imports
         from pymoo.core.problem import Problem
 
+        several = objectives > 1
+
         class Box(Problem):  # type: ignore[misc]  # pymoo is not typed
             def has_bounds(self) -> bool:
-                return bounded
+                return several
 
-        super().__init__(lower, upper)
+        super().__init__(lower, upper, iterations * algorithm.pop_size)
         self._algorithm, self._iterations, self._reason = algorithm, iterations, reason
         box = Box(n_var=len(lower), n_obj=objectives, n_ieq_constr=1, xl=lower, xu=upper)
         algorithm.setup(box, termination=("n_iter", iterations + 1))
-        self._several = objectives > 1
         self._infills: Any = None
+        self._several = several
         self._population: Evaluation | None = None  # its evaluations, where there are several objectives
 
     @property
@@ -120,10 +115,7 @@ class Pymoo(Optimizer):
     @property
     def result(self) -> Evaluation | None:
         """Best point; with several objectives, the nondominated feasible points of the last population."""
-        if not self._several or self._population is None:
-            return self._best
-        feasible = np.flatnonzero(self._population.feasible)
-        return self._population.rows(feasible[nondominated(self._population.value[feasible])])
+        return self._best if self._population is None else pareto_front(self._population)
 
     def _propose(self) -> Array:
         self._infills = self._algorithm.ask()
@@ -154,16 +146,9 @@ def pso(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60
     from pymoo.operators.repair.to_bound import ToBoundOutOfBoundsRepair
 
     # pymoo by itself moves such a particle to a random place inside, which keeps a swarm off the edges.
-    algorithm = PSO(
-        pop_size=particles,
-        w=INERTIA,
-        c1=LEARNING,
-        c2=LEARNING,
-        adaptive=False,
-        pertube_best=False,
-        repair=ToBoundOutOfBoundsRepair(),
-        seed=seed,
-    )
+    repair = ToBoundOutOfBoundsRepair()
+    factors = {"w": INERTIA, "c1": LEARNING, "c2": LEARNING, "adaptive": False, "pertube_best": False}
+    algorithm = PSO(pop_size=particles, repair=repair, seed=seed, **factors)
     reason = f"All {iterations} iterations of {particles} particles are done."
     return Pymoo(algorithm, lower, upper, iterations=iterations, reason=reason)
 
@@ -174,15 +159,9 @@ def de(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60,
     from pymoo.operators.repair.to_bound import ToBoundOutOfBoundsRepair
     from pymoo.operators.sampling.lhs import LHS
 
-    algorithm = DE(
-        pop_size=particles,
-        sampling=LHS(),
-        variant="DE/best/1/bin",
-        CR=0.9,
-        F=0.7,
-        repair=ToBoundOutOfBoundsRepair(),
-        seed=seed,
-    )
+    repair = ToBoundOutOfBoundsRepair()
+    sizes = {"pop_size": particles, "CR": 0.9, "F": 0.7, "seed": seed}
+    algorithm = DE(sampling=LHS(), variant="DE/best/1/bin", repair=repair, **sizes)
     reason = f"All {iterations} generations of {particles} gaits are done."
     return Pymoo(algorithm, lower, upper, iterations=iterations, reason=reason)
 
@@ -193,7 +172,7 @@ def nsga2(lower: Array, upper: Array, objectives: int, *, population: int, gener
 
     algorithm = NSGA2(pop_size=population, seed=seed)
     reason = f"The {generations} generations are done."
-    return Pymoo(algorithm, lower, upper, iterations=generations, reason=reason, objectives=objectives, bounded=True)
+    return Pymoo(algorithm, lower, upper, iterations=generations, reason=reason, objectives=objectives)
 
 
 @final
@@ -212,7 +191,6 @@ class CMAES(Optimizer):
     }
 
     def __init__(self, lower: Array, upper: Array, *, particles: int | None, iterations: int, seed: int) -> None:
-        super().__init__(lower, upper)
         import cma
 
         random = np.random.default_rng(seed)
@@ -228,6 +206,7 @@ class CMAES(Optimizer):
         options |= {} if particles is None else {"popsize": particles}  # pycma's own is 4 + 3 ln dim
         self._strategy = cma.CMAEvolutionStrategy(np.full(len(lower), 0.5), 0.3, options)
         self.particles = int(self._strategy.popsize)
+        super().__init__(lower, upper, self.particles * iterations)
         self._iterations = iterations
         self._points: list[Array] = []
         self._worst = 0.0
@@ -268,6 +247,12 @@ def nondominated(value: Array) -> NDArray[np.intp]:
     first = np.sort(np.unique(value, axis=0, return_index=True)[1])
     best = NonDominatedSorting().do(value[first], only_non_dominated_front=True)
     return np.sort(first[best])
+
+
+def pareto_front(points: Evaluation) -> Evaluation:
+    """Return the feasible, nondominated points."""
+    feasible = np.flatnonzero(points.feasible)
+    return points.rows(feasible[nondominated(points.value[feasible])])
 
 
 def hypervolume(value: Array, reference: Array) -> float:

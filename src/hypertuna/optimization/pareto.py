@@ -19,10 +19,11 @@ from hypertuna.io.checkpoint import Journal
 from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.design_space import DesignSpace, gait_bounds
 from hypertuna.optimization.objective import Evaluation, Objective, objective
-from hypertuna.optimization.optimizers import hypervolume, nondominated, nsga2
+from hypertuna.optimization.optimize import SEEDS
+from hypertuna.optimization.optimizers import hypervolume, nsga2, pareto_front
 from hypertuna.optimization.polish import MAX_ROUNDS, Target, run_targets, stationarity
-from hypertuna.optimization.problem import Problem, over_fit
-from hypertuna.optimization.robust import STATISTICS, Statistic
+from hypertuna.optimization.problem import STATISTICS, Problem, over_fit
+from hypertuna.ranges import NOT_NEGATIVE, Whole
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, check_steps
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.sweep import sweep
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 SLOW = 0.1  # default min speed of a front [body lengths/s]
 WIDE = 1.5  # times the mean distance between neighbors: wider gaps of a front are filled
-MAX_SIZE = 10_000  # gaits of a generation, and generations
+RANGES = {"population": Whole(min=2, max=10_000), "generations": Whole(min=1, max=10_000), "seed": SEEDS}
 BEYOND = 0.1  # of its range: distance of the reference point beyond the worst of the front
 
 
@@ -56,7 +57,7 @@ class Front:
     evaluations: int  # gaits swum by all robots, those of a checkpoint included
     seconds: float  # [s]
     stop: str  # why the search ended, as a sentence
-    robust: Statistic | None = None  # of the objectives over robots sampled from the fit
+    robust: str | None = None  # of the objectives over robots sampled from the fit
 
     @property
     def gaits(self) -> tuple[Gait, ...]:
@@ -71,16 +72,16 @@ class Front:
     @cached_property
     def points(self) -> xr.Dataset:
         """All quantities of the gaits as `sweep` computes them for the robot itself, and the figures of the front."""
-        columns: dict[str, Any] = {"stationarity": (self.stationarity, "1", "residual of the optimality conditions")}
+        about = {"units": "1", "long_name": "residual of the optimality conditions"}
+        variables: dict[str, Any] = {"stationarity": ("gait", self.stationarity, about)}
         if self.robust is not None:
             for name, unit, values in zip(self.objectives, self.units, self.values.T, strict=True):
-                meaning = f"{STATISTICS[self.robust]}: {QUANTITIES[name].meaning}"
-                columns[f"{name}_{self.robust}"] = (values, unit, meaning)
-        labeled = {name: ("gait", v, {"units": unit, "long_name": text}) for name, (v, unit, text) in columns.items()}
+                about = {"units": unit, "long_name": f"{STATISTICS[self.robust]}: {QUANTITIES[name].meaning}"}
+                variables[f"{name}_{self.robust}"] = ("gait", values, about)
         facts = {"hypervolume": self.hypervolume, "hypervolume_evolved": self.hypervolume_evolved, "stop": self.stop}
         facts |= {f"reference_{name}": float(r) for name, r in zip(self.objectives, self.reference, strict=True)}
         facts |= {"objectives": " ".join(self.objectives), "evaluations": self.evaluations}
-        return sweep(self.robot, self.gaits, threads=1).assign(labeled).assign_attrs(facts)
+        return sweep(self.robot, self.gaits, threads=1).assign(variables).assign_attrs(facts)
 
 
 def pareto(
@@ -150,17 +151,16 @@ def pareto(
     check_steps(steps)
     names = tuple(objectives)
     targets = _objectives(names)
-    _check_sizes(population, generations, seed)
+    sizes = {"population": population, "generations": generations, "seed": seed}
+    for key, value in sizes.items():
+        RANGES[key].check(value, key, "or leave it out")
     slow = SLOW * robot.body.length if min_speed is None else min_speed
-    if not (np.isfinite(slow) and slow >= 0):
-        raise InputError("must not be negative", key="min_speed", value=f"{slow:g}", fix="give it in m/s, or 0")
+    NOT_NEGATIVE.check(slow, "min_speed", "give it in m/s, or 0")
     slowest = gait_limits(robot, speed=slow) if slow > 0 else ()
     problem = Problem(robot, gait_bounds(robot, bounds), targets, (*limits, *slowest), steps, threads)
     if robust is not None:
         problem = over_fit(problem, robust, samples=samples, seed=seed)
-    sizes = {"population": population, "generations": generations, "seed": seed}
-    options = _journal_options(problem, names) | sizes | {"polish": polish}
-    options |= {"robust": robust, "samples": samples if robust else 0}
+    options = problem.options | sizes | {"polish": polish, "robust": robust, "samples": samples if robust else 0}
     with Journal(checkpoint, journal_header("pareto", robot, options)) as journal:
         recorded = _Recorded(problem, journal, progress or (lambda count, total: None), generations)
         evolved, stop = _evolve(recorded, **sizes)
@@ -230,25 +230,6 @@ def _objectives(names: Sequence[str]) -> tuple[Objective, ...]:
     return objectives
 
 
-def _check_sizes(population: int, generations: int, seed: int) -> None:
-    """Check the integers of NSGA-II."""
-    ranges = {"population": (population, 2, MAX_SIZE), "generations": (generations, 1, MAX_SIZE)}
-    for key, (value, low, high) in (ranges | {"seed": (seed, 0, 2**32 - 1)}).items():
-        if not low <= value <= high:
-            raise InputError(f"must be from {low} to {high}", key=key, value=str(value), fix="or leave it out")
-
-
-def _journal_options(problem: Problem, names: Sequence[str]) -> dict[str, Any]:
-    """Return the part of the journal's header that describes the problem."""
-    return {
-        "objectives": names,
-        "low": problem.space.low,
-        "high": problem.space.high,
-        "limits": [(limit.quantity, limit.limit, limit.upper) for limit in problem.limits],
-        "steps": problem.steps,
-    }
-
-
 def _evolve(problem: _Recorded, population: int, generations: int, seed: int) -> tuple[Evaluation, str]:
     """Run NSGA-II; return its front and why it stopped."""
     space, count = problem.space, len(problem.problem.objectives)
@@ -264,10 +245,11 @@ def _polished(problem: _Recorded, evolved: Evaluation) -> Evaluation:
     count = evolved.value.shape[1]
     targets = [Target(evolved.x[np.argmin(evolved.value[:, k])], k, np.full(count, np.inf)) for k in range(count)]
     targets += [_held(x, value) for x, value in zip(evolved.x, evolved.value, strict=True)]
-    front = _merged(evolved, problem.evaluate(run_targets(problem, targets, _scale(evolved))))
+    polished = problem.evaluate(run_targets(problem, targets, _scale(evolved)))
+    front = pareto_front(evolved.followed_by(polished))
     if count > 2 or not (gaps := _gaps(front)):  # the points of a surface have no neighbors to search between
         return front
-    return _merged(front, problem.evaluate(run_targets(problem, gaps, _scale(front))))
+    return pareto_front(front.followed_by(problem.evaluate(run_targets(problem, gaps, _scale(front)))))
 
 
 def _held(x: Array, value: Array) -> Target:
@@ -285,13 +267,6 @@ def _gaps(front: Evaluation) -> list[Target]:
             x, value = (ends[k] + part * (ends[k + 1] - ends[k]) for ends in (front.x, front.value))
             targets.append(_held(x, value))
     return targets
-
-
-def _merged(one: Evaluation, other: Evaluation) -> Evaluation:
-    """Return the feasible, nondominated points of two fronts."""
-    both = one.followed_by(other)
-    feasible = np.flatnonzero(both.feasible)
-    return both.rows(feasible[nondominated(both.value[feasible])])
 
 
 def _scale(front: Evaluation) -> Array:

@@ -1,26 +1,30 @@
-"""Optimization problems: objectives and limits over a design space, evaluated for many gaits in one batch."""
+"""Optimization problems: objectives and limits over a design space, for one robot or for robots sampled from a fit."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, shown
 from hypertuna.identification.coefficients import sample_robots
 from hypertuna.optimization.constraints import Limit, gait_quantities
 from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import DIFFERENTIABLE, UNUSABLE, Evaluation, Objective
-from hypertuna.optimization.robust import Statistic, aggregate, check_statistic
+from hypertuna.ranges import Whole
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, directional_derivatives, settle
-from hypertuna.swimming.gait import Gaits
 
 MIN_STRIDE = 1e-3  # body lengths per beat: below, a gait stands still
-MAX_SAMPLES = 10_000
+SAMPLES = Whole(min=1, max=10_000)
+WORST = 0.05  # part of the robots that "worst5" is the mean of
+STATISTICS = {"mean": "mean over all robots", "worst5": "mean of the worst 5 % of the robots"}
 
 
 @dataclass(frozen=True)
@@ -34,16 +38,18 @@ class Problem:
     steps: int = DEFAULT_STEPS  # Runge-Kutta steps per beat
     threads: int = 1  # results do not depend on it; one is faster for small batches
     samples: tuple[Robot, ...] = ()  # robots of a robust problem
-    robust: Statistic | None = None  # over the samples; None for the robot alone
-    needs: tuple[str, ...] = field(init=False)  # quantities that objectives and limits are made of
+    robust: str | None = None  # of `STATISTICS`, over the samples; None for the robot alone
 
     def __post_init__(self) -> None:
         forward = Limit("stride_length", MIN_STRIDE, upper=False)
         object.__setattr__(self, "limits", (forward, *(limit for limit in self.limits if limit != forward)))
+
+    @cached_property
+    def needs(self) -> tuple[str, ...]:
+        """Quantities that objectives and limits are made of."""
         names = ["speed", "cost_of_transport", "stride_length"]
         names += [name for each in self.objectives for name, _ in each.terms]
-        names += [limit.quantity for limit in self.limits]
-        object.__setattr__(self, "needs", tuple(dict.fromkeys(names)))
+        return tuple(dict.fromkeys([*names, *(limit.quantity for limit in self.limits)]))
 
     @property
     def robots(self) -> tuple[Robot, ...]:
@@ -54,6 +60,17 @@ class Problem:
     def non_differentiable(self) -> tuple[str, ...]:
         """Quantities in objectives and limits that have no derivatives."""
         return tuple(name for name in self.needs if name in QUANTITIES and name not in DIFFERENTIABLE)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """All that a search depends on besides the robot, for the header of its journal."""
+        bounds = zip(self.space.columns, self.space.low, self.space.high, strict=True)
+        return {
+            "objectives": [asdict(each) for each in self.objectives],
+            "bounds": {name: [low, high] for name, low, high in bounds},
+            "limits": [asdict(limit) for limit in self.limits],
+            "steps": self.steps,
+        }
 
     def evaluate(self, x: Array, *, derivatives: bool = False) -> Evaluation:
         """Swim the gaits at points, shape (points, dim) [Hz or rad], and evaluate objectives and limits."""
@@ -68,17 +85,17 @@ class Problem:
         if derivatives and self.non_differentiable:
             fix = "choose a method without gradients"
             raise InputError("has no derivatives", key=" and ".join(self.non_differentiable), fix=fix)
+        swims = [self._swim(robot, x, derivatives) for robot in self.robots]
         if self.robust is None:
-            return self._swim(self.robot, x, derivatives)
-        samples = [self._swim(robot, x, derivatives) for robot in self.samples]
-        return {name: np.stack([each[name] for each in samples]) for name in samples[0]}
+            return swims[0]
+        return {name: np.stack([each[name] for each in swims]) for name in swims[0]}
 
     def judge(self, x: Array, quantities: Mapping[str, Any]) -> Evaluation:
         """Evaluate objectives and limits from quantities as `swim` returns them, simulated or measured."""
         if self.robust is None:
             return self._judge(x, quantities)
         samples = [{name: rows[k] for name, rows in quantities.items()} for k in range(len(self.samples))]
-        return aggregate([self._judge(x, sample) for sample in samples], self.robust)
+        return _aggregate([self._judge(x, sample) for sample in samples], self.robust)
 
     def _swim(self, robot: Robot, x: Array, derivatives: bool) -> dict[str, Array]:
         """Swim with one robot."""
@@ -88,7 +105,13 @@ class Problem:
         quantities = {name: (of_gait | beats)[name] for name in (*self.needs, "status")}
         if not derivatives:
             return quantities
-        gradients = _gradients(robot, gaits, beats, self.space.directions(robot), self.steps)
+        directions = self.space.directions(robot)
+        gradients = directional_derivatives(robot, gaits, beats, directions, steps=self.steps)
+        # d(U / (f L)) = (dU - U df / f) / (f L); the frequency is the first parameter.
+        frequency = gaits.frequency[:, np.newaxis]
+        d_frequency = beats["speed"][:, np.newaxis] * directions[0] / frequency
+        gradients["stride_length"] = (gradients["speed"] - d_frequency) / (robot.body.length * frequency)
+        gradients["speed_bl"] = gradients["speed"] / robot.body.length
         gradients |= {name: gradient[:, self.space.free] for name, gradient in d_gait.items()}
         return quantities | {f"d_{name}": gradients[name] for name in self.needs}
 
@@ -113,19 +136,55 @@ class Problem:
 
 def over_fit(problem: Problem, statistic: str, *, samples: int, seed: int) -> Problem:
     """Pose a problem to robots sampled from the fit of its robot."""
-    check_statistic(statistic)
-    if not 1 <= samples <= MAX_SAMPLES:
-        rule, fix = f"must be from 1 to {MAX_SAMPLES}", "or leave it out"
-        raise InputError(rule, key="samples", value=str(samples), fix=fix)
+    _check_statistic(statistic)
+    SAMPLES.check(samples, "samples", "or leave it out")
     return robust_problem(problem, sample_robots(problem.robot, samples, seed), statistic)
 
 
 def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) -> Problem:
     """Pose a problem to several robots at once; every one of them must keep the limits."""
-    robust = check_statistic(statistic)
+    _check_statistic(statistic)
     if not robots:
         raise InputError("must hold at least one robot", key="robots", value="empty", fix="sample some from a fit")
-    return replace(problem, samples=tuple(robots), robust=robust)
+    return replace(problem, samples=tuple(robots), robust=statistic)
+
+
+def _check_statistic(name: str) -> None:
+    """Check the name of a statistic over robots."""
+    if name not in STATISTICS:
+        raise InputError("must be mean or worst5", key="robust", value=shown(name), fix="choose one of them")
+
+
+def _aggregate(samples: Sequence[Evaluation], statistic: str) -> Evaluation:
+    """Combine the evaluations of the same points by several robots.
+
+    Each objective is its mean over the robots, or over its worst ceil(0.05 n) values (conditional value at risk;
+    Rockafellar and Uryasev, 2000). Violations and the status are the worst, other quantities are means.
+    """
+    tail = len(samples) if statistic == "mean" else math.ceil(WORST * len(samples))
+    value, violation = (np.stack([getattr(each, name) for each in samples]) for name in ("value", "violation"))
+    worst = np.argsort(-value, axis=0, kind="stable")[:tail]  # (tail, points, objectives)
+    hardest = violation.argmax(axis=0)[np.newaxis]  # (1, points, limits)
+
+    def selected(name: str, index: NDArray[np.intp]) -> Array:
+        jacobians = np.stack([getattr(each, name) for each in samples])  # (robots, points, objectives or limits, dim)
+        return np.take_along_axis(jacobians, index[..., np.newaxis], axis=0)
+
+    derivatives = {}
+    if samples[0].value_jacobian is not None:
+        derivatives = {
+            "value_jacobian": selected("value_jacobian", worst).mean(axis=0),
+            "violation_jacobian": selected("violation_jacobian", hardest)[0],
+            "speed_gradient": np.mean([np.asarray(each.speed_gradient) for each in samples], axis=0),
+        }
+    quantities = {name: np.stack([each.quantities[name] for each in samples]) for name in samples[0].quantities}
+    return Evaluation(
+        samples[0].x,
+        np.take_along_axis(value, worst, axis=0).mean(axis=0),
+        np.take_along_axis(violation, hardest, axis=0)[0],
+        {name: q.max(axis=0) if name == "status" else q.mean(axis=0) for name, q in quantities.items()},
+        **derivatives,
+    )
 
 
 def _violation(limit: Limit, value: Array) -> Array:
@@ -146,12 +205,3 @@ def _value_gradient(objective: Objective, known: Mapping[str, Array]) -> Array:
     if objective.expected is not None:
         gradient = gradient + np.sign(known["speed"] - objective.expected)[:, np.newaxis] * known["d_speed"]
     return np.asarray(gradient)
-
-
-def _gradients(robot: Robot, gaits: Gaits, beats: Mapping[str, Any], directions: Array, steps: int) -> dict[str, Array]:
-    """Differentiate the quantities of gaits along directions, shape (gaits, dim); NaN where a gait does not settle."""
-    gradients = directional_derivatives(robot, gaits, beats, directions, steps=steps)
-    # d(U / (f L)) = (dU - U df / f) / (f L); the frequency is the first parameter.
-    d_frequency = beats["speed"][:, np.newaxis] * directions[0] / gaits.frequency[:, np.newaxis]
-    stride = (gradients["speed"] - d_frequency) / (robot.body.length * gaits.frequency[:, np.newaxis])
-    return gradients | {"stride_length": stride, "speed_bl": gradients["speed"] / robot.body.length}

@@ -146,7 +146,7 @@ class MultiStart(Optimizer):
         iterations: int,  # points of a search at most
         seed: int,
     ) -> None:
-        super().__init__(lower, upper)
+        super().__init__(lower, upper, starts * iterations)
         self._expected, self._scale, self._iterations = expected, scale, iterations
         slacked = 0 if expected is None else 2
         self._searches = [SQP(u, iterations, slacked) for u in latin_hypercube(starts, len(lower), seed)]
