@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -41,6 +42,13 @@ class InformationGain:
     bits: float  # expected information gain, log2 of the ratio of standard deviations of the prediction
     before: dict[str, float]  # half the 95 % interval of the logarithm of each unknown narrowed by a tenth or more
     after: dict[str, float]
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Record of the measurement, for JSON."""
+        narrowed = [{"name": n, "before_log": self.before[n], "after_log": after} for n, after in self.after.items()]
+        facts = {"measure": self.text, "unit": self.unit, "expected": self.value, "sd": self.sd, "bits": self.bits}
+        return facts | {"expected_half_interval": self.half_interval, "narrowed": narrowed}
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,9 @@ from hypertuna.characterization.combinations import DETERMINED, Combination, com
 from hypertuna.characterization.data import Bench
 from hypertuna.characterization.problem import KINDS, BenchProblem, bench_problem, computed, effective_parameters
 from hypertuna.characterization.sampling import randomized_fits
-from hypertuna.characterization.unknowns import Unknown, keys_of, with_unknowns
+from hypertuna.characterization.unknowns import BORDER, Unknown, keys_of, with_unknowns
+from hypertuna.characterization.unknowns import KINDS as UNKNOWNS
+from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
 from hypertuna.identification import estimator
@@ -32,6 +34,7 @@ MIN_LEVEL = {"angle": math.radians(1e-4), "volume": 1e-11}  # the resolution of 
 MIN_FREEDOM = 2.0  # degrees of freedom, to estimate a noise that is not stated
 NORMAL_QUANTILE = 1.959964
 LARGE_SCALE = 1.5  # residuals over the stated noise, above which a warning is due
+NOISE = {"angle": ("deg", 180 / math.pi), "volume": ("ml", 1e6)}  # displayed unit, and units per SI unit
 PARTS = 100  # of a stage, for the progress
 
 
@@ -66,10 +69,47 @@ class BenchFit:
     warnings: tuple[str, ...]
 
     @property
+    def parameters(self) -> list[dict[str, Any]]:
+        """Unknowns with their intervals, lengths in mm and angles in degrees."""
+        rows = []
+        columns = (self.free, self.values, self.low, self.high, self.narrowing)
+        for one, value, low, high, narrowing in zip(*columns, strict=True):
+            unit, factor = BORDER[one.unit]
+            sizes = {"described": one.described, "value": value, "low": low, "high": high}
+            bounds = {"lower": one.lower * factor, "upper": one.upper * factor}
+            judged = {"narrowing": narrowing, "determined": bool(narrowing >= DETERMINED)}
+            facts = {"unit": unit, "counted": UNKNOWNS[one.kind].counted} | bounds | judged
+            rows.append({"name": one.name} | {key: size * factor for key, size in sizes.items()} | facts)
+        return rows
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Record of the fit, for JSON; its robot is the described one."""
+        names = ("residual_scale", "freedom", "stop", "converged", "evaluations", "seconds", "loss", "warnings")
+        directions = ("singular_value", "sd", "determined", "vector")
+        return {name: getattr(self, name) for name in (*names, "correlation")} | {
+            "rows": len(self.bench.angle),
+            "joints_measured": [self.described.joints[j].name for j in self.bench.joints],
+            "unknowns": self.parameters,
+            "determined": len(self.combinations),
+            "combinations": [vars(one) for one in self.combinations],
+            "spectrum": [{name: getattr(one, name) for name in directions} for one in self.directions],
+            "noise": at_border(self.noise),
+            "rms": at_border(self.rms),
+            "fit_hash": self.robot.hash,
+            **provenance(self.described),
+        }
+
+    @property
     def correlation(self) -> Array:
         """Correlation (n, n) of the logarithms."""
         sd = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(sd, sd))
+
+
+def at_border(levels: Mapping[str, float]) -> dict[str, float]:
+    """Return errors by kind in displayed units, with the unit in the name."""
+    return {f"{kind}_{NOISE[kind][0]}": level * NOISE[kind][1] for kind, level in levels.items()}
 
 
 def fit_bench(

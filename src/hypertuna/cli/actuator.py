@@ -9,30 +9,20 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna.actuation.silicone import UP_TO, TensileFit, TensileTest, fit_silicone, read_tensile
-from hypertuna.characterization.combinations import DETERMINED, Combination
 from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.experiment_design import InformationGain, information_gain
-from hypertuna.characterization.fit import BenchFit, fit_bench
-from hypertuna.characterization.unknowns import BORDER, FACTORS, Unknown
+from hypertuna.characterization.fit import BenchFit, at_border, fit_bench
+from hypertuna.characterization.unknowns import BORDER, FACTORS, KINDS
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.console import counted, progress_bar, table
 from hypertuna.cli.emit import emit
-from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.description.writer import write_robot
 from hypertuna.io.files import version
 
 actuator_app = opt.group("Characterize an actuator: silicone from a tensile test, unknowns from a bench.")
 
-NOISE = {"angle": ("deg", 180 / math.pi), "volume": ("ml", 1e6)}
-COUNTED = {
-    "segment_length": "x described",
-    "hose_modulus": "x described",
-    "matrix_modulus": "x described",
-    "asymmetry": "left / right",
-    "diameter_ratio": "inner / outer",
-}
 SMALL = 0.5  # an interval of a logarithm that still reads well as a percentage
 MEASUREMENTS, NARROWED = 8, 3  # rows of the table of measurements, and unknowns named in each
 
@@ -96,7 +86,7 @@ def _silicone_lines(test: TensileTest, fit: TensileFit) -> Iterator[Any]:
 def _bound(text: str, key: str) -> parsing.Bound:
     """Read NAME=LOW:HIGH; return SI units."""
     kind = text.partition("=")[0].partition("[")[0].strip()
-    unit, factor = BORDER[Unknown(kind, None, "", 1.0, 1.0, 1.0).unit]
+    unit, factor = BORDER[KINDS[kind].unit if kind in KINDS else "1"]
     name, low, high = parsing.bound(text, key, unit)
     return parsing.Bound(name, low / factor, high / factor)
 
@@ -137,7 +127,9 @@ def fit_command(
         write_robot(fit.robot, output, note="fitted, see [sources]")
     emit(
         fit,
-        record=lambda fit: _bench_record(fit, more, files, output),
+        record=lambda fit: (
+            fit.record | {"files": files, "measurements": [one.record for one in more], "output": output}
+        ),
         lines=lambda fit: _lines(fit, more),
         plot=plot,
         figure="hypertuna.characterization.plots:plot_bench",
@@ -147,88 +139,12 @@ def fit_command(
     )
 
 
-def _unknowns(fit: BenchFit) -> list[dict[str, Any]]:
-    """Return each unknown with its interval, in the units of the command line."""
-    rows = []
-    for one, value, low, high, narrowing in zip(fit.free, fit.values, fit.low, fit.high, fit.narrowing, strict=True):
-        unit, factor = BORDER[one.unit]
-        rows.append(
-            {
-                "name": one.name,
-                "described": one.described * factor,
-                "value": value * factor,
-                "low": low * factor,
-                "high": high * factor,
-                "unit": unit,
-                "counted": COUNTED.get(one.kind, ""),
-                "lower": one.lower * factor,
-                "upper": one.upper * factor,
-                "narrowing": narrowing,
-                "determined": bool(narrowing >= DETERMINED),
-            }
-        )
-    return rows
-
-
-def _bench_record(
-    fit: BenchFit, more: Sequence[InformationGain], files: Sequence[str], output: str | None
-) -> dict[str, Any]:
-    """Return the JSON record of a fit."""
-    bench = fit.bench
-    return provenance(fit.described) | {
-        "files": list(files),
-        "rows": len(bench.angle),
-        "joints_measured": [fit.described.joints[j].name for j in bench.joints],
-        "unknowns": _unknowns(fit),
-        "determined": len(fit.combinations),
-        "combinations": [_combination(one) for one in fit.combinations],
-        "spectrum": [
-            {"singular_value": d.singular_value, "sd": d.sd, "determined": d.determined, "vector": d.vector}
-            for d in fit.directions
-        ],
-        "correlation": fit.correlation,
-        "measurements": [_measurement(one) for one in more],
-        "noise": {f"{kind}_{NOISE[kind][0]}": value * NOISE[kind][1] for kind, value in fit.noise.items()},
-        "rms": {f"{kind}_{NOISE[kind][0]}": value * NOISE[kind][1] for kind, value in fit.rms.items()},
-        "residual_scale": fit.residual_scale,
-        "freedom": fit.freedom,
-        "stop": fit.stop,
-        "converged": fit.converged,
-        "evaluations": fit.evaluations,
-        "seconds": fit.seconds,
-        "loss": fit.loss,
-        "warnings": fit.warnings,
-        "fit_hash": fit.robot.hash,
-        "output": output,
-    }
-
-
-def _combination(one: Combination) -> dict[str, Any]:
-    """Return the JSON record of a combination."""
-    return {
-        "text": one.text,
-        "exponents": one.exponents,
-        "unknown": one.unknown,
-        "value": one.value,
-        "low": one.low,
-        "high": one.high,
-        "narrowing": one.narrowing,
-    }
-
-
-def _measurement(one: InformationGain) -> dict[str, Any]:
-    """Return the JSON record of a measurement and its expected information gain."""
-    narrowed = [{"name": name, "before_log": one.before[name], "after_log": after} for name, after in one.after.items()]
-    facts = {"measure": one.text, "unit": one.unit, "expected": one.value, "expected_half_interval": one.half_interval}
-    return facts | {"sd": one.sd, "bits": one.bits, "narrowed": narrowed}
-
-
 def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Any]:
     """Lay out a fit."""
     bench, n, known = fit.bench, len(fit.free), len(fit.combinations)
     names = " and ".join(fit.described.joints[j].name for j in bench.joints)
     joints = f"joint{'s' * (len(bench.joints) > 1)} {names}"
-    rms = ", ".join(f"{kind} {value * NOISE[kind][1]:.2g} {NOISE[kind][0]}" for kind, value in fit.rms.items())
+    rms = ", ".join(f"{key.replace('_', f' {value:.2g} ')}" for key, value in at_border(fit.rms).items())
     yield f"{fit.robot.name}, {joints}: {counted(len(bench.angle), 'row')}", "bold"
     yield f"rms of the residuals: {rms}"
     yield _unknown_table(fit)
@@ -252,7 +168,7 @@ def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Any]:
 def _unknown_table(fit: BenchFit) -> Any:
     """Lay out the unknowns."""
     rows = []
-    for row in _unknowns(fit):
+    for row in fit.parameters:
         interval = f"{row['low']:.3g} .. {row['high']:.3g}"
         unit = row["counted"] or row["unit"].removeprefix("1")
         remark = ("" if row["determined"] else "free", "yellow")

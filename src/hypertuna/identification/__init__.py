@@ -6,5 +6,5 @@ loss, residuals: robust losses, errors of runs, lack of fit, information criteri
 estimator, profile: the estimator of tank and bench, and the profile likelihood.
 search, uncertainty, sentences, identify: the fit, its intervals and directions, sentences on them, and the whole.
 truncated_normal, posterior: samples within the bounds.
-plots: figures.
+tables, plots: what the terminal and the page show.
 """

@@ -57,6 +57,11 @@ class Free:
         unit = column_key(self.column)[1] or "1"
         return {"deg": "rad"}.get(unit, unit)
 
+    @property
+    def border(self) -> tuple[str, float]:
+        """Displayed unit, and displayed units per SI unit."""
+        return ("deg", 180 / math.pi) if self.unit == "rad" else (self.unit, 1.0)
+
 
 def free(
     robot: Robot,

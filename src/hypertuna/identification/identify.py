@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.description.provenance import journal_header
+from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.water import LAWS
 from hypertuna.description.validation import written
@@ -22,7 +22,7 @@ from hypertuna.identification.experiment import Experiment, experiment
 from hypertuna.identification.loss import LOSSES
 from hypertuna.identification.names import NUISANCES, free_of, split_names
 from hypertuna.identification.prediction import predict
-from hypertuna.identification.residuals import Errors, criteria, errors
+from hypertuna.identification.residuals import LABELS, Errors, criteria, errors
 from hypertuna.identification.search import CONVERGED, start_points, subset
 from hypertuna.identification.search import fit as search
 from hypertuna.identification.sentences import repeated_motions, warnings_of
@@ -63,6 +63,58 @@ class Fit:
     loss: str
     steps: int  # Runge-Kutta steps per beat
     trials: tuple[Trials, Trials]  # for training, and for validation
+
+    @property
+    def parts(self) -> dict[str, Errors]:
+        """Errors of training and, if there are any, of validation."""
+        return {"training": self.train} | ({} if self.validation is None else {"validation": self.validation})
+
+    @property
+    def quantities(self) -> list[str]:
+        """Quantities of the errors, keys of `hypertuna.identification.residuals.LABELS`."""
+        return [key for key in LABELS if any(key in part.rms for part in self.parts.values())]
+
+    @property
+    def parameters(self) -> list[dict[str, Any]]:
+        """Coefficients with their uncertainty, angles in degrees."""
+        rows = []
+        for k, (one, value) in enumerate(zip(self.free, self.values, strict=True)):
+            sure, (unit, factor) = self.uncertainty, one.border
+            sizes = {
+                "value": value,
+                "sd": sure.sd[k] * (value if one.scale == "log" else 1.0),
+                "low": sure.low[k],
+                "high": sure.high[k],
+            }
+            facts = {"unit": unit, "scale": one.scale, "lower": one.lower * factor, "upper": one.upper * factor}
+            judged = {"bound": sure.bound[k], "determined": sure.determined[k]}
+            rows.append({"name": one.name} | {key: size * factor for key, size in sizes.items()} | facts | judged)
+        return rows
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Record of the fit, for JSON; its robot is the described one."""
+        names = (
+            "stop",
+            "converged",
+            "seconds",
+            "evaluations",
+            "costs",
+            "noise",
+            "criteria",
+            "warnings",
+            "loss",
+            "seed",
+        )
+        return {name: getattr(self, name) for name in names} | {
+            "parameters": self.parameters,
+            "correlation": self.uncertainty.correlation,
+            "directions": [vars(direction) for direction in self.uncertainty.directions],
+            "interval_factor": self.uncertainty.factor,
+            "train": vars(self.train),
+            "validation": None if self.validation is None else vars(self.validation),
+            **provenance(self.described),
+        }
 
 
 def identify(

@@ -15,7 +15,7 @@ from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 from hypertuna.identification.coefficients import Free, bounds_of, to_scale
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.posterior import Posterior
-from hypertuna.identification.residuals import LABELS, Errors
+from hypertuna.identification.residuals import LABELS
 
 DARK = 0.85  # correlation above which the text of a cell is white
 PARTS = {"training": (COLORS[1], "o"), "validation": (COLORS[0], "s")}
@@ -51,11 +51,9 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
         axes.hlines(rows - 0.25, place(sampled.low), place(sampled.high), colors=INK, lw=1.2, label="posterior")
     axes.set(xlim=(-0.02, 1.02), ylim=(-0.7, len(frees) - 0.4), xlabel="between its bounds")
     axes.set_xticks([0, 1], ["lower", "upper"])
-    shown = [
-        f"{np.degrees(v):.3g} deg" if f.unit == "rad" else f"{v:.3g}" for f, v in zip(frees, fit.values, strict=True)
-    ]
-    labels = [f"{name} = {value}" for name, value in zip(short_names(frees), shown, strict=True)]
-    axes.set_yticks(rows, labels)
+    units = [" deg" if f.unit == "rad" else "" for f in frees]
+    values = [f"{f.border[1] * value:.3g}{unit}" for f, value, unit in zip(frees, fit.values, units, strict=True)]
+    axes.set_yticks(rows, [f"{name} = {value}" for name, value in zip(short_names(frees), values, strict=True)])
     axes.grid(axis="y", visible=False)
     figure.legend(loc="outside upper left", ncols=3, **TIGHT)
     return figure
@@ -92,12 +90,12 @@ def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
 def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
     """Plot computed against measured speed and cost of transport, of training and validation; width [inch]."""
     kinds = [
-        kind for kind in AXES if any(f"{kind}_measured" in run for part in _parts(fit).values() for run in part.runs)
+        kind for kind in AXES if any(f"{kind}_measured" in run for part in fit.parts.values() for run in part.runs)
     ]
     figure = Figure(figsize=(width, width / len(kinds) + 0.4), layout="constrained")
     for axes, kind in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
         ends: list[float] = []
-        for name, part in _parts(fit).items():
+        for name, part in fit.parts.items():
             pairs = np.array(
                 [(r[f"{kind}_measured"], r[f"{kind}_computed"]) for r in part.runs if f"{kind}_measured" in r]
             )
@@ -117,15 +115,14 @@ def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
 @styled
 def plot_errors(fit: Fit, *, width: float = WIDTH) -> Figure:
     """Plot the error of every run: relative of steady runs, rms over the frames of tracked ones; width [inch]."""
-    parts = _parts(fit)
-    panels = [key for key in LABELS if any(key in part.rms for part in parts.values())]
+    panels = fit.quantities
     order = {run: k for k, run in enumerate(run for trials in fit.trials for run in trials.runs)}
     figure = Figure(figsize=(width, 1.5 * len(panels) + 0.7), layout="constrained")
     for row, (axes, key) in enumerate(zip(figure.subplots(len(panels), 1, squeeze=False)[:, 0], panels, strict=True)):
         name, unit, factor = LABELS[key]
         relative = key.endswith("_relative")
         field = key if relative else f"{key}_rms"
-        for part, errors in parts.items():
+        for part, errors in fit.parts.items():
             points = [(order[run["run"]], factor * run[field]) for run in errors.runs if field in run]
             _plot_points(axes, points, part, labeled=row == 0)
         axes.set_ylabel(f"{name} ({unit})" if relative else f"{name}, rms ({unit})")
@@ -144,8 +141,3 @@ def _plot_points(axes: Axes, points: Sequence[tuple[int, float]], part: str, *, 
         axes.vlines(at, 0, error, colors=[color], lw=0.8, alpha=0.5)
         shape: dict[str, Any] = POINTS | {"ms": 3.2}
         axes.plot(at, error, marker, color=color, label=part if labeled else None, **shape)
-
-
-def _parts(fit: Fit) -> dict[str, Errors]:
-    """Return the errors of training and, if there are any, of validation."""
-    return {"training": fit.train} | ({} if fit.validation is None else {"validation": fit.validation})

@@ -16,26 +16,28 @@ from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
-from hypertuna.identification.coefficients import bounds_of, from_scale, to_scale
-from hypertuna.identification.experiment import Experiment, experiment
+from hypertuna.identification.coefficients import Free, bounds_of, from_scale, to_scale
+from hypertuna.identification.experiment import experiment
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.loss import curvature, loss_terms
 from hypertuna.identification.prediction import predict
 from hypertuna.identification.residuals import squares
 from hypertuna.io.checkpoint import Journal
+from hypertuna.ranges import Whole
 from hypertuna.trials.trials import digest
 
 WALKERS, MIN_WALKERS = 4, 16  # per coefficient, and in all
 BLOCK = 25  # steps between two records of the checkpoint
 BURN_IN = 0.3  # fraction of the chain that is discarded
 MIN_LENGTH = 50  # of a chain, in autocorrelation times
-MIN_STEPS = 10
+MIN_STEPS = Whole(min=10)
 
 
 @dataclass(frozen=True)
 class Posterior:
     """Samples from the posterior of a fit, without the burn-in."""
 
+    free: tuple[Free, ...]
     samples: Array  # (samples, n) [SI]
     low: Array  # (n,) [SI], 2.5 % quantiles
     high: Array  # (n,) [SI], 97.5 % quantiles
@@ -45,6 +47,15 @@ class Posterior:
     steps: int
     walkers: int
     sentence: str  # on the length of the chain
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Record of the posterior, for JSON."""
+        ends = zip(self.free, self.low, self.high, strict=True)
+        rows = [{"name": f.name, "low": f.border[1] * low, "high": f.border[1] * high} for f, low, high in ends]
+        names = ("acceptance", "steps", "walkers", "sentence")
+        record = {"parameters": rows, "autocorrelation_steps": self.autocorrelation}
+        return record | {name: getattr(self, name) for name in names}
 
 
 def posterior(
@@ -57,34 +68,34 @@ def posterior(
 ) -> Posterior:
     """Sample the posterior of a fit with `steps` of affine-invariant walkers (Goodman and Weare 2010, emcee).
 
-    The prior is uniform between the bounds, each coefficient in its scale. The likelihood is that of the fit: its loss,
-    its noise levels, and its factor for residuals beyond the stated noise. The result does not depend on the number of
-    threads; an interrupted run resumes from the checkpoint. progress: called with the finished steps and their total.
+    The prior is uniform between the bounds, each coefficient in its scale; the likelihood is that of the fit. The
+    result does not depend on the number of threads. progress: called with the finished steps and their total.
     """
     import emcee  # imported here: slow to import
 
     check_posterior(steps, fit.loss)
-    frees, n = fit.free, len(fit.free)
-    lower, upper = bounds_of(frees)
+    options: dict[str, Any] = {"loss": fit.loss, "steps": fit.steps}
     workers = threads or len(os.sched_getaffinity(0))
-    walkers = max(MIN_WALKERS, WALKERS * n)
-    data = experiment(fit.described, fit.trials[0], frees, loss=fit.loss, steps=fit.steps, threads=workers)
-    begin = _begin(fit, lower, upper, walkers)
+    data = experiment(fit.described, fit.trials[0], fit.free, **options, threads=workers)
+    walkers = max(MIN_WALKERS, WALKERS * len(fit.free))
     # as wide about the fit as its covariance, which includes the robust loss and residuals beyond the stated noise
     best = predict(data, fit.values, gradient_steps=None)
     own = squares(data, best, fit.noise) / fit.uncertainty.residual_scale**2
     weight = (fit.uncertainty.residual_scale / fit.uncertainty.factor) ** 2 / curvature(own, fit.loss, data.count)
-    sampler = emcee.EnsembleSampler(walkers, n, lambda x: _log_posterior(data, fit, weight, x, lower, upper))
-    options = {
-        "trials": digest(fit.trials[0]),
-        "seed": fit.seed,
-        "loss": fit.loss,
-        "values": fit.values.tolist(),
-        "steps": fit.steps,
-    }
+
+    def log_density(x: Array) -> float:
+        if not ((x >= lower) & (x <= upper)).all():
+            return -math.inf
+        prediction = predict(data, from_scale(fit.free, x), gradient_steps=None)
+        z = squares(data, prediction, fit.noise) / fit.uncertainty.residual_scale**2
+        return -0.5 * weight * float(loss_terms(fit.loss, z)[0].sum())
+
+    lower, upper = bounds_of(fit.free)
+    sampler = emcee.EnsembleSampler(walkers, len(fit.free), log_density)
+    options |= {"trials": digest(fit.trials[0]), "seed": fit.seed, "values": fit.values.tolist()}
     header = journal_header("posterior", fit.described, options)
     chain: list[Any] = []
-    accepted, at = 0.0, {"x": begin, "log": None}
+    accepted, at = 0.0, {"x": _begin(fit, lower, upper, walkers), "log": None}
     with Journal(checkpoint, header) as journal:
         for first in range(0, steps, BLOCK):
             count = min(BLOCK, steps - first)
@@ -100,10 +111,7 @@ def posterior(
 
 def check_posterior(steps: int, loss: str) -> None:
     """Check the number of steps, and that the loss is a likelihood."""
-    if steps < MIN_STEPS:
-        raise InputError(
-            f"must be at least {MIN_STEPS}", key="posterior", value=str(steps), fix="give a number such as 1000"
-        )
+    MIN_STEPS.check(steps, "posterior", "give a number such as 1000")
     if loss == "cauchy":
         rule, fix = "must be a likelihood for a posterior", "fit with soft_l1, huber or linear"
         raise InputError(rule, key="loss", value="'cauchy', whose integral is infinite", fix=fix)
@@ -125,20 +133,9 @@ def _begin(fit: Fit, lower: Array, upper: Array, walkers: int) -> Array:
     width = upper - lower
     spread = np.minimum(np.sqrt(np.diag(fit.uncertainty.covariance)), 0.1 * width)
     points = to_scale(fit.free, fit.values) + spread * rng.standard_normal((walkers, len(width)))
-    # reflect points outside the bounds
-    folded = np.abs((points - lower) / width) % 2
+    folded = np.abs((points - lower) / width) % 2  # reflect points outside the bounds
     inside = np.where(folded > 1, 2 - folded, folded)
-    start: Array = lower + width * np.clip(inside, 1e-6, 1 - 1e-6)
-    return start
-
-
-def _log_posterior(data: Experiment, fit: Fit, weight: float, x: Array, lower: Array, upper: Array) -> float:
-    """Return the logarithm of the posterior density at x (n,), but for a constant."""
-    if not ((x >= lower) & (x <= upper)).all():
-        return -math.inf
-    prediction = predict(data, from_scale(fit.free, x), gradient_steps=None)
-    z = squares(data, prediction, fit.noise) / fit.uncertainty.residual_scale**2
-    return -0.5 * weight * float(loss_terms(fit.loss, z)[0].sum())
+    return np.asarray(lower + width * np.clip(inside, 1e-6, 1 - 1e-6))
 
 
 def _block(sampler: Any, at: dict[str, Any], steps: int, seed: int) -> dict[str, Any]:
@@ -148,11 +145,8 @@ def _block(sampler: Any, at: dict[str, Any], steps: int, seed: int) -> dict[str,
     state = emcee.State(at["x"], log_prob=at["log"], random_state=np.random.RandomState(seed % 2**32).get_state())
     sampler.reset()
     end = sampler.run_mcmc(state, steps)
-    return {
-        "chain": sampler.get_chain(),
-        "log": end.log_prob,
-        "accepted": float(np.sum(sampler.acceptance_fraction) * steps),
-    }
+    accepted = float(np.sum(sampler.acceptance_fraction) * steps)
+    return {"chain": sampler.get_chain(), "log": end.log_prob, "accepted": accepted}
 
 
 def _posterior(fit: Fit, chain: Array, acceptance: float) -> Posterior:
@@ -165,13 +159,11 @@ def _posterior(fit: Fit, chain: Array, acceptance: float) -> Posterior:
     flat = kept.reshape(-1, n)
     low, high = (from_scale(fit.free, np.quantile(flat, q, axis=0)) for q in (0.025, 0.975))
     longest = float(np.nanmax(tau)) if np.isfinite(tau).any() else math.inf
+    length = f"{len(kept) / longest:.0f} autocorrelation times long"
     if len(kept) >= MIN_LENGTH * longest:
-        sentence = f"The chain is {len(kept) / longest:.0f} autocorrelation times long: enough for 95 % intervals."
+        sentence = f"The chain is {length}: enough for 95 % intervals."
     else:
         advice = f"; take {math.ceil(MIN_LENGTH * longest / (1 - BURN_IN)):d} steps" if math.isfinite(longest) else ""
-        sentence = (
-            f"The chain is only {len(kept) / longest:.0f} autocorrelation times long: its intervals are rough{advice}."
-        )
-    samples = np.array([from_scale(fit.free, x) for x in flat])
-    covariance = np.atleast_2d(np.cov(flat.T))
-    return Posterior(samples, low, high, covariance, acceptance, tau, steps, walkers, sentence)
+        sentence = f"The chain is only {length}: its intervals are rough{advice}."
+    samples, covariance = np.array([from_scale(fit.free, x) for x in flat]), np.atleast_2d(np.cov(flat.T))
+    return Posterior(fit.free, samples, low, high, covariance, acceptance, tau, steps, walkers, sentence)

@@ -80,8 +80,8 @@ def direction_sentence(
         precision = quantile * direction.sd
         first = frees[named[0]]
         if what == first.name and first.column in ABSOLUTE_UNITS and first.scale == "natural":
-            value, name = (math.degrees(precision), "deg") if first.unit == "rad" else (precision, first.unit)
-            return f"{source.capitalize()} {verb} {what} to {value * unit[named[0]]:.2g} {name}."
+            name, factor = first.border
+            return f"{source.capitalize()} {verb} {what} to {factor * precision * unit[named[0]]:.2g} {name}."
         return f"{source.capitalize()} {verb} {what} to {100 * precision:.2g} %."
     # those that move by their unit, or more, within the interval along the direction; if none does, all together
     moved = 2 * quantile * size * direction.sd > 1
@@ -158,9 +158,8 @@ def repeated_motions(training: Trials, validation: Trials) -> list[str]:
 
 def _with_unit(value: float, coefficient: Free) -> str:
     """Format a value with its unit; angles in degrees."""
-    if coefficient.unit == "rad":
-        return f"{np.degrees(value):.4g} deg"
-    return f"{value:.4g} {coefficient.unit}".removesuffix(" 1")
+    unit, factor = coefficient.border
+    return f"{value * factor:.4g} {unit}".removesuffix(" 1")
 
 
 def _join(names: Sequence[str]) -> str:

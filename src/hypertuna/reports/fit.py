@@ -14,6 +14,7 @@ from hypertuna.identification.identify import Fit
 from hypertuna.identification.plots import plot_correlation, plot_errors, plot_intervals, plot_measured
 from hypertuna.identification.posterior import Posterior
 from hypertuna.identification.residuals import ERRORS, LABELS
+from hypertuna.identification.tables import coefficient_table, criteria_texts, error_table, law_table
 from hypertuna.reports.html import WIDTH, Fact, Part, Picture, Section, Table, write_page
 from hypertuna.trials.comparison import replay_recording, with_fitted_clock
 from hypertuna.trials.manifest import Recording
@@ -46,39 +47,13 @@ def fit_sections(fit: Fit, *, sampled: Posterior | None = None, command: str = "
 
 def _laws(fits: Mapping[str, Fit], best: str) -> Section:
     """Compare water laws."""
-    keys = [key for key in LABELS if any(key in fit.train.rms for fit in fits.values())]
-    rows: list[list[str | float]] = []
-    for law, fit in fits.items():
-        judged = (fit.validation or fit.train).rms
-        rows.append([law, len(fit.free), *_criteria(fit), *(LABELS[key][2] * judged.get(key, np.nan) for key in keys)])
-    columns = ["law", "coefficients", "AICc", "BIC", *(f"{LABELS[key][0]}, rms ({LABELS[key][1]})" for key in keys)]
     shows = f"Water laws fitted to the same runs; the {best} law has the lower criterion."
-    made = (
-        "AICc and BIC of the training runs: only differences count, 10 and more are clear. Errors of validation runs."
-    )
-    return Section("Which water law", [Table(columns, rows, shows, made)])
-
-
-def _criteria(fit: Fit) -> list[str]:
-    """Return criteria as text."""
-    values = (fit.criteria["aicc"], fit.criteria["bic"])
-    return ["-" if value is None else f"{value:.1f}" for value in values]
+    made = "AICc and BIC of the training runs: only differences count, 10 and more are clear."
+    return Section("Which water law", [Table(*law_table(fits), shows, made)])
 
 
 def _values(fit: Fit, sampled: Posterior | None) -> Section:
     """Show values and intervals."""
-    sure = fit.uncertainty
-    columns = ["coefficient", "value", "95 % interval", "unit", ""]
-    rows: list[list[str | float]] = []
-    for k, f in enumerate(fit.free):
-        factor, unit = (180 / np.pi, "deg") if f.unit == "rad" else (1.0, f.unit.removeprefix("1"))
-        remark = f"on its {sure.bound[k]} bound" if sure.bound[k] else "" if sure.determined[k] else "not determined"
-        ends = f"{factor * sure.low[k]:.3g} to {factor * sure.high[k]:.3g}"
-        rows.append([f.name, f"{factor * fit.values[k]:.4g}", ends, unit, remark])
-        if sampled is not None:
-            rows[-1].insert(3, f"{factor * sampled.low[k]:.3g} to {factor * sampled.high[k]:.3g}")
-    if sampled is not None:
-        columns.insert(3, "posterior")
     made = (
         "Intervals from the Jacobian at the fit, Student's t, held within the bounds. Not determined: the interval is "
         "longer than the value (than a tenth of the allowed range for values near 0; than 0.1 s for a time offset, and "
@@ -87,7 +62,7 @@ def _values(fit: Fit, sampled: Posterior | None) -> Section:
     figure = plot_intervals(fit, sampled=sampled, width=WIDTH)
     parts: list[Part] = [
         Picture("intervals", figure, "Every coefficient with its 95 % interval between its bounds.", made),
-        Table(columns, rows, "The fitted coefficients."),
+        Table(*coefficient_table(fit, sampled), "The fitted coefficients."),
     ]
     return Section("Coefficients", [*parts, *fit.warnings])
 
@@ -129,14 +104,7 @@ def _residuals(fit: Fit) -> Section:
     made = "Computed minus measured; of tracked runs the rms over all frames, seen from each run's first frame."
     parts.append(Picture("errors", plot_errors(fit, width=WIDTH), shows, made))
     parts += _tracked(fit)
-    columns = ["", "training rms", "largest"] + (["validation rms", "largest"] if fit.validation else [])
-    rows: list[list[str | float]] = []
-    for key, (name, unit, factor) in LABELS.items():
-        if key in fit.train.rms:
-            both = [part for part in (fit.train, fit.validation) if part is not None]
-            cells = [factor * errors.get(key, np.nan) for part in both for errors in (part.rms, part.max)]
-            rows.append([f"{name} ({unit})", *cells])
-    parts.append(Table(columns, rows, "Errors of all runs together."))
+    parts.append(Table(*error_table(fit), "Errors of all runs together."))
     parts.append(_runs(fit))
     return Section("Computed and measured", parts)
 
@@ -161,11 +129,10 @@ def _tracked(fit: Fit) -> list[Part]:
 
 def _runs(fit: Fit) -> Table:
     """List the errors of every run, the worst first: by its largest error, each in units of the rms of the training."""
-    parts = {"training": fit.train} | ({"validation": fit.validation} if fit.validation else {})
-    keys = [key for key in LABELS if any(key in part.rms for part in parts.values())]
+    keys = fit.quantities
     rms = {key: fit.train.rms.get(key) or 1.0 for key in keys}
     ranked: list[tuple[float, list[str | float]]] = []
-    for name, part in parts.items():
+    for name, part in fit.parts.items():
         for run in part.runs:
             error = {key: run.get(key, run.get(f"{key}_rms", np.nan)) for key in keys}
             badness = max((abs(e) / rms[key] for key, e in error.items() if np.isfinite(e)), default=np.inf)
@@ -197,7 +164,7 @@ def _provenance(fit: Fit, sampled: Posterior | None, command: str) -> Section:
             f"Posterior: {sampled.walkers} walkers of {sampled.steps} steps, {100 * sampled.acceptance:.0f} % "
             f"accepted. {sampled.sentence}"
         )
-    aicc, bic = _criteria(fit)
+    aicc, bic = criteria_texts(fit)
     if fit.criteria["samples"] is not None:  # a loss that is no likelihood has no criteria
         texts.append(f"AICc {aicc}, BIC {bic} with {fit.criteria['samples']} independent measurements.")
     made = provenance(fit.described)

@@ -1,0 +1,50 @@
+"""Tables of a fit: heads and rows, for the terminal and for the page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from hypertuna.identification.identify import Fit
+from hypertuna.identification.posterior import Posterior
+from hypertuna.identification.residuals import LABELS
+
+Table = tuple[list[str], list[list[str | float]]]
+
+
+def coefficient_table(fit: Fit, sampled: Posterior | None = None) -> Table:
+    """Tabulate the coefficients with their intervals, and those of the posterior."""
+    samples = [] if sampled is None else sampled.record["parameters"]
+    rows: list[list[str | float]] = []
+    for k, row in enumerate(fit.parameters):
+        remark = f"on its {row['bound']} bound" if row["bound"] else "" if row["determined"] else "not determined"
+        intervals = (f"{part['low']:.4g} .. {part['high']:.4g}" for part in (row, *samples[k : k + 1]))
+        rows.append([row["name"], f"{row['value']:.5g}", *intervals, row["unit"].removeprefix("1"), remark])
+    return ["coefficient", "value", "95 % interval", *(["posterior"] if samples else []), "unit", ""], rows
+
+
+def error_table(fit: Fit) -> Table:
+    """Tabulate the errors of all runs together, of training and of validation."""
+    rows: list[list[str | float]] = []
+    for key in fit.quantities:
+        label, unit, factor = LABELS[key]
+        errors = (factor * error.get(key, math.nan) for part in fit.parts.values() for error in (part.rms, part.max))
+        rows.append([f"{label} ({unit})", *errors])
+    return ["error", *(head for name in fit.parts for head in (f"{name} rms", "max"))], rows
+
+
+def law_table(fits: Mapping[str, Fit]) -> Table:
+    """Tabulate criteria and errors of several water laws."""
+    keys = [key for key in LABELS if any(key in fit.quantities for fit in fits.values())]
+    rows: list[list[str | float]] = []
+    for law, fit in fits.items():
+        rms = (fit.validation or fit.train).rms
+        errors = (LABELS[key][2] * rms.get(key, math.nan) for key in keys)
+        rows.append([law, str(len(fit.free)), *criteria_texts(fit), *errors])
+    labels = (f"{LABELS[key][0]}, validation rms ({LABELS[key][1]})" for key in keys)
+    return ["water law", "coefficients", "AICc", "BIC", *labels], rows
+
+
+def criteria_texts(fit: Fit) -> list[str]:
+    """Write AICc and BIC."""
+    return ["-" if fit.criteria[name] is None else f"{fit.criteria[name]:.1f}" for name in ("aicc", "bic")]
