@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from typing import Annotated, Any
 
 import numpy as np
@@ -18,12 +19,11 @@ from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
 from hypertuna.optimization.design_space import gait_columns
-from hypertuna.optimization.experiment import TankOptions, TankSearch
+from hypertuna.optimization.experiment import TankSearch
 from hypertuna.swimming.gait import Gait
-from hypertuna.trials.steady import COLUMNS, SteadyRun, read_steady
+from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun, read_steady
 
 State = Annotated[str, opt.text("--state", "File that stores the search; created by the first ask.", "FILE")]
-MEASURED = (COLUMNS["speed"], COLUMNS["cost_of_transport"])
 
 
 @opt.grouped
@@ -44,9 +44,10 @@ def ask_command(
     The first call defines the search; later ones need --state alone. Asking again gives the same gaits until all of
     them are measured. The exit code is 1 if the search has stopped without a gait that satisfies all limits.
     """
-    options = None
+    options: dict[str, Any] | None = None
     if robot:
-        options = TankOptions(robot=robot, limits=limits.make(load(robot)), **search.arguments())
+        kept = [asdict(limit) for limit in limits.make(load(robot))]
+        options = {"robot": robot, "limits": kept} | search.arguments()
     else:
         _check_later(context)
     with TankSearch(state, options) as experiment:
@@ -148,12 +149,12 @@ def _measured(quantities: Mapping[str, float]) -> dict[str, Any]:
 
 def _row(gait: Gait) -> list[float]:
     """Values of a gait in Hz and degrees, in the order of `gait_columns`."""
-    return [gait.frequency, *np.degrees([*gait.amplitude, *gait.phase, *gait.bias]).tolist()]
+    return [gait.frequency, *np.degrees(gait.values[1:]).tolist()]
 
 
 def _csv(experiment: TankSearch) -> str:
     """Write the gaits as steady runs with empty cells for the measurements."""
-    lines = [",".join([COLUMNS["name"], *gait_columns(experiment.robot), *MEASURED])]
+    lines = [",".join([COLUMNS["name"], *gait_columns(experiment.robot), *(COLUMNS[name] for name in MEASURED)])]
     for name, gait in experiment.ask().items():
         lines.append(",".join([name, *(f"{x:.6f}" for x in _row(gait)), *("",) * len(MEASURED)]))
     return "\n".join(lines) + "\n"

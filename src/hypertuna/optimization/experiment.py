@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -19,49 +18,12 @@ from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.optimize import choose_objective, make_optimizer
 from hypertuna.optimization.problem import Problem
 from hypertuna.swimming.gait import Gait
-from hypertuna.trials.steady import SteadyRun
+from hypertuna.trials.steady import MEASURED, SteadyRun
 
 SAME = 1e-4  # of the range of a coordinate: difference of gaits that count as the same
-MEASURED = ("speed", "cost_of_transport")
-
-
-@dataclass(frozen=True)
-class TankOptions:
-    """Options of a search by experiment, as its first call gives them."""
-
-    robot: str  # name, or path of the robot's file
-    maximize: str | None
-    minimize: str | None
-    speed: float | None  # [m/s]
-    weight: float | None  # [m/s per J/(kg m)]
-    bounds: Mapping[str, tuple[float, float]]  # for `gait_bounds` [Hz or deg]
-    limits: tuple[Limit, ...]  # of the gait alone: rates and reach
-    method: str
-    particles: int | None
-    iterations: int | None
-    seed: int
-
-    @classmethod
-    def of(cls, options: Mapping[str, Any]) -> Self:
-        """Read the options from JSON of `asdict`."""
-        bounds = {name: (low, high) for name, (low, high) in options["bounds"].items()}
-        limits = tuple(Limit(**limit) for limit in options["limits"])
-        return cls(**{**options, "bounds": bounds, "limits": limits})
-
-    def problem(self) -> Problem:
-        """Return the problem, if a tank measures all that it needs."""
-        robot = load(self.robot)
-        target = choose_objective(maximize=self.maximize, minimize=self.minimize, speed=self.speed, weight=self.weight)
-        problem = Problem(robot, gait_bounds(robot, self.bounds), (target,), self.limits)
-        if self.method == "gradient":
-            rule = "must not need derivatives, which a tank cannot measure"
-            raise InputError(rule, key="method", value="'gradient'", fix="use pso, cma or de")
-        known = {*MEASURED, "stride_length", *gait_quantities(robot, problem.space.gaits([problem.space.lower]))[0]}
-        for name in problem.needs:
-            if name not in known:
-                fix = "optimize speed or cost_of_transport, and limit rates or amplitudes"
-                raise InputError("must be measured in the tank", key=name, fix=fix)
-        return problem
+# Of a search, as its first call gives them: the robot's name or file, limits as of `Limit`, arguments of `optimize`.
+GOALS = ("maximize", "minimize", "speed", "weight")
+OPTIONS = ("robot", *GOALS, "bounds", "limits", "method", "particles", "iterations", "seed")
 
 
 class TankSearch:
@@ -70,31 +32,27 @@ class TankSearch:
     A new journal needs the options of the search; an old one holds them.
     """
 
-    def __init__(self, path: str | Path, options: TankOptions | None = None) -> None:
-        self.options = options or _options_of(path)
-        self.problem = self.options.problem()
-        sizes = (self.options.particles, self.options.iterations, self.options.seed)
-        self._optimizer = make_optimizer(self.problem, self.options.method, *sizes)
+    def __init__(self, path: str | Path, options: Mapping[str, Any] | None = None) -> None:
+        options = options or _options_of(path)
+        self.problem = _problem(options)
+        sizes = (options[name] for name in ("particles", "iterations", "seed"))
+        self._optimizer = make_optimizer(self.problem, options["method"], *sizes)
         self._measured: dict[int, dict[str, float]] = {}  # measured points of the batch, by their index in it
         self._batch = self._optimizer.ask()
-        header = journal_header("experiment", self.problem.robot, asdict(self.options))
+        header = journal_header("experiment", self.problem.robot, options)
         del header["isa"]  # nothing is computed that depends on it
         self._journal = Journal(path, header)
         try:
             for k, record in enumerate(self._journal.records):
                 self._replay(record, f"{path}:{k + 2}")
         except BaseException:
-            self.close()
+            self._journal.close()
             raise
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Close the journal."""
         self._journal.close()
 
     @property
@@ -208,7 +166,7 @@ class TankSearch:
         self._advance()
 
 
-def _options_of(path: str | Path) -> TankOptions:
+def _options_of(path: str | Path) -> dict[str, Any]:
     """Return the options in a journal."""
     if not Path(path).exists():
         rule, fix = "does not exist", "start a search: give --robot and --maximize speed, for example"
@@ -217,11 +175,28 @@ def _options_of(path: str | Path) -> TankOptions:
     if header.get("kind") != "experiment":
         fix = "give the state of `hypertuna optimize ask`"
         raise InputError("must be the state of an experiment", file=str(path), value=str(header.get("kind")), fix=fix)
-    try:
-        return TankOptions.of(header["options"])
-    except (KeyError, TypeError, ValueError, AttributeError):
+    options: dict[str, Any] = header.get("options", {})
+    if not set(OPTIONS) <= options.keys():
         rule, fix = "does not hold the options of a search", "use the version of hypertuna that started the search"
-        raise InputError(rule, file=f"{path}:1", fix=fix) from None
+        raise InputError(rule, file=f"{path}:1", fix=fix)
+    return options
+
+
+def _problem(options: Mapping[str, Any]) -> Problem:
+    """Return the problem, if a tank measures all that it needs."""
+    robot = load(options["robot"])
+    target = choose_objective(**{name: options[name] for name in GOALS})
+    limits = tuple(Limit(**limit) for limit in options["limits"])
+    problem = Problem(robot, gait_bounds(robot, options["bounds"]), (target,), limits)
+    if options["method"] == "gradient":
+        rule = "must not need derivatives, which a tank cannot measure"
+        raise InputError(rule, key="method", value="'gradient'", fix="use pso, cma or de")
+    known = {*MEASURED, "stride_length", *gait_quantities(robot, problem.space.gaits([problem.space.lower]))[0]}
+    for name in problem.needs:
+        if name not in known:
+            fix = "optimize speed or cost_of_transport, and limit rates or amplitudes"
+            raise InputError("must be measured in the tank", key=name, fix=fix)
+    return problem
 
 
 def _place(run: SteadyRun) -> str:

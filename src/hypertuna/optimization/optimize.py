@@ -88,29 +88,21 @@ def optimize(
     robot : Robot
     maximize, minimize : str, optional
         Quantity to maximize or minimize. Exactly one of `maximize`, `minimize` and `speed` must be given.
-    speed : float, optional
-        Expected speed U_e; the objective is ``|U - U_e| + k COT`` (Eq. 42) [m/s].
-    weight : float, optional
-        Weight k of the cost of transport [m/s per J/(kg m)].
+    speed, weight : float, optional
+        Expected speed U_e [m/s] and weight k [m/s per J/(kg m)] of the objective ``|U - U_e| + k COT`` (Eq. 42).
     bounds : mapping, optional
         Bounds by name, ``{"frequency_hz": (1, 4)}``, that replace those of the robot's file [Hz or deg].
     limits : sequence of Limit
         From `gait_limits`.
     method : {"pso", "cma", "gradient", "de"}
         Particle swarm, CMA-ES, multi-start SQP with exact derivatives, or differential evolution.
-    particles : int, optional
-        Gaits per batch; number of starts of "gradient".
-    iterations : int, optional
-        Max number of batches.
+    particles, iterations : int, optional
+        Gaits per batch (number of starts of "gradient"), and max number of batches.
     robust : {"mean", "worst5"}, optional
         Take the objective as its mean, or the mean of its worst 5 %, over robots sampled from the robot's fit. Every
         one of them must keep the limits. The swim of the result is that of the robot itself.
-    samples : int
-        Number of robots to sample.
-    seed : int
-        The same seed gives the same result.
-    steps : int
-        Runge-Kutta steps per beat, a multiple of 4.
+    samples, seed, steps : int
+        Number of robots to sample; seed of all random numbers; Runge-Kutta steps per beat, a multiple of 4.
     checkpoint : str or Path, optional
         File to keep the search in, and to resume it from.
     progress : callable, optional

@@ -18,7 +18,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.io.checkpoint import Journal
 from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.design_space import DesignSpace, gait_bounds
-from hypertuna.optimization.objective import Evaluation, Objective, objective
+from hypertuna.optimization.objective import Evaluation, objective
 from hypertuna.optimization.optimize import SEEDS
 from hypertuna.optimization.optimizers import hypervolume, nsga2, pareto_front
 from hypertuna.optimization.polish import MAX_ROUNDS, Target, run_targets, stationarity
@@ -115,22 +115,17 @@ def pareto(
         Two or three quantities; each is minimized or maximized as suits it.
     population, generations : int
         Of NSGA-II.
-    bounds : mapping, optional
-        Bounds by name, ``{"frequency_hz": (1, 4)}``, that replace those of the robot's file [Hz or deg].
-    limits : sequence of Limit
-        Limits that every gait must keep.
+    bounds, limits : mapping and sequence of Limit, optional
+        As of `optimize` [Hz or deg].
     min_speed : float, optional
         Min speed; a tenth of a body length per second by default. Near rest the model's cost of transport goes to
         zero with the square of the speed, and a front would end in gaits that hardly move [m/s].
     polish : bool
         Whether to polish the front.
     robust : {"mean", "worst5"}, optional
-        Take every objective as its mean, or the mean of its worst 5 %, over robots sampled from the robot's fit. Every
-        one of them must keep the limits.
-    samples : int
-        Number of robots to sample.
-    seed : int
-        Of NSGA-II and of the samples.
+        Objectives over robots sampled from the robot's fit, as of `optimize`.
+    samples, seed : int
+        Number of robots to sample; seed of NSGA-II and of the samples.
     steps, threads : int
         Runge-Kutta steps per beat, and threads; the result does not depend on the latter.
     checkpoint : str or Path, optional
@@ -150,7 +145,10 @@ def pareto(
     start = time.perf_counter()
     check_steps(steps)
     names = tuple(objectives)
-    targets = _objectives(names)
+    targets = tuple(objective(name, key="objectives") for name in names)
+    if len(names) not in (2, 3) or len(set(names)) < len(names):
+        fix = "give them separated by commas, such as speed,cost_of_transport"
+        raise InputError("must be two or three different ones", key="objectives", value=shown(",".join(names)), fix=fix)
     sizes = {"population": population, "generations": generations, "seed": seed}
     for key, value in sizes.items():
         RANGES[key].check(value, key, "or leave it out")
@@ -219,15 +217,6 @@ class _Recorded:
     def finish(self) -> None:
         """Report the end."""
         self._progress(self._total, self._total)
-
-
-def _objectives(names: Sequence[str]) -> tuple[Objective, ...]:
-    """Return the objectives of two or three different names."""
-    objectives = tuple(objective(name, key="objectives") for name in names)
-    if len(names) not in (2, 3) or len(set(names)) < len(names):
-        fix = "give them separated by commas, such as speed,cost_of_transport"
-        raise InputError("must be two or three different ones", key="objectives", value=shown(",".join(names)), fix=fix)
-    return objectives
 
 
 def _evolve(problem: _Recorded, population: int, generations: int, seed: int) -> tuple[Evaluation, str]:
