@@ -86,7 +86,7 @@ static Output bend(const OwnedJoint& owned, const Input<2>& pressure) {
     for (std::size_t i = 0; i < segments; ++i) {
         double angle = 0;
         for (std::size_t k = 0; k < n; ++k) {
-            angle = follow(joint, static_cast<int>(i), pressure.data() + 2 * k, angle);
+            angle = bend_from(joint, static_cast<int>(i), pressure.data() + 2 * k, angle);
             out.data()[k * segments + i] = angle;
         }
     }

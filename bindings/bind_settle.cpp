@@ -18,7 +18,10 @@ HYPERTUNA_DECLARE(x86_64_v4)
 
 /// Kernels that were built and that this processor runs, the fastest last.
 static std::vector<const Kernel*> available_kernels() {
-    std::vector<const Kernel*> kernels = {&kernel_scalar};
+    std::vector<const Kernel*> kernels;
+#ifdef HYPERTUNA_HAVE_SCALAR
+    kernels.push_back(&kernel_scalar);
+#endif
 #ifdef HYPERTUNA_HAVE_X86_64_V2
     if (__builtin_cpu_supports("x86-64-v2")) kernels.push_back(&kernel_x86_64_v2);
 #endif
@@ -50,6 +53,9 @@ static const Kernel& kernel() {
     for (const Kernel* k : available_kernels()) message += std::string(" ") + k->name;
     throw nb::value_error(message.c_str());
 }
+
+/// A kernel for what all kernels share.
+static const Kernel& any_kernel() { return *available_kernels().front(); }
 
 /// All names that a list has.
 static std::vector<std::string> names(const char* (*name)(int)) {
@@ -194,10 +200,10 @@ void bind_settle(nb::module_& m) {
     m.def("track", &track, nb::arg("model"), nb::arg("joints"), nb::arg("directions"), nb::kw_only(), nb::arg("step"),
           "Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water: pose of the "
           "nose at every step, its rate, and its derivatives along `directions` (parameters, directions).");
-    m.def("settle_columns", [] { return names(kernel_scalar.settle_column); }, "Names of the columns of `settle`.");
+    m.def("settle_columns", [] { return names(any_kernel().settle_column); }, "Names of the columns of `settle`.");
     m.def(
-        "gradient_outputs", [] { return names(kernel_scalar.gradient_output); }, "Names of the outputs of `gradient`.");
-    m.attr("SETTLED_DISTANCE") = kernel_scalar.settled_distance;
+        "gradient_outputs", [] { return names(any_kernel().gradient_output); }, "Names of the outputs of `gradient`.");
+    m.attr("SETTLED_DISTANCE") = any_kernel().settled_distance;
 }
 
 }  // namespace hypertuna

@@ -1,4 +1,4 @@
-/// The model as Python hands it over: named columns, laid out in the order of core parameters.hpp.
+/// What the bindings share: models, arrays, and one function for each part of the module.
 #pragma once
 
 #include <nanobind/stl/map.h>
@@ -13,15 +13,6 @@
 #include "kernels.hpp"
 
 namespace hypertuna {
-
-/// One named parameter column: as many numbers as there are links, groups, or one.
-struct ParameterColumn {
-    const char* name;
-    enum class Extent { one, groups, links } extent;
-};
-
-/// The columns in the order of core parameters.hpp, gait first.
-std::vector<ParameterColumn> parameter_columns(const Model& model);
 
 void bind_model(nb::module_& m);
 void bind_settle(nb::module_& m);

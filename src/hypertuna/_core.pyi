@@ -16,18 +16,9 @@ def water_laws() -> list[tuple[str, list[tuple[str, str, bool]]]]:
 class Model:
     """A robot in its water, ready for the core. Immutable."""
 
-    def __init__(
-        self,
-        *,
-        law: str,
-        flags: Mapping[str, bool],
-        length: float,
-        joint_group: Sequence[int],
-        joint_share: Sequence[float],
-        columns: Mapping[str, Sequence[float]],
-    ) -> None:
+    def __init__(self, law: str, columns: dict[str, Any]) -> None:
         """
-        Joint i sits at the front of link i; its group is -1 where it is rigid. `law` and `flags` as named by `water_laws`; `columns` holds the parameters after the gait's, by the names of `parameter_names`; there are as many groups as bandwidths.
+        From `body_length` [m], `joint_group` and `joint_share` (links: joint i is at the front of link i, its group is -1 where it is rigid), the law's flags (0 or 1), and the parameters after the gait's, by the names of `parameter_names`; there are as many groups as bandwidths.
         """
 
     @property

@@ -36,15 +36,9 @@ def core_model(case: Case, law: str, areas: str) -> _core.Model:
     lumped = case.lumped_water(areas)
     columns |= {"friction_area": lumped.friction_area, "drag_area": lumped.drag_area}
     coefficients = getattr(case, law)
-    columns |= {name: np.atleast_1d(value) for name, value in coefficients.items() if not isinstance(value, bool)}
-    return _core.Model(
-        law=law,
-        flags={name: value for name, value in coefficients.items() if isinstance(value, bool)},
-        length=chain.length.sum(),
-        joint_group=[-1] + [0] * (links - 1),
-        joint_share=[0.0] + [1.0] * (links - 1),
-        columns=columns,
-    )
+    columns |= {name: np.atleast_1d(value).astype(float) for name, value in coefficients.items()}
+    body = {"joint_group": [-1] + [0] * (links - 1), "joint_share": [0.0] + [1.0] * (links - 1)}
+    return _core.Model(law, columns | body | {"body_length": chain.length.sum()})
 
 
 def core_joints(joints: Joints) -> Real:

@@ -42,16 +42,16 @@ static void sides() {
 static void friction_holds() {
     const SoftJoint<double> j = joint(40e3, 0.1);
     const double top[2] = {2.5e5, 0}, little_less[2] = {2.45e5, 0}, less[2] = {1e5, 0}, none[2] = {0, 0};
-    const double loaded = follow(j, 0, top, 0.0), free = balance(j, 0, top, 0.0);
+    const double loaded = bend_from(j, 0, top, 0.0), free = balance(j, 0, top, 0.0);
     CHECK(loaded < free && free < balance(j, 0, top, 1.0));
-    CHECK(follow(j, 0, little_less, loaded) == loaded);
-    const double back = follow(j, 0, less, loaded);
-    CHECK(follow(j, 0, less, 0.0) < balance(j, 0, less, 0.0) && balance(j, 0, less, 0.0) < back && back < loaded);
-    CHECK(follow(j, 0, none, 0.0) == 0);
+    CHECK(bend_from(j, 0, little_less, loaded) == loaded);
+    const double back = bend_from(j, 0, less, loaded);
+    CHECK(bend_from(j, 0, less, 0.0) < balance(j, 0, less, 0.0) && balance(j, 0, less, 0.0) < back && back < loaded);
+    CHECK(bend_from(j, 0, none, 0.0) == 0);
     const double right[2] = {0, 2.5e5};
-    CHECK_NEAR(follow(j, 0, right, 0.0), -loaded, 1e-15);
+    CHECK_NEAR(bend_from(j, 0, right, 0.0), -loaded, 1e-15);
     const SoftJoint<double> smooth = joint(40e3, 0);
-    CHECK(follow(smooth, 0, top, 0.0) == follow(smooth, 0, top, 9.0));
+    CHECK(bend_from(smooth, 0, top, 0.0) == bend_from(smooth, 0, top, 9.0));
 }
 
 /// However high the pressure, the stretched side keeps its lumen: there the wall's energy has no end.
@@ -79,7 +79,7 @@ static void as_printed() {
     const double printed = balance(j, 0, left, 0.0);
     CHECK(1.2 * corrected < printed);
     CHECK_NEAR(balance(j, 0, right, 0.0), -printed, 1e-15);
-    CHECK(follow(j, 0, left, 1.0) == printed && follow(j, 0, left, 0.0) == printed);
+    CHECK(bend_from(j, 0, left, 1.0) == printed && bend_from(j, 0, left, 0.0) == printed);
 }
 
 int main() {

@@ -55,10 +55,10 @@ static void errors_by_hand() {
     Sensors<double> s = perfect();
     s.of("bend").nonlinearity = 0.01;  // of 3 rad
     const double top = 1.5 / std::sqrt(3.0);
-    CHECK_NEAR(bent(s.of("bend"), top), 0.03, 1e-15);
-    CHECK_NEAR(bent(s.of("bend"), -top), -0.03, 1e-15);
-    CHECK_NEAR(bent(s.of("bend"), 1.5), 0, 1e-15);
-    CHECK(bent(s.of("bend"), top * 0.9) < 0.03 && bent(s.of("bend"), top * 1.1) < 0.03);
+    CHECK_NEAR(line_error(s.of("bend"), top), 0.03, 1e-15);
+    CHECK_NEAR(line_error(s.of("bend"), -top), -0.03, 1e-15);
+    CHECK_NEAR(line_error(s.of("bend"), 1.5), 0, 1e-15);
+    CHECK(line_error(s.of("bend"), top * 0.9) < 0.03 && line_error(s.of("bend"), top * 1.1) < 0.03);
     CHECK_NEAR(quantized(0.1, 0.26), 0.3, 1e-15);
     CHECK_NEAR(quantized(0.1, -0.24), -0.2, 1e-15);
     CHECK_NEAR(quantized(0.1f, -0.24f), -0.2, 1e-7);

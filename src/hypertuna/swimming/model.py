@@ -98,11 +98,6 @@ def _make(robot: Robot, changes: Mapping[str, Sequence[float]]) -> _core.Model:
                 raise InputError("must be a column of the robot's model", key="columns", value=shown(name), fix=fix)
             columns[known[name]] = values
     coefficients = dict(getattr(robot.water, robot.model.water))
-    return _core.Model(
-        law=robot.model.water,
-        flags={name: value for name, value in coefficients.items() if isinstance(value, bool)},
-        length=robot.body.length,
-        joint_group=group,
-        joint_share=share,
-        columns=columns,
-    )
+    flags = {name: float(value) for name, value in coefficients.items() if isinstance(value, bool)}
+    body = {"body_length": robot.body.length, "joint_group": group, "joint_share": share}
+    return _core.Model(robot.model.water, columns | flags | body)

@@ -101,7 +101,7 @@ S balance(const SoftJoint<S>& joint, int i, const S* pressure, S hold) {
 /// Angle that a segment takes when the pressures come to these values from ones at which it stood at `before`: it stays
 /// where friction holds it.
 template <std::floating_point S>
-S follow(const SoftJoint<S>& joint, int i, const S* pressure, S before) {
+S bend_from(const SoftJoint<S>& joint, int i, const S* pressure, S before) {
     return min(max(before, balance(joint, i, pressure, S(-1))), balance(joint, i, pressure, S(1)));
 }
 

@@ -73,25 +73,37 @@ struct PlaneBody {
     PlaneBody& operator=(const PlaneBody&) = delete;
 };
 
+/// The links of a body in space, and what they make of the whole.
+template <class Law>
+struct SpaceLinks {
+    std::vector<LinkSpace<double>> link;
+    double size = 0;      // m: the body is within a ball of this radius
+    double shedding = 0;  // kg/m, left behind by the tail end
+
+    SpaceLinks(const BodyData::Space& space, const Swimmer<double, Law>& fish, double density) {
+        double height = 0;
+        for (int i = 0; i < fish.links; ++i) {
+            const LinkBody<double>& body = space.link[i];
+            link.push_back(make_link_space(body, fish.link[i], fish.water.inertia(i), density));
+            shedding = std::max(shedding, (link.back().heave - fish.link[i].mass) / fish.link[i].length);
+            size += fish.link[i].length;
+            height = std::max(height, std::abs(body.center_height) + body.height);
+        }
+        shedding *= space.shedding;
+        size += height;
+    }
+};
+
 /// A body in space and its memory.
 template <class Law, int D>
 struct SpaceBody {
     PlaneBody<Law, D> plane;
-    std::vector<LinkSpace<double>> space;
+    SpaceLinks<Law> links;
     Body6<double, Law, D> body;
 
-    SpaceBody(const BodyData& data, const Sea<double>& sea) : plane(data, false) {
-        const Swimmer<double, Law>& fish = plane.tank.fish;
-        double length = 0, height = 0, added = 0;
-        for (int i = 0; i < fish.links; ++i) {
-            const LinkBody<double>& link = data.space->link[i];
-            space.push_back(make_link_space(link, fish.link[i], fish.water.inertia(i), sea.density));
-            added = std::max(added, (space.back().heave - fish.link[i].mass) / fish.link[i].length);
-            length += fish.link[i].length;
-            height = std::max(height, std::abs(link.center_height) + link.height);
-        }
-        body = {plane.tail,      space.data(), data.space->shedding * added, length + height, data.space->antenna,
-                data.space->fin, sea};
+    SpaceBody(const BodyData& data, const Sea<double>& sea)
+        : plane(data, false), links(*data.space, plane.tank.fish, sea.density) {
+        body = {plane.tail, links.link.data(), links.shedding, links.size, data.space->antenna, data.space->fin, sea};
     }
     SpaceBody(const SpaceBody&) = delete;
     SpaceBody& operator=(const SpaceBody&) = delete;

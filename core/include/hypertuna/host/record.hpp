@@ -78,14 +78,14 @@ inline double number(const Quaternion<double>& q, int i) {
 }
 
 /// Columns of a twin's run: the head's motion, in the plane or in space, and all that is within the robot.
-template <class Body>
+template <int D, class Space>
 struct TwinColumns {
-    using State = TwinStateOf<Body>;
-    using Tick = TickOf<Body>;
+    using State = TwinState<double, D, Space>;
+    using Tick = hypertuna::Tick<double, D, Space>;
     using Column = Recorded<State, Tick>;
 
     static auto head() {
-        if constexpr (std::is_same_v<typename Body::Space, InPlane>)
+        if constexpr (std::is_same_v<Space, InPlane>)
             return std::to_array<Column>({
                 HYPERTUNA_COLUMN("x", one, at.plant.pose.x),
                 HYPERTUNA_COLUMN("y", one, at.plant.pose.y),
@@ -134,6 +134,15 @@ struct TwinColumns {
             HYPERTUNA_COLUMN("status", one, tick.output.status.flags),
             HYPERTUNA_COLUMN("status_at", conditions, tick.output.status.at[i]),
         });
+    }
+
+    static void add(Record& record, std::size_t rows, int joints) {
+        add_columns(record, head(), rows, D, joints);
+        add_columns(record, robot(), rows, D, joints);
+    }
+    static void write(Record& record, std::size_t row, const State& state, const Tick& tick) {
+        write_row(record, 0, head(), row, state, tick);
+        write_row(record, head().size(), robot(), row, state, tick);
     }
 };
 #undef HYPERTUNA_COLUMN

@@ -79,20 +79,16 @@ TwinStateOf<Body> start_of(const Twin<Body>& twin, const Run& run) {
 /// Run and record a twin; ends early where the plant's state is none that a robot can have. go(state, k) makes tick k.
 template <class Body, class Go>
 Record record_run(const Twin<Body>& twin, TwinStateOf<Body> state, const Run& run, const Go& go) {
-    const auto head = TwinColumns<Body>::head();
-    const auto robot = TwinColumns<Body>::robot();
-    const std::size_t rows = (run.ticks + run.every - 1) / run.every;
+    using Columns = TwinColumns<Body::coordinates, typename Body::Space>;
     Record record;
-    add_columns(record, head, rows, Body::coordinates, twin.plant.joints);
-    add_columns(record, robot, rows, Body::coordinates, twin.plant.joints);
+    Columns::add(record, (run.ticks + run.every - 1) / run.every, twin.plant.joints);
     for (; record.ticks < run.ticks && plausible(state.plant); ++record.ticks) {
         const PlantStateOf<Body> start = state.plant;
         const TickOf<Body> tick = go(state, record.ticks);
         if (record.ticks % run.every != 0) continue;
         TwinStateOf<Body> shown = state;
         shown.plant = start;
-        write_row(record, 0, head, record.ticks / run.every, shown, tick);
-        write_row(record, head.size(), robot, record.ticks / run.every, shown, tick);
+        Columns::write(record, record.ticks / run.every, shown, tick);
     }
     return record;
 }

@@ -81,7 +81,7 @@ struct SensorsState {
 
 /// Deviation from a line, odd and zero at rest and at both ends of the range: 3 sqrt(3) / 2 (z - z^3) peaks at 1.
 template <class T>
-T bent(const SensorModel<T>& model, T truth) {
+T line_error(const SensorModel<T>& model, T truth) {
     const T z = clamp(truth / model.high, T(-1), T(1));
     return model.nonlinearity * (model.high - model.low) * T(2.598076211353316) * (z - z * z * z);
 }
@@ -124,7 +124,7 @@ T read_channel(const Sensors<T>& sensors, SensorsState<T>& state, const SensorMo
     };
     const T offset = model.bias * normal<T>(draw(0, 0));
     if (model.drift > T(0)) state.walk[channel] += model.drift * sensors.root_tick * normal<T>(draw(1, state.count));
-    T reading = truth + bent(model, truth) + offset + state.walk[channel];
+    T reading = truth + line_error(model, truth) + offset + state.walk[channel];
     if (model.noise > T(0)) reading += model.noise * normal<T>(draw(2, state.count));
     reading = clamp(reading, model.low, model.high);
     if (model.resolution > T(0)) reading = quantized(model.resolution, reading);
