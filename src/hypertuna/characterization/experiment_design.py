@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,7 @@ import numpy as np
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney, muscle, soft_joint
-from hypertuna.characterization.data import Bench, Loop
 from hypertuna.characterization.fit import BenchFit
-from hypertuna.characterization.problem import computed
 from hypertuna.characterization.unknowns import with_unknowns
 from hypertuna.description.robot import Robot
 
@@ -108,33 +107,22 @@ def _derivative(fit: BenchFit, one: _Candidate, k: int) -> float:
 
 def _candidates(fit: BenchFit) -> list[_Candidate]:
     """List measurements of parts, of a drive unit alone, and of every joint on the bench."""
-    top, degrees = float(fit.bench.pressure.max()), 180 / math.pi
-    kinds, at = {one.kind for one in fit.free}, f"at {top / 1e3:g} kPa"
-    outer, inner = (lambda r: drive_unit(r).outer_diameter), (lambda r: drive_unit(r).inner_diameter)
+    top = float(fit.bench.pressure.max())
+    at = f"at {top / 1e3:g} kPa"
+    outer, inner, angle = (partial(_of_unit, name) for name in ("outer_diameter", "inner_diameter", "braid_angle"))
     candidates = [
         _Candidate("outer diameter of the hose, by caliper", outer, CALIPER, "mm", 1e3),
         _Candidate("inner diameter of the hose, by pin gauge", inner, CALIPER, "mm", 1e3),
-        _Candidate(
-            "braid angle at rest, by photograph", lambda r: drive_unit(r).braid_angle, PHOTOGRAPH, "deg", degrees
-        ),
+        _Candidate("braid angle at rest, by photograph", angle, PHOTOGRAPH, "deg", 180 / math.pi),
         _Candidate(f"blocked force of one drive unit {at}", lambda r: _pull(r, top, 1.0), -LOAD_CELL, "N"),
         _Candidate(f"free contraction of one drive unit {at}", lambda r: _contraction(r, top), STRAIN, "%", 100.0),
     ]
-    candidates += [
-        _Candidate(f"tensile test of the {part}'s silicone", _modulus_of(fit, part), -TENSILE_TEST, "of described")
-        for part in ("hose", "matrix")
-        if f"{part}_modulus" in kinds
-    ]
-    for j in fit.bench.joints:
-        candidates += _of_joint(fit, j, top)
-    return candidates
-
-
-def _modulus_of(fit: BenchFit, part: str) -> Callable[[Robot], float]:
-    """Return a function for the modulus of the hose's or matrix's silicone, over that of the description."""
-    name = getattr(drive_unit(fit.described), part)
-    described = mooney(fit.described, name).modulus
-    return lambda robot: mooney(robot, name).modulus / described
+    for part in ("hose", "matrix"):
+        if f"{part}_modulus" in {one.kind for one in fit.free}:
+            name = getattr(drive_unit(fit.described), part)
+            text, modulus = f"tensile test of the {part}'s silicone", mooney(fit.described, name).modulus
+            candidates.append(_Candidate(text, partial(_relative, name, modulus), -TENSILE_TEST, "of described"))
+    return candidates + [one for j in fit.bench.joints for one in _of_joint(fit, j, top)]
 
 
 def _of_joint(fit: BenchFit, joint: int, top: float) -> list[_Candidate]:
@@ -142,55 +130,51 @@ def _of_joint(fit: BenchFit, joint: int, top: float) -> list[_Candidate]:
     name, bench = fit.described.joints[joint].name, fit.bench
     own = bench.joint == joint
 
+    def lever(robot: Robot) -> float:
+        return joint_group(robot, joint)[1].lever
+
     def length(robot: Robot) -> float:
         return joint_group(robot, joint)[1].segment_length[0]
 
     def stiffness(robot: Robot) -> float:
         return float(sum(soft_joint(robot, joint).stiffness()))
 
+    def volume(robot: Robot) -> float:
+        return float(bend(robot, joint, [top]).volume[0])
+
     candidates = [
-        _Candidate(f"lever of joint {name}, cut open", lambda r: joint_group(r, joint)[1].lever, RULER, "mm", 1e3),
+        _Candidate(f"lever of joint {name}, cut open", lever, RULER, "mm", 1e3),
         _Candidate(f"segment length of joint {name}, cut open", length, RULER, "mm", 1e3),
         _Candidate(f"moment per bend of joint {name} without pressure", stiffness, -BENDING_TEST, "N m/rad"),
     ]
     if not np.isfinite(bench.volume[own]).any():
         text = f"oil volume of joint {name} at {top / 1e3:g} kPa, by syringe"
-        candidates.append(_Candidate(text, lambda r: _volume(r, joint, top), -SYRINGE, "ml", 1e6))
+        candidates.append(_Candidate(text, volume, -SYRINGE, "ml", 1e6))
     for side, word in enumerate(SIDES):
         rows = own & (bench.side == side)
         for unload, branch in ((False, "loading"), (True, "unloading")):
             if not (rows & (bench.unload == unload)).any() and not (unload and not rows.any()):
-                probe = _probe(joint, side, top, unload)
-                text = f"{word} bend of joint {name}, {branch}, at {(top / 2 if unload else top) / 1e3:g} kPa"
-                candidates.append(_Candidate(text, _bend_of(probe), GONIOMETER, "deg", 180 / math.pi))
+                at = top / 2 if unload else top
+                text = f"{word} bend of joint {name}, {branch}, at {at / 1e3:g} kPa"
+                angle = partial(_bend, joint, word, sorted({at, top}), unload)
+                candidates.append(_Candidate(text, angle, GONIOMETER, "deg", 180 / math.pi))
     return candidates
 
 
-def _bend_of(probe: Bench) -> Callable[[Robot], float]:
-    """Return a function for the last bend of a bench [rad]."""
-    return lambda robot: float(computed(robot, probe)[0][-1])
+def _of_unit(name: str, robot: Robot) -> float:
+    """Return a number of the drive units [SI]."""
+    return float(getattr(drive_unit(robot), name))
 
 
-def _probe(joint: int, side: int, top: float, unload: bool) -> Bench:
-    """Return a bench of one row: at the top pressure [Pa], or unloaded to half of it."""
-    one = np.ones(1, dtype=np.int64)
-    return Bench(
-        joint=joint * one,
-        side=side * one,
-        pressure=np.array([top / 2 if unload else top]),
-        angle=np.zeros(1),
-        unload=np.array([unload]),
-        angle_sd=np.full(1, np.nan),
-        volume=np.full(1, np.nan),
-        loops=(Loop(joint, side, top, np.zeros(1, dtype=np.int64)),),
-        files=("",),
-        lines=(0,),
-    )
+def _relative(material: str, described: float, robot: Robot) -> float:
+    """Return the modulus of a silicone over the described one [Pa]."""
+    return mooney(robot, material).modulus / described
 
 
-def _volume(robot: Robot, joint: int, pressure: float) -> float:
-    """Compute the oil volume of the left side's drive units at a pressure [m^3]."""
-    return float(bend(robot, joint, [pressure]).volume[0])
+def _bend(joint: int, side: str, pressure: list[float], unload: bool, robot: Robot) -> float:
+    """Compute the bend at the top of rising pressures [Pa], or unloaded to the least of them [rad]."""
+    curve = bend(robot, joint, pressure, side=side, unload=unload)
+    return float((curve.angle if curve.unload_angle is None else curve.unload_angle)[-1])
 
 
 def _pull(robot: Robot, pressure: float, stretch: float) -> float:

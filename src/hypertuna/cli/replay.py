@@ -17,9 +17,10 @@ from hypertuna.cli.emit import emit
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
+from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.comparison import compare_recording, replay_recording, with_fitted_clock
 from hypertuna.trials.manifest import Recording
-from hypertuna.trials.replay import AXES, Pose, head_center, replay, rmse
+from hypertuna.trials.replay import AXES, BORDER, Pose, head_center, replay, rmse
 from hypertuna.trials.smoothing import SmoothSeries, smooth
 from hypertuna.trials.tracks import Track, read_joints, read_tracks
 from hypertuna.trials.trials import read_trials
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 COMPARED = ("rmse", "mean_rmse", "repeatability")
-# Units on the terminal, and how many of them are one SI unit.
-BORDER = {"m": ("cm", 100.0), "rad": ("deg", 180 / np.pi)}
 # Columns of a comparison, and their heads.
 HEADS = {
     "rmse": "",
@@ -54,7 +53,9 @@ class SeriesOptions:
     unit: Annotated[str, opt.text("--unit", "Unit of the angles: deg or rad.")] = "deg"
     noise: Annotated[
         float | None,
-        opt.number("--noise", "degrees", "Standard deviation of the angles in degrees. (default: estimated)", low=0.0),
+        opt.number(
+            "--noise", "degrees", "Noise (sd) of the angles in degrees. (default: estimated)", limits=NOT_NEGATIVE
+        ),
     ] = None
 
     def read(self, path: str) -> SmoothSeries:

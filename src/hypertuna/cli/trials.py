@@ -18,12 +18,11 @@ from hypertuna.io.files import version, write_atomically
 from hypertuna.trials.comparison import repeatability
 from hypertuna.trials.importers import import_folder, manifest_text
 from hypertuna.trials.manifest import Recording
+from hypertuna.trials.replay import AXES, BORDER
 from hypertuna.trials.steady import COLUMNS, SteadyRun
 from hypertuna.trials.trials import Trials, read_trials
 
 trials_app = opt.group("Tank trials: check them, import published ones.")
-
-AXES = {"x_cm": 100.0, "y_cm": 100.0, "yaw_deg": 180 / np.pi}  # of repeatability, per SI unit
 
 
 @trials_app.command()
@@ -83,7 +82,9 @@ def _steady(file: str, runs: Sequence[SteadyRun], robot: Robot) -> dict[str, Any
 def _recording(recording: Recording) -> dict[str, Any]:
     """Return the content of a recording."""
     time, offset, tracks = recording.joints.time, recording.time_offset, recording.tracks
-    own = repeatability(tracks)
+    borders = [(axis, *BORDER[unit]) for axis, unit in AXES.items()]
+    own = zip(borders, repeatability(tracks), strict=True)
+    spread = {f"{axis}_{unit}": size * factor for (axis, unit, factor), size in own}
     return {
         "name": recording.name,
         "file": recording.file,
@@ -94,7 +95,7 @@ def _recording(recording: Recording) -> dict[str, Any]:
         "runs": [track.run for track in tracks],
         "frames": [len(track.time) for track in tracks],
         "poses_s": [min(track.time[0] for track in tracks), max(track.time[-1] for track in tracks)],
-        "repeatability": {name: own[k] * factor for k, (name, factor) in enumerate(AXES.items())},
+        "repeatability": spread,
     }
 
 

@@ -91,7 +91,7 @@ def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) 
 
     time, direction = result["time"].to_numpy(), tracks[0].pose[0, 2]
     limit = min(MAX_SHIFT, float(np.ptp(time)) / 4)
-    made = seen_from_start(head_center(robot, result), direction)
+    computed = seen_from_start(head_center(robot, result), direction)
     kept = [track.time <= time[-1] - limit for track in tracks]
     clock = np.concatenate([track.time[frames] for track, frames in zip(tracks, kept, strict=True)])
     seen = [seen_from_start(track.pose, direction)[frames] for track, frames in zip(tracks, kept, strict=True)]
@@ -100,7 +100,7 @@ def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) 
         return 0.0
 
     def cost(shift: float) -> float:
-        return float(np.log(((at_times(clock, time + shift, made) - target) ** 2).mean(axis=0) + TINY).sum())
+        return float(np.log(((at_times(clock, time + shift, computed) - target) ** 2).mean(axis=0) + TINY).sum())
 
     grid = np.linspace(-limit, limit, GRID)
     k = int(np.argmin([cost(shift) for shift in grid]))

@@ -32,11 +32,7 @@ def manifest_text(document: Mapping[str, Any], comment: str) -> str:
     """Return the document of a manifest as TOML."""
     import tomlkit  # imported here: slow to import
 
-    toml = tomlkit.document()
-    toml.add(tomlkit.comment(comment))
-    for key, value in document.items():
-        toml.add(key, tomlkit.item(value))
-    return tomlkit.dumps(toml)
+    return f"# {comment}\n{tomlkit.dumps(document)}"
 
 
 def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:

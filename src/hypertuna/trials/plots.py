@@ -5,33 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hypertuna.description.robot import Robot
 from hypertuna.figures import COLORS, FAINT, WIDTH, styled
 from hypertuna.trials.manifest import Recording
-from hypertuna.trials.replay import AXES, head_center, seen_from_start
+from hypertuna.trials.replay import AXES, BORDER, head_center, seen_from_start
 from hypertuna.trials.tracks import Track
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SCALES = {"m": ("cm", 100.0), "rad": ("deg", 180 / np.pi)}
 COLUMN = 2.6  # inch, minimum width of the panels of a recording
-TITLE = "Center of the head link, from its start"
 
 
 @styled
 def plot_replay(robot: Robot, result: xr.Dataset, tracks: Sequence[Track], *, width: float = WIDTH) -> Figure:
     """Plot the pose of the head link's center over time, from its start, with the tracked runs; width [inch]."""
-    figure = Figure(figsize=(width, width), layout="constrained")
-    panels = figure.subplots(3, 1, sharex=True)
-    _plot(panels, robot, result, tracks)
-    _label(panels)
-    figure.suptitle(TITLE)
-    return figure
+    return _figure(robot, [("", result, tracks)], width, width)
 
 
 @styled
@@ -39,15 +31,25 @@ def plot_recordings(
     robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], *, width: float = WIDTH
 ) -> Figure:
     """Plot replays of recordings side by side, as `plot_replay`, on one scale; width, at least [inch]."""
-    figure = Figure(figsize=(max(width, COLUMN * len(recordings)), WIDTH), layout="constrained")
-    panels = figure.subplots(3, len(recordings), sharex="col", sharey="row", squeeze=False)
-    for column, recording, result in zip(panels.T, recordings, results, strict=True):
-        _plot(column, robot, result, recording.tracks)
-        column[0].set_title(recording.name)
-    _label(list(panels[:, 0]))
-    for panel in panels[-1]:
-        panel.set_xlabel("time [s]")
-    figure.suptitle(TITLE)
+    cases = [(one.name, result, one.tracks) for one, result in zip(recordings, results, strict=True)]
+    return _figure(robot, cases, max(width, COLUMN * len(cases)), WIDTH)
+
+
+def _figure(
+    robot: Robot, cases: Sequence[tuple[str, xr.Dataset, Sequence[Track]]], width: float, height: float
+) -> Figure:
+    """Plot replays side by side: title, replay and tracked runs of each."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    panels = figure.subplots(3, len(cases), sharex="col", sharey="row", squeeze=False)
+    for column, (title, result, tracks) in zip(panels.T, cases, strict=True):
+        _plot(column, robot, result, tracks)
+        column[0].set_title(title)
+        column[-1].set_xlabel("time [s]")
+    for panel, (axis, unit) in zip(panels[:, 0], AXES.items(), strict=True):
+        panel.set_ylabel(f"head {axis} [{BORDER[unit][0]}]")
+    lines, names = panels[0, 0].get_legend_handles_labels()
+    panels[0, 0].legend(dict(zip(names, lines, strict=True)).values(), dict.fromkeys(names), frameon=False)
+    figure.suptitle("Center of the head link, from its start")
     return figure
 
 
@@ -62,13 +64,4 @@ def _plot(panels: Sequence[Axes], robot: Robot, result: xr.Dataset, tracks: Sequ
     for name, color, line, time, pose in curves:
         seen = seen_from_start(pose, direction)
         for k, (panel, unit) in enumerate(zip(panels, AXES.values(), strict=True)):
-            panel.plot(time, SCALES[unit][1] * seen[:, k], color=color, linewidth=line, label=name)
-
-
-def _label(panels: Sequence[Axes]) -> None:
-    """Set labels and legend."""
-    for panel, (axis, unit) in zip(panels, AXES.items(), strict=True):
-        panel.set_ylabel(f"head {axis} [{SCALES[unit][0]}]")
-    panels[-1].set_xlabel("time [s]")
-    lines, names = panels[0].get_legend_handles_labels()
-    panels[0].legend(dict(zip(names, lines, strict=True)).values(), dict.fromkeys(names), frameon=False)
+            panel.plot(time, BORDER[unit][1] * seen[:, k], color=color, linewidth=line, label=name)

@@ -26,6 +26,7 @@ MAX_STEPS = 1_000_000
 STEPS_PER_SAMPLE = 2  # Runge-Kutta steps per median interval of the series
 MAX_SPEED = 1e3  # body lengths or radians per second; faster motions have diverged
 AXES = {"x": "m", "y": "m", "yaw": "rad"}
+BORDER = {"m": ("cm", 100.0), "rad": ("deg", 180 / math.pi)}  # displayed unit, and displayed units per SI unit
 
 
 class Pose(NamedTuple):
@@ -111,10 +112,10 @@ def replay(
     head = twist_from_rest(robot, joints[0]) if twist is None else np.array(twist, dtype=float)
     motion = _core.advance(core_model(robot), joints, step=width, twist=head, pose=np.array(start, dtype=float))
     sound = _sound(robot, motion["twist"], motion["torque"])
-    passed: Array = width * np.arange(sound, dtype=np.float64)  # since the start
+    elapsed: Array = width * np.arange(sound, dtype=np.float64)
     motion = {name: values[:sound] for name, values in motion.items()}
-    result = trajectory(robot, passed, joints[::2][:sound], motion, current=current)
-    result = result.assign_coords(time=("time", time[0] + time_offset + passed, result["time"].attrs))
+    result = trajectory(robot, elapsed, joints[::2][:sound], motion, current=current)
+    result = result.assign_coords(time=("time", time[0] + time_offset + elapsed, result["time"].attrs))
     if sound > steps:
         status, text = "completed", f"The replay is complete: {steps} steps of {width:.3g} s."
     else:
@@ -189,8 +190,8 @@ def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
         rule = f"must overlap the replay, {time[0]:g} to {time[-1]:g} s"
         raise InputError(rule, key=f"run {track.run}", value=value, fix="give both on one clock")
     direction = track.pose[0, 2]
-    made = seen_from_start(head_center(robot, result), direction)
-    difference: Array = at_times(track.time[inside], time, made) - seen_from_start(track.pose, direction)[inside]
+    computed = seen_from_start(head_center(robot, result), direction)
+    difference: Array = at_times(track.time[inside], time, computed) - seen_from_start(track.pose, direction)[inside]
     return difference
 
 
@@ -219,12 +220,12 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
     clock = result["time"].to_numpy()
     time, poses = together(tracks, clock[0], clock[-1])
     mean = poses.mean(axis=0)
-    made = seen_from_start(head_center(robot, result), tracks[0].pose[0, 2])
+    computed = seen_from_start(head_center(robot, result), tracks[0].pose[0, 2])
     repeatability = _rms((poses - mean).reshape(-1, 3)) if len(tracks) > 1 else np.full(3, np.nan)
     return dataset(
         {
             "rmse": ("axis", _rms(np.concatenate(differences))),
-            "mean_rmse": ("axis", _rms(at_times(time, clock, made) - mean)),
+            "mean_rmse": ("axis", _rms(at_times(time, clock, computed) - mean)),
             "repeatability": ("axis", repeatability),
             "run_rmse": (("run", "axis"), np.array([_rms(difference) for difference in differences])),
             "frames": ("run", [len(difference) for difference in differences]),
@@ -282,5 +283,4 @@ def at_times(time: Array, clock: Array, pose: Array) -> Array:
 
 def _rms(values: Array) -> Array:
     """Return the root mean square over the first axis."""
-    result: Array = np.sqrt(np.mean(values**2, axis=0))
-    return result
+    return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
