@@ -8,7 +8,7 @@ firmware/app/vehicle/record.hpp, bound to `hypertuna._core`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -60,12 +60,10 @@ class Box:
         """Summary: complete, or the gaps."""
         if not self.gaps:
             return "The box is complete: no tick is missing, all checksums are right."
-        gaps = [f"{self.missing} of {len(self.ticks) + self.missing} ticks are missing"]
-        if self.damaged:
-            gaps.append(f"damaged in {self.damaged} places, {self.skipped} bytes skipped")
-        if self.cut:
-            gaps.append(f"cut short within a record, {self.cut} bytes ignored")
-        return f"The box has gaps: {'; '.join(gaps)}."
+        damage = f"; damaged in {self.damaged} places, {self.skipped} bytes skipped" if self.damaged else ""
+        cut = f"; cut short within a record, {self.cut} bytes ignored" if self.cut else ""
+        total = len(self.ticks) + self.missing
+        return f"The box has gaps: {self.missing} of {total} ticks are missing{damage}{cut}."
 
 
 def record_dtype(joints: int) -> np.dtype[Any]:
@@ -99,7 +97,7 @@ def read_black_box(path: str | Path, report: Callable[[int, int], None] | None =
     if not boots:
         fix = "give a .bin file from the robot's card, or of `hypertuna fil --black-box`"
         raise InputError("must be a black box: it has no header", file=file, value="something else", fix=fix)
-    boxes = [boot.box() for boot in boots if boot.tables]
+    boxes = [boot.box() for boot in boots if boot.ticks]
     if not boxes:
         raise InputError("must have complete records", file=file, value="without", fix="record again")
     return boxes
@@ -107,18 +105,17 @@ def read_black_box(path: str | Path, report: Callable[[int, int], None] | None =
 
 def _pieces(content: bytes, report: Callable[[int, int], None] | None) -> Iterator[Ticks | bytes]:
     """Yield consecutive complete records of one kind as a table of words, and bytes between them as bytes."""
-    at = 0
+    at = begin = 0
     while at < len(content):
-        begin = at
-        while at < len(content) and (table := _table(content, at)) is None:
+        if (table := _table(content, at)) is None:
             after = content.find(MARK, at + 3)  # the next record begins at the next byte at the earliest
             at = len(content) if after < 0 else after - 2
-        if begin < at:
+        if begin < at and (table is not None or at == len(content)):
             yield content[begin:at]
-        if at < len(content):
-            assert table is not None
+            begin = at
+        if table is not None:
             yield table
-            at += table.nbytes
+            at = begin = at + table.nbytes
         if report is not None:
             report(at, len(content))
 
@@ -140,31 +137,26 @@ def _head(words: Ticks, file: str) -> tuple[int, int]:
     """Return layout of the parameters and number of joints of a boot."""
     layout = int(words[0]) if len(words) == HEAD else 0
     if layout != _core.RECORD_LAYOUT:
-        value, fix = f"{layout:08x}", "read it with the version of hypertuna that built the firmware"
-        raise InputError(
-            f"must have the layout {_core.RECORD_LAYOUT:08x}", file=file, key="records", value=value, fix=fix
-        )
+        rule = f"must have the layout {_core.RECORD_LAYOUT:08x}"
+        fix = "read it with the version of hypertuna that built the firmware"
+        raise InputError(rule, file=file, key="records", value=f"{layout:08x}", fix=fix)
     return int(words[1]), int(words[2])
 
 
-@dataclass
 class _Boot:
     """A boot being read."""
 
-    layout: int
-    joints: int
-    tables: list[Ticks] = field(default_factory=list)
-    damaged: int = 0
-    skipped: int = 0
-    cut: int = 0
+    def __init__(self, layout: int, joints: int) -> None:
+        self.layout, self.joints, self.dtype = layout, joints, record_dtype(joints)
+        self.ticks: list[Ticks] = []
+        self.damaged = self.skipped = self.cut = 0
 
     def take(self, table: Ticks, *, tick: bool) -> None:
         """Add records of ticks; skip records of another kind or size."""
-        dtype = record_dtype(self.joints)
-        if not tick or WORD * (table.shape[1] - FRAME) != dtype.itemsize:
+        if not tick or WORD * (table.shape[1] - FRAME) != self.dtype.itemsize:
             return self.skip(table.tobytes())
         self.cut = 0
-        self.tables.append(np.ascontiguousarray(table[:, 1:-1]).view(dtype)[:, 0])
+        self.ticks.append(np.ascontiguousarray(table[:, 1:-1]).view(self.dtype)[:, 0])
 
     def skip(self, content: bytes) -> None:
         """Count bytes that are no complete record."""
@@ -175,9 +167,8 @@ class _Boot:
 
     def box(self) -> Box:
         """Return the box; an incomplete record at the end is no damage."""
-        cut = bool(self.cut)
-        ticks = np.concatenate(self.tables)
-        return Box(self.layout, self.joints, ticks, self.damaged - cut, self.skipped - self.cut, self.cut)
+        damaged, skipped = self.damaged - bool(self.cut), self.skipped - self.cut
+        return Box(self.layout, self.joints, np.concatenate(self.ticks), damaged, skipped, self.cut)
 
 
 def mission_record(
@@ -185,10 +176,8 @@ def mission_record(
 ) -> MissionRecord:
     """Return a box as a record of a mission, with waypoints, fence and origin of `file`."""
     if box.joints != len(robot.joints):
-        value, fix = f"{len(robot.joints)}", "give the robot of the box by --robot"
-        raise InputError(
-            f"must have the {box.joints} joints of the box", key=f"robot {robot.name}", value=value, fix=fix
-        )
+        rule, fix = f"must have the {box.joints} joints of the box", "give the robot of the box by --robot"
+        raise InputError(rule, key=f"robot {robot.name}", value=f"{len(robot.joints)}", fix=fix)
     table = firmware_table(robot)
     assert robot.controller is not None  # the table has its numbers
     layout = f"layout {box.layout:08x}, as in the description"

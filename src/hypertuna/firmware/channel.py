@@ -14,6 +14,7 @@ import numpy as np
 from hypertuna.ranges import POSITIVE, Range
 
 SIDES = 2  # robot, ground
+COUNTS = ("sent", "lost", "damaged", "dropped", "max_waiting")  # of packets; the last two of bytes
 
 
 @dataclass(frozen=True)
@@ -52,11 +53,7 @@ class _Module:
     written: float = 0.0
     fading: bool = False
     held: tuple[float, bytes] | None = None  # arrival and content of a packet to be overtaken
-    sent: int = 0
-    lost: int = 0
-    damaged: int = 0
-    dropped: int = 0  # bytes
-    max_waiting: int = 0
+    counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS, 0))
 
 
 class Air:
@@ -78,10 +75,10 @@ class Air:
             return
         module = self._modules[side]
         room = self.model.buffer - len(module.waiting)
-        module.dropped += max(0, len(content) - room)
+        module.counts["dropped"] += max(0, len(content) - room)
         module.waiting += content[:room]
         module.written = time
-        module.max_waiting = max(module.max_waiting, len(module.waiting))
+        module.counts["max_waiting"] = max(module.counts["max_waiting"], len(module.waiting))
 
     def read(self, side: int, time: float) -> bytes:
         """Return the bytes that have arrived at a module by `time` [s]."""
@@ -92,10 +89,8 @@ class Air:
         return bytes(received)
 
     def counters(self, side: int) -> dict[str, int]:
-        """Return the counters of a module: packets sent, lost, damaged; bytes dropped; maximum of waiting bytes."""
-        module = self._modules[side]
-        names = ("sent", "lost", "damaged", "dropped", "max_waiting")
-        return {name: getattr(module, name) for name in names}
+        """Return the counters of a module, by `COUNTS`."""
+        return dict(self._modules[side].counts)
 
     def _ready(self, side: int) -> float:
         """Return the time from which a module is ready to send [s]; infinite for never."""
@@ -124,7 +119,7 @@ class Air:
     def _carry(self, side: int, content: bytes, arrival: float) -> None:
         """Lose, damage or delay a packet, or deliver it."""
         module, model = self._modules[side], self.model
-        module.sent += 1
+        module.counts["sent"] += 1
         # Two states, with the mean length of a burst and the same fraction of losses as without bursts.
         leave = 1 / model.burst
         enter = leave * model.loss / (1 - model.loss) if model.burst > 1 else model.loss
@@ -132,10 +127,10 @@ class Air:
         module.fading = self._random.uniform() < ((1 - leave) if stays else enter)
         damaged, late = self._random.uniform(size=2) < (model.damage, model.late)
         if module.fading:
-            module.lost += 1
+            module.counts["lost"] += 1
         else:
             if damaged:
-                module.damaged += 1
+                module.counts["damaged"] += 1
                 content = self._flip(content)
             if late and module.held is None:
                 module.held = (arrival, content)

@@ -24,15 +24,14 @@ from hypertuna.firmware.lockstep import COMPARED, FIXED, FROM_BOARD, GROUND, STA
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.firmware.relay import Relay
 from hypertuna.firmware.scenario import Scenario, random_messages, scheduled_orders
-from hypertuna.mission.run import MissionRun, fly_parts, joined_parts, mission_start
+from hypertuna.mission.run import MissionRun, MissionStart, fly_parts, joined_parts, mission_start
 from hypertuna.ranges import Whole
 
 Messages = NDArray[Any]
 
-CHUNK = 3000  # ticks that the twin simulates at a time
+CHUNK = 3000  # random messages sent at a time
 PARTS = ("controller", "pilot", "radio", "whole")  # parts of a tick whose instructions are counted
 TICK = 0.01  # s
-DEFAULT_TICKS = 6000  # of a scenario that does not end by itself
 RANGES = {
     "ticks": Whole(min=1, max=100_000_000),  # up to eleven days
     "seed": Whole(min=0, max=2**64 - 1),
@@ -115,6 +114,7 @@ def firmware_in_the_loop(
     for key, number in (("ticks", ticks), ("seed", seed), ("radio", radio)):
         if number is not None:
             RANGES[key].check(number, key)
+    ticks = scenario.ticks if ticks is None else ticks
     table = firmware_table(robot)
     firmware = _firmware(table, board, folder)
     reference = _firmware(table, "pc", folder) if radio is None else None
@@ -128,13 +128,13 @@ def firmware_in_the_loop(
         if relay is not None:
             relay.connect()
         other = stack.enter_context(started("pc", reference)) if reference is not None else None
+        run = None
         if scenario.mission is None:
-            messages = random_messages(table, DEFAULT_TICKS if ticks is None else ticks, seed)
-            answers, mismatches = _streamed(tested, other, messages, report)
-            run = None
+            assert ticks is not None
+            answers, mismatches = _streamed(tested, other, random_messages(table, ticks, seed), report)
         else:
             loop = _Loop(table, scenario, tested, other, relay, real_time)
-            run = _fly(robot, scenario, loop, ticks, seed, report)
+            run = loop.fly(mission_start(robot, scenario.mission, seed=seed), ticks, report)
             answers, mismatches = np.array(loop.answers), loop.mismatches
     duration = time.perf_counter() - start
     packets = {} if relay is None else {side: relay.air.counters(k) for k, side in enumerate(("robot", "ground"))}
@@ -166,14 +166,10 @@ class _Loop:
         relay: Relay | None,
         real_time: bool,
     ) -> None:
-        assert scenario.mission is not None
-        self.board, self.other, self.relay = board, other, relay
-        self.counts = Counts(table, scenario.origin)
-        self.commands, self.silent = dict(scheduled_orders(scenario)), scenario.silent
-        self.servos = 2 * len(table.robot.joints) + 2
-        self.center = float(table.values[[name for _, name, _ in table.fields].index("pulse_center")])
+        self.board, self.other, self.relay, self.scenario = board, other, relay, scenario
+        self.counts, self.commands = Counts(table, scenario.origin), dict(scheduled_orders(scenario))
         self.tick = float(table.values[0])
-        self.last = [self.center] * self.servos
+        self.last = [float(table.column("pulse_center")[0])] * (2 * len(table.robot.joints) + 2)  # of every servo [s]
         self.answers: list[Any] = []
         self.mismatches: list[int] = []
         self.clock = time.perf_counter() if real_time else None
@@ -183,7 +179,8 @@ class _Loop:
         message = self.commands[tick].copy() if tick in self.commands else order("none")
         sensed = len(self.counts.zero)
         message["sample"] = self.counts.of(np.asarray(readings[:sensed]))
-        contact = self.other is not None and (self.silent is None or tick < self.silent)
+        silent = self.scenario.silent
+        contact = self.other is not None and (silent is None or tick < silent)
         message["flags"] = GROUND * contact | STACK * (tick % 1000 == 0)
         if len(readings) > sensed:
             message["flags"] |= FIXED
@@ -201,38 +198,25 @@ class _Loop:
         answer = np.frombuffer(got, FROM_BOARD)[0]
         self.answers.append(answer)
         # A servo without pulses holds its position.
-        pulses = zip(answer["pulse"][: self.servos].tolist(), self.last, strict=True)
+        pulses = zip(answer["pulse"][: len(self.last)].tolist(), self.last, strict=True)
         self.last = [pulse if pulse > 0 else last for pulse, last in pulses]
         return self.last
 
+    def fly(self, start: MissionStart, ticks: int | None, report: Callable[[int, int], None] | None) -> MissionRun:
+        """Run the twin for so many ticks, or until the firmware reports that its mission is done."""
+        ticks = round(start.duration / start.tick) if ticks is None else ticks
+        start = replace(start, core={**start.core, "board": self}, duration=ticks * start.tick)
+        parts = []
+        for made, part in fly_parts(start, ended=lambda _: self._done):
+            parts.append(part)
+            if report is not None:
+                report(made + int(part["ticks"][0]), ticks)
+        return joined_parts(start, parts)
 
-def _fly(
-    robot: Robot,
-    scenario: Scenario,
-    loop: _Loop,
-    ticks: int | None,
-    seed: int,
-    report: Callable[[int, int], None] | None,
-) -> MissionRun:
-    """Run the twin until the firmware reports that its mission is done."""
-    assert scenario.mission is not None
-    start = mission_start(robot, scenario.mission, seed=seed)
-    if ticks is None and scenario.gait is not None:
-        ticks = DEFAULT_TICKS if scenario.silent is None else 3 * DEFAULT_TICKS
-    ticks = round(start.duration / start.tick) if ticks is None else ticks
-    start = replace(start, core={**start.core, "board": loop}, duration=ticks * start.tick)
-    done = _core.mode_names().index("done")
-    parts = []
-    for made, part in fly_parts(start, ended=lambda _: scenario.gait is None and loop.answers[-1]["mode"] == done):
-        parts.append(part)
-        if report is not None:
-            report(made + int(part["ticks"][0]), ticks)
-    return joined_parts(start, parts)
-
-
-def _bits(answers: Messages) -> NDArray[np.uint8]:
-    """Return the bytes that boards must agree on (answers, bytes)."""
-    return np.frombuffer(answers.tobytes(), np.uint8).reshape(len(answers), -1)[:, :COMPARED]
+    @property
+    def _done(self) -> bool:
+        """Whether the pilot on board is done with its mission."""
+        return self.scenario.gait is None and bool(self.answers[-1]["mode"] == _core.mode_names().index("done"))
 
 
 def _streamed(
@@ -244,8 +228,9 @@ def _streamed(
         part = messages[begin : begin + CHUNK]
         answers.append(board.run(part))
         if other is not None:
-            differ = _bits(answers[-1]) != _bits(other.run(part))
-            mismatches += (begin + np.flatnonzero(differ.any(axis=1))).tolist()
+            bits, wanted = (one.view(np.uint8).reshape(len(part), -1) for one in (answers[-1], other.run(part)))
+            differ = (bits != wanted)[:, :COMPARED].any(axis=1)
+            mismatches += (begin + np.flatnonzero(differ)).tolist()
         if report is not None:
             report(begin + len(part), len(messages))
     return np.concatenate(answers), mismatches

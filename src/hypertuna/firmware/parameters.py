@@ -6,6 +6,7 @@ The numbers of controller, pilot, calibration and limits are one row, in the ord
 
 from __future__ import annotations
 
+import itertools
 import math
 import zlib
 from dataclasses import dataclass
@@ -66,15 +67,15 @@ class FirmwareTable:
 
 
 class _Rule(NamedTuple):
-    """A parameter of a column: its range as fractions of its value, or as bounds [SI]."""
+    """Parameters of a column: their range as fractions of their value, or as bounds [SI]."""
 
-    name: str
     part: str
-    column: str
+    name: str
     low: float = 0.5
     high: float = 2.0
     bounds: bool = False
     whole: bool = False
+    column: str = ""  # if it has another name
 
 
 PILOT = (  # columns of the pilot that may be set
@@ -85,46 +86,49 @@ PILOT = (  # columns of the pilot that may be set
 
 # Over the radio a limit may only become tighter, and a gain may be halved or doubled.
 RULES = (
-    _Rule("proportional", "controller", "proportional", 0.0, 1.0, bounds=True),
-    _Rule("integral", "controller", "integral", 0.0, 2.0, bounds=True),
-    _Rule("derivative", "controller", "derivative", 0.0, 1.0, bounds=True),
-    _Rule("peak_smoothing", "controller", "peak_smoothing"),
-    _Rule("amplitude", "controller", "amplitude", 0.0, 1.0),
-    _Rule("pressure_soft", "controller", "pressure_soft", 0.5, 1.0),
-    _Rule("pressure_hard", "controller", "pressure_hard", 0.5, 1.0),
-    _Rule("frequency_max", "controller", "frequency_max", 0.1, 1.0),
-    _Rule("fin_max", "controller", "fin_max", 0.0, 1.0),
-    _Rule("voltage_low", "controller", "voltage_low", 1.0, 1.2),
-    _Rule("timeout_ticks", "controller", "timeout", 0.2, 1.0, whole=True),
-    _Rule("pulse_center", "controller", "pulse_center", 0.9, 1.1),
-    _Rule("pulse_per_rad", "controller", "pulse_per_rad", 0.8, 1.25),
-    _Rule("pulse_min", "controller", "pulse_min", 1.0, 1.5),
-    _Rule("pulse_max", "controller", "pulse_max", 0.75, 1.0),
-    _Rule("slew", "controller", "slew", 0.1, 1.0),
-    *(_Rule(name, "pilot", name) for name in PILOT),
-    *(
-        rule
-        for name in ANALOG
-        for rule in (
-            _Rule(f"{name}_zero", "calibration", f"{name}_zero", -CONVERTER, CONVERTER, bounds=True),
-            _Rule(f"{name}_scale", "calibration", f"{name}_scale"),
+    _Rule("controller", "proportional", 0.0, 1.0, bounds=True),
+    _Rule("controller", "integral", 0.0, 2.0, bounds=True),
+    _Rule("controller", "derivative", 0.0, 1.0, bounds=True),
+    _Rule("controller", "peak_smoothing"),
+    _Rule("controller", "amplitude", 0.0, 1.0),
+    _Rule("controller", "pressure_soft", 0.5, 1.0),
+    _Rule("controller", "pressure_hard", 0.5, 1.0),
+    _Rule("controller", "frequency_max", 0.1, 1.0),
+    _Rule("controller", "fin_max", 0.0, 1.0),
+    _Rule("controller", "voltage_low", 1.0, 1.2),
+    _Rule("controller", "timeout_ticks", 0.2, 1.0, whole=True, column="timeout"),
+    _Rule("controller", "pulse_center", 0.9, 1.1),
+    _Rule("controller", "pulse_per_rad", 0.8, 1.25),
+    _Rule("controller", "pulse_min", 1.0, 1.5),
+    _Rule("controller", "pulse_max", 0.75, 1.0),
+    _Rule("controller", "slew", 0.1, 1.0),
+    *(_Rule("pilot", name) for name in PILOT),
+    *itertools.chain.from_iterable(
+        (
+            _Rule("calibration", f"{name}_zero", -CONVERTER, CONVERTER, bounds=True),
+            _Rule("calibration", f"{name}_scale"),
         )
+        for name in ANALOG
     ),
-    _Rule("depth_zero", "calibration", "depth_zero", 0.8, 1.2),
-    _Rule("field_zero", "calibration", "field_zero", -SIGNED, SIGNED, bounds=True),
-    _Rule("field_scale", "calibration", "field_scale"),
-    _Rule("servo_trim", "calibration", "servo_trim", -TRIM, TRIM, bounds=True),
-    _Rule("manual_timeout", "limits", "manual_timeout", 0.1, 1.0),
-    _Rule("link_timeout", "limits", "link_timeout", 0.2, 2.0),
-    _Rule("home_timeout", "limits", "home_timeout", 0.2, 10.0),
-    _Rule("voltage_empty", "limits", "voltage_empty", 1.0, 1.2),
-    _Rule("tilt_max", "limits", "tilt_max", 0.5, 1.0),
-    _Rule("rise_depth", "limits", "rise_depth", 0.2, 4.0),
-    _Rule("link_rate", "limits", "link_rate", 300.0, 115200.0, bounds=True),
-    _Rule("link_share", "limits", "link_share", 0.05, 1.0, bounds=True),
-    _Rule("system_id", "limits", "system_id", 1, 250, bounds=True, whole=True),
-    _Rule("sign", "limits", "sign", 0, 1, bounds=True, whole=True),
+    _Rule("calibration", "depth_zero", 0.8, 1.2),
+    _Rule("calibration", "field_zero", -SIGNED, SIGNED, bounds=True),
+    _Rule("calibration", "field_scale"),
+    _Rule("calibration", "servo_trim", -TRIM, TRIM, bounds=True),
+    _Rule("limits", "manual_timeout", 0.1, 1.0),
+    _Rule("limits", "link_timeout", 0.2, 2.0),
+    _Rule("limits", "home_timeout", 0.2, 10.0),
+    _Rule("limits", "voltage_empty", 1.0, 1.2),
+    _Rule("limits", "tilt_max", 0.5, 1.0),
+    _Rule("limits", "rise_depth", 0.2, 4.0),
+    _Rule("limits", "link_rate", 300.0, 115200.0, bounds=True),
+    _Rule("limits", "link_share", 0.05, 1.0, bounds=True),
+    _Rule("limits", "system_id", 1, 250, bounds=True, whole=True),
+    _Rule("limits", "sign", 0, 1, bounds=True, whole=True),
 )
+LIMITS = (  # of the supervisor, in the order of firmware/app/vehicle/parameters.hpp
+    "manual_timeout", "link_timeout", "home_timeout", "voltage_empty", "voltage_after", "tilt_max", "tilt_after",
+    "leak_after", "rise_depth", "link_rate", "link_share", "system_id", "sign",
+)  # fmt: skip
 
 
 def firmware_table(robot: Robot, table: GaitTable | None = None) -> FirmwareTable:
@@ -135,8 +139,9 @@ def firmware_table(robot: Robot, table: GaitTable | None = None) -> FirmwareTabl
         "controller": controller_columns(robot),
         "pilot": pilot_columns(robot, table),
         "calibration": _calibration(robot, wired),
-        "limits": _limits(wired),
+        "limits": {name: [float(getattr(wired, name, 0.0))] for name in LIMITS},  # no key: messages need no signature
     }
+    columns["limits"]["tilt_max"] = [math.sin(min(wired.tilt_max, math.pi / 2))]
     gaits = len(table.gaits)
     fields = [*_core.pilot_fields(len(robot.joints), gaits)]
     for part in ("calibration", "limits"):
@@ -164,31 +169,12 @@ def _calibration(robot: Robot, wired: Firmware) -> dict[str, list[float]]:
     return columns
 
 
-def _limits(wired: Firmware) -> dict[str, list[float]]:
-    """Return the supervisor's limits in the order of firmware/app/vehicle/parameters.hpp."""
-    values = {
-        "manual_timeout": wired.manual_timeout,
-        "link_timeout": wired.link_timeout,
-        "home_timeout": wired.home_timeout,
-        "voltage_empty": wired.voltage_empty,
-        "voltage_after": wired.voltage_after,
-        "tilt_max": math.sin(min(wired.tilt_max, math.pi / 2)),
-        "tilt_after": wired.tilt_after,
-        "leak_after": wired.leak_after,
-        "rise_depth": wired.rise_depth,
-        "link_rate": wired.link_rate,
-        "link_share": wired.link_share,
-        "system_id": wired.system_id,
-        "sign": 0.0,
-    }
-    return {name: [float(value)] for name, value in values.items()}
-
-
 def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
     """Return the numbers that the radio may set, with their ranges."""
     parameters = []
     for rule in RULES:
-        places = [k for k, (part, column, _) in enumerate(fields) if (part, column) == (rule.part, rule.column)]
+        column = rule.part, rule.column or rule.name
+        places = [k for k, field in enumerate(fields) if field[:2] == column]
         for place in places:
             name = rule.name if len(places) == 1 else f"{rule.name}_{fields[place][2]}"
             value = float(values[place])
@@ -199,70 +185,24 @@ def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
                 bounds = f"must fit a parameter of {NAME_LENGTH_MAX} characters within {low:g} to {high:g}"
                 raise InputError(bounds, key=name, value=f"{value:g}", fix="correct the robot's description")
     if len(parameters) > PARAMETERS_MAX:
-        raise InputError(
-            f"must make at most {PARAMETERS_MAX} parameters",
-            key="joints",
-            value=f"{len(parameters)}",
-            fix="raise max_parameters of firmware/app/vehicle/parameters.hpp and PARAMETERS_MAX",
-        )
+        too_many = f"must make at most {PARAMETERS_MAX} parameters"
+        fix = "raise max_parameters of firmware/app/vehicle/parameters.hpp and PARAMETERS_MAX"
+        raise InputError(too_many, key="joints", value=f"{len(parameters)}", fix=fix)
     return tuple(parameters)
 
 
 def header(table: FirmwareTable) -> str:
     """Return the C++ header firmware/robots/NAME.hpp of a robot."""
+    import jinja2
+
     robot = table.robot
     wired = require(robot.firmware, "firmware", robot)
-    rows = zip(table.fields, table.values, strict=True)
-    values = "\n".join(f"    {_literal(value)},  // {part} {name}[{k}]" for (part, name, k), value in rows)
-    parameters = "\n".join(_row(parameter) for parameter in table.parameters)
-    pins = _pins(wired)
-    arrays = "\n".join(f"    int {name}[{len(numbers)}];" for name, numbers in pins.items())
-    numbers = "\n".join(f"    {{{', '.join(map(str, numbers))}}}," for numbers in pins.values())
-    return f"""/// {robot.name}: written by `hypertuna firmware params` from its description. Do not edit.
-#pragma once
-
-#include "app/vehicle/parameters.hpp"
-
-// clang-format off
-namespace hypertuna::firmware::robot {{
-
-inline constexpr float values[] = {{
-{values}
-}};
-
-inline constexpr ParameterInfo parameters[] = {{
-{parameters}
-}};
-
-inline constexpr Description description = {{
-    "{robot.name}", {len(robot.joints)}, {table.gaits}, values, {len(table.values)}, parameters, \
-{len(table.parameters)}, {table.layout:#010x}}};
-
-inline constexpr struct {{
-{arrays}
-    int imu_serial, position_serial, radio_serial, radio_baud;
-    float watchdog;  // s
-}} wiring = {{
-{numbers}
-    {wired.imu_serial}, {wired.position_serial}, {wired.radio_serial}, {wired.radio_baud},
-    {_literal(wired.watchdog)},
-}};
-
-}}  // namespace hypertuna::firmware::robot
-// clang-format on
-"""
-
-
-def _row(parameter: Parameter) -> str:
-    """Return a parameter's row of the header."""
-    numbers = ", ".join(_literal(x) for x in (parameter.low, parameter.high, parameter.standard))
-    return f'    {{"{parameter.name}", {numbers}, {str(parameter.whole).lower()}, {parameter.field}}},'
-
-
-def _pins(wired: Firmware) -> dict[str, tuple[int, ...]]:
-    """Return the pins of servos, analog channels (in their order) and leak sensor."""
-    analog = tuple(pin for name in ANALOG for pin in wired.analog_pins(name))
-    return {"servo": wired.servo_pins, "analog": analog, "leak": (wired.leak_pin,)}
+    analog = tuple(pin for name in ANALOG for pin in wired.analog_pins(name))  # in the order of the channels
+    pins = {"servo": wired.servo_pins, "analog": analog, "leak": (wired.leak_pin,)}
+    loader = jinja2.PackageLoader("hypertuna.firmware")
+    environment = jinja2.Environment(loader=loader, trim_blocks=True, keep_trailing_newline=True)
+    environment.filters["literal"] = _literal
+    return environment.get_template("robot.hpp.j2").render(table=table, robot=robot, wired=wired, pins=pins)
 
 
 def _literal(value: float) -> str:

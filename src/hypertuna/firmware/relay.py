@@ -46,7 +46,7 @@ class Relay:
         # A free port: the firmware on a PC will send to it, an emulated board will listen on it.
         self._board = _bound()
         self.board_port: int = self._board.getsockname()[1]
-        self._board_address: tuple[str, int] | None = None
+        self._board_address: Any = None
         if self.stream:
             self._board.close()
 
@@ -74,30 +74,18 @@ class Relay:
 
     def carry(self, now: float) -> None:
         """Carry all bytes up to the simulated time `now` [s]."""
-        self.air.write(0, self._from_board(), now)
-        self.air.write(1, _received(self.ground), now)
-        if down := self.air.read(1, now):
-            with contextlib.suppress(OSError):  # no listener
+        up, sender = _received(self._board)
+        self._board_address = sender or self._board_address
+        self.air.write(0, up, now)
+        self.air.write(1, _received(self.ground)[0], now)
+        with contextlib.suppress(OSError):  # no listener
+            if down := self.air.read(1, now):
                 self.ground.sendto(down, self.ground_address)
-        if up := self.air.read(0, now):
-            with contextlib.suppress(OSError):
-                if self.stream:
-                    self._board.sendall(up)
-                elif self._board_address is not None:
-                    self._board.sendto(up, self._board_address)
-
-    def _from_board(self) -> bytes:
-        received = bytearray()
-        with contextlib.suppress(OSError):  # no more for now
-            while True:
-                if self.stream:
-                    part = self._board.recv(DATAGRAM)
-                else:
-                    part, self._board_address = self._board.recvfrom(DATAGRAM)
-                if not part:
-                    break
-                received += part
-        return bytes(received)
+        with contextlib.suppress(OSError):
+            if (up := self.air.read(0, now)) and self.stream:
+                self._board.sendall(up)
+            elif up and self._board_address is not None:
+                self._board.sendto(up, self._board_address)
 
 
 def _bound() -> socket.socket:
@@ -108,10 +96,13 @@ def _bound() -> socket.socket:
     return line
 
 
-def _received(line: socket.socket) -> bytes:
-    """Return the bytes of all datagrams received."""
-    received = bytearray()
-    with contextlib.suppress(OSError):
+def _received(line: socket.socket) -> tuple[bytes, Any]:
+    """Return all bytes that have arrived, and the address of their sender."""
+    received, sender = bytearray(), None
+    with contextlib.suppress(OSError):  # no more for now
         while True:
-            received += line.recv(DATAGRAM)
-    return bytes(received)
+            part, sender = line.recvfrom(DATAGRAM)
+            if not part:
+                break
+            received += part
+    return bytes(received), sender

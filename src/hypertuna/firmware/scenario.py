@@ -15,7 +15,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.firmware.lockstep import DEGREES, FIXED, GROUND, LAST, NO_SAMPLE, STACK, TO_BOARD, Counts, order
 from hypertuna.firmware.parameters import FirmwareTable
-from hypertuna.mission.file import MissionFile, missions, read_mission
+from hypertuna.mission.file import missions, read_mission
 from hypertuna.ranges import WHOLE
 from hypertuna.swimming.gait import Gait, named_gait
 
@@ -23,6 +23,7 @@ START = 100  # ticks before the first command: the attitude settles
 STORED = 250  # ticks to store the longest mission before arming
 Messages = NDArray[Any]
 
+DEFAULT_TICKS = 6000  # of a scenario that does not end by itself
 BEAT = 1.0  # depth of a gait [m]
 LOST, SILENT = 3.0, 1000  # depth [m] and tick at which contact is lost
 MISSION = 2  # Control::mission of firmware/app/vehicle/vehicle.hpp
@@ -38,6 +39,13 @@ class Scenario:
     origin: tuple[int, int] = (0, 0)  # latitude and longitude of x = y = 0 [1e-7 deg]
     robot: str | None = None  # named by the mission
     silent: int | None = None  # tick from which there is no contact with the ground
+
+    @property
+    def ticks(self) -> int | None:
+        """Control ticks of a run; None for one that ends with its mission."""
+        if self.mission is not None and self.gait is None:
+            return None
+        return DEFAULT_TICKS if self.silent is None else 3 * DEFAULT_TICKS
 
 
 def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
@@ -56,12 +64,9 @@ def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
     if name not in missions() and not name.endswith(".toml"):
         known = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
         raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, known))
-    return _of_mission(name, read_mission(name))
-
-
-def _of_mission(name: str, file: MissionFile) -> Scenario:
-    origin = (0, 0) if file.origin is None else tuple(round(math.degrees(angle) * DEGREES) for angle in file.origin)
-    return Scenario(name, file.mission, None, (origin[0], origin[1]), file.robot)
+    file = read_mission(name)
+    latitude, longitude = (round(math.degrees(angle) * DEGREES) for angle in file.origin or (0.0, 0.0))
+    return Scenario(name, file.mission, None, (latitude, longitude), file.robot)
 
 
 def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
