@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -9,10 +10,10 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import Bend, Step, bend, misprints
-from hypertuna.actuation.soft_joint import MATERIAL_SETS, mooney
+from hypertuna.actuation.soft_joint import MATERIAL_SETS, drive_unit, mooney
+from hypertuna.arrays import Array
 from hypertuna.characterization.data import joint_index
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import table
@@ -60,14 +61,13 @@ def bend_command(
     fish, path = load(robot), 1e3 * np.array(pressure)
     number = joint_index(joint, fish)
 
-    def bent(chosen: str | None, path: NDArray[np.float64] = path) -> Bend:
+    def bent(chosen: str | None, path: Array = path) -> Bend:
         options: dict[str, Any] = {"side": side, "friction": not no_friction, "unload": unload, "law": law}
         return bend(fish, number, path, material=chosen, **options)
 
     first = bent(None if material == ALL else material)
     known = _known(fish) if material == ALL or plot is not None else ()
-    sets = {name: first if name == first.material else bent(name) for name in known} or {first.material: first}
-    sets |= {first.material: first}
+    sets = {name: first if name == first.material else bent(name) for name in known} | {first.material: first}
     curves = sets
     if plot is not None and len(path) < SMOOTH:
         smooth = np.union1d(path, np.linspace(0, path[-1], SMOOTH))
@@ -87,17 +87,14 @@ def bend_command(
     )
 
 
-def _known(robot: Robot) -> tuple[str, ...]:
-    """List the material sets that the robot has all values of."""
-    unit, known = robot.drive_unit, []
+def _known(robot: Robot) -> Iterator[str]:
+    """Yield the material sets that the robot has all values of."""
+    unit = drive_unit(robot)
     for name in MATERIAL_SETS:
-        try:
-            for silicone in (unit.hose, unit.matrix) if unit else ():
-                mooney(robot, silicone, name)
-        except InputError:
-            continue
-        known.append(name)
-    return tuple(known)
+        with contextlib.suppress(InputError):
+            mooney(robot, unit.hose, name)
+            mooney(robot, unit.matrix, name)
+            yield name
 
 
 def _branches(result: Bend) -> dict[str, Any]:
@@ -111,11 +108,11 @@ def _branches(result: Bend) -> dict[str, Any]:
 
 def _facts(result: Bend) -> dict[str, Any]:
     """Return what stands beside the branches of a bend."""
-    loop = result.unload_angle is not None
+    loop, loss = (result.loop_area, result.loss) if result.unload_angle is not None else (math.nan, math.nan)
     return {
         "r_squared": result.r_squared(),
-        "loop_area_kpa_deg": math.degrees(result.loop_area) / 1e3 if loop else math.nan,
-        "friction_loss_j": result.loss if loop else math.nan,
+        "loop_area_kpa_deg": math.degrees(loop) / 1e3,
+        "friction_loss_j": loss,
         "braid_angle_max_deg": math.degrees(result.braid_angle),
         "lumen_left_min": result.lumen_left,
         "status": result.status,
@@ -187,9 +184,8 @@ def _lines(bends: Bends) -> Iterator[Any]:
     if first.unload_angle is not None:
         yield f"loop: {math.degrees(first.loop_area) / 1e3:.1f} kPa deg; friction dissipated {first.loss:.2g} J"
     if several:
-        yield "spread of the materials at {:g} kPa: {:.1f} to {:.1f} deg".format(
-            first.pressure[-1] / 1e3, *_spread(bends)
-        )
+        low, high = _spread(bends)
+        yield f"spread of the materials at {first.pressure[-1] / 1e3:g} kPa: {low:.1f} to {high:.1f} deg"
     for step in bends.misprints:
         yield f"{math.degrees(step.angle):6.2f} deg  {step.text}"
     yield first.status_text, "green" if first.status == "free" else "bold yellow"

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from hypertuna import _core
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit, made_by
@@ -18,6 +17,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.io.files import rows_csv
 from hypertuna.simulation.posture_test import CLOSE, EASED, PostureTest, posture_test
+from hypertuna.simulation.run import CONDITIONS
 
 CAVITATED = "the oil cavitated in a cylinder"
 ANGLE = math.radians(20)  # the paper's
@@ -91,11 +91,12 @@ def _angles(robot: Robot, angles: Sequence[float] | None) -> list[float]:
 
 
 def _rows(result: PostureTest) -> list[dict[str, Any]]:
-    """Return how each joint group did at each frequency."""
+    """Return how each joint group did at each frequency, as a whole and beat by beat."""
     reach = {(one.joint, one.frequency): one for one in result.reach}
     eased = {(one.joint, one.frequency): one for one in result.eased}
     rows = []
     for one in result.held:
+        case = (one.joint, one.frequency)
         row: dict[str, Any] = {
             "frequency_hz": one.frequency,
             "joint": one.name,
@@ -106,47 +107,46 @@ def _rows(result: PostureTest) -> list[dict[str, Any]]:
             "error_measured_deg": np.degrees(one.measured_error[-1]),
             "limits": list(one.limits),
         }
-        if (largest := reach.get((one.joint, one.frequency))) is not None:
-            row |= {"largest_amplitude_deg": np.degrees(largest.amplitude), "stopped_by": list(largest.limits)}
-        if (less := eased.get((one.joint, one.frequency))) is not None:
-            row |= {"reachable_angle_deg": np.degrees(less.angle), "reachable_settling_s": less.settling}
+        if case in reach:
+            far = reach[case]
+            row |= {"largest_amplitude_deg": np.degrees(far.amplitude), "stopped_by": list(far.limits)}
+        if case in eased:
+            row["reachable_angle_deg"] = np.degrees(eased[case].angle)
+            row["reachable_settling_s"] = eased[case].settling
+        left, right = np.degrees(one.peaks).T
+        row |= {"beat_end_s": one.time, "peak_left_deg": left, "peak_right_deg": right}
+        row["beat_error_deg"] = np.degrees(one.error)
+        row["beat_error_measured_deg"] = np.degrees(one.measured_error)
         rows.append(row)
     return rows
 
 
 def _record(result: PostureTest) -> dict[str, Any]:
     """Return the JSON record."""
-    beats = [
-        {
-            "beat_end_s": one.time,
-            "peak_left_deg": np.degrees(one.peaks[:, 0]),
-            "peak_right_deg": np.degrees(one.peaks[:, 1]),
-            "beat_error_deg": np.degrees(one.error),
-            "beat_error_measured_deg": np.degrees(one.measured_error),
-        }
-        for one in result.held
-    ]
     return {
         "medium": result.medium,
         "duration_s": result.duration,
         "seed": result.seed,
         "within_deg": np.degrees(CLOSE),
         "oil_temperature_c": result.temperature - ZERO_CELSIUS,
-        "tests": [row | more for row, more in zip(_rows(result), beats, strict=True)],
+        "tests": _rows(result),
         "status_text": _sentences(result),
     } | made_by(result.robot)
 
 
+# Columns of a beat in a CSV file, and their keys in a row.
+BEATS = {"time_s": "beat_end_s", "peak_left_deg": "peak_left_deg", "peak_right_deg": "peak_right_deg"}
+BEATS |= {"error_deg": "beat_error_deg", "error_measured_deg": "beat_error_measured_deg"}
+
+
 def _csv(result: PostureTest) -> str:
     """Write one row per beat as comma-separated values."""
-    names = ("time_s", "peak_left_deg", "peak_right_deg", "error_deg", "error_measured_deg")
     rows = []
-    for one in result.held:
-        test = {"frequency_hz": f"{one.frequency:g}", "joint": one.name}
-        test |= {"angle_set_deg": f"{math.degrees(one.angle):g}"}
-        angles = np.degrees(np.column_stack([one.peaks, one.error, one.measured_error]))
-        for beat in np.column_stack([one.time, angles]):
-            rows.append(test | {name: f"{value:.6g}" for name, value in zip(names, beat, strict=True)})
+    for test in _rows(result):
+        case = {"frequency_hz": f"{test['frequency_hz']:g}", "joint": test["joint"]}
+        case["angle_set_deg"] = f"{test['angle_set_deg']:g}"
+        for beat in zip(*(test[key] for key in BEATS.values()), strict=True):
+            rows.append(case | {name: f"{value:.6g}" for name, value in zip(BEATS, beat, strict=True)})
     return rows_csv(made_by(result.robot, medium=result.medium, seed=result.seed), rows)
 
 
@@ -158,7 +158,7 @@ def _first(limits: list[str]) -> str:
 
 def _sentences(result: PostureTest) -> list[str]:
     """Explain each limit that acted."""
-    meanings = {name: text for name, _, text in _core.condition_table()} | {"cavitation": CAVITATED}
+    meanings = {name: text for name, (_, text) in CONDITIONS.items()} | {"cavitation": CAVITATED}
     limits = [one.limits for one in result.held] + [one.limits for one in result.reach]
     acted = dict.fromkeys(name for names in limits for name in names)
     return [f"{name.replace('_', ' ').capitalize()}: {meanings[name]}." for name in acted]
@@ -181,8 +181,8 @@ def _lines(result: PostureTest) -> Iterator[Any]:
         yield sentence, "dim"
     late = ", ".join(f"{one.name} at {one.frequency:g} Hz" for one in result.held if one.settling is None)
     within = f"within {math.degrees(CLOSE):g} deg"
+    slowest = max((one.settling for one in result.held if one.settling is not None), default=0.0)
     if late:
         yield f"Not {within} at the end: {late}.", "bold red"
     else:
-        slowest = max(one.settling for one in result.held if one.settling is not None)
         yield f"Every peak bend is {within} after {slowest:.2f} s, and stays.", "green"

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.simulation.dive import Dive
 from hypertuna.simulation.posture_test import CLOSE, Held, PostureTest
@@ -47,10 +48,10 @@ def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
 def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
     """Plot the pressures of one beat, in the pumps and in the drive units: a panel for each joint; `width` [inch]."""
     joints = [group.name for group in run.robot.joints]
-    laid = max(1, round(FINE * (run.time[1] - run.time[0]) * run.gait.frequency)) if run.settled else 1
-    last = _last(run, laid)
+    beats = max(1, round(FINE * (run.time[1] - run.time[0]) * run.gait.frequency)) if run.settled else 1
+    last = _last(run, beats)
     phase = (run.time[last] - run.time[last][0]) * run.gait.frequency
-    phase = phase % 1.0 if laid > 1 else phase
+    phase = phase % 1.0 if beats > 1 else phase
     order = np.argsort(phase)
     last, phase = last[order], phase[order]
     figure = Figure(figsize=(width, 1.75 * len(joints) + 0.75), layout="constrained")
@@ -58,11 +59,10 @@ def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
     for j, (axes, name) in enumerate(zip(panels, joints, strict=True)):
         _draw_bounds(axes, run)
         for side, label in enumerate(("left", "right")):
-            c, color = 2 * j + side, COLORS[side]
-            axes.plot(phase, run.data["pump_pressure"][last, c] / KILO, color=color, label=f"{label}: pump")
-            axes.plot(phase, run.data["unit_pressure"][last, c] / KILO, color=color, lw=1.1, ls=SIDES[1], label="units")
-        axes.set_title(f"joint {name}")
-        axes.set_ylabel("pressure [kPa]")
+            pump, unit = (run.data[f"{part}_pressure"][last, 2 * j + side] / KILO for part in ("pump", "unit"))
+            axes.plot(phase, pump, color=COLORS[side], label=f"{label}: pump")
+            axes.plot(phase, unit, color=COLORS[side], lw=1.1, ls=SIDES[1], label="units")
+        axes.set(title=f"joint {name}", ylabel="pressure [kPa]")
     panels[-1].set(xlabel="time [beats]", xlim=(0, 1))
     handles, texts = panels[0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside upper left", ncols=4, **TIGHT)
@@ -73,10 +73,9 @@ def _caption(run: TwinRun) -> str:
     """Return the title: what was run."""
     gait = run.gait
     angles, lags = (", ".join(f"{a:.3g}" for a in np.degrees(part).round(9)) for part in (gait.amplitude, gait.phase))
-    told = f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, phase {lags}°, in {run.medium}"
-    if any(gait.bias):
-        told += f", bias {', '.join(f'{a:.3g}' for a in np.degrees(gait.bias))}°"
-    return told if run.closed_loop else f"{told}, open loop"
+    bias = f", bias {', '.join(f'{a:.3g}' for a in np.degrees(gait.bias))}°" if any(gait.bias) else ""
+    loop = "" if run.closed_loop else ", open loop"
+    return f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, phase {lags}°, in {run.medium}{bias}{loop}"
 
 
 def _last(run: TwinRun, beats: int) -> NDArray[np.intp]:
@@ -94,8 +93,7 @@ def _draw_angles(axes: Axes, run: TwinRun) -> None:
         axes.plot(run.time[last], np.degrees(run.data["angle"][last, j]), color=color, label=f"joint {group.name}")
         axes.plot(run.time[last], np.degrees(run.data["angle_set"][last, j]), color=color, lw=0.9, ls=SIDES[1])
     axes.plot([], [], color=FAINT, lw=0.9, ls=SIDES[1], label="set")
-    axes.set(xlabel="time [s]", ylabel="bend [deg]", xlim=(run.time[last[0]], run.time[last[-1]]))
-    _above(axes)
+    _finish(axes, run.time[last], "bend [deg]")
 
 
 def _draw_pressures(axes: Axes, run: TwinRun) -> None:
@@ -107,8 +105,7 @@ def _draw_pressures(axes: Axes, run: TwinRun) -> None:
         low, at, high = (run.data[f"pump_pressure{end}"][last, c] / KILO for end in ("_low", "", "_high"))
         axes.fill_between(run.time[last], low, high, color=color, alpha=0.3, lw=0)
         axes.plot(run.time[last], at, color=color, ls=SIDES[c % 2], lw=1.2, label=name)
-    axes.set(xlabel="time [s]", ylabel="pump pressure [kPa]", xlim=(run.time[last[0]], run.time[last[-1]]))
-    _above(axes)
+    _finish(axes, run.time[last], "pump pressure [kPa]")
 
 
 def _draw_bounds(axes: Axes, run: TwinRun) -> None:
@@ -116,25 +113,20 @@ def _draw_bounds(axes: Axes, run: TwinRun) -> None:
     controller, oil = run.robot.controller, run.robot.oil
     assert controller is not None
     assert oil is not None  # the twin has run
+    look: Any = {"textcoords": "offset points", "ha": "right", "va": "bottom", "fontsize": 7, "color": INK}
+    look["bbox"] = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.5}
     for bound, text in ((controller.pressure_soft, "soft limit"), (oil.cavitation, "cavitation")):
         axes.axhline(bound / KILO, color=INK, lw=0.9, ls=(0, (1, 2)))
-        place: Any = {"xy": (1, bound / KILO), "xycoords": ("axes fraction", "data"), "xytext": (-2, 2)}
-        place |= {"textcoords": "offset points", "ha": "right", "va": "bottom"}
-        axes.annotate(
-            text, **place, fontsize=7, color=INK, bbox={"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.5}
-        )
+        axes.annotate(text, (1, bound / KILO), (-2, 2), xycoords=("axes fraction", "data"), **look)
 
 
 def _draw_power(axes: Axes, run: TwinRun) -> None:
     """Draw the electrical power of the last beats."""
     last = _last(run, BEATS)
-    power = run.data["power"]
-    axes.plot(run.time[last], power[last], color=COLORS[2], label="servos")
+    axes.plot(run.time[last], run.data["power"][last], color=COLORS[2], label="servos")
     axes.axhline(run.power, color=INK, lw=0.9, ls=SIDES[1], label=f"mean {run.power:.3g} W")
-    axes.set(
-        xlabel="time [s]", ylabel="electrical power [W]", xlim=(run.time[last[0]], run.time[last[-1]]), ylim=(0, None)
-    )
-    _above(axes)
+    axes.set_ylim(0, None)
+    _finish(axes, run.time[last], "electrical power [W]")
 
 
 def _draw_speed(axes: Axes, run: TwinRun) -> None:
@@ -145,8 +137,7 @@ def _draw_speed(axes: Axes, run: TwinRun) -> None:
     if len(speed) > window:
         mean = np.convolve(speed, np.full(window, 1 / window), mode="valid")
         axes.plot(run.time[: len(mean)] + 0.5 * window * step, mean, color=COLORS[1], lw=1.8, label="mean of a beat")
-    axes.set(xlabel="time [s]", ylabel="speed [m/s]", xlim=(run.time[0], run.time[-1]))
-    _above(axes)
+    _finish(axes, run.time, "speed [m/s]")
 
 
 def _draw_peaks(axes: Axes, run: TwinRun) -> None:
@@ -157,8 +148,7 @@ def _draw_peaks(axes: Axes, run: TwinRun) -> None:
         for sign in (-1, 1):
             peak = np.degrees(run.gait.bias[j] + sign * run.gait.amplitude[j])
             axes.axhline(peak, color=color, lw=0.9, ls=SIDES[1])
-    axes.set(xlabel="time [s]", ylabel="bend [deg]", xlim=(run.time[0], run.time[-1]))
-    _above(axes)
+    _finish(axes, run.time, "bend [deg]")
 
 
 def _draw_path(axes: Axes, run: TwinRun) -> None:
@@ -169,11 +159,11 @@ def _draw_path(axes: Axes, run: TwinRun) -> None:
     axes.set_aspect("equal", adjustable="datalim")
 
 
-def _above(axes: Axes) -> None:
-    """Put the legend above the panel, in as many rows as its texts need."""
-    texts = axes.get_legend_handles_labels()[1]
-    most = max((len(text) for text in texts), default=1) + HANDLE
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=max(1, min(4, LETTERS // most)), **TIGHT)
+def _finish(axes: Axes, time: Array, label: str) -> None:
+    """Label the axes of a panel over time [s], and put the legend above, in as many rows as its texts need."""
+    axes.set(xlabel="time [s]", ylabel=label, xlim=(time[0], time[-1]))
+    longest = max((len(text) for text in axes.get_legend_handles_labels()[1]), default=1) + HANDLE
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=max(1, min(4, LETTERS // longest)), **TIGHT)
 
 
 LARGEST_ERROR = 1.3  # height of the panel of errors, in largest ones
@@ -239,17 +229,16 @@ def _draw_bend(axes: Axes, one: Held) -> None:
     for sign in (-1, 1):
         axes.axhline(sign * np.degrees(one.angle), color=INK, lw=1.0, ls=(0, (4, 2)))
     axes.plot(time, angle, color=COLORS[1], lw=1.0)
-    axes.set_title(f"joint {one.name} at {one.frequency:g} Hz")
-    axes.set(xlabel="time [s]", ylabel="bend [deg]", xlim=(0, time[-1]))
+    title = f"joint {one.name} at {one.frequency:g} Hz"
+    axes.set(title=title, xlabel="time [s]", ylabel="bend [deg]", xlim=(0, time[-1]))
 
 
 def _draw_errors(axes: Axes, held: Sequence[Held]) -> None:
     """Draw the error of the peak bend of every beat: linear where it counts as none, then by powers."""
     axes.axhspan(0, np.degrees(CLOSE), color=GRID, lw=0)
+    marks: Any = {"marker": "o", "ms": 2.5, "lw": 1.2}
     for one, color in zip(held, sequence(len(held)), strict=True):
-        axes.plot(
-            one.time, np.degrees(one.error), color=color, marker="o", ms=2.5, lw=1.2, label=f"{one.frequency:g} Hz"
-        )
+        axes.plot(one.time, np.degrees(one.error), color=color, label=f"{one.frequency:g} Hz", **marks)
     axes.set(xlabel="time [s]", ylabel="error of the\npeak bend [deg]", xlim=(0, max(one.time[-1] for one in held)))
     largest = max(np.degrees(held[0].angle), *(float(np.degrees(one.error).max()) for one in held))
     axes.set_yscale("symlog", linthresh=np.degrees(CLOSE), linscale=0.8)
@@ -261,9 +250,8 @@ def _draw_errors(axes: Axes, held: Sequence[Held]) -> None:
 
 def _draw_reach(axes: Axes, test: PostureTest, joint: int) -> None:
     """Draw the largest amplitude that is held, and what its bandwidth would leave of the static one."""
-    far = [one for one in test.reach if one.joint == joint]
-    hertz, most = (np.array(values) for values in ([one.frequency for one in far], [one.amplitude for one in far]))
-    axes.plot(hertz, np.degrees(most), color=COLORS[0], marker="o", **POINTS, label="held")
+    hertz, largest = np.transpose([(far.frequency, far.amplitude) for far in test.reach if far.joint == joint])
+    axes.plot(hertz, np.degrees(largest), color=COLORS[0], marker="o", **POINTS, label="held")
     group = test.robot.joints[joint]
     if group.bandwidth and group.bend_max:
         fine = np.linspace(0, hertz.max(), 200)
@@ -276,16 +264,15 @@ def _draw_reach(axes: Axes, test: PostureTest, joint: int) -> None:
 
 
 @styled
-def plot_dive(done: Dive, *, width: float = WIDTH) -> Figure:
+def plot_dive(dive: Dive, *, width: float = WIDTH) -> Figure:
     """Plot a dive: `width` [inch]."""
-    run = done.run
+    run = dive.run
     figure = Figure(figsize=(width, 0.85 * width + 1.2 if width > 6 else 1.6 * width), layout="constrained")
     depth, pitch, speed, fins = figure.subplots(4, 1, sharex=True, height_ratios=[1.5, 1, 1, 0.8])
     depth.plot(run.time, run.depth, color=COLORS[0])
     depth.invert_yaxis()
-    for k, leg in enumerate(done.legs):
-        start = 0.0 if k == 0 else done.switch
-        middle = start + 0.5 * (done.switch if k == 0 else run.duration - done.switch)
+    middles = (0.5 * dive.switch, 0.5 * (dive.switch + run.duration))
+    for middle, leg in zip(middles, dive.legs, strict=False):
         place = run.depth[np.searchsorted(run.time, middle)]
         text = f"{100 * abs(leg.rate):.2g} cm/s {'down' if leg.rate > 0 else 'up'}"
         side = 8 if leg.rate > 0 else -8  # above the line, which falls or rises
@@ -304,9 +291,7 @@ def plot_dive(done: Dive, *, width: float = WIDTH) -> Figure:
     fins.set(ylabel="fins, leading\nedge up [deg]", xlabel="time [s]")
     depth.set(ylabel="depth [m]", xlim=(0, run.duration))
     for axes in (depth, pitch, speed, fins):
-        axes.axvline(done.switch, color=INK, lw=0.6, alpha=0.5)
-    handles = [*zip(*pitch.get_legend_handles_labels(), strict=True)]
-    handles += [*zip(*fins.get_legend_handles_labels(), strict=True)]
-    lines, labels = zip(*handles, strict=True)
-    figure.legend(lines, labels, loc="outside upper left", ncols=4 if width > 6 else 2, **TIGHT)
+        axes.axvline(dive.switch, color=INK, lw=0.6, alpha=0.5)
+    (lines, labels), (more, names) = pitch.get_legend_handles_labels(), fins.get_legend_handles_labels()
+    figure.legend(lines + more, labels + names, loc="outside upper left", ncols=4 if width > 6 else 2, **TIGHT)
     return figure

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
@@ -37,13 +38,13 @@ LONGEST = 600.0  # s
 class Held:
     """How one joint group reached its set angle at one frequency."""
 
-    joint: int  # Index of the joint group
+    joint: int  # index of the joint group
     frequency: float  # [Hz]
-    angle: float  # Set angle, the peak bend that is asked for to both sides [rad]
-    time: Array  # (beats,) End of each beat [s]
-    peaks: Array  # (beats, 2) Peak bend to the left and to the right, both positive [rad]
-    measured: Array  # (beats, 2) The same as the bending sensor shows it
-    limits: tuple[str, ...]  # Limits that held the joint back in the last beats, by the names of their flags
+    angle: float  # set angle: peak bend asked for to both sides [rad]
+    time: Array  # (beats,) end of each beat [s]
+    peaks: Array  # (beats, 2) peak bend to the left and to the right, both positive [rad]
+    measured: Array  # (beats, 2) the same by the bending sensor [rad]
+    limits: tuple[str, ...]  # that acted in the last beats, by the names of their flags
     run: TwinRun
 
     @property
@@ -53,13 +54,13 @@ class Held:
 
     @property
     def error(self) -> Array:
-        """Error of the peak bend that is further off, in each beat, shape (beats,) [rad]."""
-        return _worst(self.peaks - self.angle)
+        """Larger error of the two peak bends of each beat (beats,) [rad]."""
+        return np.asarray(np.abs(self.peaks - self.angle).max(axis=1))
 
     @property
     def measured_error(self) -> Array:
-        """The same by the bending sensor, which is all that the controller knows, shape (beats,) [rad]."""
-        return _worst(self.measured - self.angle)
+        """The same by the bending sensor, which is all that the controller knows (beats,) [rad]."""
+        return np.asarray(np.abs(self.measured - self.angle).max(axis=1))
 
     @property
     def settling(self) -> float | None:
@@ -87,13 +88,13 @@ class PostureTest:
 
     robot: Robot
     medium: str  # "air" or "water"
-    angle: Array  # (groups,) Set angle of each joint group [rad]; those with 0 stay straight
-    duration: float  # Of each run [s]
-    held: tuple[Held, ...]  # One for each frequency and moving joint group, by frequency
-    reach: tuple[Reach, ...]  # The same; empty if it was not asked for
-    eased: tuple[Held, ...]  # Where the set angle is out of reach: the same with 90 % of the largest amplitude
+    angle: Array  # (groups,) set angle of each joint group [rad]; those with 0 stay straight
+    duration: float  # of each run [s]
+    held: tuple[Held, ...]  # one for each frequency and moving joint group, by frequency
+    reach: tuple[Reach, ...]  # the same; empty if not asked for
+    eased: tuple[Held, ...]  # where the set angle is out of reach: the same with 90 % of the largest amplitude
     seed: int
-    temperature: float  # Of the oil [K]
+    temperature: float  # of the oil [K]
 
     def dataset(self) -> xr.Dataset:
         """Label the result."""
@@ -126,7 +127,7 @@ class PostureTest:
                 "frequency": ("frequency", frequencies, {"units": "Hz"}),
                 "joint": ("joint", [self.robot.joints[j].name for j in joints]),
                 "set_angle": ("joint", self.angle[joints], {"units": "rad"}),
-                "side": ("side", ["left", "right"]),
+                "side": ("side", list(SIDES)),
             },
             provenance(self.robot) | {"medium": self.medium, "duration_s": self.duration, "seed": self.seed},
         )
@@ -149,24 +150,22 @@ def posture_test(
     `frequencies` [Hz], `angle` (groups,) [rad], `duration` [s], `temperature` [K].
     """
     _check(robot, frequencies, angle, duration)
-    moving = [joint for joint, value in enumerate(angle) if value > 0]
+    moving = sum(value > 0 for value in angle)
     conditions: Any = {"medium": medium, "temperature": temperature, "seed": seed}
     held: list[Held] = []
     far: list[Reach] = []
     eased: list[Held] = []
-    for done, frequency in enumerate(frequencies):
+    for count, frequency in enumerate(frequencies, 1):
         held += hold(robot, frequency, angle, duration=duration, **conditions)
-        for joint in moving if limits else ():
-            far.append(reach(robot, joint, frequency, **conditions))
-            lost = next(one for one in held if one.frequency == frequency and one.joint == joint).settling is None
-            if lost and angle[joint] > far[-1].amplitude > 0:
-                alone = [EASED * far[-1].amplitude if j == joint else 0.0 for j in range(len(angle))]
+        for one in held[-moving:] if limits else ():
+            far.append(reach(robot, one.joint, frequency, **conditions))
+            if one.settling is None and one.angle > far[-1].amplitude > 0:
+                alone = [EASED * far[-1].amplitude if j == one.joint else 0.0 for j in range(len(angle))]
                 eased += hold(robot, frequency, alone, duration=duration, **conditions)
         if progress is not None:
-            progress(done + 1, len(frequencies))
-    return PostureTest(
-        robot, medium, np.array(angle), duration, tuple(held), tuple(far), tuple(eased), seed, held[0].run.temperature
-    )
+            progress(count, len(frequencies))
+    parts = tuple(held), tuple(far), tuple(eased)
+    return PostureTest(robot, medium, np.array(angle), duration, *parts, seed, held[0].run.temperature)
 
 
 def hold(robot: Robot, frequency: float, angle: Sequence[float], *, duration: float, **options: Any) -> list[Held]:
@@ -215,11 +214,11 @@ def peak_bends(time: Array, angle: Array, frequency: float) -> tuple[Array, Arra
     step = time[1] - time[0]
     beats = int((time[-1] - time[0]) * frequency + 1e-9)
     edges = np.round(np.arange(beats + 1) / (frequency * step)).astype(int)
-    peaks = np.empty((beats, 2))
-    for beat, (first, last) in enumerate(pairwise(edges)):
-        for side, signed in enumerate((angle, -angle)):
-            peaks[beat, side] = _top(signed, first + int(signed[first:last].argmax()))
-    return time[0] + edges[1:] * step, peaks
+    tops = [
+        [_top(signed, first + int(signed[first:last].argmax())) for signed in (angle, -angle)]
+        for first, last in pairwise(edges)
+    ]
+    return time[0] + edges[1:] * step, np.reshape(tops, (beats, 2))
 
 
 def _top(values: Array, k: int) -> float:
@@ -231,11 +230,6 @@ def _top(values: Array, k: int) -> float:
     if not (curve < 0 and at >= before and at >= after):
         return float(at)
     return float(at - (before - after) ** 2 / (8 * curve))
-
-
-def _worst(error: Array) -> Array:
-    """Of both sides, the error that is further off, without sign."""
-    return np.asarray(np.abs(error).max(axis=1))
 
 
 def _settling(time: Array, error: Array) -> float | None:
