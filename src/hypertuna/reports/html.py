@@ -8,7 +8,7 @@ import io
 import re
 import struct
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from hypertuna.io.files import version, write_atomically
 
 if TYPE_CHECKING:
+    from jinja2 import Environment
     from markdown_it import MarkdownIt
     from matplotlib.figure import Figure
 
@@ -80,7 +81,59 @@ class Section:
     """A heading, and the parts below it in reading order."""
 
     title: str
-    parts: Sequence[Part]
+    parts: list[Part]
+
+
+Shown: TypeAlias = "Figure | str | bytes | Table"
+
+
+@cache
+def _environment(room: str) -> Environment:
+    """Return the templates of a room: of pages (HTML), and of sections (Markdown)."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader(room),
+        autoescape=lambda name: name is not None and name.endswith(".html.j2"),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"f": format, "prose": _prose, "words": _words, "cell": _cell, "spans": _spans}
+    environment.tests |= {"picture": lambda part: isinstance(part, Picture), "table": lambda p: isinstance(p, Table)}
+    return environment
+
+
+def compose(room: str, template: str, shown: Mapping[str, Shown], **values: Any) -> list[Section]:
+    """Return the sections of a template NAME.md of a room, with the figures and tables that it shows.
+
+    A section has a title, ``# Turning``, paragraphs of Markdown, and for each figure or table a paragraph with its
+    name, its caption and how it was made: ``!turning``, ``Radius against phase.``, ``Source: Settled beats.`` A table
+    may come with both. The filter ``f`` formats a value: ``{{ speed | f(".3g") }}``.
+    """
+    text = _environment(room).get_template(f"{template}.md").render(values)
+    sections: list[Section] = []
+    for block in re.split(r"\n{2,}", text.strip()):
+        if block.startswith("# "):
+            sections.append(Section(block.removeprefix("# "), []))
+            continue
+        parts = sections[-1].parts
+        if block.startswith("!"):
+            name, _, caption = block.removeprefix("!").partition("\n")
+            parts.append(_captioned(name, shown[name], caption.replace("\n", " ")))
+        elif parts and isinstance(parts[-1], str):
+            parts[-1] += f"\n\n{block}"
+        else:
+            parts.append(block)
+    return sections
+
+
+def _captioned(name: str, part: Shown, caption: str) -> Part:
+    """Return a figure or a table with its caption."""
+    shows, _, made = caption.partition(" Source: ")
+    if not isinstance(part, Table):
+        return Picture(name, part, shows, made)
+    return replace(part, shows=shows, made=made) if caption else part
 
 
 def write_page(
@@ -100,19 +153,12 @@ def page(
     values: Mapping[str, Any] | None = None,
 ) -> str:
     """Return a page as HTML, from a template of this room with more values."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("hypertuna.reports"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"short": "{:.3g}".format, "prose": _prose, "words": _words, "cell": _cell, "spans": _spans}
-    environment.tests |= {"picture": lambda part: isinstance(part, Picture), "table": lambda p: isinstance(p, Table)}
-    text = environment.get_template(template).render(
-        title=title, lede=lede, facts=facts, sections=sections, inline=inline, version=version(), **(values or {})
+    text = (
+        _environment("hypertuna.reports")
+        .get_template(template)
+        .render(
+            title=title, lede=lede, facts=facts, sections=sections, inline=inline, version=version(), **(values or {})
+        )
     )
     text = text.replace("(kg m)", "(kg\N{NO-BREAK SPACE}m)")
     return re.sub(r"(\d) (%|km\b|Hz\b|m/s|BL\b|deg\b|J/)", "\\1\N{NO-BREAK SPACE}\\2", text)

@@ -80,7 +80,7 @@ def sections(bends: Bends) -> list[Section]:
     figures = {f"hysteresis-{name}": plot_bend(bend, bends.sets[name], width=WIDTH) for name, bend in corrected.items()}
     errors = [bends.printed[name].angle[-1] / bend.angle[-1] - 1 for name, bend in corrected.items()]
     ends = [[np.degrees(bend.angle[-1]) for bend in sets.values()] for sets in bends.sets.values()]
-    section = compose(
+    return compose(
         "actuator",
         figures | {"steps": step_table(bends)},
         joints=list(corrected),
@@ -89,7 +89,6 @@ def sections(bends: Bends) -> list[Section]:
         spreads=" and ".join(f"{min(angles):.1f} to {max(angles):.1f}" for angles in ends),
         printed=" and ".join(f"{100 * error:+.0f} %" for error in errors),
     )
-    return [section]
 
 
 def step_table(bends: Bends) -> Table:

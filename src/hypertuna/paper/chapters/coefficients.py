@@ -76,7 +76,7 @@ def findings(fits: Fits) -> Iterator[Finding]:
 
 def sections(fits: Fits) -> list[Section]:
     """Show Table III and the bandwidth, then the checks of the model."""
-    section = compose(
+    sections = compose(
         "coefficients",
         {
             "table-iii": _figure(fits),
@@ -86,7 +86,7 @@ def sections(fits: Fits) -> list[Section]:
         **_facts(fits),
         **_bandwidth(fits),
     )
-    return [section, model_checks(fits.nine, fits.trials)]
+    return [*sections, *model_checks(fits.nine, fits.trials)]
 
 
 def coefficient_table(fits: Fits) -> Table:

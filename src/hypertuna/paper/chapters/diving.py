@@ -38,7 +38,7 @@ def sections(result: Dive) -> list[Section]:
     from hypertuna.simulation.plots import plot_dive
 
     figures = {"diving": plot_dive(result, width=WIDTH)}
-    return [compose("diving", figures, dive=result, fins=math.degrees(result.angle))]
+    return compose("diving", figures, dive=result, fins=math.degrees(result.angle))
 
 
 CHAPTER = Chapter("diving", sections, findings, compute)

@@ -179,7 +179,7 @@ def sections(elements: Elements) -> list[Section]:
         return []
     shapes = {joint: png for joint, png in elements.pictures.items() if joint in solved}
     tables = {ROBOTS[model]: difference_table(elements, model) for model in elements.solved}
-    section = compose(
+    return compose(
         "finite_elements",
         {f"fe-shape-{joint}": png for joint, png in shapes.items()}
         | {f"fe-bend-{joint}": _curve(joint, one) for joint, one in solved.items()}
@@ -189,7 +189,6 @@ def sections(elements: Elements) -> list[Section]:
         curves=solved,
         command=lambda joint: " ".join(command(ROBOTS[FE], joint)[:-1]),
     )
-    return [section]
 
 
 def difference_table(elements: Elements, model: str = FE) -> Table | None:

@@ -45,7 +45,7 @@ def sections(trials: Trials) -> list[Section]:
         [_label(name, gaits[name]) for name in SPEEDS],
         [published_value(f"speed/{name}") for name in SPEEDS],
     )
-    section = compose(
+    return compose(
         "gaits",
         {"speeds": plot_ledger(labels, speeds, computed, width=WIDTH), "swim": plot_swim(best, width=WIDTH)},
         ideal=_reproduced(trials[PAPER]),
@@ -54,12 +54,11 @@ def sections(trials: Trials) -> list[Section]:
         changes="; ".join(_cost_change(speed, trials[OURS]) for speed in COSTS),
         best=best,
     )
-    return [section]
 
 
 def range_sections(trials: Trials) -> list[Section]:
     """Show the range on one charge."""
-    return [compose("range", entry=judge(published(), range_finding(trials[PAPER].robot)))]
+    return compose("range", {}, entry=judge(published(), range_finding(trials[PAPER].robot)))
 
 
 def range_finding(robot: Robot) -> Finding:

@@ -129,7 +129,7 @@ def sections(lake: Lake) -> list[Section]:
     distance, energy = findings(lake)
     record = lake.record
     figures = {} if record is None else {"lake": plot_mission(_stored_record(record), width=WIDTH)}
-    return [compose("lake", figures, flown=record is not None, distance=distance, energy=energy)]
+    return compose("lake", figures, flown=record is not None, distance=distance, energy=energy)
 
 
 CHAPTER = Chapter("lake", sections, findings, compute)

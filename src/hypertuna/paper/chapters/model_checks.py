@@ -19,7 +19,7 @@ from hypertuna.swimming.swim import swim
 COST = "cost-of-transport/minimum"
 
 
-def model_checks(fits: Mapping[str, Fit], trials: Trials) -> Section:
+def model_checks(fits: Mapping[str, Fit], trials: Trials) -> list[Section]:
     """Show Fig. 12, from the fits of the nine coefficients by model."""
     from hypertuna.paper.figures import plot_against, plot_normalized, plot_paths, plot_start
 

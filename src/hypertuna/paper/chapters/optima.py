@@ -65,18 +65,16 @@ def sections(optima: Optima) -> list[Section]:
     from hypertuna.paper.figures import plot_changes, plot_descent
 
     bars = ["speed,\nmaximum", *(f"cost at\n{speed} m/s" for speed in COSTS)]
-    return [
-        compose(
-            "optima",
-            {
-                "fig13a": plot_descent(_distances(optima), "fitness above the optimum [m/s]"),
-                "fig13b": plot_changes(bars, _changes(optima)),
-                "gaits": gait_table(optima),
-                "methods": method_table(optima),
-            },
-            **_facts(optima),
-        )
-    ]
+    return compose(
+        "optima",
+        {
+            "fig13a": plot_descent(_distances(optima), "fitness above the optimum [m/s]"),
+            "fig13b": plot_changes(bars, _changes(optima)),
+            "gaits": gait_table(optima),
+            "methods": method_table(optima),
+        },
+        **_facts(optima),
+    )
 
 
 def gait_table(optima: Optima) -> Table:

@@ -47,7 +47,7 @@ def sections(trials: Trials) -> list[Section]:
         "table-v": plot_dots(sorted(fast, key=lambda row: -row[1]), "speed [body lengths/s]"),
         "table-vi": plot_dots(cost, "cost of transport [J/(kg m)]", log=True),
     }
-    return [compose("others", figures | {"robots": robot_table(robots)})]
+    return compose("others", figures | {"robots": robot_table(robots)})
 
 
 def robot_table(robots: list[dict[str, Any]]) -> Table:

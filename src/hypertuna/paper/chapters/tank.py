@@ -38,7 +38,7 @@ def sections(trials: Trials) -> list[Section]:
     costs = [trials[model].tank.cost_of_transport.isel(bias=0, amplitude=-1, phase=2).values for model in (OURS, PAPER)]
     rise, rise_ideal = (cost[-1] / cost[0] for cost in costs)
     phases, frequencies = published()["tank"]["phase_deg"], published()["tank"]["frequency_hz"]
-    return [compose("tank", figures, phases=phases, frequencies=frequencies, rise=rise, rise_ideal=rise_ideal)]
+    return compose("tank", figures, phases=phases, frequencies=frequencies, rise=rise, rise_ideal=rise_ideal)
 
 
 def _lead(speed: Array) -> float:

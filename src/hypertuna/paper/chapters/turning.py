@@ -27,7 +27,7 @@ def sections(trials: Trials) -> list[Section]:
     swept = {model: trials[model].turning for model in (PAPER, OURS)}
     figures = {"turning": plot_turning(swept, ours.robot.body.length, published=point, width=WIDTH)}
     radius, best = _turning(OURS, ours)
-    return [compose("turning", figures, phase=point[0], published=point[1], radius=radius, best=best)]
+    return compose("turning", figures, phase=point[0], published=point[1], radius=radius, best=best)
 
 
 def _turning(model: str, trial: Trial) -> Iterator[Finding]:

@@ -58,7 +58,7 @@ def findings(twins: Twins) -> Iterator[Finding]:
 
 def sections(twins: Twins) -> list[Section]:
     """Show the twin beside the paper: the eight gaits and what is behind them, and Fig. 8."""
-    return [_swim_section(twins), _posture_section(twins)]
+    return [*_swim_sections(twins), *_posture_sections(twins)]
 
 
 def speed_table(twins: Twins) -> Table:
@@ -151,7 +151,7 @@ def _settling(held: Held, model: str) -> Finding:
     return Finding(f"control/settling-{held.frequency:g}hz", model, time, note)
 
 
-def _swim_section(twins: Twins) -> Section:
+def _swim_sections(twins: Twins) -> list[Section]:
     """Show the eight gaits, amplitudes over frequency, and the pressures behind them."""
     from hypertuna.simulation.plots import plot_limits, plot_pressures, plot_twin
 
@@ -194,7 +194,7 @@ def _swim_section(twins: Twins) -> Section:
     )
 
 
-def _posture_section(twins: Twins) -> Section:
+def _posture_sections(twins: Twins) -> list[Section]:
     """Show Fig. 8 and what limits the joints."""
     from hypertuna.simulation.plots import plot_posture
 
