@@ -6,18 +6,20 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot, load, parse
+from hypertuna.errors import InputError
 from hypertuna.paper.ledger import published
 from hypertuna.swimming.gait import Gait, Gaits, named_gait
 from hypertuna.swimming.plots_turn import plot_turn
 from hypertuna.swimming.sweep import sweep
 from hypertuna.swimming.swim import swim
-from hypertuna.swimming.turn import Turning, point_radius, scaled, turn
+from hypertuna.swimming.turn import Turning, point_radius, turn
 
 FISH = load("hypertuna")
 PAPER = published()
@@ -109,6 +111,25 @@ def radius(keys: Sequence[str], factor: float, gait: Gait) -> float:
     factors: Mapping[str, float] = dict.fromkeys(keys, factor)
     done = swim(scaled(FISH, factors), gait)
     return done.turn_radius / FISH.body.length if done.settled else math.nan
+
+
+def scaled(robot: Robot, factors: Mapping[str, float]) -> Robot:
+    """Return the robot with some numbers of its file multiplied."""
+    document = robot.document()
+    for key, factor in factors.items():
+        table, _, place = key.partition("[")
+        *tables, name = table.split(".")
+        part: Any = document
+        try:
+            for step in tables:
+                part = part[step]
+            index = int(place.removesuffix("]"))
+            column = list(part[name])
+            column[index] *= factor
+        except (KeyError, IndexError, ValueError, TypeError):
+            raise InputError("must be a number of a list of the robot's file", key=key, fix="see its tables") from None
+        part[name] = column
+    return parse(document, file=robot.file)
 
 
 def needed(keys: Sequence[str], gait: Gait) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import runpy
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -18,7 +19,7 @@ import hypertuna as ht
 from hypertuna.cli.main import main
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.plots_turn import plot_turn
-from hypertuna.swimming.turn import Turning, fit_circle, nose_path, point_radius, scaled, tightest, turn
+from hypertuna.swimming.turn import Turning, fit_circle, nose_path, point_radius, tightest, turn
 
 Run = Callable[..., tuple[int, str, str]]
 PHASES = np.radians([160, 200, 240])
@@ -151,6 +152,7 @@ def test_gaits_that_do_not_turn_have_no_circle(tuna: ht.Robot) -> None:
 
 
 def test_scaled_multiplies_numbers_of_the_file(tuna: ht.Robot) -> None:
+    scaled = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "figures_turn.py"))["scaled"]
     other = scaled(tuna, {"water.lumped.drag[0]": 2.0, "links.lateral_area_m2[7]": 0.5})
     assert other.water.lumped is not None
     assert tuna.water.lumped is not None

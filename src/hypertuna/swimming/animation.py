@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from PIL import Image
 
 from hypertuna.arrays import Array
@@ -17,7 +16,7 @@ from hypertuna.figures import COLORS, FAINT, GRID, INK
 from hypertuna.io.files import write_atomically
 from hypertuna.swimming.plots import last_beat
 from hypertuna.swimming.swim import Swim
-from hypertuna.swimming.trajectory import body_points
+from hypertuna.swimming.trajectory import Points, body_of
 
 FRAMES = 32  # of one beat
 FRAME = 40  # ms: a beat takes 1.3 s on the screen, on any gait
@@ -33,14 +32,12 @@ def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
     Returns `outline` (frames, points, 2), `step` (2,) [body lengths].
     """
     motion = last_beat(swim)
-    pose = np.stack([motion.x.values, motion.y.values, motion.heading.values], axis=1)
-    points = body_points(swim.robot, pose, motion.joint_angle.values) / swim.robot.body.length
-    z = points[..., 0] + 1j * points[..., 1]
+    z, heading = body_of(swim.robot, motion) / swim.robot.body.length, np.mean(motion.heading.values)
     pick = np.linspace(0, len(z) - 1, frames, endpoint=False).astype(int)
     part = np.linspace(0, 1, len(z))[:, np.newaxis]
     drift = z[0, 0] + part * (z[-1, 0] - z[0, 0])
-    z = (z - drift - np.mean(z[:, :1] - drift)) * np.exp(-1j * np.mean(pose[:, 2]))
-    step = -(drift[-1, 0] - drift[0, 0]) * np.exp(-1j * np.mean(pose[:, 2]))
+    z = (z - drift - np.mean(z[:, :1] - drift)) * np.exp(-1j * heading)
+    step = -(drift[-1, 0] - drift[0, 0]) * np.exp(-1j * heading)
     return np.stack([_outline(swim, line) for line in z[pick]]), np.array([step.real, step.imag])
 
 
@@ -97,7 +94,7 @@ def slowed(swim: Swim) -> str:
     return f"sped up {1 / factor:.2g} times" if factor < 0.95 else "in real time"
 
 
-def _outline(swim: Swim, line: NDArray[np.complex128]) -> Array:
+def _outline(swim: Swim, line: Points) -> Array:
     """Thicken a midline, given at the joints, to a fish-like polygon."""
     joints = np.concatenate([[0.0], np.cumsum(swim.robot.links.length)]) / swim.robot.body.length
     s = (1 - np.cos(np.linspace(0, np.pi, 61))) / 2

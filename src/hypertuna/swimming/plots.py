@@ -10,13 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.swimming.swim import Swim
-from hypertuna.swimming.trajectory import body_points
+from hypertuna.swimming.trajectory import Points, body_of, nose_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,9 +30,10 @@ MAX_BEATS = 80  # of a turn
 def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     """Plot how a gait swims: `width` [inch]."""
     lines, paths = _midlines(swim), _paths(swim)
-    x, y = np.ptp(np.concatenate([np.stack([path.real, path.imag]) for path in paths.values()], axis=1), axis=1)
+    whole = np.concatenate(list(paths.values()))
+    x, y = np.ptp(whole.real), np.ptp(whole.imag)
     inner = 0.8 * width
-    bend = np.ptp(lines[..., 1]) / np.ptp(lines[..., 0])
+    bend = np.ptp(lines.imag) / np.ptp(lines.real)
     beside = width > 6  # else below each other
     heights = [min(max(0.55, inner * y / x), 0.55 * width) + 0.6, max(inner * bend, 0 if beside else 0.9) + 0.7]
     heights += [2.1] if beside else [1.7, 1.7]
@@ -130,12 +131,12 @@ def last_beat(swim: Swim) -> xr.Dataset:
     return motion.isel(time=slice((beats - 1) * swim.steps, beats * swim.steps + 1))
 
 
-def unroll(z: NDArray[np.complex128], motion: xr.Dataset, beats: int) -> NDArray[np.complex128]:
+def unroll(z: Points, motion: xr.Dataset, beats: int) -> Points:
     """Repeat the path of a point of the body beat after beat: each beat moves and turns the body alike.
 
     `z` (times,) [m]; returns (beats (times - 1) [m].
     """
-    nose, heading = motion.x.values + 1j * motion.y.values, motion.heading.values
+    nose, heading = nose_points(motion), motion.heading.values
     spin = np.exp(1j * (heading[-1] - heading[0]))
     parts = [z]
     for _ in range(beats - 1):
@@ -144,14 +145,12 @@ def unroll(z: NDArray[np.complex128], motion: xr.Dataset, beats: int) -> NDArray
     return np.concatenate(parts)
 
 
-def _paths(swim: Swim) -> dict[str, NDArray[np.complex128]]:
+def _paths(swim: Swim) -> dict[str, Points]:
     """Paths x + i y of tail tip and nose [m]: all of it from rest, else some beats to the left, or the whole turn."""
     motion = swim.trajectory
-    nose, tail = motion.x.values + 1j * motion.y.values, motion.tail_x.values + 1j * motion.tail_y.values
-    k = 0 if swim.duration is None else -1
-    pose = np.array([[motion.x[k], motion.y[k], motion.heading[k]]])
-    points = body_points(swim.robot, pose, motion.joint_angle.values[k : k + 1 or None])[0]
-    paths = {"tail tip": tail, "nose": nose, "body": points[:, 0] + 1j * points[:, 1]}
+    nose, tail = nose_points(motion), motion.tail_x.values + 1j * motion.tail_y.values
+    body = body_of(swim.robot, motion.isel(time=0 if swim.duration is None else -1))[0]
+    paths = {"tail tip": tail, "nose": nose, "body": body}
     if swim.duration is None:
         turn = abs(float(motion.heading[-1] - motion.heading[0]))
         turns = np.isfinite(swim.turn_radius)
@@ -162,21 +161,19 @@ def _paths(swim: Swim) -> dict[str, NDArray[np.complex128]]:
     return paths
 
 
-def _midlines(swim: Swim) -> Array:
-    """Midlines over the last beat, shape (phases, links + 1, 2) [m], in a frame that follows the mean motion."""
+def _midlines(swim: Swim) -> Points:
+    """Midlines over the last beat, shape (phases, links + 1) [m], in a frame that follows the mean motion."""
     motion = last_beat(swim)
-    pose = np.stack([motion.x.values, motion.y.values, motion.heading.values], axis=1)
-    part = np.linspace(0, 1, len(pose))[:, np.newaxis]
-    drift = pose[0] + part * (pose[-1] - pose[0])
-    points = body_points(swim.robot, pose, motion.joint_angle.values)
-    z = (points[..., 0] - drift[:, :1]) + 1j * (points[..., 1] - drift[:, 1:2])
-    z = z * np.exp(-1j * (drift[:, 2:] - drift[0, 2] + np.mean(pose[:, 2] - drift[:, 2])))
-    lines = np.stack([z.real, z.imag], axis=-1)
-    result: Array = lines[np.linspace(0, len(lines) - 1, MIDLINES, endpoint=False).astype(int)]
-    return result
+    nose, heading = nose_points(motion), motion.heading.values
+    part = np.linspace(0, 1, len(nose))
+    turned = part * (heading[-1] - heading[0])
+    drift = nose[0] + part * (nose[-1] - nose[0])
+    spin = np.exp(-1j * (turned + np.mean(heading - heading[0] - turned)))
+    lines: Points = (body_of(swim.robot, motion) - drift[:, np.newaxis]) * spin[:, np.newaxis]
+    return np.take(lines, np.linspace(0, len(lines) - 1, MIDLINES, endpoint=False).astype(int), axis=0)
 
 
-def _draw_paths(axes: Axes, paths: Mapping[str, NDArray[np.complex128]], how: str) -> None:
+def _draw_paths(axes: Axes, paths: Mapping[str, Points], how: str) -> None:
     """Draw the paths of tail tip and nose, and the body."""
     styles: tuple[dict[str, Any], ...] = (
         {"color": COLORS[0], "lw": 1.2},
@@ -217,10 +214,10 @@ def _draw_power(axes: Axes, swim: Swim) -> None:
     _mean_line(axes, swim.power, f"mean {swim.power:.3g} W")
 
 
-def _draw_midlines(axes: Axes, lines: Array, *, to_scale: bool) -> None:
+def _draw_midlines(axes: Axes, lines: Points, *, to_scale: bool) -> None:
     """Draw midlines of one beat with a bar of their colors."""
     for line, color in zip(lines, sequence(len(lines)), strict=True):
-        axes.plot(*line.T, color=color, lw=1.5, solid_joinstyle="round")
+        axes.plot(line.real, line.imag, color=color, lw=1.5, solid_joinstyle="round")
     axes.set(aspect="equal" if to_scale else "auto", xlabel="along the mean path [m]", ylabel="across [m]")
     axes.set_title(f"Midlines of one beat{'' if to_scale else ', stretched across'}")
     axes.locator_params(axis="y", nbins=3)

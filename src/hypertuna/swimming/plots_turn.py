@@ -14,8 +14,8 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, EDGE, FAINT, INK, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.swimming.swim import Swim, swim
-from hypertuna.swimming.trajectory import body_points
-from hypertuna.swimming.turn import Points, Tightest, Turning, nose_path
+from hypertuna.swimming.trajectory import Points, body_of
+from hypertuna.swimming.turn import Tightest, Turning, nose_path
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -162,12 +162,10 @@ def _circles(turning: Turning) -> list[tuple[float, int]]:
 def _upright(beat: Swim, one: Tightest) -> tuple[Points, Points, Points]:
     """Path of the nose, body and center [m], turned so that the nose starts at the origin toward the top."""
     path = nose_path(beat)
-    motion = beat.trajectory.isel(time=[0])
-    pose = np.array([[motion.x.item(), motion.y.item(), motion.heading.item()]])
-    points = body_points(beat.robot, pose, motion.joint_angle.values)[0]
+    body = body_of(beat.robot, beat.trajectory.isel(time=0))[0]
     spoke = path[0] - one.circle.center
     onward = (1j if beat.turn_rate > 0 else -1j) * spoke / abs(spoke)
-    parts = (path, points[:, 0] + 1j * points[:, 1], np.array([one.circle.center]))
+    parts = (path, body, np.array([one.circle.center]))
     a, b, c = ((part - path[0]) * 1j / onward for part in parts)
     return a, b, c
 

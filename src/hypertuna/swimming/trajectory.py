@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
@@ -14,6 +15,8 @@ from hypertuna.io.files import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Points = NDArray[np.complex128]
 
 
 def trajectory(
@@ -49,8 +52,8 @@ def trajectory(
         "v": ("time", twist[:, 1], "m/s", "velocity of the nose through the water across the head's axis"),
         "r": ("time", twist[:, 2], "rad/s", "rate of turn of the head, counter-clockwise"),
         "forward_speed": ("time", ahead, "m/s", "velocity of the nose through the water along the head's axis, ahead"),
-        "tail_x": ("time", tail[:, 0], "m", "position of the tail tip"),
-        "tail_y": ("time", tail[:, 1], "m", "position of the tail tip"),
+        "tail_x": ("time", tail.real, "m", "position of the tail tip"),
+        "tail_y": ("time", tail.imag, "m", "position of the tail tip"),
         "joint_angle": (("time", "link"), joints[:, :, 0], "rad", "angle of the joint at the front of the link"),
         "joint_rate": (("time", "link"), joints[:, :, 1], "rad/s", "rate of the joint"),
         "joint_torque": (("time", "link"), torque, "N m", "torque of the joint on the link"),
@@ -74,11 +77,24 @@ def trajectory(
     )
 
 
-def body_points(robot: Robot, pose: Array, angles: Array) -> Array:
+def body_points(robot: Robot, pose: Array, angles: Array) -> Points:
     """Place the joints of the body: nose, front end of every link, tail tip.
 
-    `pose` (times, 3) [m], [rad], `angles` (times, links) [rad]; returns (times, links + 1, 2) [m].
+    `pose` (times, 3) [m], [rad], `angles` (times, links) [rad]; returns x + i y (times, links + 1) [m].
     """
     theta = pose[:, 2:] + np.cumsum(angles, axis=1)
-    steps = np.array(robot.links.length)[:, np.newaxis] * np.stack([np.cos(theta), np.sin(theta)], axis=-1)
-    return np.concatenate([pose[:, np.newaxis, :2], pose[:, np.newaxis, :2] + np.cumsum(steps, axis=1)], axis=1)
+    steps = np.array(robot.links.length) * (np.cos(theta) + 1j * np.sin(theta))
+    nose = pose[:, :1] + 1j * pose[:, 1:2]
+    return np.concatenate([nose, nose + np.cumsum(steps, axis=1)], axis=1)
+
+
+def nose_points(motion: xr.Dataset) -> Points:
+    """Return the positions x + i y of the nose (times,) [m]."""
+    points: Points = motion.x.values + 1j * motion.y.values
+    return points
+
+
+def body_of(robot: Robot, motion: xr.Dataset) -> Points:
+    """Return the positions x + i y of the joints of the body (times, links + 1) [m]."""
+    pose = np.stack([motion.x.values, motion.y.values, motion.heading.values], axis=-1)
+    return body_points(robot, np.atleast_2d(pose), np.atleast_2d(motion.joint_angle.values))

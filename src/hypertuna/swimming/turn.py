@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, parse
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
 from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.sweep import sweep
 from hypertuna.swimming.swim import Swim, swim
+from hypertuna.swimming.trajectory import Points, nose_points
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Points = NDArray[np.complex128]
 
 MAX_BEATS = 120  # of a path: a gait that turns by 3 degrees a beat comes round in them
 PER_BEAT = 32  # points of a path
@@ -92,8 +91,7 @@ def nose_path(beat: Swim) -> Points:
     beats = math.ceil(2 * math.pi * beat.gait.frequency / abs(beat.turn_rate)) if beat.turn_rate else MAX_BEATS
     motion = beat.continued(min(beats, MAX_BEATS))
     every = max(1, beat.steps // PER_BEAT)
-    z: Points = (motion.x.values + 1j * motion.y.values)[:-1:every]
-    return z
+    return nose_points(motion)[:-1:every]
 
 
 def point_radius(beat: Swim, behind: float) -> float:
@@ -104,7 +102,7 @@ def point_radius(beat: Swim, behind: float) -> float:
     `behind` [m]; returns [m].
     """
     motion = beat.trajectory
-    nose, axis = motion.x.values + 1j * motion.y.values, np.exp(1j * motion.heading.values)
+    nose, axis = nose_points(motion), np.exp(1j * motion.heading.values)
     spin = axis[-1] / axis[0]
     center = (nose[-1] - spin * nose[0]) / (1 - spin)
     return float(np.abs(nose + behind * axis - center)[:-1].mean())
@@ -155,12 +153,11 @@ def turn(
         if progress is not None:
             progress(k + 1, len(gaits))
     dims = results.turn_radius.dims
-    results["circle_radius"] = (dims, radius.reshape(gaits.shape), _length("radius of the circle fitted to the path"))
-    results["circle_residual"] = (
-        dims,
-        residual.reshape(gaits.shape),
-        _length("rms distance of the nose from that circle"),
-    )
+    for name, values, text in (
+        ("circle_radius", radius, "radius of the circle fitted to the path"),
+        ("circle_residual", residual, "rms distance of the nose from that circle"),
+    ):
+        results[name] = (dims, values.reshape(gaits.shape), {"units": "m", "long_name": text})
     turns = settled & np.isfinite(bends)
     ahead = turns & (results.speed.values.ravel() > 0)
     best, first = (_tightest(robot, gaits, bends, among, steps) for among in (turns, ahead))
@@ -186,25 +183,6 @@ def tightest(robot: Robot, gait: Gait, *, low: float, high: float, steps: int = 
     return (float(search.x), float(search.fun)) if search.fun < here else (gait.phase[-1], here)
 
 
-def scaled(robot: Robot, factors: Mapping[str, float]) -> Robot:
-    """Return the robot with some numbers of its file multiplied."""
-    document = robot.document()
-    for key, factor in factors.items():
-        table, _, place = key.partition("[")
-        *tables, name = table.split(".")
-        part: Any = document
-        try:
-            for step in tables:
-                part = part[step]
-            index = int(place.removesuffix("]"))
-            column = list(part[name])
-            column[index] *= factor
-        except (KeyError, IndexError, ValueError, TypeError):
-            raise InputError("must be a number of a list of the robot's file", key=key, fix="see its tables") from None
-        part[name] = column
-    return parse(document, file=robot.file)
-
-
 def _taubin(w: Points) -> Array | None:
     """Fit a circle to centered points of unit size: x, y, R; None for points on a line."""
     square = np.abs(w) ** 2
@@ -217,11 +195,6 @@ def _taubin(w: Points) -> Array | None:
     if abs(a) < 1e-12:
         return None
     return np.array([-b / (2 * a), -c / (2 * a), math.sqrt(b * b + c * c - 4 * a * d) / abs(2 * a)])
-
-
-def _length(text: str) -> dict[str, str]:
-    """Attributes of a length."""
-    return {"units": "m", "long_name": text}
 
 
 def _tightest(robot: Robot, gaits: Gaits, radius: Array, among: NDArray[np.bool_], steps: int) -> Tightest | None:
