@@ -66,11 +66,10 @@ def read_mission(path: str | Path) -> MissionFile:
     name = file = str(path)
     if not name.endswith(".toml"):
         if name not in missions():
-            raise InputError("must be a .toml file or a mission that comes with hypertuna", key="mission",
-                             value=shown(name), fix=did_you_mean(name, missions()))  # fmt: skip
+            rule, fix = "must be a .toml file or a mission that comes with hypertuna", did_you_mean(name, missions())
+            raise InputError(rule, key="mission", value=shown(name), fix=fix)
         path, file = shipped("missions") / f"{name}.toml", f"missions/{name}.toml"
-    document = read_toml(path, file=file)
-    return parse_mission(document, file=file)
+    return parse_mission(read_toml(path, file=file), file=file)
 
 
 def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile:
@@ -83,7 +82,7 @@ def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile
         raise translate(error, document, Document, file or None) from None
     except InputError as error:
         raise InputError(error.rule, file=file or None, key=error.key, value=error.value, fix=error.fix) from None
-    origin = None if checked.origin is None else _radians(checked.origin.latitude, checked.origin.longitude)
+    origin = None if checked.origin is None else (checked.origin.latitude, checked.origin.longitude)
     facts = json.dumps([asdict(mission), origin, checked.scatter.model_dump()], sort_keys=True)
     digest = hashlib.sha256(facts.encode()).hexdigest()
     return MissionFile(checked.name, checked.description, checked.robot, mission, origin, checked.scatter, file, digest)
@@ -98,14 +97,14 @@ def randomized(given: MissionFile, seed: int) -> Mission:
         return mission
     random = np.random.default_rng([seed, int(given.hash[:8], 16)])
     speed, toward = scatter.current * random.uniform(), TURN * random.uniform()
-    more = (speed * math.sin(toward), speed * math.cos(toward))
+    east, north = speed * math.sin(toward), speed * math.cos(toward)
     span = mission.duration or 3600.0
     starts, lengths = span * random.uniform(size=scatter.gaps), scatter.gap * random.uniform(size=scatter.gaps)
     pairs = sorted([*mission.gaps, *zip(starts.tolist(), (starts + lengths).tolist(), strict=True)])
     return replace(
         mission,
-        current=_sum(mission.current, more),
-        current_bottom=_sum(mission.current_bottom, more),
+        current=(mission.current[0] + east, mission.current[1] + north),
+        current_bottom=(mission.current_bottom[0] + east, mission.current_bottom[1] + north),
         gaps=_joined(pairs),
     )
 
@@ -129,7 +128,7 @@ def _check_mission(mission: Mission) -> None:
         if fence_distance(mission, np.array([[x, y]]))[0] <= 0:
             fix = "move it, or widen the fence"
             raise InputError("must be inside limits.fence_m", key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)
-    course = [places.pop("start"), *list(places.values())[1:], *([] if mission.stay else [mission.home])]
+    course = [mission.start, *(point[:2] for point in mission.waypoints), *([] if mission.stay else [mission.home])]
     for k, leg in enumerate(pairwise(course)):
         if any(cross(leg, side) for side in sides(mission.fence)):
             key = f"waypoints[{k}]" if k < len(mission.waypoints) else "home"
@@ -142,17 +141,18 @@ def _check_mission(mission: Mission) -> None:
 
 def _mission(document: Document) -> Mission:
     """Resolve places and directions."""
-    start, water, limits = document.start, document.water, document.limits
-    begin = _place(document, start)
-    home = document.home
-    at_home = begin if home.x is None and home.latitude is None else _place(document, home)
+    start, home, water, limits = document.start, document.home, document.water, document.limits
+    begin = _place(document, "start", start)
+    nowhere = {home.x, home.y, home.latitude, home.longitude} == {None}
     ground = water.current if water.current_bottom is None else water.current_bottom
     toward = water.toward if water.toward_bottom is None else water.toward_bottom
-    points = [(*_place(document, point), point.depth, point.speed, point.radius) for point in document.waypoints]
     return Mission(
-        waypoints=tuple(Waypoint(*point) for point in points),
+        waypoints=tuple(
+            Waypoint(*_place(document, f"waypoints[{k}]", point), point.depth, point.speed, point.radius)
+            for k, point in enumerate(document.waypoints)
+        ),
         start=begin,
-        home=at_home,
+        home=begin if nowhere else _place(document, "home", home),
         heading=float(pose_from("ned", [0.0, 0.0, start.heading])[2]),
         depth=start.depth,
         battery=start.battery,
@@ -171,24 +171,22 @@ def _mission(document: Document) -> Mission:
     )
 
 
-def _place(document: Document, place: Place) -> tuple[float, float]:
-    """East and north of the origin."""
-    if place.x is not None and place.y is not None:
-        return place.x, place.y
-    assert document.origin is not None  # checked
-    assert place.latitude is not None
-    assert place.longitude is not None
-    origin = _radians(document.origin.latitude, document.origin.longitude)
-    x, y = to_local(origin, *_radians(place.latitude, place.longitude))
-    return float(x), float(y)
-
-
-def _radians(latitude: float, longitude: float) -> tuple[float, float]:
-    return math.radians(latitude), math.radians(longitude)
-
-
-def _sum(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
-    return a[0] + b[0], a[1] + b[1]
+def _place(document: Document, key: str, place: Place) -> tuple[float, float]:
+    """Return east and north of the origin of a place, which is given one way."""
+    local = [value for value in (place.x, place.y) if value is not None]
+    earth = [value for value in (place.latitude, place.longitude) if value is not None]
+    if local and earth:
+        fix = "leave one of the two out"
+        raise InputError("must be x_m and y_m, or latitude_deg and longitude_deg, not both", key=key, fix=fix)
+    if len(local or earth) != 2:
+        fix = "give the two in m, or latitude_deg and longitude_deg with the table [origin]"
+        raise InputError("must have x_m and y_m", key=key, fix=fix)
+    if earth:
+        if document.origin is None:
+            fix = "add the table [origin] with latitude_deg and longitude_deg, or give x_m and y_m"
+            raise InputError("needs the table [origin]", key=f"{key}.latitude_deg", fix=fix)
+        local = to_local((document.origin.latitude, document.origin.longitude), *earth).tolist()
+    return local[0], local[1]
 
 
 def _joined(pairs: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:

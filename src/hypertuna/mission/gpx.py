@@ -11,16 +11,17 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import version, write_atomically
+from hypertuna.io.tables import parse_float
 from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.record import MissionRecord
 
 SPACE = "http://www.topografix.com/GPX/1/1"
 BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)  # a simulated mission has no date: its times count from here
+SPACES = {"": SPACE}
 MAX_BYTES = 200_000_000
 
 
@@ -50,12 +51,11 @@ def gpx_text(record: MissionRecord) -> str:
         place = from_local(record.origin, [point.x, point.y])
         node = _point(root, "wpt", place, -point.depth)
         SubElement(node, "name").text = f"{k + 1}"
-    seconds = record.every(1.0)
     if record.true:
-        _track(root, record.name, record, record.position[:, :2], record.position[:, 2], seconds)
+        _track(root, record.name, record, record.position)
     if {"position_estimated", "depth_estimated"} <= set(record.data):
-        believed = record.data["position_estimated"]
-        _track(root, f"{record.name}, estimated", record, believed, -record.data["depth_estimated"], seconds)
+        estimated = np.column_stack([record.data["position_estimated"], -record.data["depth_estimated"]])
+        _track(root, f"{record.name}, estimated", record, estimated)
     ElementTree.indent(root, " ")
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
@@ -82,13 +82,12 @@ def read_gpx(path: str | Path) -> list[GpxTrack]:
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         if isinstance(error, InputError):
             raise InputError(error.rule, file=file, fix=error.fix) from None
-        raise InputError(
-            "must be valid XML", file=file, value=f"not ({shown(str(error))})", fix="export it again"
-        ) from None
+        value = f"not ({shown(str(error))})"
+        raise InputError("must be valid XML", file=file, value=value, fix="export it again") from None
     if root.tag != f"{{{SPACE}}}gpx":
         value, fix = shown(root.tag), "give a GPX 1.1 file"
         raise InputError("must begin with the element gpx of GPX 1.1", file=file, value=value, fix=fix)
-    return [_read_track(node, f"trk[{k}]", file) for k, node in enumerate(root.iterfind(_tag("trk")))]
+    return [_read_track(node, f"trk[{k}]", file) for k, node in enumerate(root.iterfind("trk", SPACES))]
 
 
 class _Plain(ElementTree.TreeBuilder):
@@ -96,10 +95,6 @@ class _Plain(ElementTree.TreeBuilder):
 
     def doctype(self, *_: object) -> NoReturn:
         raise InputError("must not have a document type", fix="remove the line <!DOCTYPE ...>")
-
-
-def _tag(name: str) -> str:
-    return f"{{{SPACE}}}{name}"
 
 
 def _point(parent: Element, tag: str, place: Array, height: float) -> Element:
@@ -110,16 +105,15 @@ def _point(parent: Element, tag: str, place: Array, height: float) -> Element:
     return node
 
 
-def _track(
-    root: Element, name: str, record: MissionRecord, flat: Array, heights: Array, chosen: NDArray[np.int64]
-) -> None:
-    """Add a track."""
+def _track(root: Element, name: str, record: MissionRecord, position: Array) -> None:
+    """Add a track of positions (T, 3), one point a second."""
     assert record.origin is not None  # checked
     track = SubElement(root, "trk")
     SubElement(track, "name").text = _clean(name)
     segment = SubElement(track, "trkseg")
-    places = from_local(record.origin, flat[chosen])
-    for place, height, second in zip(places, heights[chosen], record.time[chosen], strict=True):
+    at = record.every(1.0)
+    places = from_local(record.origin, position[at, :2])
+    for place, height, second in zip(places, position[at, 2], record.time[at], strict=True):
         stamp = (BEGINNING + timedelta(milliseconds=round(1e3 * float(second)))).isoformat(timespec="milliseconds")
         node = _point(segment, "trkpt", place, float(height))
         SubElement(node, "time").text = stamp.replace("+00:00", "Z")
@@ -133,23 +127,21 @@ def _clean(text: str) -> str:
 def _read_track(track: Element, key: str, file: str) -> GpxTrack:
     """Read the points of all segments of a track."""
     rows = []
-    for k, node in enumerate(track.iterfind(f"{_tag('trkseg')}/{_tag('trkpt')}")):
+    for k, node in enumerate(track.iterfind("trkseg/trkpt", SPACES)):
         place = f"{key}.trkpt[{k}]"
         latitude = _number(node.get("lat"), f"{place}.lat", 90.0, file)
         longitude = _number(node.get("lon"), f"{place}.lon", 180.0, file)
-        height = node.findtext(_tag("ele"))
+        height, moment = node.findtext("ele", None, SPACES), node.findtext("time", None, SPACES)
         elevation = math.nan if height is None else _number(height, f"{place}.ele", math.inf, file)
-        rows.append((math.radians(latitude), math.radians(longitude), elevation, _time(node, place, file)))
+        time = math.nan if moment is None else _time(moment, f"{place}.time", file)
+        rows.append((math.radians(latitude), math.radians(longitude), elevation, time))
     columns = np.array(rows, dtype=np.float64).reshape(-1, 4).T
-    return GpxTrack(track.findtext(_tag("name")) or "", *columns)
+    return GpxTrack(track.findtext("name", "", SPACES), *columns)
 
 
 def _number(text: str | None, key: str, limit: float, file: str) -> float:
     """Read a number of limited size."""
-    try:
-        value = float(text if text is not None else "")
-    except ValueError:
-        value = math.nan
+    value = math.nan if text is None else parse_float(text)
     if not abs(value) <= limit or math.isinf(value):
         rule = "must be a number" if math.isinf(limit) else f"must be a number from -{limit:g} to {limit:g}"
         given = "missing" if text is None else shown(text)
@@ -157,14 +149,11 @@ def _number(text: str | None, key: str, limit: float, file: str) -> float:
     return value
 
 
-def _time(node: Element, key: str, file: str) -> float:
-    """Read the time of a point; one without a zone is UTC."""
-    text = node.findtext(_tag("time"))
-    if text is None:
-        return math.nan
+def _time(text: str, key: str, file: str) -> float:
+    """Read a time; one without a zone is UTC."""
     try:
         stamp = datetime.fromisoformat(text.strip())
         return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
     except (ValueError, OverflowError):
         fix = "write it as 2026-01-31T12:00:00Z"
-        raise InputError("must be a time", file=file, key=f"{key}.time", value=shown(text), fix=fix) from None
+        raise InputError("must be a time", file=file, key=key, value=shown(text), fix=fix) from None

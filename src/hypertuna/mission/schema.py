@@ -9,24 +9,36 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from hypertuna.control.mission import cross, sides
-from hypertuna.description.schema.base import Degrees, NotNegative, Part, Positive, PositiveFraction, Real, Text, entry
+from hypertuna.description.schema.base import (
+    Degrees,
+    Flag,
+    NotNegative,
+    Part,
+    Positive,
+    PositiveFraction,
+    Real,
+    Text,
+    entry,
+    number,
+)
 from hypertuna.errors import InputError
 from hypertuna.mission.geodesy import MAX_DISTANCE
+from hypertuna.ranges import Range
 
 MAX_SPEED = 5.0  # m/s of robot or water
 MAX_DEPTH = 1000.0  # m
 MAX_WAYPOINTS, MAX_CORNERS, MAX_GAPS = 1000, 64, 1000
 MAX_DURATION = 7 * 86400.0  # s
 
-Latitude = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-89, le=89)]
-Longitude = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-180, le=180)]
-Speed = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=MAX_SPEED)]
-Current = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=MAX_SPEED)]
-Depth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=MAX_DEPTH)]
-Below = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=MAX_DEPTH)]
-Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=MAX_DURATION)]
-Moment = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=MAX_DURATION)]
-Reserve = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)]
+Latitude = Annotated[float, number(Range(min=-89, max=89)), AfterValidator(math.radians)]
+Longitude = Annotated[float, number(Range(min=-180, max=180)), AfterValidator(math.radians)]
+Speed = Annotated[float, number(Range(above=0, max=MAX_SPEED))]
+Current = Annotated[float, number(Range(min=0, max=MAX_SPEED))]
+Depth = Annotated[float, number(Range(min=0, max=MAX_DEPTH))]
+Below = Annotated[float, number(Range(above=0, max=MAX_DEPTH))]
+Seconds = Annotated[float, number(Range(above=0, max=MAX_DURATION))]
+Moment = Annotated[float, number(Range(min=0, max=MAX_DURATION))]
+Reserve = Annotated[float, number(Range(min=0, below=1))]
 Pair = tuple[Real, Real]
 
 
@@ -134,7 +146,7 @@ class Document(Part):
     name: Annotated[Text, AfterValidator(_printable)] = entry("name of the mission")
     description: str = entry("sentence that states the purpose of the mission (default: none)", default="")
     robot: Text | None = entry("robot that swims the mission (default: that of --robot)", default=None)
-    stay: Annotated[bool, Field(strict=True)] = entry(
+    stay: Flag = entry(
         "whether the robot surfaces at the last waypoint instead of going home (default: false)", default=False
     )
     origin: Origin | None = entry("table of the origin of x and y", default=None)
@@ -150,7 +162,6 @@ class Document(Part):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        _check_places(self)
         _check_water(self)
         _check_fence(self)
         _check_gaps(self.gps.gaps)
@@ -163,39 +174,17 @@ class Document(Part):
 # --- how it is checked
 
 
-def _check_places(document: Document) -> None:
-    """Check that every place is given one way, and the start and the waypoints at all."""
-    places: dict[str, Place] = {"start": document.start, "home": document.home}
-    places |= {f"waypoints[{i}]": point for i, point in enumerate(document.waypoints)}
-    for key, place in places.items():
-        flat = (place.x is not None) + (place.y is not None)
-        round_ = (place.latitude is not None) + (place.longitude is not None)
-        if flat and round_:
-            fix = "leave one of the two out"
-            raise InputError("must be x_m and y_m, or latitude_deg and longitude_deg, not both", key=key, fix=fix)
-        if flat + round_ == 0 and key == "home":
-            continue
-        if 2 not in (flat, round_):
-            fix = "give the two in m, or latitude_deg and longitude_deg with the table [origin]"
-            raise InputError("must have x_m and y_m", key=key, fix=fix)
-        if round_ and document.origin is None:
-            fix = "add the table [origin] with latitude_deg and longitude_deg, or give x_m and y_m"
-            raise InputError("needs the table [origin]", key=f"{key}.latitude_deg", fix=fix)
-
-
 def _check_water(document: Document) -> None:
     """Check that start and waypoints are above the ground and the limit."""
     bottom, limit = document.water.bottom, document.limits.depth
     places: dict[str, float] = {"start": document.start.depth}
     places |= {f"waypoints[{i}]": point.depth for i, point in enumerate(document.waypoints)}
     for key, depth in places.items():
-        for what, highest in (("water.bottom_m", bottom), ("limits.depth_m", limit)):
-            if depth > highest or (depth == highest and what == "water.bottom_m"):
-                above = "above the ground, less than" if what == "water.bottom_m" else "at most"
-                rule = f"must be {above} {what} = {highest:g}"
-                raise InputError(
-                    rule, key=f"{key}.depth_m", value=f"{depth:g}", fix="reduce the depth, or correct that value"
-                )
+        rule = f"above the ground, less than water.bottom_m = {bottom:g}" if depth >= bottom else ""
+        rule = rule or (f"at most limits.depth_m = {limit:g}" if depth > limit else "")
+        if rule:
+            fix = "reduce the depth, or correct that value"
+            raise InputError(f"must be {rule}", key=f"{key}.depth_m", value=f"{depth:g}", fix=fix)
 
 
 def _check_fence(document: Document) -> None:
@@ -226,16 +215,17 @@ def _check_fence(document: Document) -> None:
 def _check_gaps(gaps: Sequence[tuple[float, float]]) -> None:
     """Check that gaps follow each other."""
     if len(gaps) > MAX_GAPS:
-        value, fix = f"{len(gaps)}", "join those that meet"
-        raise InputError(f"must be at most {MAX_GAPS}", key="gps.gaps_s", value=value, fix=fix)
+        rule, fix = f"must be at most {MAX_GAPS}", "join those that meet"
+        raise InputError(rule, key="gps.gaps_s", value=f"{len(gaps)}", fix=fix)
     last = 0.0
     for i, (begin, end) in enumerate(gaps):
+        rule, fix = "", "write [from, to]"
         if begin >= end:
             rule = "must be two times, the first earlier"
-            raise InputError(rule, key=f"gps.gaps_s[{i}]", value=f"[{begin:g}, {end:g}]", fix="write [from, to]")
-        if begin < last:
+        elif begin < last:
             rule = f"must begin after the previous gap ends at {last:g} s"
             fix = "sort them, and join those that meet"
+        if rule:
             raise InputError(rule, key=f"gps.gaps_s[{i}]", value=f"[{begin:g}, {end:g}]", fix=fix)
         last = end
 
