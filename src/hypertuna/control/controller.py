@@ -12,7 +12,7 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import Circuits, circuits, pump_servo, servo_angle
-from hypertuna.actuation.soft_joint import JointTable, joint_tables
+from hypertuna.actuation.soft_joint import joint_tables
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.body import JointGroup
@@ -43,16 +43,13 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     """
     control = require(robot.controller, "controller", robot)
     hydraulics = circuits(robot, temperature)
-    columns = _constants(robot, control)
-    for j in range(len(robot.joints)):
-        for name, value in _joint(robot, control, hydraulics, j).items():
-            columns.setdefault(name, []).append(value)
-    for c in range(len(hydraulics.names)):
-        columns.setdefault("map", []).extend(pump_map(robot, hydraulics, c).coefficients.tolist())
-        columns.setdefault("fill", []).append(_fill(robot, c // 2))
-        for name, value in _supervisor(control, hydraulics, c).items():
-            columns.setdefault(name, []).append(value)
-    return columns
+    joints = [_joint(robot, control, hydraulics, j) for j in range(len(robot.joints))]
+    sides = [_supervisor(control, hydraulics, c) for c in range(len(hydraulics.names))]
+    return _constants(robot, control) | {
+        "fill": [_fill(robot, c // 2) for c in range(len(sides))],
+        "map": [float(a) for c in range(len(sides)) for a in pump_map(robot, hydraulics, c).coefficients],
+        **{name: [row[name] for row in rows] for rows in (joints, sides) for name in rows[0]},
+    }
 
 
 def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
@@ -60,9 +57,8 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
     group = robot.joints[circuit // 2]
     reach = _reach(group)
     bend = np.linspace(-reach, reach, 201)
-    table = joint_tables(robot)[circuit // 2]
-    volume, pressure = _side_at_rest(robot, table, hydraulics, circuit, bend)
-    angle = servo_angle(hydraulics, _displacement(hydraulics, circuit, volume, pressure), circuit)
+    volume, pressure = _side_at_rest(robot, hydraulics, circuit, bend)
+    angle = servo_angle(hydraulics, _displacement(hydraulics.row(circuit), volume, pressure), circuit)
     if not np.isfinite(angle).all():
         rule = "must let the crank turn far enough for the joint's whole reach"
         fix = "choose an angle near 90, a longer crank or a wider bore"
@@ -78,25 +74,20 @@ def _reach(group: JointGroup) -> float:
     return REACH * require(group.bend_max, f"joints.{group.name}.bend_max_deg")
 
 
-def _displacement(hydraulics: Circuits, circuit: int, volume: Array, pressure: Array) -> Array:
+def _displacement(circuit: dict[str, float], volume: Array, pressure: Array) -> Array:
     """Compute the oil that the cylinder displaces [m^3] for a volume gained by its units [m^3] and a pressure [Pa]."""
-    at = hydraulics.row(circuit)
-    oil = at["oil_pump"] + at["oil_unit"]
-    atmosphere = _core.ATMOSPHERE
-    swollen = oil * (1 - pressure / at["bulk_modulus"] + at["air"] * atmosphere / (atmosphere + pressure))
-    displaced: Array = at["chamber"] + at["unit_rest"] + volume + at["compliance"] * pressure - swollen
-    return displaced
+    air = circuit["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure)
+    swollen = (circuit["oil_pump"] + circuit["oil_unit"]) * (1 - pressure / circuit["bulk_modulus"] + air)
+    return circuit["chamber"] + circuit["unit_rest"] + volume + circuit["compliance"] * pressure - swollen
 
 
-def _side_at_rest(
-    robot: Robot, table: JointTable, hydraulics: Circuits, circuit: int, bend: Array
-) -> tuple[Array, Array]:
+def _side_at_rest(robot: Robot, hydraulics: Circuits, circuit: int, bend: Array) -> tuple[Array, Array]:
     """Compute volume gained [m^3] and pressure [Pa] of a side that holds a bend toward itself.
 
     The moments balance with the two sides equally far above and below the fill pressure; the lower pressure stops
     short of cavitation.
     """
-    side = circuit % 2
+    side, table = circuit % 2, joint_tables(robot)[circuit // 2]
     toward = 1.0 if side == 0 else -1.0
     load = table.at(toward * bend)
     own, other = toward * load["slope"][:, side], toward * load["slope"][:, 1 - side]
@@ -124,7 +115,7 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
     """Compute the constants that the controller has once."""
     tick = 1 / control.rate
     rate = SETTLED / control.smoothing
-    sensor = {kind: sensor_range(robot, kind) for kind in ("pressure", "current", "rate", "acceleration", "voltage")}
+    pressure, current, voltage = (sensor_range(robot, quantity) for quantity in ("pressure", "current", "voltage"))
     values = {name: getattr(control, name) for name in PLAIN} | {
         "tick": tick,
         "relax": math.exp(-2 * control.convergence * tick),
@@ -135,15 +126,15 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
         "limited": 0.1,
         "moving": 0.05,
         "amplitude_min": math.radians(3.0),
-        "pressure_low": sensor["pressure"][0],
-        "pressure_high": sensor["pressure"][1],
-        "current_low": sensor["current"][0],
-        "current_high": sensor["current"][1],
-        "rate_high": sensor["rate"][1],
-        "acceleration_high": sensor["acceleration"][1],
+        "pressure_low": pressure[0],
+        "pressure_high": pressure[1],
+        "current_low": current[0],
+        "current_high": current[1],
+        "rate_high": sensor_range(robot, "rate")[1],
+        "acceleration_high": sensor_range(robot, "acceleration")[1],
         "voltage_rated": require(pump_servo(robot).voltage, "servos.voltage_v", robot),
-        "voltage_min": sensor["voltage"][0],
-        "voltage_max": sensor["voltage"][1],
+        "voltage_min": voltage[0],
+        "voltage_max": voltage[1],
         "timeout": round(control.timeout / tick),
         "slew": control.slew * tick,
     }
@@ -163,12 +154,11 @@ def _joint(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> d
     """Compute the constants of a joint."""
     group = robot.joints[j]
     bend_max = require(group.bend_max, f"joints.{group.name}.bend_max_deg", robot)
-    high = sensor_range(robot, "bend")[1]
     static, rate, square = _pressure_of_beat(robot, control, hydraulics, j)
     return {
         "reach": _reach(group),
         "amplitude": bend_max,
-        "bend_range": high,
+        "bend_range": sensor_range(robot, "bend")[1],
         "bend_step": BEND_STEP * 2 * math.pi * control.frequency_max * bend_max / control.rate,
         "safe_static": static,
         "safe_rate": rate,
@@ -182,15 +172,13 @@ def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j
     The pressures of the bend at rest, of the flow through the line and of the water's load on the tail add up, as if
     their peaks came at once.
     """
-    amplitude = float(robot.joints[j].bend_max or 0.0)
-    fill = _fill(robot, j)
+    amplitude, fill = float(robot.joints[j].bend_max or 0.0), _fill(robot, j)
     bend = np.linspace(0.1, 1.0, 10) * amplitude
-    table = joint_tables(robot)[j]
-    volume, pressure = _side_at_rest(robot, table, hydraulics, 2 * j, bend)
+    volume, pressure = _side_at_rest(robot, hydraulics, 2 * j, bend)
     held, flow = (pressure - fill) / bend, np.gradient(volume, bend)
     resistance = float(hydraulics.column("resistance")[2 * j])
     frequency = control.frequency_max
-    slope = table.at(bend)["slope"]
+    slope = joint_tables(robot)[j].at(bend)["slope"]
     load = _water_load(robot, frequency)[j] / float((slope[:, 0] - slope[:, 1]).min())
     room = control.pressure_soft - fill
     return (

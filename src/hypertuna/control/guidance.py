@@ -44,8 +44,7 @@ def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] 
     """
     if not gaits:
         guidance = require(robot.guidance, "guidance", robot)
-        gaits = [named_gait(robot, name) for name in guidance.gaits]
-        speed = speed or guidance.speed or ()
+        gaits, speed = [named_gait(robot, name) for name in guidance.gaits], speed or guidance.speed or ()
     if not speed:
         lagging = all(group.bandwidth is not None for group in robot.joints)
         swimmer = robot.using(joints="bandwidth") if lagging else robot
@@ -100,8 +99,7 @@ def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, lis
     if every < 1 or abs(every - round(every)) > 1e-9 * every:
         rule, fix = f"must divide controller.rate_hz = {control.rate:g}", f"choose for example {control.rate / 10:g}"
         raise InputError(rule, file=robot.file, key="guidance.decisions_hz", value=f"{pilot.decisions:g}", fix=fix)
-    controller = controller_columns(robot)
-    joints = {"bias_max": list(pilot.bias_max), "bend_max": controller["reach"]}
+    joints = {"bias_max": list(pilot.bias_max), "bend_max": controller_columns(robot)["reach"]}
     values = {
         "every": round(every),
         "tick": 1 / control.rate,
@@ -153,15 +151,14 @@ def _plain(pilot: Guidance) -> dict[str, float]:
 
 def _sensed(robot: Robot) -> dict[str, float]:
     """Return the ranges and errors of the pilot's sensors."""
-    position = sensor_of(robot, "position")
-    depth_low, depth_high = sensor_range(robot, "depth")
+    position, depth = sensor_of(robot, "position"), sensor_range(robot, "depth")
     return {
         "rate_max": sensor_range(robot, "rate")[1],
         "acceleration_max": sensor_range(robot, "acceleration")[1],
         "field_low": FIELD_BAND[0],
         "field_high": FIELD_BAND[1],
-        "depth_low": depth_low,
-        "depth_high": depth_high,
+        "depth_low": depth[0],
+        "depth_high": depth[1],
         "depth_step": DEPTH_STEP,
         "fix_noise": position.noise,
         "fix_offset": position.bias,
@@ -170,13 +167,12 @@ def _sensed(robot: Robot) -> dict[str, float]:
 
 def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float]:
     """Return the open-circuit voltages of the usable charge [V], their drop under load [V] and the endurance [s]."""
-    at = battery_columns(robot)
-    battery = require(robot.battery, "battery", robot)
+    at, usable = battery_columns(robot), require(robot.battery, "battery", robot).usable
     span = at["full"] - at["empty"]
     middle = at["empty"] + 0.5 * span
     return {
-        "battery_empty": at["empty"] + (1 - battery.usable) * span,
-        "battery_span": battery.usable * span,
+        "battery_empty": at["empty"] + (1 - usable) * span,
+        "battery_span": usable * span,
         "battery_drop": at["resistance"] * pilot.power / (at["efficiency"] * middle),
         "endurance": range_of(robot, power=pilot.power, speed=table.speed[-1]).endurance,
     }
