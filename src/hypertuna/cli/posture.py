@@ -81,7 +81,7 @@ def posture_command(
 
 
 def _angles(robot: Robot, angles: Sequence[float] | None) -> list[float]:
-    """Return one angle per joint group [rad]; a single one is for all that bend so far, or for the largest."""
+    """Return one angle per joint group [rad]; a single one is for all that reach it, or for the largest."""
     bends = [math.inf if group.bend_max is None else group.bend_max for group in robot.joints]
     targets = [min(ANGLE, EASED * max(bends))] if angles is None else [math.radians(value) for value in angles]
     if len(targets) != 1 or len(robot.joints) == 1:
@@ -151,7 +151,7 @@ def _csv(result: PostureTest) -> str:
 
 
 def _first(limits: list[str]) -> str:
-    """Name the limit that acted most, and how many more did."""
+    """Name the most frequent limit, and the number of the others."""
     more = f" +{len(limits) - 1}" if len(limits) > 1 else ""
     return f"{limits[0].replace('_', ' ')}{more}" if limits else "–"
 

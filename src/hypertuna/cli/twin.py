@@ -136,7 +136,7 @@ def _rows(names: Sequence[str], **columns: Any) -> list[dict[str, Any]]:
 
 
 def _sentences(run: TwinRun) -> list[str]:
-    """Describe the run, and say if the robot did not swim forward."""
+    """Describe the run, and add a sentence if the robot did not swim forward."""
     return [*run.sentences, *([] if swims_forward(run) else [BACKWARD])]
 
 

@@ -56,7 +56,7 @@ class Dive:
 
     @cached_property
     def legs(self) -> tuple[Leg, ...]:
-        """Down and up; as far as the run went."""
+        """Down and up; only those that the run completed."""
         ends = ((0.0, self.switch, -self.angle), (self.switch, self.run.duration, self.angle))
         length = self.run.time[-1] + self.run.tick if len(self.run.time) else 0.0
         return tuple(self._leg(*end) for end in ends if length >= end[1] * (1 - 1e-9))

@@ -30,7 +30,7 @@ from hypertuna.swimming.swim import swim
 STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
 STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable
 SHORTEST = 1e-6  # s, of a step: below it a second takes minutes
-EXACT = 1e-9  # relative: a command may be off its bound so far by the way from degrees
+EXACT = 1e-9  # relative: tolerance of a bound, for commands converted from degrees
 MAX_TICKS = 1_000_000  # of a run: a gigabyte of record
 SEEDS = Whole(min=0, max=2**64 - 1)  # that the core can hold
 

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CLOSE = math.radians(0.5)  # error of a peak bend that counts as none
-RESOLUTION = math.radians(0.5)  # to which the largest amplitude is sought
-TRIAL, TRIAL_BEATS = 8.0, 8  # s and beats: whichever is longer, an amplitude is tried so long
+RESOLUTION = math.radians(0.5)  # of the largest amplitude
+TRIAL, TRIAL_BEATS = 8.0, 8  # s and beats, whichever is longer, of the run that tries an amplitude
 MAX_BEND = math.radians(45)  # is tried where the description has no largest bend
 EASED = 0.9  # of the largest amplitude: what is set where the set angle is not reached
 STEP_DOWN = 0.8  # from a trial that failed to the next, at least
@@ -101,7 +101,7 @@ class PostureTest:
         frequencies = list(dict.fromkeys(one.frequency for one in self.held))
         joints = list(dict.fromkeys(one.joint for one in self.held))
         shape = (len(frequencies), len(joints), max(len(one.time) for one in self.held))
-        time, settling, most = (np.full(size, np.nan) for size in (shape, shape[:2], shape[:2]))
+        time, settling, largest = (np.full(size, np.nan) for size in (shape, shape[:2], shape[:2]))
         peaks, measured = (np.full((*shape, 2), np.nan) for _ in range(2))
         for one in self.held:
             at = (frequencies.index(one.frequency), joints.index(one.joint))
@@ -109,14 +109,14 @@ class PostureTest:
             time[at][:beats], peaks[at][:beats], measured[at][:beats] = one.time, one.peaks, one.measured
             settling[at] = np.nan if one.settling is None else one.settling
         for far in self.reach:
-            most[frequencies.index(far.frequency), joints.index(far.joint)] = far.amplitude
+            largest[frequencies.index(far.frequency), joints.index(far.joint)] = far.amplitude
         grid, beat = ("frequency", "joint"), ("frequency", "joint", "beat")
         variables = {
             "time": (beat, time, "s", "end of the beat"),
             "peak": ((*beat, "side"), peaks, "rad", "peak bend to each side"),
             "peak_measured": ((*beat, "side"), measured, "rad", "peak bend to each side by the bending sensor"),
             "settling": (grid, settling, "s", "time after which the error stays below 0.5 deg"),
-            "reach": (grid, most, "rad", "largest amplitude that is held"),
+            "reach": (grid, largest, "rad", "largest amplitude that is held"),
         }
         return dataset(
             {

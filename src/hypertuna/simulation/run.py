@@ -375,7 +375,7 @@ def _between(time: Array, value: Array, rate: Array, at: Array) -> Array:
 
 
 def _trend(series: Array) -> float:
-    """Relative change per item of a series, by least squares, as far as it is more than twice its standard error."""
+    """Relative change per item of a series, by least squares, less twice its standard error."""
     n = len(series)
     mean = float(series.mean())
     if n < 2 or not math.isfinite(mean) or mean == 0:

@@ -35,7 +35,7 @@ class Sea:
             if values is not None:
                 object.__setattr__(self, key, _current(key, values))
         if not self.bottom > 0:
-            fix = "give the depth in m, or leave it out for deep water"
+            fix = "give the depth in m, or omit it for deep water"
             raise InputError("must be positive", key="bottom", value=shown(self.bottom), fix=fix)
         FINITE.check(self.dip, "dip", "give the angle in radians")
         if self.current_bottom is not None and not math.isfinite(self.bottom):

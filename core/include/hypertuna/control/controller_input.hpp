@@ -1,4 +1,4 @@
-/// What the controller takes in: commands within their bounds, and readings that can be believed.
+/// Input of the controller: commands within their bounds, and valid readings.
 #pragma once
 
 #include "hypertuna/control/controller_model.hpp"

@@ -1,4 +1,4 @@
-/// What the controller is made of: its model, what it hears, remembers and says.
+/// Types of the controller: model, input, state and output.
 #pragma once
 
 #include "hypertuna/control/posture.hpp"
@@ -89,7 +89,7 @@ struct ControllerState {
     SupervisorState<T> circuit[max_circuits];
     Governor<T> governor[max_joints];
     Health<T> bend[max_joints], pressure[max_circuits], current[max_circuits], imu[6], voltage;
-    T supply;                 // V believed
+    T supply;                 // V, last valid reading
     T bend_sent[max_joints];  // rad: bends that the pumps were last sent to
     T sent[max_servos];       // rad: last angles sent
 };
@@ -99,7 +99,7 @@ struct ControllerOutput {
     T pulse[max_servos];       // s: the circuits', then the two pectoral fins'
     T target[max_servos];      // rad: the same as angles
     T set[max_joints];         // rad: bend that is asked of each joint now, without correction
-    T believed[max_circuits];  // Pa: pressure that the supervisor goes by
+    T believed[max_circuits];  // Pa: pressure that the supervisor uses
     Status status;
 };
 

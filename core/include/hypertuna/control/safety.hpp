@@ -1,5 +1,4 @@
-/// Safety: which readings can be believed, how wide a joint may beat and how far a pump may push, and the status that
-/// tells.
+/// Safety: validity of readings, limits of the amplitude of a joint and of the pressure of a pump, and the status.
 #pragma once
 
 #include <cstdint>
@@ -90,12 +89,12 @@ bool is_finite(T x) {
     return x - x == T(0);
 }
 
-/// What a reading of one kind of sensor must keep to be believed.
+/// Limits within which a reading of one kind of sensor is valid.
 template <class T>
 struct Plausible {
     T low, high;  // range of the sensor, SI
     T step;       // largest change within a tick
-    int repeats;  // so many equal readings while the robot moves are no coincidence
+    int repeats;  // number of equal readings in a row, while the robot moves, that make a fault
 };
 
 /// The past of one sensor. `bucket` fills where readings are bad and drains where they are good.
@@ -144,7 +143,7 @@ struct SupervisorModel {
 
 template <class T>
 struct SupervisorState {
-    T pressure;    // Pa: last reading believed, the fill where there is none
+    T pressure;    // Pa: last valid reading, the fill pressure before the first
     T before;      // Pa: the one before
     T change;      // rad: of the servo's angle that the last tick commanded
     bool stopped;  // released by the hard limit

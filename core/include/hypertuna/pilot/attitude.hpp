@@ -19,7 +19,7 @@ template <class T>
 struct AttitudeModel {
     T tick;                        // s
     T tilt_rate, heading_rate;     // 1/s: how fast gravity and field pull
-    T drift_max;                   // rad/s: largest offset of the gyroscope that is believed
+    T drift_max;                   // rad/s: largest plausible offset of the gyroscope
     T rate_max, acceleration_max;  // rad/s, m/s^2: ranges of the sensors
     T field_low, field_high;       // strength that a sound field has
 };

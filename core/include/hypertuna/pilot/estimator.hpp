@@ -120,7 +120,7 @@ void take_fix(const Estimator<T>& model, WayState<T>& way, int axis, T innovatio
 
 inline constexpr int fixes_refused = 5;  // in a row: then it is the estimate that was wrong
 
-/// A fix, if it can be believed: within five deviations, or agreed on by several that could not.
+/// Use a fix if it is plausible: within five deviations, or agreed on by several that are not.
 template <class T>
 bool take_fix(const Estimator<T>& model, WayState<T>& way, const T (&fix)[2]) {
     carry(model, way);
@@ -226,7 +226,7 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     go_astray(way, out.attitude ? T(0) : dt * in.speed, out.attitude);
     ++way.ticks;
     out.depths = watch_depth(model, state, readings.depth, in.speed * out.facing.z);
-    // Where the depth is not known the receiver is believed: under water it hears nothing.
+    // Without a valid depth every fix is used: under water the receiver has none.
     if (readings.fixed && (!out.depths || state.depth < model.fix_depth)) out.fix = take_fix(model, way, readings.fix);
 
     const T since = T(way.ticks) * dt;

@@ -55,10 +55,10 @@ struct Guided {
     Command<T> command;
 };
 
-/// What guidance hears of the controller.
+/// Input of guidance from the controller.
 template <class T>
 struct Onboard {
-    T voltage;          // V believed
+    T voltage;          // V, last valid reading
     bool voltage_lost;  // its sensor is faulty
     bool joint_lost;    // a joint was released at the hard limit
 };

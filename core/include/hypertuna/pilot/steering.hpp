@@ -167,8 +167,8 @@ T climb_for(const Steering<T>& model, SteeringState<T>& state, const Estimate<T>
     return given;
 }
 
-/// Angle of both fins for the sine of a path, leading edge up: fins lift the body more than they turn it, so it is the
-/// path that they are told by, and the pitch that they damp.
+/// Angle of both fins for the sine of a path, leading edge up: fins lift the body more than they turn it, so
+/// they follow the path, and damp the pitch.
 template <class T>
 T fins_for(const Steering<T>& model, const Estimate<T>& at, T climb) {
     const T path = clamp(-at.sink / max(at.speed, model.speed_min), T(-1), T(1));

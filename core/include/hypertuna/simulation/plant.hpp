@@ -110,7 +110,7 @@ HYPERTUNA_INLINE S bend_moment(const JointTable<S>& table, const JointLoad<S>& l
     return joint_moment(load, pressure) - table.viscosity * rate - joint_friction(load, pressure) * sliding(rate);
 }
 
-/// Nobody looks: what only an output needs is not computed.
+/// No output: the quantities that only an output needs are not computed.
 struct Unseen {};
 
 /// How the plant changes. `seen`, if it is the address of an output, gets what one instant shows.

@@ -147,7 +147,7 @@ TickOf<Body> decided_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, cons
     plant_rate(twin.plant, state.plant, state.targets, &tick.seen);
     tick.readings = sense(true_readings(twin, state, tick.seen));
     tick.output = decide(tick.readings);
-    // A servo hears its pulse, whatever the controller meant by it.
+    // The target of a servo follows from its pulse.
     const auto heard = [&](int servo) {
         return (tick.output.pulse[servo] - twin.controller.pulse_center) / twin.controller.pulse_per_rad;
     };
@@ -169,7 +169,7 @@ TickOf<Body> twin_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, const C
     });
 }
 
-/// One tick without sensors and controller: the servos are told where to go.
+/// One tick without sensors and controller, from given servo targets.
 template <class Body>
 TickOf<Body> driven_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, const typename Body::Scalar* target) {
     TickOf<Body> tick{};
