@@ -281,8 +281,8 @@ static void bind_joints(nb::module_& m) {
         .def(
             "stiffness",
             [](const OwnedJoint& owned) {
-                const JointStiffness<double> found = stiffness_at_rest(owned.view());
-                return std::pair(found.matrix, found.walls);
+                const JointStiffness<double> stiffness = stiffness_at_rest(owned.view());
+                return std::pair(stiffness.matrix, stiffness.walls);
             },
             "Stiffness at rest against the joint's angle: of the matrix, and of the walls.")
         .def("table", &joint_table, nb::kw_only(), nb::arg("reach"), nb::arg("points"),

@@ -57,8 +57,8 @@ static Command<double> command_of(const Row& columns, int joints, bool fresh, bo
     Command<double> command{};
     command.frequency = number_at(columns, "frequency", 0);
     const auto take = [&](const char* name, auto& to, std::size_t wanted) {
-        const auto found = columns.find(name);
-        if (found != columns.end()) fill(to, found->second, name, wanted);
+        const auto column = columns.find(name);
+        if (column != columns.end()) fill(to, column->second, name, wanted);
     };
     take("amplitude", command.amplitude, joints), take("phase", command.phase, joints);
     take("bias", command.bias, joints), take("fin", command.fin, 2);
@@ -76,7 +76,7 @@ static nb::typed<nb::dict, nb::str, nb::any> output_of(const ControllerOutput<do
     row["pulse"] = array(out.pulse, 2 * joints + 2);
     row["target"] = array(out.target, 2 * joints + 2);
     row["set"] = array(out.set, joints);
-    row["believed"] = array(out.believed, 2 * joints);
+    row["pressure"] = array(out.pressure, 2 * joints);
     row["flags"] = out.status.flags;
     row["at"] = std::vector<int>(out.status.at, out.status.at + conditions);
     return row;
@@ -120,7 +120,8 @@ void bind_control(nb::module_& m) {
                 return output_of(next.output, joints);
             },
             nb::arg("readings"), nb::arg("command"), nb::kw_only(), nb::arg("fresh") = true, nb::arg("armed") = true,
-            "One tick: servo pulses [s], their angles [rad], bends set [rad], pressures believed [Pa], and the status: "
+            "One tick: servo pulses [s], their angles [rad], bends set [rad], valid pressures [Pa], and the "
+            "status: "
             "flags with one bit per condition, and where it holds.");
     nb::class_<LiveSensors>(m, "Sensors", "The sensors of a robot with what they get wrong.")
         .def(

@@ -60,10 +60,10 @@ inline double number_at(const Row& row, const std::string& name, std::size_t ind
 inline void read_readings(const Row& columns, int joints, Reader last, PilotReadings<double>& readings) {
     visit_channels([&](const auto& channel, int) {
         if (channel.reader > last || channel.converter == Converter::none) return;
-        const auto found = columns.find(channel.name);
-        if (found == columns.end()) throw nb::value_error((std::string("readings: lacks ") + channel.name).c_str());
-        check_extent(channel.name, found->second.size(), std::size_t(channel.count(joints)));
-        std::copy(found->second.begin(), found->second.end(), channel.of(readings));
+        const auto column = columns.find(channel.name);
+        if (column == columns.end()) throw nb::value_error((std::string("readings: lacks ") + channel.name).c_str());
+        check_extent(channel.name, column->second.size(), std::size_t(channel.count(joints)));
+        std::copy(column->second.begin(), column->second.end(), channel.of(readings));
     });
 }
 

@@ -71,7 +71,7 @@ struct Water {
     double sinking = 0;              // m/s, from a trim that is off
     double dip = 1.1;                // rad, inclination of the magnetic field
     double stuck[2] = {9, 9};        // rad at which a fin's servo stands; more than 3 for none
-    double gap[2] = {0, 0};          // s from and to which no satellite is heard
+    double gap[2] = {0, 0};          // s from and to which no satellite is received
     double volts = 15.5, drain = 0;  // V, V/s
 };
 
@@ -189,12 +189,12 @@ Voyage<T> voyage(const Mission<T>& mission, const Water& water, double most, std
         sensing = sensed.state;
         PilotReadings<double> readings = sensed.readings;
         spoil(readings, out.ticks);
-        PilotReadings<T> heard{};
+        PilotReadings<T> seen{};
         visit_channels([&](const auto& channel, int) {
-            for (int k = 0; k < channel.size; ++k) channel.of(heard)[k] = T(channel.of(readings)[k]);
+            for (int k = 0; k < channel.size; ++k) channel.of(seen)[k] = T(channel.of(readings)[k]);
         });
-        heard.fixed = readings.fixed;
-        out.last = fly(pilot, out.last.state, heard, mission);
+        seen.fixed = readings.fixed;
+        out.last = fly(pilot, out.last.state, seen, mission);
         swim_on(out.fish, water, pilot.guidance.steering, out.last.state.controller, out.last.output);
         look(out.fish, out.last, out.ticks);
     }

@@ -148,7 +148,7 @@ struct Digest {
         sum.add(x, 1);
     sum.add(command.amplitude, max_joints), sum.add(command.phase, max_joints), sum.add(command.bias, max_joints);
     sum.add(command.fin, 2), sum.add(out.pulse, max_servos), sum.add(out.target, max_servos);
-    sum.add(out.set, max_joints), sum.add(out.believed, max_circuits);
+    sum.add(out.set, max_joints), sum.add(out.pressure, max_circuits);
     for (std::uint16_t where : out.status.at) sum.add(where);
     return sum.value;
 }

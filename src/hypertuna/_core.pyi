@@ -287,7 +287,7 @@ class Controller:
         armed: bool = True,
     ) -> dict[str, Any]:
         """
-        One tick: servo pulses [s], their angles [rad], bends set [rad], pressures believed [Pa], and the status: flags with one bit per condition, and where it holds.
+        One tick: servo pulses [s], their angles [rad], bends set [rad], valid pressures [Pa], and the status: flags with one bit per condition, and where it holds.
         """
 
 class Sensors:

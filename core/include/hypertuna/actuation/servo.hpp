@@ -67,9 +67,9 @@ ServoDrive<S> servo_drive(const Servo<S>& servo, const S& supply, const S& load,
                           const S& rate) {
     const S loop = servo_loop(servo), share = rubbing(rate), rubbed = servo.friction * share;
     const S drive = servo.stall_torque * (supply / servo.voltage), back = servo.stall_torque * (rate / servo.speed);
-    const S wished = servo.inertia * loop * (loop * (target - angle) - S(2) * rate);
+    const S desired = servo.inertia * loop * (loop * (target - angle) - S(2) * rate);
     const S spent = back + load + rubbed;
-    const S turning = max(S(0) - drive - spent, min(drive - spent, wished));
+    const S turning = max(S(0) - drive - spent, min(drive - spent, desired));
     const S acceleration = turning / servo.inertia, net = turning + load;
     const S held =
         max(S(0), min(servo.friction, min(load, net))) + min(S(0), max(S(0) - servo.friction, max(load, net)));

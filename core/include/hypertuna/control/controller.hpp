@@ -62,9 +62,9 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
         const bool dull =
             !stopped && model.posture.amplitude_min < sent && posture.seen.amplitude < model.posture.moving * sent;
         posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
-        const bool heard = !dull && !stopped && T(posture.missing) <= model.posture.missing * T(posture.ticks);
+        const bool measured = !dull && !stopped && T(posture.missing) <= model.posture.missing * T(posture.ticks);
         const bool held = T(posture.limited) > model.posture.limited * T(posture.ticks);
-        if (heard && state.armed && !blind(state, j)) {
+        if (measured && state.armed && !blind(state, j)) {
             posture.amplitude = correct(model.posture, posture.amplitude,
                                         posture.set.amplitude - posture.seen.amplitude, held, joint.reach);
             posture.bias =
@@ -128,7 +128,7 @@ void drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
     const T free = supply - max(T(0), circuit.pressure) / supervisor.stall;
     if (clamp(free, T(0.1), T(1)) * supervisor.speed * model.tick < abs(circuit.change))
         output.status.set(Condition::speed_limit, c);
-    output.believed[c] = circuit.pressure;
+    output.pressure[c] = circuit.pressure;
 }
 
 /// One joint: from the bend that is asked to the angles of its two servos.

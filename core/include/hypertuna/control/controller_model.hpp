@@ -99,7 +99,7 @@ struct ControllerOutput {
     T pulse[max_servos];       // s: the circuits', then the two pectoral fins'
     T target[max_servos];      // rad: the same as angles
     T set[max_joints];         // rad: bend that is asked of each joint now, without correction
-    T believed[max_circuits];  // Pa: pressure that the supervisor uses
+    T pressure[max_circuits];  // Pa: valid pressure that the supervisor uses
     Status status;
 };
 

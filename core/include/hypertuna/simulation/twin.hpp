@@ -148,12 +148,12 @@ TickOf<Body> decided_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, cons
     tick.readings = sense(true_readings(twin, state, tick.seen));
     tick.output = decide(tick.readings);
     // The target of a servo follows from its pulse.
-    const auto heard = [&](int servo) {
+    const auto angle_of = [&](int servo) {
         return (tick.output.pulse[servo] - twin.controller.pulse_center) / twin.controller.pulse_per_rad;
     };
     const int circuits = 2 * twin.plant.joints;
-    for (int c = 0; c < circuits; ++c) state.targets.angle[c] = heard(c);
-    for (int k = 0; k < 2; ++k) state.targets.fin[k] = heard(circuits + k);
+    for (int c = 0; c < circuits; ++c) state.targets.angle[c] = angle_of(c);
+    for (int k = 0; k < 2; ++k) state.targets.fin[k] = angle_of(circuits + k);
     follow_targets(twin, state, tick);
     return tick;
 }

@@ -1,4 +1,4 @@
-/// The settled beat: the motion that repeats itself, found by Newton's method instead of by waiting.
+/// The settled beat: the motion that repeats itself, computed by Newton's method instead of by waiting.
 ///
 /// One beat maps the momentum at its start to the momentum at its end, P -> Phi(P). Dual numbers give the exact
 /// derivative of that map (the monodromy matrix), and Newton solves Phi(P) = P.
