@@ -98,11 +98,8 @@ class Bend:
         if self.unload_angle is not None:
             branches["unload_angle"] = (self.unload_angle[::-1], "down")
         text = "angle toward the side with the pressure, on the way"
-        variables = {
-            name: ("pressure", values, {"units": "rad", "long_name": f"{text} {way}"})
-            for name, (values, way) in branches.items()
-        }
-        coordinates = {"pressure": ("pressure", self.pressure, {"units": "Pa", "long_name": "gauge pressure"})}
+        variables = {name: ("pressure", values, "rad", f"{text} {way}") for name, (values, way) in branches.items()}
+        coordinates = {"pressure": ("pressure", self.pressure, "Pa", "gauge pressure")}
         facts = {"joint": self.joint, "side": self.side, "material": self.material, "law": self.law}
         facts |= {"friction": str(self.friction).lower(), "status": self.status_text}
         return dataset(variables, coordinates, provenance(self.robot) | facts)

@@ -117,15 +117,14 @@ class FeBend:
 
     def dataset(self) -> xr.Dataset:
         """Return all numbers as a labeled dataset."""
-        texts = {"units": "rad", "long_name": "angle toward the side with the pressure"}
         variables = {
-            "angle": ("pressure", self.angle, texts),
-            "volume": ("pressure", self.volume, {"units": "m^3", "long_name": "oil in the drive units of that side"}),
+            "angle": ("pressure", self.angle, "rad", "angle toward the side with the pressure"),
+            "volume": ("pressure", self.volume, "m^3", "oil in the drive units of that side"),
         }
         for name, (unit, text) in SCALARS.items():
             values = np.array([getattr(state, name) for state in self.measured], dtype=np.float64)
-            variables[name] = ("pressure", values, {"units": unit, "long_name": text})
-        coordinates = {"pressure": ("pressure", self.pressure, {"units": "Pa", "long_name": "gauge pressure"})}
+            variables[name] = ("pressure", values, unit, text)
+        coordinates = {"pressure": ("pressure", self.pressure, "Pa", "gauge pressure")}
         facts = {"joint": self.joint, "side": self.side, "material": self.material, "status": self.status_text}
         facts |= {"elements": str(self.elements), "unknowns": str(self.unknowns), "ngsolve": ngsolve_version()}
         return dataset(variables, coordinates, provenance(self.robot, water=False) | facts)

@@ -93,7 +93,7 @@ class ReducedJoint:
         grid, table = ("couple", "pressure"), np.linspace(-self.potential.reach, self.potential.reach, ANGLES)
         moment, volume = self.over_angle(table)
         held = self.potential.volume(table)
-        columns = {
+        variables = {
             "moment_at": (("table", "pressure"), moment, "N m", "moment at that angle"),
             "volume_at": (("table", "pressure", "side"), volume, "m3", "oil at that angle"),
             "angle": (grid, self.angle, "rad", "angle of the tip"),
@@ -105,10 +105,6 @@ class ReducedJoint:
             "pressure": ("pressure", self.pressure[:, 0], "Pa", "gauge pressure, left side"),
             "couple": ("couple", self.couple, "N m", "couple on the tip"),
             "table": ("table", table, "rad", "angle of the table"),
-        }
-        variables = {
-            name: (dims, values, {"units": unit, "long_name": text})
-            for name, (dims, values, unit, text) in columns.items()
         }
         facts = provenance(self.robot, water=False) | {"joint": self.joint, "source": self.source}
         return dataset(variables, {"side": list(SIDES)}, facts)

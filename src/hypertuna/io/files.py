@@ -26,10 +26,15 @@ def version() -> str:
 
 
 def dataset(variables: Mapping[str, Any], coordinates: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:
-    """Return a labeled dataset."""
+    """Return a labeled dataset; variables and coordinates are (dims, values), or (dims, values, unit, meaning)."""
     import xarray as xr  # slow to import
 
-    return xr.Dataset(variables, coordinates, attributes)
+    def labeled(part: Any) -> Any:
+        described = isinstance(part, tuple) and len(part) == 4
+        return (*part[:2], {"units": part[2], "long_name": part[3]}) if described else part
+
+    places = {name: labeled(part) for name, part in coordinates.items()}
+    return xr.Dataset({name: labeled(part) for name, part in variables.items()}, places, attributes)
 
 
 def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[Any]], *, digits: int | None = 6) -> str:

@@ -118,19 +118,14 @@ class PostureTest:
             "settling": (grid, settling, "s", "time after which the error stays below 0.5 deg"),
             "reach": (grid, largest, "rad", "largest amplitude that is held"),
         }
-        return dataset(
-            {
-                name: (dims, values, {"units": unit, "long_name": text})
-                for name, (dims, values, unit, text) in variables.items()
-            },
-            {
-                "frequency": ("frequency", frequencies, {"units": "Hz"}),
-                "joint": ("joint", [self.robot.joints[j].name for j in joints]),
-                "set_angle": ("joint", self.angle[joints], {"units": "rad"}),
-                "side": ("side", list(SIDES)),
-            },
-            provenance(self.robot) | {"medium": self.medium, "duration_s": self.duration, "seed": self.seed},
-        )
+        coordinates = {
+            "frequency": ("frequency", frequencies, {"units": "Hz"}),
+            "joint": ("joint", [self.robot.joints[j].name for j in joints]),
+            "set_angle": ("joint", self.angle[joints], {"units": "rad"}),
+            "side": ("side", list(SIDES)),
+        }
+        facts = {"medium": self.medium, "duration_s": self.duration, "seed": self.seed}
+        return dataset(variables, coordinates, provenance(self.robot) | facts)
 
 
 def posture_test(

@@ -119,7 +119,7 @@ class Run:
         flags = {"flag_masks": [1 << bit for bit in range(len(CONDITIONS))], "flag_meanings": " ".join(CONDITIONS)}
         variables["status"] = (dims, status.astype(np.int64), labels | flags)
         places = {"joint": self.joints, "circuit": self.circuits, "servo": self.servos, **coordinates}
-        time = ("time", self.time, {"units": "s", "long_name": "start of the control tick"})
+        time = ("time", self.time, "s", "start of the control tick")
         labeled = {name: (name, list(texts)) for name, texts in places.items()}
         return dataset(variables, {"time": time} | labeled, provenance(self.robot) | attributes)
 

@@ -94,7 +94,7 @@ def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str,
     grid = len(gaits.shape) == 4
     dims = ("frequency", *KINDS) if grid else ("gait",)
     variables: dict[str, Any] = {
-        name: (dims, results[name].reshape(gaits.shape), {"units": quantity.unit, "long_name": quantity.meaning})
+        name: (dims, results[name].reshape(gaits.shape), quantity.unit, quantity.meaning)
         for name, quantity in QUANTITIES.items()
     }
     status = results["status"].reshape(gaits.shape)
@@ -108,11 +108,10 @@ def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str,
         values = getattr(gaits, name).reshape(*gaits.shape, -1)[pick]
         dim = name if grid else "gait"
         if name == "frequency":
-            coordinates[name] = (dim, values[:, 0], {"units": "Hz", "long_name": "beat frequency"})
+            coordinates[name] = (dim, values[:, 0], "Hz", "beat frequency")
             continue
         for g, group in enumerate(robot.joints):
-            text = f"{name} of joint group {group.name}"
-            coordinates[f"{name}_{group.name}"] = (dim, values[:, g], {"units": "rad", "long_name": text})
+            coordinates[f"{name}_{group.name}"] = (dim, values[:, g], "rad", f"{name} of joint group {group.name}")
     return dataset(variables, coordinates, provenance(robot) | how)
 
 

@@ -63,18 +63,9 @@ def trajectory(
         "loss": ("time", motion["loss"], "W", "power that the water takes"),
         "energy": ("time", motion["energy"], "J", "kinetic energy of body and entrained water"),
     }
-    return dataset(
-        {
-            name: (dims, values, {"units": unit, "long_name": text})
-            for name, (dims, values, unit, text) in variables.items()
-        },
-        {
-            "time": ("time", time, {"units": "s", "long_name": "time"}),
-            "link": ("link", list(robot.links.name)),
-            "group": ("group", groups),
-        },
-        provenance(robot) | {"current_x_m_s": current[0], "current_y_m_s": current[1]},
-    )
+    names = {"link": ("link", list(robot.links.name)), "group": ("group", groups)}
+    facts = {"current_x_m_s": current[0], "current_y_m_s": current[1]}
+    return dataset(variables, {"time": ("time", time, "s", "time")} | names, provenance(robot) | facts)
 
 
 def body_points(robot: Robot, pose: Array, angles: Array) -> Points:
