@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -102,6 +102,11 @@ def check_duration(gait: Gait, duration: float) -> None:
         rule = f"must be at least two beats, {shortest:.4g} s at {gait.frequency:g} Hz"
         fix = f"give at least {math.ceil(100 * shortest) / 100:g}; 20 beats or more let the robot settle"
         raise InputError(rule, key="duration", value=f"{duration:g} s", fix=fix)
+
+
+def column_rows(columns: Mapping[str, Iterable[Any]]) -> list[dict[str, Any]]:
+    """Return columns as rows."""
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def gait_text(gait: Gait) -> str:

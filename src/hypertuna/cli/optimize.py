@@ -19,11 +19,12 @@ from hypertuna.description.robot import Robot, parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
+from hypertuna.optimization.design_space import gait_columns
 from hypertuna.optimization.optimize import optimize
 from hypertuna.optimization.optimum import Margin, Optimum
 from hypertuna.optimization.problem import STATISTICS
 from hypertuna.swimming.beat import QUANTITIES
-from hypertuna.swimming.gait import KINDS, Gait
+from hypertuna.swimming.gait import Gait
 
 optimize_app = typer.Typer(invoke_without_command=True, add_completion=False, rich_markup_mode=None)
 optimize_app.command("ask")(ask_command)
@@ -96,25 +97,18 @@ def _check_alone(context: typer.Context) -> None:
 def _record(result: Optimum) -> dict[str, Any]:
     """Return the JSON record."""
     target = result.objective
+    facts = ("evaluations", "seconds", "stop", "remark", "method", "seed", "value", "robust", "history")
     return {
         "gait": None if result.gait is None else gait_record(result.gait),
         "speed_m_s": result.speed,
         "cost_of_transport_j_per_kg_m": result.cost_of_transport,
-        "evaluations": result.evaluations,
-        "seconds": result.seconds,
-        "stop": result.stop,
-        "remark": result.remark,
-        "method": result.method,
-        "seed": result.seed,
+        **{name: getattr(result, name) for name in facts},
         "objective": {
             "name": target.name,
             "terms": dict(target.terms),
             "expected_speed_m_s": target.expected,
             "weight_threshold_m_s_per_j_per_kg_m": result.weight_threshold,
         },
-        "value": result.value,
-        "robust": result.robust,
-        "history": result.history,
         "constraints": [_margin_record(margin) for margin in result.margins],
         "on_bounds": dict(result.bounds),
         "near_best": {name: np.round(ends, 10) for name, ends in result.near_best.items()},
@@ -157,31 +151,27 @@ def _objective(result: Optimum) -> str:
 
 
 def _summary(result: Optimum, gait: Gait) -> dict[str, Quantity]:
-    """Return the gait with the bounds that it lies on, its speed and cost, its limits."""
-
-    def quantity(label: str, value: float, unit: str, column: str = "") -> Quantity:
-        return Quantity(value, unit + (f" ({result.bounds[column]} bound)" if column in result.bounds else ""), label)
-
-    quantities = [quantity("frequency", gait.frequency, "Hz", "frequency_hz")]
-    for kind in KINDS if any(gait.bias) else KINDS[:2]:
-        for group, angle in zip(result.robot.joints, np.degrees(getattr(gait, kind)), strict=True):
-            quantities.append(quantity(f"{kind} {group.name}", angle, "deg", f"{kind}_{group.name}_deg"))
-    quantities.append(quantity("speed", result.speed, "m/s"))
-    quantities.append(quantity("cost of transport", result.cost_of_transport, "J/(kg m)"))
+    """Return the gait with the bounds that it lies on, its speed and cost, its limits; by label."""
+    summary = {}
+    for (column, size), value in zip(gait_columns(result.robot).items(), gait.values, strict=True):
+        label, _, unit = column.replace("_", " ").rpartition(" ")
+        if any(gait.bias) or not column.startswith("bias"):
+            bound = f" ({result.bounds[column]} bound)" if column in result.bounds else ""
+            summary[label] = (value / size, ("Hz" if unit == "hz" else unit) + bound)
+    summary["speed"] = (result.speed, "m/s")
+    summary["cost of transport"] = (result.cost_of_transport, "J/(kg m)")
     if result.robust is not None:  # all above is of the robot itself
         name, factor = result.objective.terms[0]
         value, unit = factor * result.value, QUANTITIES[name].unit
         if result.objective.expected is not None:
             name, value, unit = "|U - Ue| + k COT", result.value, "m/s"
-        label = f"{name.replace('_', ' ')}, sampled robots"
-        quantities.append(quantity(label, value, f"{unit}, {STATISTICS[result.robust]}"))
-    for margin in result.margins:
-        record = _margin_record(margin)
-        unit = record["unit"].removeprefix("1")
-        side = "at most" if margin.limit.upper else "at least"
-        limit = f"({side} {record['limit']:g}{', active' * margin.active})"
-        quantities.append(quantity(record["name"].replace("_", " "), record["value"], f"{unit} {limit}".strip()))
-    return {one.label or "": one for one in quantities}
+        summary[f"{name.replace('_', ' ')}, sampled robots"] = (value, f"{unit}, {STATISTICS[result.robust]}")
+    for margin in map(_margin_record, result.margins):
+        unit = margin["unit"].removeprefix("1")
+        side = "at least" if margin["kind"] == "least" else "at most"
+        limit = f"({side} {margin['limit']:g}{', active' * margin['active']})"
+        summary[margin["name"].replace("_", " ")] = (margin["value"], f"{unit} {limit}".strip())
+    return {label: Quantity(value, unit, label) for label, (value, unit) in summary.items()}
 
 
 def _with_gait(robot: Robot, gait: Gait) -> Robot:

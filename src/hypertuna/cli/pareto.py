@@ -9,37 +9,24 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import command_line, progress_bar, table
+from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
-from hypertuna.cli.gait import gait_record
+from hypertuna.cli.gait import column_rows, gait_record
 from hypertuna.cli.search import RobustOptions, SwimLimits, bounds_of
 from hypertuna.description.provenance import provenance
-from hypertuna.io.files import rows_csv
+from hypertuna.io.files import variable_columns
 from hypertuna.optimization.objective import OBJECTIVES
 from hypertuna.optimization.pareto import SLOW, Front, pareto
 from hypertuna.optimization.problem import STATISTICS
 from hypertuna.swimming.beat import DEFAULT_STEPS
+from hypertuna.swimming.gait import KINDS
+from hypertuna.swimming.swim import SUMMARY
 
 ROWS = 24  # points of the front that the terminal shows
 
-# What is printed of each gait: name in JSON and CSV with its unit, and quantity.
-SHOWN = {
-    "speed_m_s": "speed",
-    "speed_bl_s": "speed_bl",
-    "cost_of_transport_j_per_kg_m": "cost_of_transport",
-    "cost_of_transport_positive_j_per_kg_m": "cost_of_transport_positive",
-    "mechanical_power_w": "power",
-    "mechanical_power_positive_w": "power_positive",
-    "power_loss_w": "loss",
-    "torque_peak_n_m": "torque_peak",
-    "rate_peak_rad_s": "rate_peak",
-    "strouhal": "strouhal",
-    "tail_excursion_m": "excursion",
-    "stride_length": "stride_length",
-    "efficiency": "efficiency",
-    "turn_radius_m": "turn_radius",
-}
-NAMES = {quantity: name for name, quantity in SHOWN.items()}
+# Names of quantities in JSON and CSV, with their units.
+NAMES = {quantity: name for name, (quantity, *_) in SUMMARY.items() if quantity in OBJECTIVES}
+NAMES |= {"loss": "power_loss_w", "torque_peak": "torque_peak_n_m", "rate_peak": "rate_peak_rad_s"}
 
 
 @opt.grouped
@@ -91,7 +78,8 @@ def pareto_command(
         front,
         record=_record,
         lines=_lines,
-        csv=_csv,
+        columns=_gait_names(front) | _names(front),
+        digits=None,
         dataset=lambda front: front.points,
         output=None if empty else output,
         plot=None if empty else plot,
@@ -101,18 +89,23 @@ def pareto_command(
     )
 
 
+def _gait_names(front: Front) -> dict[str, str]:
+    """Name the columns of the gaits in CSV; biases only if there are any."""
+    kinds = KINDS if any(any(gait.bias) for gait in front.gaits) else KINDS[:2]
+    names = ["frequency", *(f"{kind}_{group.name}" for kind in kinds for group in front.robot.joints)]
+    return {name: name for name in names}
+
+
+def _names(front: Front) -> dict[str, str]:
+    """Name the columns of the results in CSV and JSON."""
+    robust = {f"{name}_{front.robust}": f"{front.robust}_{NAMES[name]}" for name in front.objectives if front.robust}
+    return NAMES | robust | {"stationarity": "stationarity"}
+
+
 def _rows(front: Front) -> list[dict[str, Any]]:
-    """Return the gaits of the front with their results, names with units."""
-    points = front.points
-    robust = [f"{name}_{front.robust}" for name in front.objectives] if front.robust else []
-    columns = {name: points[quantity].values for name, quantity in SHOWN.items() if quantity in points}
-    for name, column in zip(front.objectives, robust, strict=False):
-        columns[f"{front.robust}_{NAMES[name]}"] = points[column].values
-    columns["stationarity"] = front.stationarity
-    rows = []
-    for k, gait in enumerate(front.gaits):
-        rows.append({"gait": gait_record(gait)} | {name: values[k] for name, values in columns.items()})
-    return rows
+    """Return the gaits of the front with their results."""
+    rows = column_rows(variable_columns(front.points, _names(front)))
+    return [{"gait": gait_record(gait)} | row for gait, row in zip(front.gaits, rows, strict=True)]
 
 
 def _record(front: Front) -> dict[str, Any]:
@@ -132,21 +125,6 @@ def _record(front: Front) -> dict[str, Any]:
         "stop": front.stop,
         "front": _rows(front) if len(front.x) else [],
     }
-
-
-def _csv(front: Front) -> str:
-    """Write a front as comma-separated values, below comments on their origin."""
-    facts = {str(key): value for key, value in front.points.attrs.items()} | {"command": command_line()}
-    groups = [group.name for group in front.robot.joints]
-    rows = []
-    for row in _rows(front):
-        gait = row.pop("gait")
-        flat = {"frequency_hz": gait.pop("frequency_hz")}
-        for name, angles in gait.items():
-            kind = name.removesuffix("_deg")
-            flat |= {f"{kind}_{group}_deg": angle for group, angle in zip(groups, angles, strict=True)}
-        rows.append(flat | row)
-    return rows_csv(facts, rows)
 
 
 def _lines(front: Front) -> Iterator[Any]:

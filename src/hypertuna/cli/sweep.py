@@ -10,7 +10,7 @@ import numpy as np
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
-from hypertuna.cli.gait import GridOptions
+from hypertuna.cli.gait import GridOptions, column_rows
 from hypertuna.description.provenance import provenance
 from hypertuna.io.files import variable_columns
 from hypertuna.swimming.beat import DEFAULT_STEPS
@@ -51,7 +51,7 @@ def sweep_command(
         result = sweep(subject, gaits.make(subject), threads=threads, steps=steps, progress=progress)
     emit(
         result,
-        record=lambda data: provenance(subject) | {"gaits": _rows(data)},
+        record=lambda data: provenance(subject) | {"gaits": column_rows(variable_columns(data, _names(data)))},
         lines=_lines,
         columns=_names(result),
         digits=None,
@@ -71,12 +71,6 @@ def _names(result: xr.Dataset) -> dict[str, str]:
     gait = {str(name): str(name) for name in result.coords}
     values = {name: key for key, (name, *_) in SUMMARY.items()}
     return gait | values | {"status": "status", "spectral_radius": "spectral_radius"}
-
-
-def _rows(result: xr.Dataset) -> list[dict[str, Any]]:
-    """Return gaits and results as rows."""
-    columns = variable_columns(result, _names(result))
-    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def _lines(result: xr.Dataset) -> Iterator[Any]:

@@ -12,7 +12,7 @@ import numpy as np
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, progress_bar, table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.gait import GridOptions, gait_degrees, gait_text
+from hypertuna.cli.gait import GridOptions, column_rows, gait_degrees, gait_text
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import columns_csv, variable_columns
@@ -99,8 +99,7 @@ def _columns(turning: Turning) -> dict[str, Any]:
 
 def _rows(turning: Turning) -> list[dict[str, Any]]:
     """Return every gait of the grid with its turn."""
-    columns = _columns(turning)
-    rows = (dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True))
+    rows = column_rows(_columns(turning))
     return [gait_degrees(gait) | row for gait, row in zip(turning.gaits, rows, strict=True)]
 
 
