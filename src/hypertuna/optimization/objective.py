@@ -16,22 +16,10 @@ from hypertuna.ranges import NOT_NEGATIVE, POSITIVE
 UNUSABLE = 1e30  # stands for infinity where a finite value or violation is required
 
 # Quantities that can be an objective, and whether larger is better.
-OBJECTIVES = {
-    "speed": True,
-    "speed_bl": True,
-    "efficiency": True,
-    "stride_length": True,
-    "power": False,
-    "power_positive": False,
-    "loss": False,
-    "cost_of_transport": False,
-    "cost_of_transport_positive": False,
-    "strouhal": False,
-    "excursion": False,
-    "torque_peak": False,
-    "rate_peak": False,
-    "turn_radius": False,
-}
+LARGE = ("speed", "speed_bl", "efficiency", "stride_length")
+COSTS = ("power", "power_positive", "loss", "cost_of_transport", "cost_of_transport_positive")
+SMALL = (*COSTS, "strouhal", "excursion", "torque_peak", "rate_peak", "turn_radius")
+OBJECTIVES = dict.fromkeys(LARGE, True) | dict.fromkeys(SMALL, False)
 DIFFERENTIABLE = tuple(name for name in OBJECTIVES if name not in ("efficiency", "turn_radius"))
 
 

@@ -83,8 +83,11 @@ def make_optimum(
     """Return the result of a search that has ended."""
     best, space, target = optimizer.result, problem.space, problem.objectives[0]
     assert best is not None  # every method asks for at least one batch
-    violations = zip(problem.limits, best.violation[0], strict=True)
-    margins = tuple(_margin(limit, float(violation)) for limit, violation in violations)
+    excess = np.where(best.violation[0] == UNUSABLE, np.nan, best.violation[0]).tolist()
+    margins = [
+        Margin(limit, limit.limit * (1 + part if limit.upper else 1 - part), -part)
+        for limit, part in zip(problem.limits, excess, strict=True)
+    ]
     feasible = bool(best.feasible[0])
     gait = space.gait(best.x[0]) if feasible else None
     result = None if gait is None else swim(problem.robot, gait, steps=problem.steps)
@@ -106,7 +109,7 @@ def make_optimum(
         stop=stop if feasible else f"{stop} {_infeasible(margins)}",
         history=np.array(optimizer.history),
         swum=np.cumsum(optimizer.batches) * robots,
-        margins=margins[1:],
+        margins=tuple(margins[1:]),
         bounds=_active_bounds(space, best.x[0]) if feasible else {},
         near_best=near,
         weight_threshold=_weight_threshold(problem, best) if exact else None,
@@ -179,12 +182,6 @@ def _weight_threshold(problem: Problem, best: Evaluation) -> float:
     gradient = at.value_jacobian[0, 0, inside] * width[inside]
     multiplier = float(np.linalg.lstsq(columns.T, gradient, rcond=None)[0][0]) if inside.any() else 0.0
     return 1 / multiplier if multiplier > 0 else np.inf
-
-
-def _margin(limit: Limit, violation: float) -> Margin:
-    """Return the margin to a limit from its violation; NaN for a gait that cannot be used."""
-    part = np.nan if violation == UNUSABLE else violation
-    return Margin(limit, limit.limit * (1 + part if limit.upper else 1 - part), -part)
 
 
 def _infeasible(margins: Sequence[Margin]) -> str:

@@ -24,9 +24,7 @@ ON_BOUND = 1e-9  # of the range of a variable
 class _Differentiable(Protocol):
     """A `Problem`, or a stand-in."""
 
-    @property
-    def space(self) -> DesignSpace:
-        """Design space."""
+    space: DesignSpace
 
     def evaluate(self, x: Array, *, derivatives: bool = False) -> Evaluation:
         """Evaluate points, shape (points, dim) [Hz or rad]."""
@@ -64,10 +62,9 @@ def run_targets(problem: _Differentiable, targets: Sequence[Target], scale: Arra
         running = [(search, target, u) for search, target, u in asked if u is not None]
         if not running:
             break
-        points = np.stack([u for _, _, u in running])
-        evaluation = problem.evaluate(lower + width * points, derivatives=True)
-        for (search, target, _), scaled in zip(running, _scaled(evaluation, points, width, scale), strict=True):
-            search.tell(_point(target, scaled, scale))
+        evaluation = problem.evaluate(lower + width * np.stack([u for _, _, u in running]), derivatives=True)
+        for k, (search, target, u) in enumerate(running):
+            search.tell(_point(target, _scaled(evaluation, k, u, width, scale), scale))
     bests = zip(targets, [search.best for search in searches], strict=True)
     return np.stack([target.start if best is None else lower + width * best.u for target, best in bests])
 
@@ -80,8 +77,8 @@ def stationarity(problem: _Differentiable, evaluation: Evaluation, scale: Array)
     stationary point, 1 at most. Variables are scaled by their bounds, objectives by the range of the front `scale`.
     """
     lower, width = problem.space.lower, problem.space.upper - problem.space.lower
-    points = _scaled(evaluation, (evaluation.x - lower) / width, width, scale)
-    return np.array([_residual(point) for point in points])
+    points = ((x - lower) / width for x in evaluation.x)
+    return np.array([_residual(_scaled(evaluation, k, u, width, scale)) for k, u in enumerate(points)])
 
 
 def _residual(point: _Scaled) -> float:
@@ -120,23 +117,13 @@ def _point(target: Target, scaled: _Scaled, scale: Array) -> Point:
     )
 
 
-def _scaled(evaluation: Evaluation, u: Array, width: Array, scale: Array) -> list[_Scaled]:
-    """Scale evaluations; unusable points get a large penalty and zero gradient."""
+def _scaled(evaluation: Evaluation, k: int, u: Array, width: Array, scale: Array) -> _Scaled:
+    """Scale the evaluation of a point; an unusable point gets a large penalty and zero gradient."""
     assert evaluation.value_jacobian is not None
     assert evaluation.violation_jacobian is not None
-    if not len(u):  # the columns of an empty front have lost their shape in the journal
-        return []
-    finite = np.isfinite(np.hstack([evaluation.value, evaluation.violation]))
-    usable = np.asarray(finite.all(axis=1, keepdims=True))
-    cube = usable[:, :, np.newaxis]
-    return [
-        _Scaled(*columns)
-        for columns in zip(
-            u,
-            np.where(usable, evaluation.value / scale, PENALTY),
-            np.where(usable, evaluation.violation, PENALTY),
-            np.where(cube, evaluation.value_jacobian * width / scale[:, np.newaxis], 0.0),
-            np.where(cube, evaluation.violation_jacobian * width, 0.0),
-            strict=True,
-        )
-    ]
+    value, violation = evaluation.value[k] / scale, evaluation.violation[k]
+    jacobians = evaluation.value_jacobian[k] * width / scale[:, np.newaxis], evaluation.violation_jacobian[k] * width
+    if not np.isfinite([*evaluation.value[k], *violation]).all():
+        value, violation = np.full_like(value, PENALTY), np.full_like(violation, PENALTY)
+        jacobians = np.zeros_like(jacobians[0]), np.zeros_like(jacobians[1])
+    return _Scaled(u, value, violation, *jacobians)

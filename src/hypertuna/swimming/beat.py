@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,36 +23,33 @@ STRAIGHT = 1e6  # body lengths: a larger turning radius is no turn
 STATUSES = ("settled", "unsettled", "unstable", "diverged")
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """A result's unit and meaning."""
+class Meaning(NamedTuple):
+    """Unit and meaning of a result."""
 
     unit: str
     meaning: str
 
 
 QUANTITIES = {
-    "speed": Quantity("m/s", "mean speed along the path through the water, forward positive"),
-    "speed_bl": Quantity("1/s", "speed in body lengths per second"),
-    "power": Quantity("W", "mean mechanical power of all joints"),
-    "power_positive": Quantity("W", "mean mechanical power, negative power of a joint group counted as zero"),
-    "loss": Quantity("W", "mean power that the water takes"),
-    "cost_of_transport": Quantity("J/(kg m)", "mechanical power per mass and speed"),
-    "cost_of_transport_positive": Quantity("J/(kg m)", "the same of the positive power"),
-    "efficiency": Quantity("1", "power to tow the straight body at this speed over mechanical power"),
-    "strouhal": Quantity("1", "frequency times peak-to-peak tail excursion over speed"),
-    "stride_length": Quantity("1", "body lengths per beat"),
-    "excursion": Quantity("m", "excursion of the tail tip across the mean path, peak to peak"),
-    "torque_peak": Quantity("N m", "largest magnitude of any driven joint's torque over the beat"),
-    "rate_peak": Quantity("rad/s", "largest rate of any joint group over the beat"),
-    "turn_rate": Quantity("rad/s", "mean rate of turn, counter-clockwise"),
-    "turn_radius": Quantity("m", "mean distance of the nose from the center of the turn; infinite when straight"),
-    "spectral_radius": Quantity(
-        "1", "largest modulus of the monodromy's multipliers: growth of a disturbance per beat"
-    ),
-    "change": Quantity("1", "change of the motion from beat to beat, body lengths or rad"),
-    "distance": Quantity("1", "distance from the settled motion, relative to the distance traveled in a beat"),
-    "beats": Quantity("1", "beats integrated"),
+    "speed": Meaning("m/s", "mean speed along the path through the water, forward positive"),
+    "speed_bl": Meaning("1/s", "speed in body lengths per second"),
+    "power": Meaning("W", "mean mechanical power of all joints"),
+    "power_positive": Meaning("W", "mean mechanical power, negative power of a joint group counted as zero"),
+    "loss": Meaning("W", "mean power that the water takes"),
+    "cost_of_transport": Meaning("J/(kg m)", "mechanical power per mass and speed"),
+    "cost_of_transport_positive": Meaning("J/(kg m)", "the same of the positive power"),
+    "efficiency": Meaning("1", "power to tow the straight body at this speed over mechanical power"),
+    "strouhal": Meaning("1", "frequency times peak-to-peak tail excursion over speed"),
+    "stride_length": Meaning("1", "body lengths per beat"),
+    "excursion": Meaning("m", "excursion of the tail tip across the mean path, peak to peak"),
+    "torque_peak": Meaning("N m", "largest magnitude of any driven joint's torque over the beat"),
+    "rate_peak": Meaning("rad/s", "largest rate of any joint group over the beat"),
+    "turn_rate": Meaning("rad/s", "mean rate of turn, counter-clockwise"),
+    "turn_radius": Meaning("m", "mean distance of the nose from the center of the turn; infinite when straight"),
+    "spectral_radius": Meaning("1", "largest modulus of the monodromy's multipliers: growth of a disturbance per beat"),
+    "change": Meaning("1", "change of the motion from beat to beat, body lengths or rad"),
+    "distance": Meaning("1", "distance from the settled motion, relative to the distance traveled in a beat"),
+    "beats": Meaning("1", "beats integrated"),
 }
 
 
@@ -160,25 +156,20 @@ def directional_derivatives(
     return result | {name: rate for name, rate in total.items() if not name.startswith("end_")}
 
 
-def status_text(status: str, *, beats: float, distance: float, spectral_radius: float) -> str:
+def status_text(status: str, beats: float, distance: float, spectral_radius: float) -> str:
     """Return the verdict on a search for the settled beat as a sentence."""
     if status == "settled":
-        kept = (
-            "" if np.isnan(spectral_radius) else f"; a disturbance shrinks to {spectral_radius:.3g} of itself each beat"
-        )
-        return f"The gait is settled: consecutive beats agree to {distance:.1e} of the distance traveled{kept}."
+        text = f"The gait is settled: consecutive beats agree to {distance:.1e} of the distance traveled"
+        shrinks = f"; a disturbance shrinks to {spectral_radius:.3g} of itself each beat"
+        return f"{text}{'' if np.isnan(spectral_radius) else shrinks}."
     if status == "unstable":
-        return (
-            f"The gait is periodic but unstable: a disturbance grows {spectral_radius:.3g} times each beat, "
-            "so the robot will leave it."
-        )
+        text = f"The gait is periodic but unstable: a disturbance grows {spectral_radius:.3g} times each beat"
+        return f"{text}, so the robot will leave it."
     if status == "unsettled":
         off = f"it is still off by {distance:.1e} of the distance traveled in a beat"
         return f"The gait is unsettled after {beats:.0f} beats: {off}."
-    return (
-        f"The gait diverged within {beats:.0f} beats: its speeds left all bounds; "
-        "use more steps per beat, or check the coefficients."
-    )
+    fix = "use more steps per beat, or check the coefficients"
+    return f"The gait diverged within {beats:.0f} beats: its speeds left all bounds; {fix}."
 
 
 def _status(row: dict[str, Array], speed: Array, spectral_radius: Array) -> NDArray[np.int8]:

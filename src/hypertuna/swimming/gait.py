@@ -219,12 +219,9 @@ def check_gait(gait: Gait, robot: Robot) -> None:
     groups = len(robot.joints)
     if len(gait.amplitude) != groups:
         names = ", ".join(group.name for group in robot.joints)
-        raise InputError(
-            f"must be {groups} long, one value per joint group of {robot.name} ({names})",
-            key="amplitude",
-            value=f"{len(gait.amplitude)} long",
-            fix=f"give {groups} values for amplitude, phase and bias each",
-        )
+        rule = f"must be {groups} long, one value per joint group of {robot.name} ({names})"
+        fix = f"give {groups} values for amplitude, phase and bias each"
+        raise InputError(rule, key="amplitude", value=f"{len(gait.amplitude)} long", fix=fix)
 
 
 def named_gait(robot: Robot, name: str) -> Gait:

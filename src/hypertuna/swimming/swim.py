@@ -14,7 +14,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
-from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES, check_steps, settle, status_text
+from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, STATUSES, check_steps, settle, status_text
 from hypertuna.swimming.gait import Gait, Gaits, check_gait
 from hypertuna.swimming.model import core_model, twist_from_rest
 from hypertuna.swimming.trajectory import trajectory
@@ -153,35 +153,32 @@ def swim(
     Examples
     --------
     >>> import hypertuna as ht
-    >>> fish = ht.load("hypertuna")
     >>> gait = ht.Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 40))
-    >>> round(ht.swim(fish, gait).speed, 3)
+    >>> round(ht.swim(ht.load("hypertuna"), gait).speed, 3)
     0.578
     """
     check_gait(gait, robot)
     check_steps(steps)
-    # n / f seconds are n beats, however the quotient was rounded
-    beats_swum = 0.0 if from_rest is None else from_rest * gait.frequency * (1 + 1e-12)
-    if from_rest is not None and not 1 <= beats_swum <= MAX_BEATS:
-        raise InputError(
-            f"must last between one beat and {MAX_BEATS} beats",
-            key="from_rest",
-            value=f"{from_rest:g} s of {gait.frequency:g} Hz",
-            fix="give the seconds to swim",
-        )
+    wait = -1
+    if from_rest is not None:
+        # n / f seconds are n beats, however the quotient was rounded
+        beats_swum = from_rest * gait.frequency * (1 + 1e-12)
+        if not 1 <= beats_swum <= MAX_BEATS:
+            rule, value = (
+                f"must last between one beat and {MAX_BEATS} beats",
+                f"{from_rest:g} s of {gait.frequency:g} Hz",
+            )
+            raise InputError(rule, key="from_rest", value=value, fix="give the seconds to swim")
+        wait = int(beats_swum) - 1
     if np.shape(current) != (2,) or not np.isfinite(current).all():
         raise InputError("must be two finite numbers", key="current", value=str(current), fix="give m/s along x and y")
-    wait = int(beats_swum) - 1
     result = settle(robot, Gaits.of([gait]), steps=steps, wait=wait)
-    status = STATUSES[result.pop("status")[0]]
-    twist, multipliers = result.pop("twist")[0].copy(), result.pop("multipliers")[0]
-    del result["momentum"]
-    values: dict[str, Any] = {name: float(value[0]) for name, value in result.items()}
-    text = status_text(
-        status, beats=values["beats"], distance=values["distance"], spectral_radius=values["spectral_radius"]
-    )
-    if from_rest is not None:
-        status, text = _verdict_from_rest(robot, gait, values, status, text, steps)
+    values: dict[str, Any] = {name: float(result[name][0]) for name in QUANTITIES}
+    status = STATUSES[result["status"][0]]
+    text = status_text(status, values["beats"], values["distance"], values["spectral_radius"])
+    if from_rest is not None and status != "diverged":
+        status, text = _verdict_from_rest(values["beats"], values["speed"], swim(robot, gait, steps=steps))
+    multipliers = result["multipliers"][0]
     return Swim(
         robot=robot,
         gait=gait,
@@ -192,31 +189,21 @@ def swim(
         steps=steps,
         current=(float(current[0]), float(current[1])),
         duration=from_rest,
-        _start=twist if from_rest is None else None,
+        _start=result["twist"][0].copy() if from_rest is None else None,
     )
 
 
-def _verdict_from_rest(
-    robot: Robot, gait: Gait, values: dict[str, Any], status: str, text: str, steps: int
-) -> tuple[str, str]:
+def _verdict_from_rest(beats: float, speed: float, settled: Swim) -> tuple[str, str]:
     """Compare the last beat from rest with the settled one."""
-    if status == "diverged":
-        return status, text
-    settled = swim(robot, gait, steps=steps)
-    beats = f"{values['beats']:.0f} beats"
     if not settled.settled:
-        return "unsettled", f"The gait is unsettled after {beats} from rest. {settled.status_text}"
+        return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest. {settled.status_text}"
     # For a gait that stands still: relative to a thousandth of a body length per beat.
-    scale = abs(settled.speed) + 1e-3 * gait.frequency * robot.body.length
-    short = (values["speed"] - settled.speed) / scale
+    scale = abs(settled.speed) + 1e-3 * settled.gait.frequency * settled.robot.body.length
+    short = (speed - settled.speed) / scale
     if abs(short) < AT_REST:
-        return "settled", f"The gait is settled after {beats} from rest, to {abs(short):.1e} of its speed."
-    side = "above" if short > 0 else "below"
-    return (
-        "unsettled",
-        f"The gait is unsettled after {beats} from rest: its speed is {abs(short) * scale:.2g} m/s {side} "
-        f"the settled {settled.speed:.4g} m/s.",
-    )
+        return "settled", f"The gait is settled after {beats:.0f} beats from rest, to {abs(short):.1e} of its speed."
+    off = f"{abs(short) * scale:.2g} m/s {'above' if short > 0 else 'below'} the settled {settled.speed:.4g} m/s"
+    return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest: its speed is {off}."
 
 
 def _trajectory(
@@ -227,14 +214,7 @@ def _trajectory(
     step = 1 / (gait.frequency * steps)
     clock: Array = np.pi / steps * (np.arange(2 * count + 1, dtype=np.float64) % (2 * steps))
     model = core_model(robot)
-    joints = _core.joint_motion(
-        model,
-        frequency=gait.frequency,
-        amplitude=gait.amplitude,
-        phase=gait.phase,
-        bias=gait.bias,
-        clock=clock,
-    )
+    joints = _core.joint_motion(model, **vars(gait), clock=clock)
     twist = twist_from_rest(robot, joints[0]) if start is None else start
     motion = _core.advance(model, joints, step=step, twist=twist, pose=np.zeros(3))
     return trajectory(robot, step * np.arange(count + 1, dtype=np.float64), joints[::2], motion, current=current)
