@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Annotated, Any
 
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import command_line, print_json, print_lines, print_written, progress_bar, summary_table
+from hypertuna.cli.console import command_line, progress_bar, summary_table
 from hypertuna.cli.emit import draw, emit
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
@@ -17,7 +17,7 @@ from hypertuna.io.files import columns_csv, write_atomically
 from hypertuna.io.mcap import need_log
 from hypertuna.io.quantity import Quantity, values_of
 from hypertuna.mission.file import read_mission
-from hypertuna.mission.gpx import write_gpx
+from hypertuna.mission.gpx import check_origin, write_gpx
 from hypertuna.mission.log import write_log
 from hypertuna.mission.log_fields import derived, fields
 from hypertuna.mission.read_log import Log, read_log
@@ -46,30 +46,24 @@ def info_command(log: LogFile, as_json: opt.AsJson = False) -> None:
 @log_app.command("plot")
 def plot_command(log: LogFile, output: Annotated[str, _output(*opt.FIGURES)], as_json: opt.AsJson = False) -> None:
     """Plot the track on a plan, depth and energy."""
-    content = read_log(log)
-    draw("hypertuna.mission.plots:plot_mission", output, content.record)
-    _finish(content, output, as_json)
+    _convert(log, output, as_json, lambda content: draw("hypertuna.mission.plots:plot_mission", output, content.record))
 
 
 @log_app.command("to-csv")
 def csv_command(log: LogFile, output: Annotated[str, _output(".csv")], as_json: opt.AsJson = False) -> None:
     """Write every number of a log to a table, one row per time."""
-    content = read_log(log)
-    write_atomically(output, _csv(content).encode())
-    _finish(content, output, as_json)
+    _convert(log, output, as_json, lambda content: write_atomically(output, _csv(content).encode()))
 
 
 @log_app.command("to-gpx")
 def gpx_command(log: LogFile, output: Annotated[str, _output(".gpx")], as_json: opt.AsJson = False) -> None:
     """Write the track of a log for maps."""
-    content = read_log(log)
-    try:
+
+    def write(content: Log) -> None:
+        check_origin(content.record.origin, log)
         write_gpx(content.record, output)
-    except InputError as error:
-        if error.key != "origin":
-            raise
-        raise InputError(error.rule, file=log, key=error.key, fix=error.fix) from None
-    _finish(content, output, as_json)
+
+    _convert(log, output, as_json, write)
 
 
 @log_app.command("black-box")
@@ -103,15 +97,34 @@ def black_box_command(
     record = mission_record(content, fish, route, facts)
     with progress_bar("ticks") as progress:
         write_log(record, output, progress)
-    if as_json:
-        counts = {"ticks": len(content.ticks), "missing": content.missing, "damaged": content.damaged}
-        counts |= {"skipped_bytes": content.skipped, "cut_bytes": content.cut, "boots": len(boots)}
-        print_json({"written": output, **counts, **record.facts})
-        return
-    lines = [(content.sentence, "yellow" if content.gaps else "green")]
-    lines += [(f"{key}: {record.facts[key]}", "dim") for key in ("parameters", "boot")[: 1 + (len(boots) > 1)]]
-    print_lines(lines)
-    print_written(output)
+    counts = {"ticks": len(content.ticks), "missing": content.missing, "damaged": content.damaged}
+    counts |= {"skipped_bytes": content.skipped, "cut_bytes": content.cut, "boots": len(boots)}
+    shown = ["parameters", "boot"][: 1 + (len(boots) > 1)]
+    emit(
+        content,
+        record=lambda _: {"written": output, **counts, **record.facts},
+        lines=lambda box: [
+            (box.sentence, "yellow" if box.gaps else "green"),
+            *((f"{key}: {record.facts[key]}", "dim") for key in shown),
+        ],
+        written=(output,),
+        as_json=as_json,
+    )
+
+
+def _convert(log: str, output: str, as_json: bool, write: Callable[[Log], Any]) -> None:
+    """Read a log, write it to a file, and say what is missing of it."""
+    content = read_log(log)
+    write(content)
+    if not content.complete and not as_json:
+        typer.echo(content.sentence, err=True)
+    emit(
+        content,
+        record=lambda log: {"written": output, "complete": log.complete, "status_text": log.sentence},
+        lines=lambda _: (),
+        written=(output,),
+        as_json=as_json,
+    )
 
 
 def _record(log: Log) -> dict[str, Any]:
@@ -132,16 +145,6 @@ def _lines(log: Log) -> Iterator[Any]:
     for key, value in log.record.facts.items():
         yield f"{key}: {value}", "dim"
     yield log.sentence, "green" if log.complete else "yellow"
-
-
-def _finish(log: Log, output: str, as_json: bool) -> None:
-    """Name the file that was written; say what is missing of the log."""
-    if as_json:
-        print_json({"written": output, "complete": log.complete, "status_text": log.sentence})
-        return
-    if not log.complete:
-        typer.echo(log.sentence, err=True)
-    print_written(output)
 
 
 def _csv(log: Log) -> str:

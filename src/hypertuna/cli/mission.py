@@ -19,7 +19,6 @@ from hypertuna.control.guidance import gait_table
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import rows_csv
-from hypertuna.io.mcap import need_log
 from hypertuna.io.quantity import Quantity, values_of
 from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.mission.flight import Flight, Outcome, fly, fly_seeds, outcome
@@ -88,8 +87,7 @@ def mission_command(
     output: Annotated[
         str | None,
         opt.file(
-            "-o",
-            "--output",
+            *("-o", "--output"),
             help="Write the log to this .mcap file, or with --seeds a table to .csv.",
             suffixes=(".mcap", ".csv"),
         ),
@@ -101,31 +99,31 @@ def mission_command(
     The exit code is 0 if it is done: all waypoints reached and home again; 1 if it ends otherwise (with --seeds: if
     one of them does), 2 for bad input.
     """
-    mission_file = read_mission(mission)
-    fish = _robot(mission_file, robot)
-    _check_suffix(output, ".mcap" if seeds is None else ".csv")
+    file = read_mission(mission)
+    fish = _robot(file, robot)
+    suffix = ".mcap" if seeds is None else ".csv"
+    if output is not None and not output.lower().endswith(suffix):
+        raise InputError(f"must end in {suffix}", key="--output", value=shown(output), fix="rename the file")
     if seeds is not None:
         for key, value in {"--plot": plot, "--gpx": gpx, "--seed": seed}.items():
             if value:
-                raise InputError(
-                    "applies to a single flight", key=key, fix="leave it out with --seeds, or leave --seeds out"
-                )
+                fix = "leave it out with --seeds, or leave --seeds out"
+                raise InputError("applies to a single flight", key=key, fix=fix)
         options = {"threads": threads, "faults": fault or [], "duration": duration, "checkpoint": checkpoint}
-        _fly_many(mission_file, fish, seeds, options, output, as_json)
+        _fly_many(file, fish, seeds, options, output, as_json)
         return
     if gpx is not None:
-        check_origin(mission_file.origin, mission_file.file)
-    if output is not None:
-        need_log()
+        check_origin(file.origin, file.file)
+    log = None if output is None else Path(output)
     with progress_bar("flying [s]") as progress:
         flight = fly(
-            mission_file,
+            file,
             fish,
             seed=seed or 0,
             faults=fault or [],
             duration=duration,
             checkpoint=checkpoint,
-            log=None if output is None else Path(output),
+            log=log,
             report=progress,
         )
     if gpx is not None:
@@ -141,12 +139,6 @@ def mission_command(
         as_json=as_json,
         failed=flight.status != "done",
     )
-
-
-def _check_suffix(output: str | None, suffix: str) -> None:
-    """Check the ending of the output: a log of one flight, a table of many."""
-    if output is not None and not output.lower().endswith(suffix):
-        raise InputError(f"must end in {suffix}", key="--output", value=shown(output), fix="rename the file")
 
 
 def _robot(file: MissionFile, name: str | None) -> Robot:
@@ -165,32 +157,23 @@ def _outcome(one: Outcome) -> dict[str, Any]:
 
 def _record(flight: Flight) -> dict[str, Any]:
     """Return the JSON record of a flight."""
-    record = flight.record
+    record, one, fastest = flight.record, outcome(flight), gait_table(flight.robot).speed[-1]
     return (
-        _outcome(outcome(flight))
+        _outcome(one)
         | values_of(record.summary())
-        | {"facts": dict(record.facts), "expected_s": expected(record.mission, _max_speed(flight))}
-        | {"status_text": _sentence(flight), "command": command_line()}
+        | {"facts": dict(record.facts), "expected_s": expected(record.mission, fastest)}
+        | {"status_text": _sentence(flight, one), "command": command_line()}
     )
 
 
-def _max_speed(flight: Flight) -> float:
-    """Return the speed of the robot's fastest gait [m/s]."""
-    return gait_table(flight.robot).speed[-1]
-
-
-def _sentence(flight: Flight) -> str:
+def _sentence(flight: Flight, one: Outcome) -> str:
     """Describe the end of a flight, and whether the mission asks for more speed than the gaits have."""
-    one, mission, fastest = outcome(flight), flight.record.mission, _max_speed(flight)
+    mission, fastest = flight.record.mission, gait_table(flight.robot).speed[-1]
     asked = max([point.speed for point in mission.waypoints] + [mission.home_speed] * (not mission.stay))
-    beyond = (
-        f" The mission commands {asked:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
-        if fastest < asked
-        else ""
-    )
+    beyond = f" The mission commands {asked:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
     endings = ENDINGS | {"home": f"The robot came home early (waypoints reached: {one.reached})"}
     reasons = f"; reasons: {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""
-    return f"{endings.get(one.status, one.status)} after {one.duration:.4g} s{reasons}.{beyond}"
+    return f"{endings[one.status]} after {one.duration:.4g} s{reasons}.{beyond if fastest < asked else ''}"
 
 
 def _lines(flight: Flight) -> Iterator[Any]:
@@ -203,7 +186,7 @@ def _lines(flight: Flight) -> Iterator[Any]:
     yield summary_table({key: quantity for key, quantity in summary.items() if math.isfinite(quantity.value)})
     for reason, time in one.reasons.items():
         yield f"{time:8.1f} s  {reason.replace('_', ' ')}", "dim"
-    yield _sentence(flight), "green" if flight.status == "done" else "yellow"
+    yield _sentence(flight, one), "green" if flight.status == "done" else "yellow"
 
 
 def _fly_many(
@@ -213,40 +196,38 @@ def _fly_many(
     with progress_bar("flying") as progress:
         outcomes = fly_seeds(file, robot, seeds, **options, report=progress)
     facts = made_by(robot, mission=file.name, mission_hash=file.hash)
+
+    def row(one: Outcome) -> dict[str, Any]:
+        return _outcome(one) | {"reasons_s": " ".join(f"{name}@{time:g}" for name, time in one.reasons.items())}
+
     emit(
         outcomes,
         record=lambda all_: facts | {"summary": _statistics(all_), "flights": [_outcome(one) for one in all_]},
         lines=lambda all_: _many_lines(f"{file.name}, {robot.name}", all_),
-        csv=lambda all_: rows_csv(facts, [_outcome(one) | {"reasons_s": _reasons(one)} for one in all_]),
+        csv=lambda all_: rows_csv(facts, map(row, all_)),
         output=output,
         as_json=as_json,
         failed=any(one.status != "done" for one in outcomes),
     )
 
 
-def _reasons(one: Outcome) -> str:
-    """Write the reasons of a flight in one cell."""
-    return " ".join(f"{name}@{time:g}" for name, time in one.reasons.items())
-
-
 def _statistics(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """Count how flights ended; return minimum, mean and maximum of each number."""
-    summaries = [one.summary() for one in outcomes]
-    spans = {}
-    for key in summaries[0]:
-        values = np.array([summary[key].value for summary in summaries])
-        spans[key] = {"least": values.min(), "mean": values.mean(), "largest": values.max()}
+    rows = [values_of(one.summary()) for one in outcomes]
+    columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
+    spans = {key: {"least": v.min(), "mean": v.mean(), "largest": v.max()} for key, v in columns.items()}
     reasons = Counter(reason for one in outcomes for reason in one.reasons)
     return {"status": dict(Counter(one.status for one in outcomes)), "reasons": dict(reasons), **spans}
 
 
 def _many_lines(title: str, outcomes: Sequence[Outcome]) -> Iterator[Any]:
     """Lay out many flights as minimum, mean and maximum."""
-    statistics, rows = _statistics(outcomes), []
-    for key, quantity in outcomes[0].summary().items():
-        cells = [f"{statistics[key][part]:.4g}" for part in ("least", "mean", "largest")]
-        rows.append((quantity.label, *cells, quantity.unit))
+    statistics = _statistics(outcomes)
     yield f"{title}: {len(outcomes)} flights", "bold"
+    rows = (
+        (quantity.label, *(f"{value:.4g}" for value in statistics[key].values()), quantity.unit)
+        for key, quantity in outcomes[0].summary().items()
+    )
     yield table(["", "min", "mean", "max", ""], rows, left=(0, 4))
     endings = ", ".join(f"{count} {status}" for status, count in statistics["status"].items())
     others = ", ".join(str(one.seed) for one in outcomes if one.status != "done")
