@@ -19,7 +19,7 @@ from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.fe.extra import need_fe
+from hypertuna.fe.extra import need_fe, need_pictures
 from hypertuna.io.files import write_atomically
 
 MM = 1e3  # drawings are in mm, as STEP is by default
@@ -174,15 +174,17 @@ def _widest(section: tuple[float, float], lever: float, count: int, radius: floa
 def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
     """Return the half body with z >= 0 in mm: matrix without channels, tip plate, strip; solids and faces named."""
     need_fe()
-    from netgen.occ import Box, Glue
+    from netgen.occ import Box, Face, Glue, MakePolygon, Vertex
 
     length, plate = MM * body.length / squeeze, MM * body.plate / squeeze
     far = 2 * MM * max(float(body.semi_major.max()), body.length)
     upper = Box((-far, -far, 0), (far, far, far))
     matrix, tip = (solid * upper for solid in _solids(body, squeeze, body.upper))
     parts = [matrix, tip]
-    if body.strip > 0:
-        parts.insert(1, _strip(body, length) * matrix)
+    if body.strip > 0:  # a face in the neutral layer
+        z = MM * body.strip / 2
+        corners = [Vertex(corner) for corner in ((0, 0, 0), (length, 0, 0), (length, 0, z), (0, 0, z))]
+        parts.insert(1, Face(MakePolygon(corners, isClosed=True)) * matrix)
     shape = Glue(parts)
     *soft, stiff = sorted(shape.solids, key=lambda solid: solid.center.x)
     for solid in soft:
@@ -216,14 +218,6 @@ def _solids(body: JointBody, squeeze: float, channels: tuple[Channel, ...]) -> t
     return matrix, tip
 
 
-def _strip(body: JointBody, length: float) -> Any:
-    """Return the upper half of the strip, a face in the neutral layer [mm]."""
-    from netgen.occ import Face, MakePolygon, Vertex
-
-    corners = [(0, 0, 0), (length, 0, 0), (length, 0, MM * body.strip / 2), (0, 0, MM * body.strip / 2)]
-    return Face(MakePolygon([Vertex(corner) for corner in corners], isClosed=True))
-
-
 def _face_name(face: Any, body: JointBody, length: float, plate: float) -> str:
     """Return the name of a face of the drawing from its position."""
     low, high = face.bounding_box
@@ -235,16 +229,10 @@ def _face_name(face: Any, body: JointBody, length: float, plate: float) -> str:
         y, z, r = MM * channel.y, MM * channel.z, MM * body.radius + SAME
         return bool(y - r < low.y and high.y < y + r and z - r < low.z and high.z < z + r)
 
-    channel = next((channel for channel in body.upper if inside(channel)), None)
-    if lies("x", 0):
-        return "fixed"
-    if lies("x", length + plate):
-        return "tip"
-    if lies("z", 0):
-        return "symmetry"
-    if lies("y", 0):
-        return "strip"
-    if channel is not None:
+    for axis, place, name in (("x", 0, "fixed"), ("x", length + plate, "tip"), ("z", 0, "symmetry"), ("y", 0, "strip")):
+        if lies(axis, place):
+            return name
+    for channel in filter(inside, body.upper):
         return f"{'cap' if lies('x', length) else 'wall'}_{SIDES[channel.side]}"
     return "tie" if lies("x", length) else "outer"
 
@@ -259,37 +247,29 @@ def write_geometry(body: JointBody, path: str | Path) -> None:
     path, kind = Path(path), Path(path).suffix.lower()
     if kind not in DRAWINGS:
         raise InputError("must end in .step, .stp or .stl", key="path", value=str(path), fix="rename the file")
-    front, (matrix, tip) = _connector(body), _solids(body, 1.0, body.channels)
-    if kind == ".stl":  # as one solid: shared faces would leave gaps between triangles
-        write_atomically(path, _stl(front + matrix + tip, body))
-        return
+    connector = _ellipse(body, 0, -MM * body.plate).Face().Extrude(MM * body.plate)
+    matrix, tip = _solids(body, 1.0, body.channels)
     with tempfile.TemporaryDirectory() as folder:
-        draft = Path(folder) / "draft.step"
-        Compound([front, matrix, tip]).WriteStep(str(draft))
-        write_atomically(path, draft.read_bytes())
+        draft = str(Path(folder) / f"draft{kind}")
+        if kind == ".stl":  # as one solid: shared faces would leave gaps between triangles
+            _surface(connector + matrix + tip, MM * body.radius).save(draft)
+        else:
+            Compound([connector, matrix, tip]).WriteStep(draft)
+        write_atomically(path, Path(draft).read_bytes())
 
 
-def _stl(solid: Any, body: JointBody) -> bytes:
-    """Return the triangles of the drawing's faces as binary STL [mm]."""
+def _surface(solid: Any, size: float) -> Any:
+    """Return the triangles of a drawing's faces, of this size at most [mm]."""
+    need_pictures()
+    import pyvista as pv
     from netgen.meshing import MeshingStep
     from netgen.occ import OCCGeometry
 
-    options = {"maxh": MM * body.radius, "curvaturesafety": 2.0, "grading": 0.5}
+    options = {"maxh": size, "curvaturesafety": 2.0, "grading": 0.5}
     mesh = OCCGeometry(solid).GenerateMesh(perfstepsend=MeshingStep.MESHSURFACE, **options)
     points = np.array([point.p for point in mesh.Points()])
-    corners = points[np.array([[v.nr - 1 for v in face.vertices] for face in mesh.Elements2D()])]
-    layout = [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("color", "<u2")]
-    triangles = np.zeros(len(corners), dtype=layout)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    triangles["normal"] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
-    triangles["corners"] = corners
-    title = f"hypertuna, joint {body.name}, mm".encode().ljust(80)[:80]
-    return title + np.uint32(len(triangles)).tobytes() + triangles.tobytes()
-
-
-def _connector(body: JointBody) -> Any:
-    """Return the plate at the front end [mm]."""
-    return _ellipse(body, 0, -MM * body.plate).Face().Extrude(MM * body.plate)
+    corners = np.array([[vertex.nr - 1 for vertex in face.vertices] for face in mesh.Elements2D()])
+    return pv.PolyData.from_regular_faces(points, corners)
 
 
 def _ellipse(body: JointBody, k: int, x: float) -> Any:
