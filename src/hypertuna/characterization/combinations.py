@@ -45,9 +45,6 @@ def combinations(
 
     z: the fit (n,), logarithms from the described values in prior standard deviations; cov: their covariance (n, n);
     samples: other points (samples, n) that fit; quantile: of the 95 % interval, in standard deviations.
-
-    With the precision L, the inverse of the covariance, unknowns A given all others B have the covariance 1 / L_AA and
-    the exponents -L_AB / L_AA. Sharp combinations come first; L_BB - L_BA L_AB / L_AA is the precision of the others.
     """
     vectors = np.array([one.vector for one in directions])
     known = np.hypot(1, [one.singular_value for one in directions])

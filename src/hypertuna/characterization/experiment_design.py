@@ -62,11 +62,10 @@ class _Candidate:
 
 
 def information_gain(fit: BenchFit) -> tuple[InformationGain, ...]:
-    """Compute the expected information gain of further measurements, the most informative first.
+    """Compute the expected information gain of further measurements, the most informative first (docs/bench.md).
 
-    A measurement with the standard deviation t and the gradient g by the logarithms of the unknowns turns their
-    covariance C into C - C g g^T C / (t^2 + g^T C g), and gains log2(1 + g^T C g / t^2) / 2 bits. g comes from the
-    model, by central differences at the fit.
+    A measurement of standard deviation t and gradient g turns the covariance C of the logarithms of the unknowns into
+    C - C g g^T C / (t^2 + g^T C g); g comes from central differences of the model.
     """
     cov, n = fit.covariance, len(fit.free)
     half = [fit.quantile * u.relative(float(v)) for u, v in zip(fit.free, fit.values, strict=True)]

@@ -123,17 +123,10 @@ def fit_bench(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> BenchFit:
-    """Fit the unknowns of an actuator to bench runs, with 95 % intervals.
+    """Fit the unknowns of an actuator to bench runs, with 95 % intervals: docs/bench.md has the theory.
 
-    free and bounds [SI] as for `hypertuna.characterization.unknowns.unknowns`, loss as for `hypertuna.identify`;
-    starts: searches from the description, then from Sobol points of this seed; progress: called with parts and total.
-
-    The search is by the logarithms x of the unknowns. The bounds count as one more measurement of each, at its
-    described value with the standard deviation (ln upper - ln lower) / sqrt(12) of a uniform distribution: the result
-    is unique where the rows leave unknowns free, and an interval there is that of the bounds. With the Jacobian
-    J = U diag(s) V^T of the residuals over their noise, in those units, the combinations sum_k V_kj x_k are products of
-    powers: bench and bounds together leave 1 / sqrt(1 + s_j^2) of the j-th interval. The profile likelihood widens
-    intervals where the problem is nonlinear.
+    free, bounds [SI] and loss as for `unknowns` and `hypertuna.identify`; starts: searches from the description, then
+    from Sobol points of this seed; progress: called with parts and total.
     """
     begun = time.monotonic()
     problem = bench_problem(robot, bench, free, bounds, loss, starts)
@@ -190,15 +183,13 @@ def _search(
         gtol=tolerance,
         max_evaluations=MAX_EVALUATIONS,
     )
-    stop = str(result.message).rstrip(".")
-    return {"x": result.x, "cost": result.cost, "stop": stop, "status": result.status, "evaluations": int(result.nfev)}
+    stop = str(result["message"]).rstrip(".")
+    return result | {"stop": stop, "evaluations": int(result["nfev"])}
 
 
 def _levels(problem: BenchProblem, z: Array, levels: dict[str, float]) -> dict[str, float]:
-    """Estimate the noise [rad and m^3] that is not stated from the residuals at z (n,).
-
-    Degrees of freedom divide the scale here and enter its equation in the tank's `_levels`: equal for a linear loss.
-    """
+    """Estimate the noise [rad and m^3] that is not stated from the residuals at z (n,)."""
+    # degrees of freedom enter the scale's equation in the tank's `_levels`: equal for a linear loss
     rows = len(problem.measured)
     square = problem.residual(z, levels)[:rows] ** 2
     share = 1 - effective_parameters(problem.jacobian(z, levels, rough=True)[:rows]) / rows
@@ -237,7 +228,9 @@ def _result(
     points = randomized_fits(problem, z, levels, factor, jacobian, tick=tick)
     ends = np.sort([problem.values(end) for end in (estimate.low, estimate.high)], axis=0)
     ends = np.clip(ends, *np.array([[one.lower, one.upper] for one in problem.free]).T)  # against rounding
-    values, directions = problem.values(z), _directions(estimate)
+    # the bench determines directions that it narrows threefold: 1 / sqrt(1 + s^2) is left
+    directions = tuple(estimate.directions(lambda s, sd: math.hypot(1, s) >= DETERMINED))
+    values = problem.values(z)
     robot = with_unknowns(problem.robot, problem.free, values)
     angle, volume = computed(robot, bench)
     errors = {"angle": angle - bench.angle, "volume": (volume - bench.volume)[problem.with_volume]}
@@ -272,14 +265,6 @@ def _result(
     return replace(fit, robot=_with_sources(fit), warnings=(*bench.warnings, *_warnings(fit, bound)))
 
 
-def _directions(estimate: estimator.Estimate) -> tuple[Direction, ...]:
-    """Return the directions; the bench determines those that it narrows threefold: 1 / sqrt(1 + s^2) is left."""
-    return tuple(
-        Direction(vector, float(s), float(sd), math.hypot(1, s) >= DETERMINED)
-        for vector, s, sd in zip(estimate.vectors, estimate.singular, estimate.direction_sd, strict=True)
-    )
-
-
 def _check_freedom(problem: BenchProblem, freedom: float) -> None:
     """Check that noise which is not stated can be estimated from the residuals."""
     if freedom < MIN_FREEDOM:
@@ -300,18 +285,13 @@ def _with_sources(fit: BenchFit) -> Robot:
         ends = f"95 % from {low / one.described:.3g} to {high / one.described:.3g}"
         for key in keys_of(fit.described, one):
             texts.setdefault(key, []).append(f"{one.name} {value / one.described:.3g} ({ends}{note})")
-    given = _given(fit.described)
+    unset = fit.described.model_copy(update={"sources": {}})
+    given = {re.sub(r"\[\d+\]", "", key) for key in unset.unsourced()}
     for key, parts in texts.items():
         before = fit.described.source(key) if key in given else None
         text = f"fitted by hypertuna actuator fit to {files}; times what was described: {', '.join(parts)}"
         sources[key] = f"{text}. Before: {before}" if before else text
     return parse(document, file=fit.described.file)
-
-
-def _given(robot: Robot) -> set[str]:
-    """Return the keys of a robot's file that have a source, without indices."""
-    unset = robot.model_copy(update={"sources": {}})
-    return {re.sub(r"\[\d+\]", "", key) for key in unset.unsourced()}
 
 
 def _warnings(fit: BenchFit, bound: Sequence[str | None]) -> list[str]:

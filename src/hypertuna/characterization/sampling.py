@@ -29,10 +29,8 @@ def randomized_fits(
 ) -> Array:
     """Fit the bench again with random noise added to the residuals and random prior means: (fits, n) points.
 
-    Randomized maximum likelihood: exact where the model is linear. The perturbation is applied in parts, so that a fit
-    follows the profile of good fits; Broyden's method updates the Jacobian. Fits that do not meet the bench as well as
-    its noise allows are left out. z: the fit (n,); factor: on the noise [1]; jacobian: of the residuals at the fit,
-    over the noise times the factor; tick: called at every fit.
+    Randomized maximum likelihood. z: the fit (n,); factor: on the noise [1]; jacobian: of the residuals at the fit,
+    over the noise times the factor; tick: called at every fit. Only fits as good as the noise allows are returned.
     """
     rng, rows = np.random.default_rng(seed), len(problem.measured)
     low, high = problem.bounds()

@@ -99,10 +99,7 @@ def free(
 
 
 def position(frees: Sequence[Free], column: str, index: str = "") -> int | None:
-    """Return the position of a nuisance among free coefficients, None if it is not free.
-
-    column, index: `time_offset` and the name of the recording, or `cost_factor` and nothing.
-    """
+    """Return the position of `time_offset` of a recording, or of `cost_factor`, None if it is not free."""
     return next((k for k, f in enumerate(frees) if f.column == column and f.index == index), None)
 
 
@@ -122,10 +119,7 @@ def bounds_of(frees: Sequence[Free]) -> tuple[Array, Array]:
 
 
 def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> dict[str, list[float]]:
-    """Return the robot's columns that values (n,) [SI] change, as `core_model` takes them.
-
-    A moment of inertia that the description leaves out stays that of a slender rod, m l^2/12.
-    """
+    """Return the robot's columns that values (n,) [SI] change, as `core_model` takes them; rods stay rods, m l^2/12."""
     changed: dict[str, list[float]] = {}
     for f, value in zip(frees, values, strict=True):
         if f.column not in NUISANCES:
@@ -138,10 +132,7 @@ def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array
 
 
 def parameter_jacobian(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
-    """Return derivatives (parameters, n) of the robot's parameters by the free coefficients, each in its scale.
-
-    Rows are in the order of `parameter_names`; columns of nuisances are zero.
-    """
+    """Return derivatives (parameters, n), in the order of `parameter_names`, by the scaled free coefficients."""
     row = {name: k for k, name in enumerate(parameter_names(robot))}
     matrix = np.zeros((len(row), len(frees)))
     for k, (f, value) in enumerate(zip(frees, values, strict=True)):
@@ -158,10 +149,7 @@ def parameter_jacobian(robot: Robot, frees: Sequence[Free], values: Sequence[flo
 
 
 def with_values(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Robot:
-    """Return the robot with other values (n,) [SI] of its free coefficients, checked, without a table [fit].
-
-    Body length follows the links; body mass increases where the links would weigh more.
-    """
+    """Return the robot with values (n,) [SI] of its coefficients, checked; the body grows with longer, heavier links."""
     changed = columns(robot, frees, values)
     if not robot.model_fields_set & {"fit"} and not changed:
         return robot
@@ -180,11 +168,7 @@ def with_values(robot: Robot, frees: Sequence[Free], values: Sequence[float] | A
 
 
 def sample_robots(robot: Robot, count: int, seed: int) -> list[Robot]:
-    """Sample robots from the normal distribution of the table [fit], truncated at the bounds.
-
-    In its covariance the bounds count as a weak prior, from which unidentifiable directions are sampled. Truncation
-    keeps the correlations, so that directions that the runs determine stay determined.
-    """
+    """Sample robots from the normal distribution of the table [fit], truncated at the bounds."""
     fit = robot.fit
     if fit is None:
         fix = "give a file that `hypertuna identify -o` wrote"

@@ -65,6 +65,11 @@ class Estimate:
         """Directions (n,) along which no residual changes."""
         return np.asarray(self.singular <= MIN_SINGULAR * max(float(self.singular[0]), 1.0))
 
+    def directions(self, determined: Callable[[float, float], bool]) -> list[Direction]:
+        """Return the directions; `determined` judges a singular value and the standard deviation along it."""
+        columns = (self.vectors, self.singular.tolist(), self.direction_sd.tolist())
+        return [Direction(vector, s, sd, bool(determined(s, sd))) for vector, s, sd in zip(*columns, strict=True)]
+
 
 def start_points(first: Sequence[Array], lower: Array, upper: Array, count: int, seed: int) -> list[Array]:
     """Return the given start points (n,), then Sobol points within the bounds: `count` in total."""
@@ -86,8 +91,8 @@ def minimize(
     xtol: float,
     gtol: float,
     max_evaluations: int,
-) -> Any:
-    """Search from one start by SciPy's trust-region method; return its OptimizeResult."""
+) -> dict[str, Any]:
+    """Search from one start by SciPy's trust-region method; return `x`, `cost` and more of its result."""
     from scipy.optimize import least_squares  # imported here: slow to import
 
     rows, count = len(problem.sample), problem.count
@@ -101,7 +106,7 @@ def minimize(
         terms[:, :rows] = own[:, problem.sample]
         return terms
 
-    return least_squares(
+    result = least_squares(
         problem.residual,
         start,
         jac=problem.jacobian,
@@ -114,6 +119,7 @@ def minimize(
         xtol=xtol,
         max_nfev=max_evaluations,
     )
+    return {key: result[key] for key in ("x", "cost", "status", "message", "nfev", "njev")}
 
 
 def fit(
@@ -125,7 +131,7 @@ def fit(
     """Search roughly from every start; refine from the best, estimating noise levels in turn with the coefficients.
 
     `search` takes a start, noise levels by kind and the stage: the index of the start, or their number when refining.
-    Results hold `x` and `cost`. Return the rough ones, the refined ones (the last is the fit), and the noise levels.
+    Return its rough results, with `x` and `cost`, the refined ones (the last is the fit), and the noise levels.
     """
     rough = [search(start, levels, k) for k, start in enumerate(starts)]
     refined = [min(rough, key=lambda result: float(result["cost"]))]
@@ -149,11 +155,10 @@ def estimate(
     prior: float = 0.0,
     profile: tuple[Callable[[Array], Array], Array] | None = None,
 ) -> Estimate:
-    """Compute covariance, directions and 95 % intervals of a fit x (n,).
+    """Compute covariance, directions and 95 % intervals of a fit x (n,) from the Jacobian (elements, n), by x / unit.
 
-    Directions come from the singular value decomposition of the Jacobian (elements, n) of the residuals over their
-    noise, by x / unit. prior: inverse variance of each coefficient that is known without the residuals, in its unit.
-    profile: residuals as a function of x, and their Jacobian by x / unit, to widen intervals by the profile likelihood.
+    prior: inverse variance of each coefficient that is known without the residuals, in its unit. profile: residuals
+    as a function of x, and their Jacobian by x / unit, to widen intervals by the profile likelihood.
     """
     few = len(jacobian) < len(x)  # then directions that no residual determines follow, with singular values of 0
     _, singular, vectors = np.linalg.svd(jacobian, full_matrices=few)

@@ -48,8 +48,7 @@ class Replayed:
 class Experiment:
     """Trials laid out for a fit: elements are single numbers, a sample is one independent measurement.
 
-    The speed of a steady run is a sample of one element, and so is its cost of transport. All frames of a tracked run
-    along one axis are one sample, because their errors are correlated from frame to frame.
+    All frames of a tracked run along one axis are one sample, because their errors are correlated from frame to frame.
     """
 
     robot: Robot

@@ -206,9 +206,8 @@ def compare(
 ) -> dict[str, Fit]:
     """Fit several water laws to the same runs, by law; options are those of `identify`.
 
-    Each law takes the free coefficients that it has: `water.lumped.drag` belongs to one, `joints.bandwidth` to all. A
-    checkpoint is a file for each law, whose name precedes the suffix. Compare `validation` and `criteria`: lower is
-    better. The loss "cauchy" is no likelihood and raises an InputError.
+    Each law takes the free coefficients that it has, and a checkpoint is a file for each law. Compare `validation` and
+    `criteria`: lower is better. The loss "cauchy" is no likelihood and raises an InputError.
     """
     if options.get("loss") == "cauchy":
         rule, fix = "must be a likelihood to compare laws", "choose soft_l1, huber or linear"
@@ -341,10 +340,7 @@ def with_fit(
     seed: int,
     text: str,
 ) -> Robot:
-    """Return the robot with fitted values (n,) [SI], their sources, and the table [fit] with their covariance (n, n).
-
-    covariance: of the values in their scales; trials: files of the runs; text: a sentence on what was fitted.
-    """
+    """Return the robot with fitted values (n,) [SI], their sources, and the table [fit] with the covariance (n, n)."""
     document = with_values(robot, frees, values).document()
     sources = document.setdefault("sources", {})
     origin = f"identified from {trials}, see [fit]"

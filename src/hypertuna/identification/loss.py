@@ -57,10 +57,7 @@ def _normal_mean(loss: str) -> float:
 
 
 def curvature(z: Array, loss: str, count: NDArray[np.intp]) -> float:
-    """Return the mean of psi' at squared residuals z (samples,): 1 for a linear loss.
-
-    In a sample of several elements (count > 1) the curvature is that across its residual.
-    """
+    """Return the mean of psi' at squared residuals z (samples,); in a sample of several elements, across its residual."""
     _, first, second = loss_terms(loss, z)
     return max(float(np.mean(np.where(count > 1, first, first + 2 * z * second))), MIN_CURVATURE)
 
@@ -68,8 +65,7 @@ def curvature(z: Array, loss: str, count: NDArray[np.intp]) -> float:
 def interval_factor(z: Array, loss: str, scale: float, count: NDArray[np.intp], freedom: float) -> float:
     """Return the factor on the standard deviations of an M-estimate (Huber 1981, section 7.6), 1 at least.
 
-    factor^2 = s^2 mean(psi^2) n / (n - p) / mean(psi')^2 with psi of residuals over the scale s. The lower limit of 1
-    treats stated noise that the residuals exceed as understated (Birge 1932).
+    factor^2 = s^2 mean(psi^2) n / (n - p) / mean(psi')^2 with psi of residuals over the scale s.
     """
     own = z / scale**2  # outliers are judged by the actual noise
     first = loss_terms(loss, own)[1]

@@ -30,11 +30,7 @@ def split_names(text: str) -> list[str]:
 
 @cache
 def default_bounds() -> dict[str, Any]:
-    """Return default bounds and starts of data/published/bounds.toml.
-
-    Table `coefficient`: `lower`, `upper`, `start` and `source` by column [SI]; table `factor`: bounds as multiples of
-    the described value for columns of the links.
-    """
+    """Return data/published/bounds.toml: bounds and starts by column [SI], and bounds of links as factors."""
     return tomllib.loads((shipped("data/published") / "bounds.toml").read_text(encoding="utf-8"))
 
 

@@ -39,9 +39,8 @@ def predict(
 ) -> Prediction:
     """Compute every run of the trials for values (n,) of the free coefficients [SI].
 
-    A run without a settled beat counts as ten times as far off as what was measured (a recording as ten body lengths
-    and ten radians), with zero Jacobian, so that a search turns back. gradient_steps: Runge-Kutta steps per beat of the
-    derivatives of steady runs; None leaves all Jacobians zero. The result does not depend on the number of threads.
+    A run without a settled beat is far off, with zero Jacobian, so that a search turns back. gradient_steps:
+    Runge-Kutta steps per beat of the derivatives of steady runs; None leaves all Jacobians zero.
     """
     model = core_model(data.robot, columns(data.robot, data.free, values))
     along = None if gradient_steps is None else parameter_jacobian(data.robot, data.free, values)
@@ -75,8 +74,7 @@ def predict(
 def weighted(data: Experiment, prediction: Prediction, levels: dict[str, float]) -> tuple[Array, Array]:
     """Return residuals (elements,), computed minus measured, and their Jacobian, in units of their standard deviation.
 
-    The sum of squares of a sample is 1 on average. levels: noise of the kinds whose noise is unknown, relative for
-    speed and cost of transport [1], [m] and [rad].
+    levels: noise of the kinds whose noise is unknown, relative for speed and cost of transport [1], [m] and [rad].
     """
     scale = (data.noise(levels) * np.sqrt(data.count))[data.sample]
     return (prediction.computed - data.measured) / scale, prediction.jacobian / scale[:, np.newaxis]

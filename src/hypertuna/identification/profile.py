@@ -33,11 +33,8 @@ def profile_sd(problem: ProfileProblem) -> Array:
     """Compute the standard deviation (n,) along every direction, the curvature of the profile included.
 
     The profile is followed along each direction whose linear 95 % interval is longer than a fifth, to either side,
-    until the residuals have changed by one standard deviation or a bound is met. Where that is farther than in the
-    linear problem, the direction has that standard deviation. Where the profile shifts a better determined direction,
-    the shift widens the interval of that direction. All profiles lead to the same set of good fits, so that the largest
-    shift counts, not the sum. (A normal error would make the mean square of a shift that grows with the square of the
-    distance three times as large; the bounds and the widening cut its tails. See the coverage in validation/identify.)
+    until the residuals have changed by one standard deviation or a bound is met. The end is the standard deviation, if
+    farther than in the linear problem; the largest shift of a better determined direction widens that one.
     """
     start = problem.residual(np.zeros(len(problem.sd)))
     own, shifts = problem.sd**2, np.zeros(len(problem.sd))

@@ -48,9 +48,8 @@ def squares(data: Experiment, prediction: Prediction, levels: dict[str, float]) 
 def lack_of_fit(data: Experiment, z: Array) -> float:
     """Return the squared distance of the model from the mean of a recording's runs, over the variance of that mean.
 
-    R runs that scatter about their mean by sd have mean squares z of (R - 1)/R + e^2/sd^2 about a model that is e off
-    the mean. The mean itself is known to sd/sqrt(R): over its variance, e^2 is R e^2/sd^2 = R mean(z) - (R - 1), which
-    more runs do not reduce. Mean over recordings and axes: 1 for a sound model, 0 without known noise of recordings.
+    R runs that scatter about their mean by sd have mean squares z of (R - 1)/R + e^2/sd^2 about a model that is e off.
+    Mean of R e^2/sd^2 over recordings and axes: 1 for a sound model, 0 without known noise of recordings.
     """
     first, distances = len(data.trials.steady), []
     for recording in data.recordings:
@@ -64,12 +63,10 @@ def lack_of_fit(data: Experiment, z: Array) -> float:
 
 
 def criteria(data: Experiment, prediction: Prediction, levels: dict[str, float]) -> dict[str, Any]:
-    """Compute Akaike's corrected (`aicc`) and the Bayesian information criterion (`bic`) of a fit.
+    """Compute Akaike's corrected (`aicc`) and the Bayesian information criterion (`bic`) of a fit; lower is better.
 
     The loss is -2 ln of the likelihood of a sample, but for a constant; each unknown noise level is one more parameter.
-    Lower is better, and only differences between fits to the same runs are meaningful. Every run of a recording counts:
-    where a model misses the mean of the runs by more than they scatter, differences are overstated. `aicc` is None for
-    too few samples, and all are None for the loss "cauchy", which is no likelihood.
+    `aicc` is None for too few samples, and all are None for the loss "cauchy", which is no likelihood.
     """
     if data.loss == "cauchy":  # 1/sqrt(1 + z) has no finite integral
         return dict.fromkeys(("samples", "parameters", "minus_2_log_likelihood", "aicc", "bic"))

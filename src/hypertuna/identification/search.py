@@ -45,10 +45,7 @@ def subset(trials: Trials, count: int) -> Trials:
 
 
 def start_points(frees: Sequence[Free], count: int, seed: int) -> list[Array]:
-    """Return starts (n,) in the scales of the coefficients.
-
-    The robot's values, those of data/published/bounds.toml (Table III), then Sobol points within the bounds.
-    """
+    """Return starts (n,), scaled: the robot's values, those of Table III, then Sobol points within the bounds."""
     lower, upper = bounds_of(frees)
     table = default_bounds()["coefficient"]
     published = [min(max(table.get(f.column, {}).get("start", f.start), f.lower), f.upper) for f in frees]
@@ -94,10 +91,7 @@ def fit(
 
 
 def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, rough: bool = False) -> dict[str, Any]:
-    """Search from one start (n,) in the scales of the coefficients, with exact derivatives.
-
-    Return `x`, its `path` (one point for each iteration), `cost`, SciPy's `status` and the number of `evaluations`.
-    """
+    """Search from one start (n,), scaled; return `x`, `path` (a point per iteration), `cost`, `status`, ..."""
     lower, upper = bounds_of(data.free)
     path: list[list[float]] = []
 
@@ -121,13 +115,8 @@ def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, ro
         gtol=TOLERANCE / 100,
         max_evaluations=MAX_EVALUATIONS,
     )
-    return {
-        "x": result.x,
-        "path": path,
-        "cost": result.cost,
-        "status": result.status,
-        "evaluations": int(result.nfev + result.njev),
-    }
+    evaluations = int(result["nfev"] + result["njev"])
+    return {key: result[key] for key in ("x", "cost", "status")} | {"path": path, "evaluations": evaluations}
 
 
 def _levels(data: Experiment, x: Array, levels: dict[str, float]) -> dict[str, float]:

@@ -17,9 +17,8 @@ def truncated_normal(
 ) -> Array:
     """Return samples (count, dim) of a normal distribution with mean (dim,) and covariance (dim, dim), truncated.
 
-    Clipping unbounded samples would break the correlations that data determine. Here a particle moves in the potential
-    of the distribution's logarithm, on ellipses in closed form, and is reflected at the bounds (exact Hamiltonian Monte
-    Carlo; Pakman and Paninski, 2014). The covariance may be singular; the mean lies within the bounds.
+    A particle moves in the potential of the distribution's logarithm, on ellipses in closed form, and is reflected at
+    the bounds (exact Hamiltonian Monte Carlo; Pakman and Paninski, 2014). The covariance may be singular.
     """
     width = upper - lower
     spread, axes = np.linalg.eigh(covariance / np.outer(width, width))

@@ -47,15 +47,9 @@ def uncertainty(
     levels: dict[str, float],
     part: Experiment | None = None,
 ) -> Uncertainty:
-    """Compute the uncertainty of fitted values (n,) [SI] from the prediction there.
+    """Compute the uncertainty of fitted values (n,) [SI] from the prediction there: docs/identify.md has the theory.
 
     part: some of the runs, for the profile likelihood; without them the problem is taken as linear.
-
-    The covariance is factor^2 (J^T J)^-1 with the Jacobian J of the weighted residuals, see `interval_factor`. All
-    frames of a run along one axis count as one sample: by the Cauchy-Schwarz inequality no correlation among them gives
-    a larger variance. The runs of a recording share the model's error, see `lack_of_fit`. The unit of a coefficient is
-    its value, at least a tenth and at most the whole of its allowed range; in log scale 1, if the range is not less;
-    0.1 s and 0.1 rad for time and phase offsets, whose 0 is no smaller than other values.
     """
     frees, loss = data.free, data.loss
     n, x, (lower, upper) = len(frees), to_scale(frees, values), bounds_of(frees)
@@ -73,8 +67,8 @@ def uncertainty(
     determined = tuple((2 * quantile * result.sd < unit).tolist())
     silent, vectors = result.unidentifiable, result.vectors
     directions = [
-        Direction(v, 0.0 if none else float(s), float(sd), bool(2 * quantile * sd < 1))
-        for v, s, sd, none in zip(vectors, result.singular, result.direction_sd, silent, strict=True)
+        replace(d, singular_value=0.0 if none else d.singular_value)
+        for d, none in zip(result.directions(lambda s, sd: 2 * quantile * sd < 1), silent, strict=True)
     ]
     helpful = helpful_measurements(data, prediction, jacobian, unit, quantile, directions)
     return Uncertainty(
@@ -111,11 +105,7 @@ def _profile(
 
 
 def _bounded_covariance(jacobian: Array, unit: Array, extent: Array) -> Array:
-    """Compute the covariance (n, n) with the bounds as a prior: normal, of a uniform one's variance, extent^2 / 12.
-
-    The prior enters as one more measurement of each coefficient, before the inversion: infinite variances of
-    unidentifiable directions would cost the digits of the others.
-    """
+    """Compute the covariance (n, n) with the bounds as a prior: normal, of a uniform one's variance, extent^2 / 12."""
     root = extent / math.sqrt(12)
     _, singular, vectors = np.linalg.svd(
         np.concatenate([jacobian * (root / unit), np.eye(len(root))]), full_matrices=False
@@ -125,7 +115,7 @@ def _bounded_covariance(jacobian: Array, unit: Array, extent: Array) -> Array:
 
 
 def _units(frees: Sequence[Free], values: Array, extent: Array) -> Array:
-    """Return the unit (n,) of each coefficient, in its scale."""
+    """Return the unit (n,) of each coefficient, scaled: its value, at least a tenth of its range and at most all."""
     size = np.array([1.0 if f.scale == "log" else abs(v) for f, v in zip(frees, values, strict=True)])
     relative = np.maximum(size, MIN_UNIT * extent)
     absolute = [

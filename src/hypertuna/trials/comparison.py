@@ -84,8 +84,7 @@ def compare_recording(robot: Robot, recording: Recording, result: xr.Dataset) ->
 def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> float:
     """Return the shift of the clock of a replay [s] that fits tracked runs best: the maximum likelihood.
 
-    The scatter of each axis being unknown, that is the minimum of the product of the rmse of the three axes. Only
-    frames are compared that the replay spans for all shifts; before its start, the robot rests.
+    Minimum of the product of the rmse of the three axes, at frames that the replay spans for all shifts.
     """
     from scipy.optimize import minimize_scalar  # imported here: slow to import
 
@@ -109,10 +108,7 @@ def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) 
 
 
 def repeatability(tracks: Sequence[Track]) -> Array:
-    """Return the root mean square (3,) of tracked runs about their mean [m, m, rad], each seen from its first frame.
-
-    At the frames of the first run that all runs span; NaN for none, or for a single run.
-    """
+    """Return the root mean square (3,) of tracked runs about their mean [m, m, rad]; NaN for a single run."""
     time, poses = together(tracks)
     if len(tracks) < 2 or not len(time):
         return np.full(3, np.nan)

@@ -36,10 +36,7 @@ def manifest_text(document: Mapping[str, Any], comment: str) -> str:
 
 
 def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:
-    """List the free swims of a robot eel: per amplitude, five joint angles of one swim and the tracks of others.
-
-    Yaw is counted clockwise from -x: the robot faces +y at 90 deg.
-    """
+    """List the free swims of a robot eel, by amplitude; yaw is clockwise from -x: the robot faces +y at 90 deg."""
     amplitudes = {name.removesuffix(end) for name in files for end in (ANGLES, POSES) if name.endswith(end)}
     if not amplitudes:
         fix = f"give a CSV file, a manifest, or the folder with *{ANGLES} and *{POSES} of {EEL}"

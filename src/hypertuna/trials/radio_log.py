@@ -43,8 +43,7 @@ class BenchRow(NamedTuple):
 def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
     """Return the settled parts of a tank run: the gait as commanded, and its speed in ATT_POS_MOCAP, camera poses.
 
-    The position of the robot itself is dead reckoning by its gait table and carries no information. The speed is the
-    mean distance between the mean positions of parts of whole beats, over their time.
+    The speed is the mean distance between the mean positions of parts of whole beats, over their time.
     """
     fixes = {
         "GAIT": "record while the robot swims",

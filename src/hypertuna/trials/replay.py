@@ -141,8 +141,7 @@ def replay_jacobian(
 ) -> tuple[Array, Array, Array]:
     """Return track (steps + 1, 3), rate and derivatives (steps + 1, 3, directions) of a joint motion from rest.
 
-    joints: (2 steps + 1, links, 3) [rad, rad/s, rad/s^2]; directions: (parameters, directions), along which the track
-    of the nose [m, m, rad] is differentiated exactly. Robot and water start without momentum, the nose at the origin.
+    joints: (2 steps + 1, links, 3) [rad, rad/s, rad/s^2]; directions: (parameters, directions).
     """
     joints, along = np.ascontiguousarray(joints), np.ascontiguousarray(directions)
     track = _core.track(model or core_model(robot), joints, along, step=step)
@@ -265,10 +264,7 @@ def _check(robot: Robot, series: JointSeries, step: float | None) -> None:
 
 
 def together(tracks: Sequence[Track], begin: float = -math.inf, end: float = math.inf) -> tuple[Array, Array]:
-    """Return times (frames,) [s] and poses (runs, frames, 3) of runs, each seen from its first frame.
-
-    The frames are those of the first run that all runs span, from `begin` to `end` [s].
-    """
+    """Return times (frames,) [s] and poses (runs, frames, 3) at frames of the first run that all runs span."""
     direction, clock = tracks[0].pose[0, 2], tracks[0].time
     begin, end = max(begin, *(track.time[0] for track in tracks)), min(end, *(track.time[-1] for track in tracks))
     time = clock[(clock >= begin) & (clock <= end)]
