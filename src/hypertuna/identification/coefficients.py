@@ -149,7 +149,7 @@ def parameter_jacobian(robot: Robot, frees: Sequence[Free], values: Sequence[flo
 
 
 def with_values(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Robot:
-    """Return the robot with values (n,) [SI] of its coefficients, checked; the body grows with longer, heavier links."""
+    """Return the robot with values (n,) [SI] of its coefficients; longer, heavier links make the body grow."""
     changed = columns(robot, frees, values)
     if not robot.model_fields_set & {"fit"} and not changed:
         return robot
