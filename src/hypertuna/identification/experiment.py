@@ -84,25 +84,19 @@ def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = (), **optio
     """
     if not trials.runs:
         raise InputError("must have at least one run", key="trials", fix="give measured runs")
-    steady = [
-        (kind, r, value, sd, run.repeats)
-        for r, run in enumerate(trials.steady)
-        for kind, (value, sd) in enumerate(
-            [(run.speed, run.speed_sd), (run.cost_of_transport, run.cost_of_transport_sd)]
-        )
-        if value is not None
-    ]
-    for _, r, value, sd, _ in steady:
-        if value == 0 and sd is None:
-            run, fix = trials.steady[r], "give speed_sd_m_s"
-            rule = "must have a standard deviation where it is 0: a relative error is not defined"
-            raise InputError(rule, file=run.file, key=f"line {run.line}, speed_m_s", fix=fix)
-    measured = [np.array([value for _, _, value, _, _ in steady], dtype=float)]
-    sample = [np.arange(len(steady))]
-    samples = [
-        (kind, r, (abs(value) if sd is None else sd) / math.sqrt(repeats), sd is not None, 1)
-        for kind, r, value, sd, repeats in steady
-    ]
+    values, samples = [], []
+    for r, run in enumerate(trials.steady):
+        both = [(run.speed, run.speed_sd), (run.cost_of_transport, run.cost_of_transport_sd)]
+        for quantity, (value, sd) in enumerate(both):
+            if value == 0 and sd is None:
+                key, fix = f"line {run.line}, speed_m_s", "give speed_sd_m_s"
+                rule = "must have a standard deviation where it is 0: a relative error is not defined"
+                raise InputError(rule, file=run.file, key=key, fix=fix)
+            if value is not None:
+                size = (abs(value) if sd is None else sd) / math.sqrt(run.repeats)
+                samples.append((quantity, r, size, sd is not None, 1))
+                values.append(value)
+    measured, sample = [np.array(values, dtype=float)], [np.arange(len(values))]
     recordings, first = [], len(trials.steady)
     for recording in trials.recordings:
         replayed, poses, sizes = _replayed(robot, recording, frees)

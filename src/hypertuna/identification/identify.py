@@ -94,19 +94,8 @@ class Fit:
     @property
     def record(self) -> dict[str, Any]:
         """Record of the fit, for JSON; its robot is the described one."""
-        names = (
-            "stop",
-            "converged",
-            "seconds",
-            "evaluations",
-            "costs",
-            "noise",
-            "criteria",
-            "warnings",
-            "loss",
-            "seed",
-        )
-        return {name: getattr(self, name) for name in names} | {
+        search = ("stop", "converged", "seconds", "evaluations", "costs", "loss", "seed")
+        return {name: getattr(self, name) for name in (*search, "noise", "criteria", "warnings")} | {
             "parameters": self.parameters,
             "correlation": self.uncertainty.correlation,
             "directions": [vars(direction) for direction in self.uncertainty.directions],
@@ -180,7 +169,7 @@ def identify(
     STARTS.check(starts, "starts", "leave it out")
     check_steps(steps)
     trials = _trials(robot, trials)
-    frees = _frees(robot, trials, _names(free), bounds, log, start)
+    frees = _frees(robot, trials, _names(free), {"bounds": bounds, "log": log, "start": start})
     training, held_out = split(trials, validate, seed)
     settings: dict[str, Any] = {"loss": loss, "steps": steps, "threads": threads or len(os.sched_getaffinity(0))}
     data, part = (experiment(robot, t, frees, **settings) for t in (training, subset(training, len(frees))))
@@ -228,12 +217,10 @@ def compare(
 def _on_equal_terms(fits: Mapping[str, Fit]) -> dict[str, Fit]:
     """Add a warning where one law has free coefficients of its own, and another has not."""
     own = {law: any(f.column.startswith(f"water.{law}.") for f in fit.free) for law, fit in fits.items()}
-    warnings = [
-        f"The {law} law has no free water coefficient of its own: it uses those of the description, and the comparison "
-        "is not on equal terms."
-        for law, some in own.items()
-        if not some and any(own.values())
-    ]
+    rest = "it uses those of the description, and the comparison is not on equal terms"
+    warnings = [f"The {law} law has no free water coefficient of its own: {rest}." for law in own if not own[law]]
+    if not any(own.values()):
+        return dict(fits)
     return {law: replace(fit, warnings=(*warnings, *fit.warnings)) for law, fit in fits.items()}
 
 
@@ -261,12 +248,7 @@ def _names(given: str | Sequence[str] | Sequence[Free]) -> Sequence[str] | Seque
 
 
 def _frees(
-    robot: Robot,
-    trials: Trials,
-    names: Sequence[str] | Sequence[Free],
-    bounds: Mapping[str, tuple[float, float]] | None,
-    log: Sequence[str],
-    start: Mapping[str, float] | None,
+    robot: Robot, trials: Trials, names: Sequence[str] | Sequence[Free], options: Mapping[str, Any]
 ) -> tuple[Free, ...]:
     """Return the free coefficients of names, or those given."""
     if names and all(isinstance(name, Free) for name in names):
@@ -275,7 +257,7 @@ def _frees(
     if len(texts) < len(names):
         raise InputError("must be all names, or all of type Free", key="free", fix="give one kind of both")
     offsets = {recording.name: recording.time_offset for recording in trials.recordings}
-    frees = free(robot, texts, bounds=bounds, log=log, start=start, recordings=offsets)
+    frees = free(robot, texts, recordings=offsets, **options)
     if any(f.column == "cost_factor" for f in frees) and all(r.cost_of_transport is None for r in trials.steady):
         fix = "leave it out, or give runs with their cost of transport"
         raise InputError("needs measured costs of transport, and the trials have none", key="free cost_factor", fix=fix)
@@ -325,7 +307,7 @@ def _result(
 
 def _snapped(frees: Sequence[Free], values: Array) -> Array:
     """Set values (n,) on bounds that they differ from only because the search stays inside."""
-    lower, upper = (np.array([getattr(f, side) for f in frees]) for side in ("lower", "upper"))
+    lower, upper = np.array([[f.lower, f.upper] for f in frees]).T
     near = SNAP * (upper - lower)
     return np.where(values - lower < near, lower, np.where(upper - values < near, upper, values))
 

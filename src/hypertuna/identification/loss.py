@@ -57,7 +57,7 @@ def _normal_mean(loss: str) -> float:
 
 
 def curvature(z: Array, loss: str, count: NDArray[np.intp]) -> float:
-    """Return the mean of psi' at squared residuals z (samples,), across the residual of a sample of several elements."""
+    """Return the mean of psi' at squared residuals z (samples,); across the residual of several elements."""
     _, first, second = loss_terms(loss, z)
     return max(float(np.mean(np.where(count > 1, first, first + 2 * z * second))), MIN_CURVATURE)
 

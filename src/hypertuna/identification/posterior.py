@@ -78,17 +78,18 @@ def posterior(
     workers = threads or len(os.sched_getaffinity(0))
     data = experiment(fit.described, fit.trials[0], fit.free, **options, threads=workers)
     walkers = max(MIN_WALKERS, WALKERS * len(fit.free))
-    # as wide about the fit as its covariance, which includes the robust loss and residuals beyond the stated noise
-    best = predict(data, fit.values, gradient_steps=None)
-    own = squares(data, best, fit.noise) / fit.uncertainty.residual_scale**2
-    weight = (fit.uncertainty.residual_scale / fit.uncertainty.factor) ** 2 / curvature(own, fit.loss, data.count)
+    scale = fit.uncertainty.residual_scale
+
+    def squares_at(values: Array) -> Array:
+        return squares(data, predict(data, values, gradient_steps=None), fit.noise) / scale**2
 
     def log_density(x: Array) -> float:
         if not ((x >= lower) & (x <= upper)).all():
             return -math.inf
-        prediction = predict(data, from_scale(fit.free, x), gradient_steps=None)
-        z = squares(data, prediction, fit.noise) / fit.uncertainty.residual_scale**2
-        return -0.5 * weight * float(loss_terms(fit.loss, z)[0].sum())
+        return -0.5 * weight * float(loss_terms(fit.loss, squares_at(from_scale(fit.free, x)))[0].sum())
+
+    # as wide about the fit as its covariance, which includes the robust loss and residuals beyond the stated noise
+    weight = (scale / fit.uncertainty.factor) ** 2 / curvature(squares_at(fit.values), fit.loss, data.count)
 
     lower, upper = bounds_of(fit.free)
     sampler = emcee.EnsembleSampler(walkers, len(fit.free), log_density)

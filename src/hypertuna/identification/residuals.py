@@ -14,12 +14,8 @@ from hypertuna.identification.loss import loss_terms
 from hypertuna.identification.prediction import Prediction, weighted
 
 MAX_ITERATIONS, SAME_LEVEL = 200, 1e-6  # of the fixed-point iteration for the likeliest noise level
-ERRORS = {  # names of errors by kind, with the unit
-    "speed": "speed_relative",
-    "cost_of_transport": "cost_of_transport_relative",
-    "x": "x_m",
-    "y": "y_m",
-    "yaw": "yaw_deg",
+ERRORS = {  # name of the error by kind of measurement, with the unit
+    kind: f"{kind}_{unit}" for kind, unit in zip(KINDS, ("relative", "relative", "m", "m", "deg"), strict=True)
 }
 LABELS = {  # label, displayed unit, and displayed units per unit of the error
     "speed_relative": ("speed", "%", 100.0),
@@ -90,30 +86,25 @@ def criteria(data: Experiment, prediction: Prediction, levels: dict[str, float])
 
 def errors(data: Experiment, prediction: Prediction) -> Errors:
     """Compute errors of runs: relative for steady ones, except at a measured speed of 0, which is left out."""
-    difference = prediction.computed - data.measured
     kinds = data.kind[data.sample]
     per_run: list[dict[str, Any]] = [{"run": name} for name in data.trials.runs]
     rms, largest = {}, {}
-    for k, name in enumerate(KINDS):
-        own = np.flatnonzero((kinds == k) & ((k > 1) | (data.measured != 0)))
+    for k, (name, label) in enumerate(ERRORS.items()):
+        steady = k < 2
+        own = np.flatnonzero((kinds == k) & ((data.measured != 0) | (not steady)))
         if not len(own):
             continue
-        error = difference[own] / data.measured[own] if k < 2 else difference[own]
+        measured, computed, run = data.measured[own], prediction.computed[own], data.run[data.sample[own]]
+        error = (computed - measured) / measured if steady else computed - measured
         error = np.degrees(error) if name == "yaw" else error
-        label = ERRORS[name]
         rms[label], largest[label] = float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())
-        run = data.run[data.sample[own]]
         for r in np.unique(run):
-            of_run = error[run == r]
-            if k < 2:
-                at = own[run == r][0]
-                per_run[r] |= {
-                    f"{name}_measured": float(data.measured[at]),
-                    f"{name}_computed": float(prediction.computed[at]),
-                    label: float(of_run[0]),
-                }
+            first = int(np.argmax(run == r))
+            if steady:
+                values = {f"{name}_measured": float(measured[first]), f"{name}_computed": float(computed[first])}
+                per_run[r] |= values | {label: float(error[first])}
             else:
-                per_run[r] |= {f"{label}_rms": float(np.sqrt(np.mean(of_run**2)))}
+                per_run[r] |= {f"{label}_rms": float(np.sqrt(np.mean(error[run == r] ** 2)))}
     for r in np.flatnonzero(prediction.failed | prediction.unstable):
         per_run[r]["status"] = "not settled" if prediction.failed[r] else "unstable"
     return Errors(rms, largest, tuple(per_run))
