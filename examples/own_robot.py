@@ -13,12 +13,12 @@ swim = ht.swim(fish, gait)
 print(f"{fish.name} cruises at {swim.speed:.3f} m/s for {swim.cost_of_transport:.2f} J/(kg m)")
 
 gradient = ht.gradient(fish, gait)
-slope = dict(zip(gradient.names, gradient.speed, strict=True))
+derivative = dict(zip(gradient.names, gradient.speed, strict=True))
 for g, joint in enumerate(fish.joints):
-    more = np.radians(1) * slope[f"gait.amplitude[{g}]"]
+    more = np.radians(1) * derivative[f"gait.amplitude[{g}]"]
     print(f"one degree more of joint {joint.name}: {1000 * more:+.2f} mm/s")
 drag = fish.water.strip.drag_normal[3]
-print(f"a tenth more drag across the fin: {1000 * 0.1 * drag * slope['water.strip.drag_normal[3]']:+.2f} mm/s")
+print(f"a tenth more drag across the fin: {1000 * 0.1 * drag * derivative['water.strip.drag_normal[3]']:+.2f} mm/s")
 
 for _ in range(8):  # uphill in the phases, 5 degrees a step
     gradient = ht.gradient(fish, gait)

@@ -82,7 +82,7 @@ def bend_command(
         output=output,
         plot=plot,
         figure="hypertuna.actuation.plots:plot_bend",
-        drawn=(curves[first.material], curves),
+        plotted=(curves[first.material], curves),
         as_json=as_json,
     )
 

@@ -29,7 +29,7 @@ def emit(
     facts: Callable[[R], Mapping[str, Any]] | None = None,
     plot: str | None = None,
     figure: str = "",
-    drawn: Sequence[Any] | None = None,
+    plotted: Sequence[Any] | None = None,
     written: Sequence[str | None] = (),
     failed: bool = False,
 ) -> None:
@@ -39,7 +39,7 @@ def emit(
     `dataset` the content of `output` (default: the result's own, or the result itself). A CSV file has its variables
     `columns`, maybe with the names of their columns, to so many `digits` (see `variable_columns` and `columns_csv`), or
     is the text that `csv` makes. `facts` are attributes of either file beside those of the dataset. `figure` names the
-    function, as "package.module:function", that draws the arguments `drawn` (default: the result). `written` names
+    function, as "package.module:function", that plots the arguments `plotted` (default: the result). `written` names
     files that are written already. A result that `failed` is printed first, since it may have nothing to draw, and ends
     with exit code 1.
     """
@@ -50,7 +50,7 @@ def emit(
     if failed:
         show()
     if plot is not None:
-        draw(figure, plot, *((result,) if drawn is None else drawn))
+        draw(figure, plot, *((result,) if plotted is None else plotted))
     if output is not None:
         if csv is not None and output.lower().endswith(".csv"):
             _write_text(output, csv(result))
@@ -68,7 +68,7 @@ def emit(
 
 
 def draw(figure: str, path: str, *arguments: Any, **options: Any) -> None:
-    """Draw to a file; what draws is imported only now, because the import takes longer than most results."""
+    """Plot to a file; the figure's module is imported only here, because the import takes longer than most results."""
     function = pkgutil.resolve_name(figure)
     if path.lower().endswith(".gif"):
         function(*arguments, path, **options)

@@ -182,7 +182,7 @@ def bend_command(
         lines=_bend_lines,
         plot=plot,
         figure="hypertuna.fe.plots:plot_fe_bend",
-        drawn=_drawn(bent) if plot else None,
+        plotted=_plotted(bent) if plot else None,
         written=(output,),
         as_json=as_json,
         failed=bent.status != "converged",
@@ -215,7 +215,7 @@ def _write(bent: FeBend, folder: Path, *, pictures: bool) -> None:
             write_pictures(folder, progress=report)
 
 
-def _drawn(bent: FeBend) -> tuple[Any, ...]:
+def _plotted(bent: FeBend) -> tuple[Any, ...]:
     """Return what the plot shows: a bend beside that of the analytic model as described, with friction, loading."""
     path = np.linspace(0, max(float(bent.pressure[-1]), 1.0), SMOOTH)
     other = bend(bent.robot, bent.joint, path, side=bent.side, material=bent.material)

@@ -134,7 +134,7 @@ def mission_command(
         lines=_lines,
         plot=plot,
         figure="hypertuna.mission.plots:plot_mission",
-        drawn=(flight.record,),
+        plotted=(flight.record,),
         written=(gpx, output),
         as_json=as_json,
         failed=flight.status != "done",

@@ -79,7 +79,7 @@ def optimize_command(
         lines=_lines,
         plot=plot,
         figure="hypertuna.optimization.plots:plot_convergence",
-        drawn=([result],),
+        plotted=([result],),
         written=(output,),
         as_json=as_json,
         failed=result.gait is None,

@@ -163,7 +163,7 @@ def replay_command(
         output=output,
         plot=plot,
         figure="hypertuna.trials.plots:plot_replay",
-        drawn=(fish, result, tracks),
+        plotted=(fish, result, tracks),
         as_json=as_json,
         failed=not completed,
     )
@@ -248,7 +248,7 @@ def _replay_recordings(
         output=output,
         plot=plot,
         figure="hypertuna.trials.plots:plot_recordings",
-        drawn=(robot, [case.used for case in cases], [case.result for case in cases]),
+        plotted=(robot, [case.used for case in cases], [case.result for case in cases]),
         as_json=as_json,
         failed=any(case.compared is None for case in cases),
     )
