@@ -20,7 +20,7 @@ from hypertuna.control.sensors import sensor_of
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.guidance import Guidance
 from hypertuna.errors import InputError
-from hypertuna.swimming.gait import Gait, named_gait
+from hypertuna.swimming.gait import Gait, lags, named_gait
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim
 
@@ -111,17 +111,14 @@ def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, lis
         **_sensed(robot),
         **_battery(robot, pilot, table),
     }
-    return {**{name: [float(value)] for name, value in values.items()}, **joints, **_table_columns(table)}
-
-
-def _table_columns(table: GaitTable) -> dict[str, list[float]]:
-    """Return the gait table by the names of the core, with phases as lags behind the first joint group."""
     return {
+        **{name: [float(value)] for name, value in values.items()},
+        **joints,
         "gaits": [float(len(table.gaits))],
         "speed": list(table.speed),
         "frequency": [gait.frequency for gait in table.gaits],
         "swing": [value for gait in table.gaits for value in gait.amplitude],
-        "lag": [math.remainder(p - gait.phase[0], 2 * math.pi) for gait in table.gaits for p in gait.phase],
+        "lag": [lag for gait in table.gaits for lag in lags(gait)],
     }
 
 

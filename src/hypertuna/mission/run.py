@@ -21,7 +21,7 @@ from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, POSITIVE_WHOLE
-from hypertuna.simulation.plant import SEEDS, controller_of, parts_of, steps_needed
+from hypertuna.simulation.plant import SEEDS, controller_of, parts_of, steps_of
 from hypertuna.simulation.sea import Sea, world_at_sea
 
 Part = dict[str, Array]  # what the core recorded: (T,) or (T, n) by name [SI], and the number of ticks
@@ -113,7 +113,7 @@ def mission_start(
         "twist": np.zeros(6),
         "pose": _pose(mission),
         "charge": (1 - mission.battery) * capacity,
-        "steps": steps_needed(tick, parts, robot),
+        "steps": steps_of(tick, parts, robot),
         "every": every,
     }
     return MissionStart(robot, mission, table, limit, every, tick, capacity, core)

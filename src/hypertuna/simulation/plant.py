@@ -11,7 +11,7 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
-from hypertuna.actuation.hydraulics import Circuits, circuits
+from hypertuna.actuation.hydraulics import DRIVES, Circuits, circuits
 from hypertuna.actuation.soft_joint import JointTable, joint_tables
 from hypertuna.arrays import Array
 from hypertuna.control.controller import controller_columns
@@ -23,7 +23,7 @@ from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError
 from hypertuna.ranges import FINITE, Range, Whole
 from hypertuna.simulation.sea import space_columns
-from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.gait import Gait, lags
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim
 
@@ -59,6 +59,7 @@ def controller_of(robot: Robot) -> dict[str, list[float]]:
 def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
     oil, tables = circuits(robot, temperature), joint_tables(robot)
     model = core_model(robot) if medium == "water" else core_model(robot, _without_water(robot))
+    still = [servo for servo in robot.servos if servo.drives != DRIVES]
     columns: dict[str, Any] = {
         "share": _shares(robot),
         "joints": len(tables),
@@ -66,7 +67,7 @@ def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
         **{f"joint.{name}": [getattr(t, name) for t in tables] for name in ("first", "step", "viscosity", "stop")},
         **{f"circuit.{name}": oil.column(name) for name in oil.columns},
         **{f"battery.{name}": value for name, value in battery_columns(robot).items()},
-        "idle": _idle(robot),
+        "idle": sum(servo.count * (servo.idle_current or 0.0) * (servo.voltage or 0.0) for servo in still),
     }
     if robot.hinge is not None:
         columns |= {"hinge.stiffness": robot.hinge.stiffness, "hinge.damping": robot.hinge.damping}
@@ -133,18 +134,6 @@ def _without_water(robot: Robot) -> dict[str, list[float]]:
     return {"water.density": [0.0], **{f"water.{law}.{name}": none for name in LAWS[law].dry}}
 
 
-def _idle(robot: Robot) -> float:
-    """Electrical power of the servos that drive no pump: they stand still [W]."""
-    others = [servo for servo in robot.servos if servo.drives != "piston pump"]
-    return float(sum(s.count * s.idle_current * s.voltage for s in others if s.idle_current and s.voltage))
-
-
-def command_columns(gait: Gait) -> dict[str, Any]:
-    """Columns of a command; phases are lags behind the first joint group within half a turn [rad]."""
-    lags = [math.remainder(phase - gait.phase[0], 2 * math.pi) for phase in gait.phase]
-    return {"frequency": gait.frequency, "amplitude": gait.amplitude, "phase": lags, "bias": gait.bias}
-
-
 def check_command(robot: Robot, gait: Gait) -> None:
     """Refuse a command beyond the controller's bounds; on board it is clamped, which would hide a mistake here."""
     limit = require(robot.controller, "controller", robot).frequency_max
@@ -163,29 +152,18 @@ def check_bend(group: JointGroup, bend: float, key: str) -> None:
         raise InputError(rule, key=key, value=f"{math.degrees(bend):g} deg", fix="give a bend that the joint reaches")
 
 
-def ticks_of(duration: float, tick: float) -> int:
-    """Count the ticks of a run."""
-    duration = Range(min=tick, max=MAX_TICKS * tick).check(duration, "duration", "give the seconds to run")
-    return int(duration / tick * (1 + 1e-12))
-
-
-def steps_needed(tick: float, parts: Parts, robot: Robot) -> int:
-    """Inner steps of a tick that the plant needs."""
-    step = min(STEP, tick, STABLE / parts.fastest)
-    if step < SHORTEST:
-        key, fix = parts.stiffest
-        rule = f"must not be so stiff that the twin needs steps of less than {SHORTEST:g} s"
-        value = f"so stiff that it needs {step:.1g} s"
-        raise InputError(rule, file=robot.file or None, key=key, value=value, fix=f"describe {fix}")
-    return steps_of(tick, step)
-
-
-def steps_of(tick: float, step: float) -> int:
-    """Inner steps of a tick."""
-    fix = f"omit it for {STEP:g}"
-    if not SHORTEST <= FINITE.check(step, "step", fix) <= tick * (1 + 1e-12):
+def steps_of(tick: float, parts: Parts, robot: Robot, step: float | None = None) -> int:
+    """Count the inner steps of a tick [s], of a length [s] or of that which the plant requires."""
+    if step is None:
+        step = min(STEP, tick, STABLE / parts.fastest)
+        if step < SHORTEST:
+            key, fix = parts.stiffest
+            rule = f"must not be so stiff that the twin needs steps of less than {SHORTEST:g} s"
+            value = f"so stiff that it needs {step:.1g} s"
+            raise InputError(rule, file=robot.file or None, key=key, value=value, fix=f"describe {fix}")
+    elif not SHORTEST <= FINITE.check(step, "step", f"omit it for {STEP:g}") <= tick * (1 + 1e-12):
         rule = f"must be from {SHORTEST:g} to the control tick of {tick:g} s"
-        raise InputError(rule, key="step", value=f"{step:g}", fix=fix)
+        raise InputError(rule, key="step", value=f"{step:g}", fix=f"omit it for {STEP:g}")
     return math.ceil(tick / step * (1 - 1e-12))
 
 
@@ -217,14 +195,16 @@ def run_command(
     if command_lost_at != math.inf:
         FINITE.check(command_lost_at, "command_lost_at", "omit it for a command without end")
     tick = 1 / require(robot.controller, "controller", robot).rate
-    ticks = ticks_of(duration, tick)
+    duration = Range(min=tick, max=MAX_TICKS * tick).check(duration, "duration", "give the seconds to run")
+    ticks = int(duration / tick * (1 + 1e-12))
     parts = parts_of(robot, medium, temperature)
-    steps = steps_needed(tick, parts, robot) if step is None else steps_of(tick, step)
+    steps = steps_of(tick, parts, robot, step)
     configured = robot if controller_robot is None else controller_robot
     check_command(configured, gait)
     open_loop = {gain: [0.0] for gain in ("proportional", "integral", "derivative")}  # the pumps' inverse maps alone
     controller = _core.Controller(controller_of(configured) | ({} if closed_loop else open_loop))
-    command = command_columns(gait) | ({} if fins is None else {"fin": fins(ticks, tick)})
+    command = {"frequency": gait.frequency, "amplitude": gait.amplitude, "phase": lags(gait), "bias": gait.bias}
+    command |= {} if fins is None else {"fin": fins(ticks, tick)}
     if speed is None:
         settled = swim(robot.using(joints="bandwidth"), gait).speed
         speed = settled if math.isfinite(settled) else 0.0
@@ -264,6 +244,5 @@ def _named(record: dict[str, Array], rows: int, joints: int) -> dict[str, Array]
         data["speed"] = -data.pop("surge")
     for name in ("angle", "rate", "moment"):
         if data[name].shape[1] > joints:
-            data[f"hinge_{name}"] = data[name][:, joints]
-            data[name] = data[name][:, :joints]
+            data[f"hinge_{name}"], data[name] = data[name][:, joints], data[name][:, :joints]
     return data

@@ -149,7 +149,11 @@ class TwinRun(Run):
         if self.medium == "air" or not self.beat_count:
             return np.full(max(1, self.beat_count), math.nan)
         ends = self.time[-1] - np.arange(self.beat_count, -1, -1) / self.gait.frequency
-        x, y, heading = (_between(self.time, self.data[name], rate, ends) for name, rate in self._rates.items())
+        cosine, sine = np.cos(self.data["heading"]), np.sin(self.data["heading"])
+        surge, sway = -self.data["speed"], self.data["sway"]
+        x = _between(self.time, self.data["x"], cosine * surge - sine * sway, ends)
+        y = _between(self.time, self.data["y"], sine * surge + cosine * sway, ends)
+        heading = _between(self.time, self.data["heading"], self.data["yaw"], ends)
         dx, dy = np.diff(x), np.diff(y)
         ahead = -(dx * np.cos(heading[:-1]) + dy * np.sin(heading[:-1]))
         result: Array = np.copysign(np.hypot(dx, dy), ahead) * self.gait.frequency
@@ -283,7 +287,12 @@ class TwinRun(Run):
     @cached_property
     def sentences(self) -> tuple[str, ...]:
         """One sentence for the run, and one for each condition that held in it, with where and how often."""
-        first = self.divergence if self.status == "diverged" else self._steadiness()
+        settled = "settled" if self.settled else "not settled"
+        first = f"The run is {settled}: the largest change is {_percent(abs(self.change))} per beat."
+        if math.isnan(self.change):
+            first = "The run is too short to tell whether it is settled."
+        if self.status == "diverged":
+            first = self.divergence
         places = self.data["status_at"].astype(np.int64)
         names = {"joint": self.joints, "circuit": self.circuits, "servo": self.servos}
         sentences = [first]
@@ -298,13 +307,6 @@ class TwinRun(Run):
             fraction = _percent(self.acting["cavitation"])
             sentences.append(f"The oil cavitated in a cylinder: {fraction} of the last beats' ticks.")
         return tuple(sentences)
-
-    def _steadiness(self) -> str:
-        """Return the sentence on whether the run is settled."""
-        if math.isnan(self.change):
-            return "The run is too short to tell whether it is settled."
-        settled = "settled" if self.settled else "not settled"
-        return f"The run is {settled}: the largest change is {_percent(abs(self.change))} per beat."
 
     def dataset(self) -> xr.Dataset:
         """Label what was recorded: dimensions time, joint, circuit, servo; units and meaning in the attributes.
@@ -326,13 +328,6 @@ class TwinRun(Run):
             "run_status": self.status,
         }
         return self._labeled(VARIABLES, {}, attributes)
-
-    @property
-    def _rates(self) -> dict[str, Array]:
-        """Rates of the pose in the frame of the water."""
-        c, s = np.cos(self.data["heading"]), np.sin(self.data["heading"])
-        surge, sway = -self.data["speed"], self.data["sway"]
-        return {"x": c * surge - s * sway, "y": s * surge + c * sway, "heading": self.data["yaw"]}
 
     @cached_property
     def _swings(self) -> Array:

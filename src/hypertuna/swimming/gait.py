@@ -98,6 +98,11 @@ class Gait:
         return np.array([self.frequency, *self.amplitude, *self.phase, *self.bias])
 
 
+def lags(gait: Gait) -> list[float]:
+    """Return the lags behind the first joint group, within half a turn [rad]."""
+    return [math.remainder(phase - gait.phase[0], 2 * math.pi) for phase in gait.phase]
+
+
 @dataclass(frozen=True)
 class Gaits:
     """Many gaits: a list, or a grid."""
