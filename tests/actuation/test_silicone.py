@@ -125,7 +125,7 @@ def test_bad_files_are_told(tmp_path: Path, content: str | None, sentence: str) 
         path.write_text(content)
     with pytest.raises(InputError, match=sentence):
         fit_silicone(read_tensile(path))
-    with pytest.raises(InputError, match="up_to must be positive"):
+    with pytest.raises(InputError, match="up_to must be greater than 0"):
         fit_silicone(read_tensile(written(tmp_path / "good.csv", 1e3, 0)), up_to=0)
 
 

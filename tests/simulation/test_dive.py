@@ -66,7 +66,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"angle": -0.1}, "angle must be positive"),
+        ({"angle": -0.1}, "angle must be greater than 0"),
         ({"angle": 2.0}, "fins must be at most 60 deg"),
         ({"duration": 1.0}, "duration must be at least eight beats, 2.67 s at 3 Hz"),
     ],

@@ -166,11 +166,10 @@ def bend(
     both[:, active] = path
     segments = np.asarray(model.bend(both)) * (1 - 2 * active)
     n = len(rising)
-    group, _ = joint_group(robot, joint)
     rubs = friction and law == "corrected" and drive_unit(robot).friction > 0
     return Bend(
         robot=robot,
-        joint=group.name,
+        joint=joint_group(robot, joint)[0].name,
         side=side,
         material=chosen,
         law=law,
@@ -237,20 +236,14 @@ def _muscles(
     volume = cast(int, group.drive_units) * (gain * np.array(actuator.segment_length)).sum(axis=1)
     left = float((lumen(long) / lumen(np.ones(1))).min())
     braid = math.acos(min(1.0, float(short.min()) * math.cos(unit.braid_angle)))
-    locked = locks and left < LUMEN_MIN
-    stands, idle = f"{math.degrees(braid):.1f} deg", math.degrees(NEUTRAL_BRAID)
-    text = f"At {pressure / 1e3:g} kPa the braid stands at {stands} (at {idle:.1f} a muscle pulls no more)"
-    if locked:
-        text = f"The joint locks below {pressure / 1e3:g} kPa: the lumen of the stretched muscles closes"
-    elif locks:
-        text += f" and the stretched muscles keep {100 * left:.0f} % of their lumen"
-    return {
-        "volume": volume,
-        "braid_angle": braid,
-        "lumen_left": left,
-        "status": "locked" if locked else "free",
-        "status_text": f"{text}.",
-    }
+    facts = {"volume": volume, "braid_angle": braid, "lumen_left": left}
+    if locks and left < LUMEN_MIN:
+        text = f"The joint locks below {pressure / 1e3:g} kPa: the lumen of the stretched muscles closes."
+        return facts | {"status": "locked", "status_text": text}
+    angle, idle = (f"{math.degrees(value):.1f}" for value in (braid, NEUTRAL_BRAID))
+    text = f"At {pressure / 1e3:g} kPa the braid stands at {angle} deg (at {idle} a muscle pulls no more)"
+    lumen_text = f" and the stretched muscles keep {100 * left:.0f} % of their lumen" if locks else ""
+    return facts | {"status": "free", "status_text": f"{text}{lumen_text}."}
 
 
 @dataclass(frozen=True)

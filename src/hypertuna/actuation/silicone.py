@@ -17,6 +17,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import read_text
+from hypertuna.ranges import POSITIVE
 
 UP_TO = 1.0  # engineering strain up to which a test is fitted: that of a data sheet's modulus
 POINTS_MIN = 5  # of a fit
@@ -110,8 +111,7 @@ def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
     """
     from scipy.optimize import nnls
 
-    if not up_to > 0:
-        raise InputError("must be positive", key="up_to", value=str(up_to), fix="give the largest strain to fit")
+    POSITIVE.check(up_to, "up_to", "give the largest strain to fit")
     if len(test.strain) and not (test.strain > 0).any():
         rule, fix = "must have positive strains: a test in tension", "change the sign, or give a test in tension"
         raise InputError(rule, key=test.name, value=f"at most {test.strain.max():g}", fix=fix)

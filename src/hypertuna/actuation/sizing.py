@@ -18,6 +18,7 @@ from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import DEGREES, Column, columns
+from hypertuna.ranges import POSITIVE
 
 SAMPLE = 1e-3  # s between rows of a run
 BEATS, LAGS = 4, 6.0  # length of a run: beats and time constants of the line, whichever is longer
@@ -131,10 +132,8 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
         raise InputError(rule, key="amplitude", value=f"{len(amplitude)} long", fix=fix)
     for key, values, unit in (("frequency", frequency, "Hz"), ("amplitude", np.degrees(amplitude), "deg")):
         for value in values:
-            if not 0 < value < math.inf:
-                raise InputError("must be greater than 0", key=key, value=f"{value:g}", fix=f"give it in {unit}")
-    slowest = min(frequency, default=math.inf)
-    if slowest * DURATION_MAX < BEATS:
+            POSITIVE.check(value, key, f"give it in {unit}")
+    if (slowest := min(frequency)) * DURATION_MAX < BEATS:
         rule = f"must be at least {BEATS / DURATION_MAX:g} Hz"
         raise InputError(rule, key="frequency", value=f"{slowest:g}", fix="slower beats take too long to compute")
 

@@ -12,7 +12,7 @@ import numpy as np
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import DEGREES, Column
-from hypertuna.ranges import FINITE
+from hypertuna.ranges import FINITE, POSITIVE
 from hypertuna.simulation.sea import Sea
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.simulation.twin import STILL, twin_at_sea
@@ -129,12 +129,8 @@ def dive(
     InputError
         As `twin_at_sea` does, or if a leg is shorter than four beats.
     """
-    angle = FINITE.check(angle, "angle", "give it in radians")
-    duration = FINITE.check(duration, "duration", "give the seconds")
-    if angle <= 0:
-        rule, fix = "must be positive", "the fins go down by it, then up"
-        raise InputError(rule, key="angle", value=f"{math.degrees(angle):g} deg", fix=fix)
-    if duration < 8 / gait.frequency:
+    angle = POSITIVE.check(angle, "angle", "give radians: the fins go down by it, then up")
+    if FINITE.check(duration, "duration", "give the seconds") < 8 / gait.frequency:
         rule = f"must be at least eight beats, {8 / gait.frequency:.3g} s at {gait.frequency:g} Hz"
         raise InputError(rule, key="duration", value=f"{duration:g} s", fix="give 20 s or more: the robot must settle")
     switch = duration / 2
