@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Annotated, Any
 
@@ -10,14 +10,15 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import print_json, print_lines, print_written, table
+from hypertuna.cli.console import print_lines, table
+from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import gait_record
 from hypertuna.cli.parsing import numbers
 from hypertuna.cli.search import GaitLimits, SearchOptions
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
-from hypertuna.io.files import write_atomically
+from hypertuna.io.files import rows_csv
 from hypertuna.optimization.design_space import gait_columns
 from hypertuna.optimization.experiment import TankSearch
 from hypertuna.swimming.gait import Gait
@@ -51,13 +52,16 @@ def ask_command(
     else:
         _check_later(context)
     with TankSearch(state, options) as experiment:
-        _print_state(experiment, as_json)
-        if output is not None and experiment.stop is None:
-            write_atomically(output, _csv(experiment).encode())
-            if not as_json:
-                print_written(output)
-        if experiment.stop is not None and experiment.best is None:
-            raise typer.Exit(1)
+        stopped = experiment.optimizer.stop is not None
+        emit(
+            experiment,
+            record=_record,
+            lines=_lines,
+            csv=_csv,
+            output=None if stopped else output,
+            as_json=as_json,
+            failed=stopped and experiment.best is None,
+        )
 
 
 def _check_later(context: typer.Context) -> None:
@@ -88,12 +92,12 @@ def tell_command(
         if (results is None) == (not value):
             rule = "must be given either in a CSV file or with --value"
             raise InputError(rule, key="results", value="given in both" if value else "given in neither")
-        runs = _runs_of(value or [], experiment) if results is None else read_steady(results, experiment.robot)
+        runs = _runs_of(value or [], experiment) if results is None else read_steady(results, experiment.problem.robot)
         left = experiment.tell(runs)
         if not as_json:
             print_lines([f"{len(runs)} recorded; {left or 'none'} of this batch remaining."])
         if as_json or left == 0:
-            _print_state(experiment, as_json)
+            emit(experiment, record=_record, lines=_lines, as_json=as_json)
 
 
 def _runs_of(texts: list[str], experiment: TankSearch) -> list[SteadyRun]:
@@ -113,48 +117,50 @@ def _runs_of(texts: list[str], experiment: TankSearch) -> list[SteadyRun]:
     return runs
 
 
-def _print_state(experiment: TankSearch, as_json: bool) -> None:
-    """Print the next gaits, or how the search ended."""
-    if not as_json:
-        print_lines(_lines(experiment))
-        return
+def _record(experiment: TankSearch) -> dict[str, Any]:
+    """Return the next gaits, or how the search ended, as JSON."""
     best = experiment.best
-    gaits = [{"run": name} | gait_record(gait) for name, gait in experiment.ask().items()]
-    best_record = None if best is None else {"gait": gait_record(best[0])} | _measured(best[1])
-    facts = {"stop": experiment.stop, "gaits": gaits, "best": best_record, "evaluations": experiment.evaluations}
-    print_json(facts | provenance(experiment.robot))
+    return {
+        "stop": experiment.optimizer.stop,
+        "gaits": [{"run": name} | gait_record(gait) for name, gait in experiment.ask().items()],
+        "best": None if best is None else {"gait": gait_record(best.gait)} | _measured(best),
+        "evaluations": experiment.optimizer.evaluations,
+    } | provenance(experiment.problem.robot)
 
 
 def _lines(experiment: TankSearch) -> Iterator[Any]:
     """Lay out the next gaits, and the best one so far."""
-    asked, best, columns = experiment.ask(), experiment.best, list(gait_columns(experiment.robot))
-    if asked:
-        heads = ["run", *(column.replace("_", "\n") for column in columns)]
-        yield table(heads, ((name, *(f"{x:.4g}" for x in _row(gait))) for name, gait in asked.items()))
-    if experiment.stop is not None:
-        yield experiment.stop, "green" if best else "bold red"
+    rows, best, stop = _rows(experiment, ".4g"), experiment.best, experiment.optimizer.stop
+    if rows:
+        yield table([column.replace("_", "\n") for column in rows[0]], (list(row.values()) for row in rows))
+    if stop is not None:
+        yield stop, "green" if best else "bold red"
         if best is None:
             yield "No measured gait satisfies all limits and swims forward.", "bold red"
     if best is not None:
-        gait = ", ".join(f"{name} {x:.4g}" for name, x in zip(columns, _row(best[0]), strict=True) if x)
-        measured = (f"{key} {value:.4g}" for key, value in _measured(best[1]).items() if np.isfinite(value))
-        yield f"best of {experiment.evaluations}: {gait}"
+        values = zip(gait_columns(experiment.problem.robot), _values(best.gait), strict=True)
+        measured = (f"{key} {value:.4g}" for key, value in _measured(best).items() if value is not None)
+        yield f"best of {experiment.optimizer.evaluations}: {', '.join(f'{name} {x:.4g}' for name, x in values if x)}"
         yield f"measured: {', '.join(measured)}"
 
 
-def _measured(quantities: Mapping[str, float]) -> dict[str, Any]:
-    """Name measured quantities as files do."""
-    return {COLUMNS[name]: value for name, value in quantities.items()}
+def _measured(run: SteadyRun) -> dict[str, Any]:
+    """Return the measurements of a run by the names of a file of steady runs."""
+    return {COLUMNS[name]: getattr(run, name) for name in MEASURED}
 
 
-def _row(gait: Gait) -> list[float]:
+def _values(gait: Gait) -> list[float]:
     """Values of a gait in Hz and degrees, in the order of `gait_columns`."""
     return [gait.frequency, *np.degrees(gait.values[1:]).tolist()]
 
 
+def _rows(experiment: TankSearch, digits: str) -> list[dict[str, str]]:
+    """Return the next gaits by the names of a file of steady runs."""
+    columns = (COLUMNS["name"], *gait_columns(experiment.problem.robot))
+    gaits = ((name, *(f"{x:{digits}}" for x in _values(gait))) for name, gait in experiment.ask().items())
+    return [dict(zip(columns, gait, strict=True)) for gait in gaits]
+
+
 def _csv(experiment: TankSearch) -> str:
     """Write the gaits as steady runs with empty cells for the measurements."""
-    lines = [",".join([COLUMNS["name"], *gait_columns(experiment.robot), *(COLUMNS[name] for name in MEASURED)])]
-    for name, gait in experiment.ask().items():
-        lines.append(",".join([name, *(f"{x:.6f}" for x in _row(gait)), *("",) * len(MEASURED)]))
-    return "\n".join(lines) + "\n"
+    return rows_csv({}, [row | {COLUMNS[name]: "" for name in MEASURED} for row in _rows(experiment, ".6f")])

@@ -10,7 +10,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal, read_header
 from hypertuna.optimization.constraints import Limit, gait_quantities
@@ -36,9 +36,9 @@ class TankSearch:
         options = options or _options_of(path)
         self.problem = _problem(options)
         sizes = (options[name] for name in ("particles", "iterations", "seed"))
-        self._optimizer = make_optimizer(self.problem, options["method"], *sizes)
+        self.optimizer = make_optimizer(self.problem, options["method"], *sizes)
         self._measured: dict[int, dict[str, float]] = {}  # measured points of the batch, by their index in it
-        self._batch = self._optimizer.ask()
+        self._batch = self.optimizer.ask()
         header = journal_header("experiment", self.problem.robot, options)
         del header["isa"]  # nothing is computed that depends on it
         self._journal = Journal(path, header)
@@ -56,27 +56,14 @@ class TankSearch:
         self._journal.close()
 
     @property
-    def robot(self) -> Robot:
-        """The robot that swims."""
-        return self.problem.robot
-
-    @property
-    def stop(self) -> str | None:
-        """Reason why the search has ended, as a sentence; None while it goes on."""
-        return self._optimizer.stop
-
-    @property
-    def evaluations(self) -> int:
-        """Number of gaits in complete batches."""
-        return self._optimizer.evaluations
-
-    @property
-    def best(self) -> tuple[Gait, dict[str, float]] | None:
+    def best(self) -> SteadyRun | None:
         """Best gait of the complete batches and its measurements; None if none is feasible."""
-        best = self._optimizer.result
+        best = self.optimizer.result
         if best is None or not best.feasible[0]:
             return None
-        return self.problem.space.gait(best.x[0]), {name: float(best.quantities[name][0]) for name in MEASURED}
+        measured = {name: float(best.quantities[name][0]) for name in MEASURED}
+        given: dict[str, Any] = {name: value for name, value in measured.items() if not np.isnan(value)}
+        return SteadyRun("best", self.problem.space.gait(best.x[0]), **given)
 
     def ask(self) -> dict[str, Gait]:
         """Return the open gaits of the batch by name, such as ``batch-3-gait-07``."""
@@ -101,20 +88,22 @@ class TankSearch:
 
     def _open(self) -> list[int]:
         """Return the indices of the points of the batch that are not measured yet."""
-        return [k for k in range(len(self._batch)) if k not in self._measured] if self.stop is None else []
+        return [k for k in range(len(self._batch)) if k not in self._measured] if self.optimizer.stop is None else []
 
     def _name(self, k: int) -> str:
         """Name of a gait of this batch."""
-        return f"batch-{len(self._optimizer.batches) + 1}-gait-{k + 1:02d}"
+        return f"batch-{len(self.optimizer.batches) + 1}-gait-{k + 1:02d}"
 
     def _index(self, run: SteadyRun, indices: Sequence[int]) -> int:
         """Return the index of a run's gait in the batch; of equal gaits the one of its name, or the first."""
-        gaits = {k: self.problem.space.gait(self._batch[k]) for k in indices}
-        near = [k for k, gait in gaits.items() if _distance(run.gait, gait, self.problem) < SAME]
+        space = self.problem.space
+        width = np.where(space.high > space.low, space.high - space.low, 1.0)  # of fixed values, in Hz or rad
+        away = {k: np.abs(space.gait(self._batch[k]).values - run.gait.values) / width for k in indices}
+        near = [k for k, distance in away.items() if distance.max() < SAME]
         if not near:
             rule = "must be a gait of the current batch that is not measured yet"
             fix = "see `hypertuna optimize ask`" if indices else "ask for the next batch"
-            raise InputError(rule, file=run.file or None, key=_place(run), fix=fix)
+            raise InputError(rule, **_place(run), fix=fix)
         return next((k for k in near if self._name(k) == run.name), near[0])
 
     def _measurements(self, run: SteadyRun) -> dict[str, float]:
@@ -126,17 +115,17 @@ class TankSearch:
         for name in sorted(required):
             if values[name] is None:
                 rule = f"must have a {name.replace('_', ' ')}, which the objective needs"
-                raise InputError(rule, file=run.file or None, key=_place(run), fix="give the measured values")
+                raise InputError(rule, **_place(run), fix="give the measured values")
         return {name: np.nan if value is None else float(value) for name, value in values.items()}
 
     def _advance(self) -> int:
         """Pass a complete batch to the optimizer; return the number of open gaits."""
         if count := len(self._open()):
             return count
-        self._optimizer.tell(self.problem.judge(self._batch, self._quantities()))
+        self.optimizer.tell(self.problem.judge(self._batch, self._quantities()))
         self._measured = {}
-        if self.stop is None:
-            self._batch = self._optimizer.ask()
+        if self.optimizer.stop is None:
+            self._batch = self.optimizer.ask()
         return 0
 
     def _quantities(self) -> dict[str, Array]:
@@ -146,8 +135,8 @@ class TankSearch:
         values = {name: np.array([row[name] for row in rows]) for name in MEASURED}
         # An objective without a speed does not need one: the robot has swum forward.
         speed = np.where(np.isnan(values["speed"]), np.inf, values["speed"])
-        values["stride_length"] = np.minimum(speed / (gaits.frequency * self.robot.body.length), 1e6)
-        of_gait, _ = gait_quantities(self.robot, gaits)
+        values["stride_length"] = np.minimum(speed / (gaits.frequency * self.problem.robot.body.length), 1e6)
+        of_gait, _ = gait_quantities(self.problem.robot, gaits)
         return values | of_gait | {"status": np.zeros(len(rows))}
 
     def _replay(self, record: Mapping[str, Any], place: str) -> None:
@@ -199,13 +188,6 @@ def _problem(options: Mapping[str, Any]) -> Problem:
     return problem
 
 
-def _place(run: SteadyRun) -> str:
-    """Line of a run in its file, or its name."""
-    return f"line {run.line}" if run.line else run.name
-
-
-def _distance(one: Gait, other: Gait, problem: Problem) -> float:
-    """Max difference of two gaits, relative to the range of each coordinate; of fixed values, in Hz or rad."""
-    space = problem.space
-    width = np.where(space.high > space.low, space.high - space.low, 1.0)
-    return float(np.max(np.abs(one.values - other.values) / width))
+def _place(run: SteadyRun) -> dict[str, str | None]:
+    """File and line of a run, or its name, for an error."""
+    return {"file": run.file or None, "key": f"line {run.line}" if run.line else run.name}

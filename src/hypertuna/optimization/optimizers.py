@@ -136,7 +136,7 @@ class Pymoo(Optimizer):
             self._population = known.rows([k for k, x in enumerate(known.x) if x.tobytes() in members])
 
 
-def pso(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60, seed: int = 1) -> Optimizer:
+def pso(lower: Array, upper: Array, *, particles: int, iterations: int, seed: int) -> Optimizer:
     """Return a particle swarm (Kennedy and Eberhart, 1995) with constant inertia and learning factors.
 
     v <- w v + c1 r1 (p_best - p) + c2 r2 (g_best - p),  p <- p + v, with new random numbers r1 and r2 in [0, 1] for
@@ -153,7 +153,7 @@ def pso(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60
     return Pymoo(algorithm, lower, upper, iterations=iterations, reason=reason)
 
 
-def de(lower: Array, upper: Array, *, particles: int = 15, iterations: int = 60, seed: int = 1) -> Optimizer:
+def de(lower: Array, upper: Array, *, particles: int, iterations: int, seed: int) -> Optimizer:
     """Return differential evolution (Storn and Price, 1997), DE/best/1/bin."""
     from pymoo.algorithms.soo.nonconvex.de import DE
     from pymoo.operators.repair.to_bound import ToBoundOutOfBoundsRepair

@@ -158,9 +158,15 @@ def pareto(
     problem = Problem(robot, gait_bounds(robot, bounds), targets, (*limits, *slowest), steps, threads)
     if robust is not None:
         problem = over_fit(problem, robust, samples=samples, seed=seed)
+    total = generations + 2 * MAX_ROUNDS
+
+    def report(batches: int) -> None:
+        if progress is not None:
+            progress(batches, total)
+
     options = problem.options | sizes | {"polish": polish, "robust": robust, "samples": samples if robust else 0}
     with Journal(checkpoint, journal_header("pareto", robot, options)) as journal:
-        recorded = _Recorded(problem, journal, progress or (lambda count, total: None), generations)
+        recorded = _Recorded(problem, journal, report)
         evolved, stop = _evolve(recorded, **sizes)
         rough = problem.non_differentiable
         polished = _polished(recorded, evolved) if polish and not rough and len(evolved.x) else evolved
@@ -168,7 +174,7 @@ def pareto(
         residual: Any = np.nan
         if not rough:
             residual = stationarity(recorded, recorded.evaluate(front.x, derivatives=True), _scale(evolved))
-        recorded.finish()
+        report(total)
     sign = np.array([target.terms[0][1] for target in targets])
     worst = evolved.value.max(axis=0) + BEYOND * _scale(evolved) if len(evolved.x) else np.full(len(names), np.nan)
     return Front(
@@ -193,12 +199,9 @@ def pareto(
 class _Recorded:
     """A problem whose evaluations are kept in a journal, counted and reported as progress."""
 
-    def __init__(
-        self, problem: Problem, journal: Journal, progress: Callable[[int, int], None], generations: int
-    ) -> None:
+    def __init__(self, problem: Problem, journal: Journal, report: Callable[[int], None]) -> None:
         self.problem, self.space, self.evaluations = problem, problem.space, 0
-        self._journal, self._progress = journal, progress
-        self._batches, self._total = 0, generations + 2 * MAX_ROUNDS
+        self._journal, self._report, self._batches = journal, report, 0
 
     def evaluate(self, x: Array, *, derivatives: bool = False) -> Evaluation:
         """Evaluate, or take from the journal."""
@@ -211,12 +214,8 @@ class _Recorded:
         columns = self._journal.answer({"x": x, "derivatives": derivatives}, work)
         self.evaluations += len(x) * len(self.problem.robots)
         self._batches += 1
-        self._progress(self._batches, self._total)
+        self._report(self._batches)
         return Evaluation(x, quantities={}, **{name: np.array(columns[name], dtype=np.float64) for name in names})
-
-    def finish(self) -> None:
-        """Report the end."""
-        self._progress(self._total, self._total)
 
 
 def _evolve(problem: _Recorded, population: int, generations: int, seed: int) -> tuple[Evaluation, str]:
