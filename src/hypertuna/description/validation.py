@@ -57,17 +57,12 @@ def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseMode
 
 def fix_for(model: type[BaseModel], key: str) -> str | None:
     """Return what to write for a key that is missing: ``joints[0].line``, or ``joints.I.line`` by name."""
-    field: FieldInfo | None = None
-    table: type[BaseModel] | None = model
-    tables: list[str] = []
+    known: list[str] = []
     for part in re.split(r"[.\[\]]+", key):
-        known = next((info for info in table.model_fields.values() if info.alias == part), None) if table else None
-        if known is not None:
-            field, table = known, nested_model(known.annotation)
-            tables.append(part)
-    if table is None or field is None:
-        return _fix(field)
-    return f"add the table [{'.'.join(tables)}]"
+        if field_at(model, (*known, part))[1] is not None:
+            known.append(part)
+    table, field = field_at(model, tuple(known))
+    return _fix(field) if table is None or field is None else f"add the table [{'.'.join(known)}]"
 
 
 def unit_of(field: FieldInfo | None) -> str:
@@ -100,20 +95,16 @@ def translate(
     fix = _fix(field)
     if first["type"] == "missing":
         return InputError("is missing", file=file, key=key, fix=fix)
-    return InputError(_rule(first["msg"]), file=file, key=key, value=shown(_value(document, place)), fix=fix)
+    value: Any = document
+    for part in place:
+        value = value[part]
+    return InputError(_rule(first["msg"]), file=file, key=key, value=shown(value), fix=fix)
 
 
 def written(place: Place) -> str:
     """Return a place in the document as text: ``joints[0].links[2]``."""
     names = (part if isinstance(part, int) or re.fullmatch(r"[\w-]+", part) else f'"{part}"' for part in place)
     return "".join(f"[{name}]" if isinstance(name, int) else f".{name}" for name in names).removeprefix(".")
-
-
-def _value(document: Any, place: Place) -> Any:
-    """Return the value at a place of the document."""
-    for part in place:
-        document = document[part]
-    return document
 
 
 def _rule(message: str) -> str:
