@@ -115,10 +115,10 @@ def counted(number: int, noun: str) -> str:
 
 
 @contextlib.contextmanager
-def progress_bar(what: str, patience: float = PATIENCE, *, lines: bool = False) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(what: str, *, slow: bool = False) -> Iterator[Callable[[int, int], None]]:
     """Yield a function of count and total that shows progress on the terminal once the work takes a second.
 
-    `lines` writes a line for each report where the error output is no terminal: for parts that take seconds.
+    For `slow` parts progress is shown at once, and as lines where the error output is no terminal.
     """
     start, terminal = time.monotonic(), sys.stderr.isatty()
     bar: Any = None
@@ -126,11 +126,11 @@ def progress_bar(what: str, patience: float = PATIENCE, *, lines: bool = False) 
     def report(count: int, total: int) -> None:
         nonlocal bar
         elapsed = time.monotonic() - start
-        if terminal and bar is None and elapsed >= patience:
+        if terminal and bar is None and (slow or elapsed >= PATIENCE):
             bar = _bar(what)
         if bar is not None:
             bar.update(bar.task_ids[0], completed=count, total=total)
-        if lines and count and not terminal:
+        if slow and count and not terminal:
             print(f"{what}: {count} of {total}, {elapsed:.0f} s", file=sys.stderr, flush=True)
 
     try:

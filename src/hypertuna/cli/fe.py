@@ -165,7 +165,7 @@ def bend_command(
     if output is not None and not no_pictures:
         need_screenless()
     options = FeOptions(material, law, poisson, mesh, mixed)
-    with run_folder(output, JOURNAL) as folder, progress_bar("pressures", patience=0, lines=True) as report:
+    with run_folder(output, JOURNAL) as folder, progress_bar("pressures", slow=True) as report:
         report(0, len(path))
 
         def keep(model: FeModel, k: int, _: Measured) -> None:
@@ -281,7 +281,7 @@ def compare_command(
     fish = load(robot)
     index, path = joint_index(joint, fish), _rising(pressure)
     options = FeOptions(material, law, poisson, mesh, mixed)
-    with run_folder(output, JOURNAL) as folder, progress_bar("pressures", patience=0, lines=True) as report:
+    with run_folder(output, JOURNAL) as folder, progress_bar("pressures", slow=True) as report:
         report(0, len(path))
         bent = fe_bend(fish, index, path, side=side, options=options, folder=folder, progress=report, work="fe compare")
     if not len(bent.pressure):  # and so nothing to compare
@@ -358,7 +358,7 @@ def reduce_command(
     were not reached (the table is fitted to the others), 2 for bad input.
     """
     fish = load(robot)
-    with progress_bar("points", lines=True) as progress:
+    with progress_bar("points", slow=True) as progress:
         reduced = reduce_joint(
             fish,
             joint_index(joint, fish),
