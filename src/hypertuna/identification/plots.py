@@ -89,16 +89,14 @@ def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
 @styled
 def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
     """Plot computed against measured speed and cost of transport, of training and validation; width [inch]."""
-    kinds = [
-        kind for kind in AXES if any(f"{kind}_measured" in run for part in fit.parts.values() for run in part.runs)
-    ]
+    runs = [run for part in fit.parts.values() for run in part.runs]
+    kinds = [kind for kind in AXES if any(f"{kind}_measured" in run for run in runs)]
     figure = Figure(figsize=(width, width / len(kinds) + 0.4), layout="constrained")
     for axes, kind in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
         ends: list[float] = []
         for name, part in fit.parts.items():
-            pairs = np.array(
-                [(r[f"{kind}_measured"], r[f"{kind}_computed"]) for r in part.runs if f"{kind}_measured" in r]
-            )
+            names = f"{kind}_measured", f"{kind}_computed"
+            pairs = np.array([[run[name] for name in names] for run in part.runs if names[0] in run])
             if len(pairs):
                 color, marker = PARTS[name]
                 label = name if kind == kinds[0] else None

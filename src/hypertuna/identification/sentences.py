@@ -28,21 +28,13 @@ MEASURED = {"speed": "speed", "cost_of_transport": "cost of transport", "x": "tr
 
 
 def helpful_measurements(
-    data: Experiment,
-    prediction: Prediction,
-    jacobian: Array,
-    unit: Array,
-    quantile: float,
-    directions: Sequence[Direction],
+    data: Experiment, prediction: Prediction, jacobian: Array, unit: Array, quantile: float, directions: list[Direction]
 ) -> list[str]:
     """Name for each unidentifiable direction a measurement of the same gaits that would determine it, or nothing."""
-    missing = [
-        name
-        for k, name in enumerate(KINDS[:2])
-        if name in prediction.measurable and (data.kind == k).sum() < len(data.trials.steady)
-    ]
     texts = [""] * len(directions)
-    for name in missing:
+    for kind, name in enumerate(KINDS[:2]):
+        if name not in prediction.measurable or (data.kind == kind).sum() == len(data.trials.steady):
+            continue
         value, by = prediction.measurable[name]
         sound = np.isfinite(value) & (value != 0)
         more = by[sound] * unit / (RELATIVE_NOISE * np.abs(value[sound]))[:, np.newaxis]
@@ -57,19 +49,13 @@ def helpful_measurements(
 
 
 def direction_sentence(
-    data: Experiment,
-    unit: Array,
-    direction: Direction,
-    determined: Sequence[bool],
-    quantile: float,
-    helpful: str,
+    data: Experiment, unit: Array, direction: Direction, determined: Sequence[bool], quantile: float, helpful: str
 ) -> str:
     """Write what the data determine along a direction."""
     frees = data.free
     size = np.abs(direction.vector)
     order = [int(i) for i in np.argsort(-size, kind="stable")]
-    kinds = dict.fromkeys(MEASURED[KINDS[k]] for k in np.unique(data.kind))
-    source = " and ".join(kinds)
+    source = " and ".join(dict.fromkeys(MEASURED[KINDS[k]] for k in np.unique(data.kind)))
     if direction.determined:
         named = [i for i in order if size[i] > WEIGHTY * size[order[0]]]
         if len(frees) == 1 or (len(named) == 1 and determined[named[0]]):
@@ -77,8 +63,7 @@ def direction_sentence(
         else:  # a combination is determined, none of its coefficients
             what = f"a combination of {_join([frees[i].name for i in (named if len(named) > 1 else order[:2])])}"
         verb = "determines" if source in ("speed", "cost of transport") else "determine"
-        precision = quantile * direction.sd
-        first = frees[named[0]]
+        precision, first = quantile * direction.sd, frees[named[0]]
         if what == first.name and first.column in ABSOLUTE_UNITS and first.scale == "natural":
             name, factor = first.border
             return f"{source.capitalize()} {verb} {what} to {factor * precision * unit[named[0]]:.2g} {name}."
@@ -114,13 +99,12 @@ def warnings_of(
     for f, value, side in zip(frees, values, bound, strict=True):
         if side:
             warnings.append(f"{f.name} is on its {side} bound, {_with_unit(value, f)}: the optimum lies beyond it.")
-    samples = len(data.kind)
-    if samples <= len(frees):
-        verb, plural = ("are", "s") if len(frees) != 1 else ("is", "")
+    samples, count = len(data.kind), len(frees)
+    if samples <= count:
+        coefficients = f"There {'is' if count == 1 else 'are'} {count} free coefficient{'s' * (count != 1)}"
         warnings.append(
-            f"There {verb} {len(frees)} free coefficient{plural} and {samples} independent "
-            f"measurement{'s' * (samples > 1)}: the runs can be met exactly, and neither noise nor intervals can be "
-            "estimated."
+            f"{coefficients} and {samples} independent measurement{'s' * (samples > 1)}: the runs can be met exactly, "
+            "and neither noise nor intervals can be estimated."
         )
     states = (prediction.failed, "have no settled beat"), (prediction.unstable, "are periodic but unstable")
     for flags, state in states:
@@ -140,8 +124,8 @@ def warnings_of(
 
 def repeated_motions(training: Trials, validation: Trials) -> list[str]:
     """Write warnings on validation runs that repeat motions of the training runs."""
-    recordings = [one.name for one in validation.recordings if one.name in {two.name for two in training.recordings}]
-    gaits = {run.gait for run in training.steady}
+    known, gaits = {one.name for one in training.recordings}, {run.gait for run in training.steady}
+    recordings = [one.name for one in validation.recordings if one.name in known]
     warnings = []
     if recordings:
         warnings.append(
@@ -150,9 +134,8 @@ def repeated_motions(training: Trials, validation: Trials) -> list[str]:
             "replay another to see that."
         )
     if count := sum(run.gait in gaits for run in validation.steady):
-        warnings.append(
-            f"{count} of {len(validation.steady)} steady validation runs repeat gaits of the training runs."
-        )
+        steady = f"{count} of {len(validation.steady)} steady validation runs"
+        warnings.append(f"{steady} repeat gaits of the training runs.")
     return warnings
 
 

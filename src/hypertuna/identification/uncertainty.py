@@ -41,11 +41,7 @@ class Uncertainty:
 
 
 def uncertainty(
-    data: Experiment,
-    values: Array,
-    prediction: Prediction,
-    levels: dict[str, float],
-    part: Experiment | None = None,
+    data: Experiment, values: Array, prediction: Prediction, levels: dict[str, float], part: Experiment | None = None
 ) -> Uncertainty:
     """Compute the uncertainty of fitted values (n,) [SI] from the prediction there: docs/identify.md has the theory.
 
@@ -107,19 +103,15 @@ def _profile(
 def _bounded_covariance(jacobian: Array, unit: Array, extent: Array) -> Array:
     """Compute the covariance (n, n) with the bounds as a prior: normal, of a uniform one's variance, extent^2 / 12."""
     root = extent / math.sqrt(12)
-    _, singular, vectors = np.linalg.svd(
-        np.concatenate([jacobian * (root / unit), np.eye(len(root))]), full_matrices=False
-    )
-    covariance: Array = np.outer(root, root) * (vectors.T / singular**2 @ vectors)
-    return covariance
+    rows = np.concatenate([jacobian * (root / unit), np.eye(len(root))])
+    _, singular, vectors = np.linalg.svd(rows, full_matrices=False)
+    return np.asarray(np.outer(root, root) * (vectors.T / singular**2 @ vectors))
 
 
 def _units(frees: Sequence[Free], values: Array, extent: Array) -> Array:
     """Return the unit (n,) of each coefficient, scaled: its value, at least a tenth of its range and at most all."""
-    size = np.array([1.0 if f.scale == "log" else abs(v) for f, v in zip(frees, values, strict=True)])
-    relative = np.maximum(size, MIN_UNIT * extent)
-    absolute = [
-        u if f.scale == "log" else ABSOLUTE_UNITS.get(f.column, u) for f, u in zip(frees, relative, strict=True)
-    ]
-    unit: Array = np.minimum(absolute, extent)
-    return unit
+    units = []
+    for f, value, extent_of in zip(frees, values.tolist(), extent.tolist(), strict=True):
+        relative = max(1.0 if f.scale == "log" else abs(value), MIN_UNIT * extent_of)
+        units.append(min(relative if f.scale == "log" else ABSOLUTE_UNITS.get(f.column, relative), extent_of))
+    return np.array(units)
