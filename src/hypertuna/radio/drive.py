@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -117,12 +117,18 @@ def view(
     last: Mapping[str, Any], texts: Sequence[str], stick: Stick, gaits: Sequence[str], age: float
 ) -> RenderableType:
     """Lay out the robot's state: `last` message of each kind, `age` of the last message [s]."""
-    tables = [
-        Panel(_rows(_state(last, age)), title="robot"),
-        Panel(_rows(_motion(last)), title="motion"),
-        Panel(_rows(_tail(last)), title="tail"),
-        Panel(_rows(_asked(stick)), title="stick"),
-    ]
+    heart = last.get("HEARTBEAT")
+    armed = heart is not None and bool(heart.base_mode & 128)
+    state = {"link": f"{age:.1f} s ago" if age < 60 else "lost", "armed": "yes" if armed else "no"}
+    side = "starboard" if stick.turn > 0 else "port"
+    turn = f"{abs(stick.turn):.0%} to {side}" if stick.turn else "straight"
+    panels = {
+        "robot": state | _known(last, {"HEARTBEAT": _control, "SYS_STATUS": _battery, "PILOT": _pilot}),
+        "motion": _known(last, {"LOCAL_POSITION_NED": _position, "ATTITUDE": _attitude}),
+        "tail": _known(last, {"GAIT": _gait, "HYDRAULICS": _hydraulics}),
+        "stick": {"ahead": f"{stick.ahead:.0%}", "turn": turn, "climb": f"{stick.climb:+.0%}"},
+    }
+    tables = [Panel(_table(rows or {"": "no data yet"}), title=title) for title, rows in panels.items()]
     # The texts are on top: a low terminal cuts off the end.
     messages = Text("\n".join(texts[-3:]) or " ", style="yellow")
     return Group(
@@ -135,30 +141,54 @@ def _line(rows: Sequence[tuple[str, str]]) -> Columns:
     return Columns([Text.assemble((key, "bold"), f" {meaning}") for key, meaning in rows], padding=(0, 2))
 
 
-def _rows(rows: Sequence[tuple[str, str]]) -> Table:
+def _table(rows: Mapping[str, str]) -> Table:
     """Lay out names and values."""
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column(style="dim")
     table.add_column()
-    for row in rows:
+    for row in rows.items():
         table.add_row(*row)
     return table
 
 
-def _state(last: Mapping[str, Any], age: float) -> list[tuple[str, str]]:
-    """Return the rows of link, arming, control, battery, faults and pilot."""
-    heart, status, pilot = (last.get(kind) for kind in ("HEARTBEAT", "SYS_STATUS", "PILOT"))
-    armed = heart is not None and bool(heart.base_mode & 128)
+def _known(last: Mapping[str, Any], kinds: Mapping[str, Callable[[Any], dict[str, str]]]) -> dict[str, str]:
+    """Return the rows of the messages of these kinds that have come."""
+    return {name: text for kind, rows in kinds.items() if kind in last for name, text in rows(last[kind]).items()}
+
+
+def _control(heart: Any) -> dict[str, str]:
     controls = dialect().enums["HYPERTUNA_CONTROL"]
-    rows = [("link", f"{age:.1f} s ago" if age < 60 else "lost"), ("armed", "yes" if armed else "no")]
-    if heart is not None and heart.custom_mode in controls:
-        rows.append(("control", controls[heart.custom_mode].name.removeprefix("HYPERTUNA_CONTROL_").lower()))
-    if status is not None:
-        rows.append(("battery", f"{status.voltage_battery / 1000:.2f} V, {status.battery_remaining} %"))
-    if pilot is not None:
-        rows.append(("faults", _names("HYPERTUNA_FAULT", pilot.fault)))
-        rows.append(("pilot", _names("HYPERTUNA_REASON", pilot.reason)))
-    return rows
+    if heart.custom_mode not in controls:
+        return {}
+    return {"control": controls[heart.custom_mode].name.removeprefix("HYPERTUNA_CONTROL_").lower()}
+
+
+def _battery(status: Any) -> dict[str, str]:
+    return {"battery": f"{status.voltage_battery / 1000:.2f} V, {status.battery_remaining} %"}
+
+
+def _pilot(pilot: Any) -> dict[str, str]:
+    return {"faults": _names("HYPERTUNA_FAULT", pilot.fault), "pilot": _names("HYPERTUNA_REASON", pilot.reason)}
+
+
+def _position(m: Any) -> dict[str, str]:
+    place = {"north": f"{m.x:.1f} m", "east": f"{m.y:.1f} m", "depth": f"{m.z:.2f} m"}
+    return place | {"speed": f"{math.hypot(m.vx, m.vy):.2f} m/s"}
+
+
+def _attitude(attitude: Any) -> dict[str, str]:
+    heading, pitch, roll = (math.degrees(angle) for angle in (attitude.yaw, attitude.pitch, attitude.roll))
+    return {"heading": f"{heading % 360:.0f} deg", "pitch": f"{pitch:.1f} deg", "roll": f"{roll:.1f} deg"}
+
+
+def _gait(gait: Any) -> dict[str, str]:
+    angles = {name: f"{_numbers(getattr(gait, name), 100, '.1f')} deg" for name in ("amplitude", "bias")}
+    return {"frequency": f"{gait.frequency / 1000:.2f} Hz"} | angles
+
+
+def _hydraulics(m: Any) -> dict[str, str]:
+    readings = {"bend": f"{_numbers(m.bend, 100, '.1f')} deg", "pressure": f"{_numbers(m.pressure, 10, '.0f')} kPa"}
+    return readings | {"condition": _names("HYPERTUNA_CONDITION", m.condition)}
 
 
 def _names(enum: str, flags: int) -> str:
@@ -168,42 +198,6 @@ def _names(enum: str, flags: int) -> str:
     return ", ".join(name.removeprefix(f"{enum}_").lower() for name in names) or "none"
 
 
-def _motion(last: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the rows of position, speed and attitude."""
-    rows = []
-    if (position := last.get("LOCAL_POSITION_NED")) is not None:
-        rows += [("north", f"{position.x:.1f} m"), ("east", f"{position.y:.1f} m"), ("depth", f"{position.z:.2f} m")]
-        rows.append(("speed", f"{math.hypot(position.vx, position.vy):.2f} m/s"))
-    if (attitude := last.get("ATTITUDE")) is not None:
-        rows += [
-            ("heading", f"{math.degrees(attitude.yaw) % 360:.0f} deg"),
-            ("pitch", f"{math.degrees(attitude.pitch):.1f} deg"),
-        ]
-        rows.append(("roll", f"{math.degrees(attitude.roll):.1f} deg"))
-    return rows or [("", "no data yet")]
-
-
-def _tail(last: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the rows of gait and hydraulics."""
-    rows = []
-    if (gait := last.get("GAIT")) is not None:
-        rows.append(("frequency", f"{gait.frequency / 1000:.2f} Hz"))
-        rows.append(("amplitude", ", ".join(f"{a / 100:.1f}" for a in gait.amplitude) + " deg"))
-        rows.append(("bias", ", ".join(f"{a / 100:.1f}" for a in gait.bias) + " deg"))
-    if (hydraulics := last.get("HYDRAULICS")) is not None:
-        rows.append(("bend", _numbers(hydraulics.bend, 100, ".1f") + " deg"))
-        rows.append(("pressure", _numbers(hydraulics.pressure, 10, ".0f") + " kPa"))
-        rows.append(("condition", _names("HYPERTUNA_CONDITION", hydraulics.condition)))
-    return rows or [("", "no data yet")]
-
-
 def _numbers(counts: Sequence[int], step: float, form: str) -> str:
     """Return readings with their unit's step, or "silent"."""
     return ", ".join("silent" if count == SILENT else f"{count / step:{form}}" for count in counts)
-
-
-def _asked(stick: Stick) -> list[tuple[str, str]]:
-    """Return the rows of the stick."""
-    side = "starboard" if stick.turn > 0 else "port"
-    turn = f"{abs(stick.turn):.0%} to {side}" if stick.turn else "straight"
-    return [("ahead", f"{stick.ahead:.0%}"), ("turn", turn), ("climb", f"{stick.climb:+.0%}")]
