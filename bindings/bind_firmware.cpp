@@ -28,9 +28,8 @@ void bind_firmware(nb::module_& m) {
                                   text.forbids_arming);
             return rows;
         },
-        "Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is "
-        "origin_restored "
-        "until it is armed anew, and whether it forbids_arming arming.");
+        "Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is latched "
+        "until the robot is armed again, and whether it forbids arming.");
     m.def(
         "record_fields",
         [](int joints) {

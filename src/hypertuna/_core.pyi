@@ -442,7 +442,7 @@ def refusal_table() -> list[tuple[str, str]]:
 
 def fault_table() -> list[tuple[str, str, str, bool, bool]]:
     """
-    Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is origin_restored until it is armed anew, and whether it forbids_arming arming.
+    Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is latched until the robot is armed again, and whether it forbids arming.
     """
 
 def record_fields(joints: int) -> list[tuple[str, bool, int]]:

@@ -86,7 +86,7 @@ static void deviations() {
         walk += (r.pressure[0] - 6e4) * (r.pressure[0] - 6e4);
         offset += (r.current[0] - 0.3) * (r.current[0] - 0.3);
     }
-    const double tolerance = 4 / std::sqrt(2.0 * runs);  // of a deviation that is estimated from so many
+    const double tolerance = 4 / std::sqrt(2.0 * runs);  // of a deviation estimated from that many runs
     CHECK_NEAR(std::sqrt(noise / runs) / 0.01, 1, tolerance);
     CHECK_NEAR(std::sqrt(walk / runs) / 100, 1, tolerance);
     CHECK_NEAR(std::sqrt(offset / runs) / 0.05, 1, tolerance);

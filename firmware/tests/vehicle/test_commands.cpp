@@ -60,7 +60,7 @@ static void a_silent_ground() {
     CHECK(!beats() && snapshot(v).faults.has(Fault::link_lost) && snapshot(v).armed);
     on_ground_contact(v), float_on(v, board, 2);
     CHECK(beats() && !snapshot(v).faults.has(Fault::link_lost));
-    // Long silence without a mission: rest, and that is origin_restored until it is armed anew.
+    // Long silence without a mission: rest, and that is latched until the robot is armed again.
     float_on(v, board, 6100);
     CHECK(snapshot(v).faults.has(Fault::link_gone) && snapshot(v).answer == Answer::home);
     on_ground_contact(v), float_on(v, board, 2);
@@ -71,7 +71,7 @@ static void a_silent_ground() {
     CHECK(!snapshot(v).faults.has(Fault::link_gone));
 }
 
-/// What is called home follows nobody else: an order is refused, and does not begin the way home anew.
+/// What is called home follows nobody else: an order is refused, and does not begin the way home again.
 static void commands_on_the_way_home() {
     begin_armed();
     CHECK(set_mission(v, plan()) == Refusal::none && set_gait(v, beat()) == Refusal::none);

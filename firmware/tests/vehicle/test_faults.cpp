@@ -107,7 +107,7 @@ static void sensors_fail() {
     }
 }
 
-/// Arming anew forgets what called it home, in the same tick already: it does not set out once more.
+/// Arming again forgets what called it home, in the same tick already: it does not set out once more.
 static void arming_again_after_a_call_home() {
     for (int between : {0, 5}) {
         begin();

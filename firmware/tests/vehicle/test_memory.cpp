@@ -63,7 +63,7 @@ static void stored_parameters_out_of_range() {
 }
 
 /// A mission from before the restart may be of another water, and a tank has no fixes that tell: it is no way home
-/// until the ground begins it or sends it anew.
+/// until the ground begins it or sends it again.
 static void a_stored_mission_is_no_way_home() {
     for (bool begun : {false, true}) {
         begin();

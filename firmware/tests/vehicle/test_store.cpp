@@ -105,7 +105,7 @@ static void a_worn_byte() {
     CHECK(!store.failed && reboot(300) && holds(4));
 }
 
-/// What changes while it is written is written anew, as a whole.
+/// What changes while it is written is written again, as a whole.
 static void a_change_during_the_write() {
     for (int at = 0; at < 60; ++at) {
         board = {}, board.power = -1;

@@ -203,7 +203,7 @@ class _Loop:
         return self.last
 
     def fly(self, start: MissionStart, ticks: int | None, report: Callable[[int, int], None] | None) -> MissionRun:
-        """Run the twin for so many ticks, or until the firmware reports that its mission is done."""
+        """Run the twin for this many ticks, or until the firmware reports that its mission is done."""
         ticks = round(start.duration / start.tick) if ticks is None else ticks
         start = replace(start, core={**start.core, "board": self}, duration=ticks * start.tick)
         parts = []

@@ -39,7 +39,7 @@ T asked_amplitude(const ControllerState<T>& state, int j) {
     return max(T(0), state.amplitude[j].value + state.more[j].value);
 }
 
-/// One tick of a joint's posture control; at the end of its beat the PID sets the corrections anew.
+/// One tick of a joint's posture control; at the end of its beat the PID updates the corrections.
 template <class T>
 void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, T reading, bool ended,
                   const LowPass<T>& filter, Status& status) {

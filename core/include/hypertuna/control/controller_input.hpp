@@ -33,7 +33,7 @@ void take_command(const Controller<T>& model, ControllerState<T>& state, const C
         for (int k = 0; k < 2; ++k) take(target.fin[k], command.fin[k], -model.fin_max, model.fin_max, status);
         for (int j = 0; j < model.joints; ++j)
             expect(state.governor[j], target.frequency, safe_amplitude(model.joint[j], target.frequency));
-        // Arming anew, not staying armed, gives a stopped circuit back.
+        // Arming again, not staying armed, gives a stopped circuit back.
         if (command.armed && !state.armed)
             for (int c = 0; c < 2 * model.joints; ++c) state.circuit[c].stopped = false;
         state.armed = command.armed;

@@ -80,7 +80,7 @@ Oscillator<T> couple(const Network<T>& network, const Oscillator<T>& now, const 
     return turned(now, {sine * cosine_left - cosine * sine_left, cosine * cosine_left + sine * sine_left});
 }
 
-/// Whether the oscillator's sine has begun anew: its beat ends where x comes up through zero.
+/// Whether the oscillator's sine has begun again: its beat ends where x comes up through zero.
 template <class T>
 bool beat_ends(const Oscillator<T>& before, const Oscillator<T>& now) {
     return before.x < T(0) && T(0) <= now.x;

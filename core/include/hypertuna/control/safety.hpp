@@ -58,7 +58,7 @@ inline constexpr ConditionText condition_texts[conditions] = {
     {"slew_limit", Place::servo, "the slew limit held the servo's command back"},
     {"pulse_limit", Place::servo, "the pulse clamp held the servo's command back"},
     {"amplitude_limit", Place::joint, "the joint was asked to bend further than its pumps reach"},
-    {"hard_stop", Place::circuit, "pressure passed the hard limit: the joint is released until it is armed anew"},
+    {"hard_stop", Place::circuit, "pressure passed the hard limit: the joint is released until it is armed again"},
     {"low_voltage", Place::robot, "the battery voltage is low"},
     {"timeout", Place::robot, "no command came in time: the tail comes to rest"},
     {"bad_command", Place::robot,

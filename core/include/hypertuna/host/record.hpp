@@ -1,4 +1,4 @@
-/// Record of a run: one row every so many ticks, the state at a tick's start and what passed in the tick.
+/// Record of a run: one row every few ticks, the state at a tick's start and what passed in the tick.
 #pragma once
 
 #include <string>

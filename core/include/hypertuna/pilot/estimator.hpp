@@ -130,7 +130,7 @@ bool take_fix(const Estimator<T>& model, WayState<T>& way, const T (&fix)[2]) {
     const T square = off[0] * off[0] / (way.spread[0][0] + extra) + off[1] * off[1] / (way.spread[1][1] + extra);
     if (T(25) < square) {
         if (++way.refused < fixes_refused) return false;
-        // Begin anew from what it says: position unknown, the rest as uncertain as it can be.
+        // Begin again from what it says: position unknown, the rest as uncertain as it can be.
         for (int i = 0; i < 2; ++i) {
             for (int k = 0; k < way_states; ++k) way.spread[i][k] = way.spread[k][i] = T(0);
             way.spread[i][i] = off[0] * off[0] + off[1] * off[1];

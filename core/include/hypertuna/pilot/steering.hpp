@@ -67,7 +67,7 @@ struct BeatMean {
     int ticks;
 };
 
-/// Take in one tick; at the end of a beat, or after a second without one, the mean is made anew.
+/// Take in one tick; at the end of a beat, or after a second without one, the mean is computed again.
 template <class T>
 void update(BeatMean<T>& beat, const Estimate<T>& at, bool ended, int limit) {
     const T now[4] = {at.facing.x, at.facing.y, at.rate.z, at.tilt};

@@ -81,7 +81,7 @@ HYPERTUNA_NOINLINE Settled<S> prove(const Swimmer<S, Law>& fish, const JointShar
 
 /// The settled beat by Newton's method: at half the steps first, then at all of them, proven by the beat itself.
 ///
-/// Where that fails, the search goes on; then it begins anew with damped steps; and at last after a long wait.
+/// Where that fails, the search goes on; then it begins again with damped steps; and at last after a long wait.
 template <class S, class Law>
 Settled<S> settle(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table, const S& length,
                   const S& period, const Momentum<S>& guess, int max_beats, const BeatScratch<S>& scratch) {
@@ -90,7 +90,7 @@ Settled<S> settle(const Swimmer<S, Law>& fish, const JointShare<S>* joints, cons
     const Momentum<S> warm = swim_beat(fish, table, 2, period, swim_beat(fish, table, 2, period, guess));
     Search<S> search = search_from(warm, S(2));
     newton(fish, table, 2, length, period, T(tolerance.coarse), false, quick_beats, search);
-    // What half the steps could not settle (too stiff for them) begins anew with all of them.
+    // What half the steps could not settle (too stiff for them) begins again with all of them.
     search = search_from(select(search.distance < S(T(tolerance.coarse)), search.P, guess), search.beats);
     newton(fish, table, 1, length, period, T(tolerance.fine), false, quick_beats, search);
     Settled<S> out = prove(fish, joints, table, length, period, search.P, search, scratch);
