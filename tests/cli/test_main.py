@@ -256,7 +256,7 @@ def test_negative_noise_and_folders_of_angles(run: Run, tmp_path: Path) -> None:
     rest = ("--robot", "hypertuna", "--columns", "a,b")
     code, output, errors = run("replay", str(file), *rest, "--noise", "-1")
     assert (code, output) == (2, "")
-    assert errors.startswith("error: --noise must not be negative, but is -1 degrees: ")
+    assert errors.startswith("error: --noise must not be negative, but is -1: give it in degrees")
     code, _, errors = run("replay", str(tmp_path), *rest)
     assert code == 2
     assert errors.startswith("error: --columns cannot be combined with a manifest or a folder: ")
