@@ -167,7 +167,7 @@ def pareto(
     options = problem.options | sizes | {"polish": polish, "robust": robust, "samples": samples if robust else 0}
     with Journal(checkpoint, journal_header("pareto", robot, options)) as journal:
         recorded = _Recorded(problem, journal, report)
-        evolved, stop = _evolve(recorded, **sizes)
+        evolved, stop = _evolve(recorded, sizes)
         rough = problem.non_differentiable
         polished = _polished(recorded, evolved) if polish and not rough and len(evolved.x) else evolved
         front = polished.rows(np.argsort(-polished.value[:, 0], kind="stable"))
@@ -218,10 +218,9 @@ class _Recorded:
         return Evaluation(x, quantities={}, **{name: np.array(columns[name], dtype=np.float64) for name in names})
 
 
-def _evolve(problem: _Recorded, population: int, generations: int, seed: int) -> tuple[Evaluation, str]:
+def _evolve(problem: _Recorded, sizes: Mapping[str, int]) -> tuple[Evaluation, str]:
     """Run NSGA-II; return its front and why it stopped."""
-    space, count = problem.space, len(problem.problem.objectives)
-    search = nsga2(space.lower, space.upper, count, population=population, generations=generations, seed=seed)
+    search = nsga2(problem.space.lower, problem.space.upper, len(problem.problem.objectives), **sizes)
     while search.stop is None:
         search.tell(problem.evaluate(search.ask()))
     assert search.result is not None

@@ -130,9 +130,11 @@ def _values(row: xr.Dataset, along: str) -> Array:
 def _draw_paths(axes: Axes, turning: Turning) -> None:
     """Draw the paths of the tightest turns, each from the origin toward the top, and the circles of the others."""
     length = turning.robot.body.length
-    for circle, side in _circles(turning):
-        if circle < WIDEST * length:
-            around = circle / length * (np.exp(1j * np.linspace(0, 2 * np.pi, 181)) - 1) * side
+    unit = np.exp(1j * np.linspace(0, 2 * np.pi, 181))
+    columns = (turning.sweep[name].values.ravel() for name in ("circle_radius", "turn_rate", "settled"))
+    for radius, rate, settled in zip(*columns, strict=True):
+        if settled and radius < WIDEST * length:  # its center lies to the left of the path for a positive rate
+            around = radius / length * (unit - 1) * (1 if rate > 0 else -1)
             axes.plot(around.real, around.imag, color=EDGE, lw=0.7, zorder=1)
     axes.plot([], [], color=EDGE, lw=0.7, label="circles of all gaits")
     ends = {"tail first": turning.tightest, "head first": turning.forward}
@@ -141,22 +143,15 @@ def _draw_paths(axes: Axes, turning: Turning) -> None:
     for (way, one), color in zip(ends.items(), (COLORS[0], COLORS[1]), strict=False):
         if one is None:
             continue
-        beat = swim(turning.robot, one.gait)
-        path, body, center = (part / length for part in _upright(beat, one))
-        axes.plot(path.real, path.imag, color=color, lw=0.9, label=f"tightest {way}, {_name(one)}")
-        around = center[0] + one.circle.radius / length * np.exp(1j * np.linspace(0, 2 * np.pi, 181))
+        path, body, center = (part / length for part in _upright(swim(turning.robot, one.gait), one))
+        name = f"tightest {way}, {math.degrees(one.gait.phase[-1]):.4g}°, {one.gait.frequency:g} Hz"
+        axes.plot(path.real, path.imag, color=color, lw=0.9, label=name)
+        around = center[0] + one.circle.radius / length * unit
         axes.plot(around.real, around.imag, color=color, lw=0.9, ls=(0, (4, 2)))
         axes.plot(body.real, body.imag, color=color, lw=3.2, zorder=3)
         axes.plot(body.real[:1], body.imag[:1], "o", color=color, ms=6, mec="white", zorder=4)
     axes.set(aspect="equal", xlabel="across [body lengths]", ylabel="onward [body lengths]")
     axes.set_title("from above: nose, body")
-
-
-def _circles(turning: Turning) -> list[tuple[float, int]]:
-    """Radius of every gait's circle [m], and its side: 1 where the center lies to the left of the path, else -1."""
-    grid = turning.sweep
-    radius, turns, good = (grid[name].values.ravel() for name in ("circle_radius", "turn_rate", "settled"))
-    return [(float(r), 1 if w > 0 else -1) for r, w, is_good in zip(radius, turns, good, strict=True) if is_good]
 
 
 def _upright(beat: Swim, one: Tightest) -> tuple[Points, Points, Points]:
@@ -165,11 +160,5 @@ def _upright(beat: Swim, one: Tightest) -> tuple[Points, Points, Points]:
     body = body_of(beat.robot, beat.trajectory.isel(time=0))[0]
     spoke = path[0] - one.circle.center
     onward = (1j if beat.turn_rate > 0 else -1j) * spoke / abs(spoke)
-    parts = (path, body, np.array([one.circle.center]))
-    a, b, c = ((part - path[0]) * 1j / onward for part in parts)
-    return a, b, c
-
-
-def _name(one: Tightest) -> str:
-    """Return phase and frequency of a turn."""
-    return f"{math.degrees(one.gait.phase[-1]):.4g}°, {one.gait.frequency:g} Hz"
+    center = np.array([one.circle.center])
+    return (path - path[0]) * 1j / onward, (body - path[0]) * 1j / onward, (center - path[0]) * 1j / onward

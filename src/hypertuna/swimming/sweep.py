@@ -48,14 +48,12 @@ def sweep(
     ----------
     robot : Robot
     gaits : Gaits or sequence of Gait
-    threads : int, optional
-        Threads to use, all processors if left out; the result does not depend on it.
-    steps : int
-        Runge-Kutta steps per beat, a multiple of 4.
+    threads, steps : int
+        Threads, all processors if left out; the result does not depend on them. Runge-Kutta steps per beat, a multiple
+        of 4.
     method : {"newton", "beats"}
-        Solve for the settled beat, or swim `beats` beats from rest and take the last.
     beats : int
-        For method "beats".
+        Solve for the settled beat, or swim this many beats from rest and take the last.
     progress : callable, optional
         Called with the number of gaits completed and their total.
 
@@ -94,8 +92,7 @@ def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str,
     grid = len(gaits.shape) == 4
     dims = ("frequency", *KINDS) if grid else ("gait",)
     variables: dict[str, Any] = {
-        name: (dims, results[name].reshape(gaits.shape), quantity.unit, quantity.meaning)
-        for name, quantity in QUANTITIES.items()
+        name: (dims, results[name].reshape(gaits.shape), *meaning) for name, meaning in QUANTITIES.items()
     }
     status = results["status"].reshape(gaits.shape)
     flags = {"flag_values": list(range(len(STATUSES))), "flag_meanings": " ".join(STATUSES)}
@@ -158,5 +155,4 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
         raise InputError("must settle to have derivatives", key="gait", value=status, fix="see hypertuna.swim")
     names = parameter_names(robot)
     derivatives = directional_derivatives(robot, gaits, result, np.eye(len(names)), steps=steps)
-    results = (field.name for field in fields(Gradient) if field.name != "names")
-    return Gradient(names, **{name: derivatives[name][0] for name in results})
+    return Gradient(names, **{field.name: derivatives[field.name][0] for field in fields(Gradient)[1:]})
