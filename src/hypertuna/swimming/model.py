@@ -12,6 +12,7 @@ from hypertuna import _core
 from hypertuna.description.robot import Robot, cached
 from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.swimming.gait import KINDS
 
 
 def core_model(robot: Robot, columns: Mapping[str, Sequence[float]] | None = None) -> _core.Model:
@@ -27,7 +28,8 @@ def core_model(robot: Robot, columns: Mapping[str, Sequence[float]] | None = Non
 
 def parameter_names(robot: Robot) -> tuple[str, ...]:
     """Name every parameter that results have derivatives by: ``gait.amplitude[0]``, ``links.mass[3]``, ..."""
-    places = _places(robot)
+    places = {name: f"gait.{name}" for name in ("frequency", *KINDS)}
+    places |= {column: place for column, (place, _) in _columns(robot).items()}
 
     def full(name: str) -> str:
         column, bracket, index = name.partition("[")
@@ -45,39 +47,27 @@ def twist_from_rest(robot: Robot, joints: NDArray[np.float64]) -> NDArray[np.flo
     return -np.linalg.solve(still["inertia"][0], still["momentum"][0])
 
 
-def _water_columns(robot: Robot) -> dict[str, tuple[str, str]]:
-    """Table and attribute of the robot that hold each column of its water law."""
-    law = robot.model.water
-    areas = LAWS[law].areas.get(robot.model.areas, {})
-    own = type(getattr(robot.water, law)).model_fields
-    return {
-        name: (f"water.{law}", name) if name in own else ("links", areas.get(name, name))
-        for name, _, _ in dict(_core.water_laws())[law]
-    }
-
-
-def _places(robot: Robot) -> dict[str, str]:
-    """Name the place of each column of the core: an attribute of gait or robot."""
-    tables = dict.fromkeys(("frequency", "amplitude", "phase", "bias"), "gait")
-    tables |= dict.fromkeys(("length", "com", "mass", "inertia"), "links")
-    tables |= {"bandwidth": "joints", "phase_offset": "joints", "density": "water"}
-    places = {column: f"{table}.{column}" for column, table in tables.items()}
-    return places | {column: f"{table}.{name}" for column, (table, name) in _water_columns(robot).items()}
-
-
-def _columns(robot: Robot) -> dict[str, Sequence[float]]:
-    """Values of the columns of the core, without those of the gait."""
+def _columns(robot: Robot) -> dict[str, tuple[str, Sequence[float]]]:
+    """Place in the description and values of each column of the core, without those of the gait."""
+    law, links = robot.model.water, robot.links
     ideal = robot.model.joints == "ideal"
-    columns: dict[str, Sequence[float]] = {
-        "bandwidth": [math.inf if ideal or joints.bandwidth is None else joints.bandwidth for joints in robot.joints],
-        "phase_offset": [joints.phase_offset for joints in robot.joints],
-        "density": [robot.water.density],
+    bandwidths = [math.inf if ideal or joints.bandwidth is None else joints.bandwidth for joints in robot.joints]
+    columns: dict[str, tuple[str, Sequence[float]]] = {
+        name: (f"links.{name}", getattr(links, name)) for name in ("length", "com", "mass", "inertia")
     }
-    columns |= {name: getattr(robot.links, name) for name in ("length", "com", "mass", "inertia")}
-    coefficients = getattr(robot.water, robot.model.water)
-    for column, (table, name) in _water_columns(robot).items():
-        value = getattr(robot.links if table == "links" else coefficients, name)
-        columns[column] = value if isinstance(value, tuple) else [value]
+    columns["bandwidth"] = ("joints.bandwidth", bandwidths)
+    columns["phase_offset"] = ("joints.phase_offset", [joints.phase_offset for joints in robot.joints])
+    columns["density"] = ("water.density", [robot.water.density])
+    coefficients = getattr(robot.water, law)
+    areas = LAWS[law].areas.get(robot.model.areas, {})
+    for name, _, _ in dict(_core.water_laws())[law]:
+        own = name in type(coefficients).model_fields
+        place = name if own else areas.get(name, name)
+        value = getattr(coefficients if own else links, place)
+        columns[name] = (
+            f"water.{law}.{place}" if own else f"links.{place}",
+            value if isinstance(value, tuple) else [value],
+        )
     return columns
 
 
@@ -89,15 +79,13 @@ def _make(robot: Robot, changes: Mapping[str, Sequence[float]]) -> _core.Model:
         for link, part in zip(joint_group.links, joint_group.share, strict=True):
             group[link], share[link] = g, part
     columns = _columns(robot)
-    if changes:
-        places = _places(robot)
-        known = {places[column]: column for column in columns}
-        for name, values in changes.items():
-            if name not in known:
-                fix = did_you_mean(name, known)
-                raise InputError("must be a column of the robot's model", key="columns", value=shown(name), fix=fix)
-            columns[known[name]] = values
+    known = {place: column for column, (place, _) in columns.items()}
+    for place in changes:
+        if place not in known:
+            fix = did_you_mean(place, known)
+            raise InputError("must be a column of the robot's model", key="columns", value=shown(place), fix=fix)
+    values = {column: changes.get(place, value) for column, (place, value) in columns.items()}
     coefficients = dict(getattr(robot.water, robot.model.water))
     flags = {name: float(value) for name, value in coefficients.items() if isinstance(value, bool)}
     body = {"body_length": robot.body.length, "joint_group": group, "joint_share": share}
-    return _core.Model(robot.model.water, columns | flags | body)
+    return _core.Model(robot.model.water, values | flags | body)
