@@ -123,7 +123,7 @@ def identify(
     checkpoint: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Fit:
-    """Fit free coefficients to trials (section III.E of the paper, with exact derivatives).
+    """Fit free coefficients to trials (section III.E of the paper, with exact derivatives): see docs/identify.md.
 
     Parameters
     ----------
@@ -155,12 +155,6 @@ def identify(
     Returns
     -------
     Fit
-
-    Notes
-    -----
-    Residuals are in units of their standard deviation: that of the file over sqrt(repeats); for tracked runs that of
-    the recording's runs about their mean; else an unknown level, common to a kind of measurement and relative for
-    steady runs, which is estimated from the residuals in turn with the fit.
     """
     begun = time.monotonic()
     FRACTION_LEFT.check(validate, "validate", "give a fraction such as 0.2, or 0 for none")

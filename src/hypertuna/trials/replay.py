@@ -81,8 +81,7 @@ def replay(
     start : Pose
         Pose of the nose at the first sample, see `Pose.from_head_center`.
     twist : tuple of float, optional
-        u, v [m/s] and r [rad/s] of the head through the water at the first sample. Default: robot and water start
-        without momentum, because the momentum of a small error in the first joint rates decays slowly.
+        u, v [m/s] and r [rad/s] of the head through the water at the first sample; default: no momentum.
     step : float, optional
         Maximum Runge-Kutta step [s]; default: half the median interval of the series.
     current : tuple of float
@@ -109,6 +108,7 @@ def replay(
     time = curve.series.time
     joints, width = joint_grid(robot, curve, step=step)
     steps = len(joints) // 2
+    # without momentum by default: that of a small error in the first joint rates decays slowly
     head = twist_from_rest(robot, joints[0]) if twist is None else np.array(twist, dtype=float)
     motion = _core.advance(core_model(robot), joints, step=width, twist=head, pose=np.array(start, dtype=float))
     sound = _sound(robot, motion["twist"], motion["torque"])
@@ -164,10 +164,7 @@ def seen_from_start(pose: Array, direction: float) -> Array:
 
 
 def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
-    """Return computed minus tracked poses, each seen from its own first pose.
-
-    The computed run is turned to the initial direction of the tracked one, so that neither the start pose of the replay
-    nor the origin of the tracking matters.
+    """Return computed minus tracked poses, each seen from its own first pose, in the initial direction of the track.
 
     Parameters
     ----------
@@ -208,10 +205,10 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
     Returns
     -------
     xarray.Dataset
-        By axis (x, y [m], yaw [rad]; coordinate ``unit``): ``rmse`` over all frames of all runs, ``run_rmse`` of each
-        run, ``mean_rmse`` against the mean of the runs, and ``repeatability``, the root mean square of the runs about
-        their mean: the minimum `rmse` of one trajectory, rmse^2 = mean_rmse^2 + repeatability^2. The mean is taken at
-        the frames of the first run that all runs and the replay span. NaN for the repeatability of a single run.
+        By axis (x, y [m], yaw [rad]; coordinate ``unit``): ``rmse`` over all frames of all runs, ``run_rmse`` of each,
+        ``mean_rmse`` against the mean of the runs, and ``repeatability``, the root mean square of the runs about their
+        mean, NaN for a single run: rmse^2 = mean_rmse^2 + repeatability^2. The mean is taken at the frames of the first
+        run that all runs and the replay span.
     """
     if not tracks:
         raise InputError("must hold at least one run", key="tracks", fix="give the tracked poses")

@@ -37,8 +37,7 @@ def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
     """Smooth a joint series by quintic splines (FITPACK), as smooth as its noise allows.
 
     Each spline has the fewest knots with which the sum of squared residuals is K sigma^2 + sqrt(2 K) sigma^2 or less:
-    the upper end of the range of K residuals of noise sigma. A replayed motion depends on angles and rates;
-    accelerations, which are most sensitive to noise, enter only the joint torques.
+    the upper end of the range of K residuals of noise sigma.
 
     Parameters
     ----------

@@ -86,20 +86,15 @@ def read_joints(path: str | Path, *, time: str, columns: Sequence[str], unit: st
     ----------
     path : str or Path
     time : str
-        Name of the column of time [s].
+        Column of time [s].
     columns : sequence of str, shape (groups,)
-        Names of the columns of angles, one per joint group from head to tail.
+        Columns of angles, one per joint group from head to tail.
     unit : {"deg", "rad"}
         Unit of the angles in the file.
 
     Returns
     -------
     JointSeries
-
-    Raises
-    ------
-    InputError
-        If the file or a column is missing, or a value is not valid in a `JointSeries`.
     """
     if not columns:
         raise InputError("must name at least one column", key="columns", fix="name one column per joint group")
@@ -124,16 +119,12 @@ def read_tracks(
     Parameters
     ----------
     path : str or Path
-    time : str
-        Name of the column of time [s].
+    time, run : str
+        Columns of time [s] and, if the file is not one run, of the names of runs.
     pose : sequence of str, shape (3,)
-        Names of the columns of x, y and yaw, the direction that the head faces.
-    run : str, optional
-        Name of the column of run names; default: the file is one run.
-    length_unit : {"m", "cm", "mm"}
-        Unit of x and y in the file.
-    angle_unit : {"deg", "rad"}
-        Unit of yaw in the file.
+        Columns of x, y and yaw, the direction that the head faces.
+    length_unit, angle_unit : str
+        Units in the file: "m", "cm" or "mm"; "deg" or "rad".
     yaw_zero : float
         Direction of yaw 0 [rad], counter-clockwise from x.
     clockwise : bool
@@ -143,11 +134,6 @@ def read_tracks(
     -------
     tuple of Track
         In the order of the file; yaw without jumps by whole turns.
-
-    Raises
-    ------
-    InputError
-        If the file or a column is missing, a value is not a finite number, or time goes back within a run.
     """
     if len(pose) != 3:
         raise InputError("must be 3 names", key="pose", value=f"{len(pose)}", fix="name the columns of x, y and yaw")

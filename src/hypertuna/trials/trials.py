@@ -39,7 +39,7 @@ class Trials:
         return (*(run.name for run in self.steady), *tracked)
 
     def only(self, names: Iterable[str]) -> Trials:
-        """Return some of the runs; recordings without any of them are left out.
+        """Return some of the runs, in the order of these trials; recordings without any of them are left out.
 
         Parameters
         ----------
@@ -49,7 +49,6 @@ class Trials:
         Returns
         -------
         Trials
-            In the order of these trials.
         """
         chosen = set(names)
         for name in sorted(chosen.difference(self.runs)):
@@ -67,7 +66,7 @@ class Trials:
 
 
 def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot) -> Trials:
-    """Read trials of a robot.
+    """Read trials of a robot; raise InputError for a file that does not fit it, or for two runs of one name.
 
     Parameters
     ----------
@@ -79,11 +78,6 @@ def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot) -> Trial
     Returns
     -------
     Trials
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, does not fit the robot, or two runs have the same name.
     """
     files = [paths] if isinstance(paths, (str, Path)) else list(paths)
     if not files:
