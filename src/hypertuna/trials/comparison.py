@@ -66,8 +66,9 @@ def compare_recording(robot: Robot, recording: Recording, result: xr.Dataset) ->
     Returns
     -------
     xarray.Dataset
-        As of `rmse`, with ``ratio`` = rmse / repeatability, 1 at best; ``best_offset_rmse`` and ``best_offset_ratio`` are
-        the same with the best time offset. Attributes: ``time_offset_s`` as given, and ``best_time_offset_s``.
+        As of `rmse`, with ``ratio`` = rmse / repeatability, which is 1 at best; ``best_offset_rmse`` and
+        ``best_offset_ratio`` are the same with the best time offset. Attributes: ``time_offset_s`` as given, and
+        ``best_time_offset_s``.
     """
     errors = rmse(robot, result, recording.tracks)
     shift = best_time_offset(robot, result, recording.tracks)
