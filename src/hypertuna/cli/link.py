@@ -8,7 +8,6 @@ import select
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -19,6 +18,7 @@ from hypertuna.cli.emit import emit
 from hypertuna.cli.parsing import Setting
 from hypertuna.cli.parsing import number as read_number
 from hypertuna.errors import InputError
+from hypertuna.io.files import read_bytes
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.upload import download, upload
 from hypertuna.radio.calibration import KINDS, Calibration, Pair, calibrate, parse_sensor, read_pairs
@@ -38,10 +38,7 @@ STEPS = {"bend": math.pi / 18000, "pressure": 100.0, "current": 0.01}  # SI per 
 def _read_key(path: str, _: str) -> bytes:
     """Read a key."""
     fix = "make one: openssl rand -out key 32"
-    try:
-        content = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError("must be a readable file", file=path, value=f"not ({error.strerror})", fix=fix) from None
+    content = read_bytes(path, fix)
     if len(content) != 32:
         raise InputError("must have 32 bytes", file=path, value=f"{len(content)} long", fix=fix)
     return content

@@ -12,6 +12,7 @@ from hypertuna.description.channels import CHANNELS
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Sensor
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.tables import parse_float
 
 NUMBERS = ("low", "high", "noise", "resolution", "drift", "bias", "nonlinearity")
 KINDS = tuple(kind for kind in _core.fault_kinds() if kind != "none")
@@ -108,14 +109,18 @@ def _fault(spelled: str, robot: Robot, duration: float) -> Fault:
         raise refusal("must be of a sensor that the robot has", did_you_mean(match["channel"], known))
     if match["kind"] not in KINDS:
         raise refusal("must be of a known kind", f"use one of {', '.join(KINDS)}")
-    start, dash, end = match["start"].partition("-")
-    try:
-        times = (float(start), float(end) if dash else FOREVER)
-    except ValueError:
-        times = (FOREVER, FOREVER)
-    if not 0 <= times[0] < times[1]:
-        raise refusal("must have a time", "give seconds from the start of the run, the end after the start")
+    times = fault_times(spelled, match["start"])
     if times[0] >= duration:
         rule, fix = f"must start before the run ends at {duration:g} s", "let it start earlier, or run longer"
         raise refusal(rule, fix)
     return Fault(match["kind"], *known[match["channel"]], *times)
+
+
+def fault_times(spelled: str, times: str) -> tuple[float, float]:
+    """Read START or START-END [s] of a fault."""
+    first, dash, last = times.partition("-")
+    start, end = parse_float(first), parse_float(last) if dash else FOREVER
+    if not 0 <= start < end:
+        fix = "give seconds from the start of the run, the end after the start"
+        raise InputError("must have a time", key="fault", value=shown(spelled), fix=fix)
+    return start, end

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from hypertuna.errors import InputError, shown
+from hypertuna.io.files import read_bytes, unwritable
 
 MARK = "hypertuna journal"
 ANOTHER = "give another file, or remove this one to start over"
@@ -22,11 +23,7 @@ ANOTHER = "give another file, or remove this one to start over"
 
 def read_header(path: str | Path) -> dict[str, Any]:
     """Return the header of a journal."""
-    try:
-        lines = Path(path).read_bytes().splitlines(keepends=True)
-    except OSError as error:
-        raise InputError("must be a readable file", file=str(path), value=f"not ({error.strerror})") from None
-    return _header(Path(path), lines)
+    return _header(Path(path), read_bytes(path).splitlines(keepends=True))
 
 
 class Journal:
@@ -58,8 +55,7 @@ class Journal:
             fix = "wait for it, or give another file"
             raise InputError("is in use by another run", file=str(path), fix=fix) from None
         except OSError as error:
-            value, fix = f"not ({error.strerror})", "choose a path that can be written"
-            raise InputError("must be a writable file", file=str(path), value=value, fix=fix) from None
+            raise unwritable(path, error) from None
         try:
             self.records = self._resume(self._file, header)
         except BaseException:

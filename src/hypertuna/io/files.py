@@ -112,7 +112,7 @@ def write_atomically(path: str | Path, content: bytes) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     except OSError as error:
-        raise _unwritable(path, error) from None
+        raise unwritable(path, error) from None
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(content)
@@ -120,11 +120,10 @@ def write_atomically(path: str | Path, content: bytes) -> Path:
         os.umask(umask)
         os.chmod(name, 0o666 & ~umask)
         os.replace(name, path)
-    except OSError as error:
+    except BaseException as error:
         Path(name).unlink(missing_ok=True)
-        raise _unwritable(path, error) from None
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise unwritable(path, error) from None
         raise
     return path
 
@@ -137,9 +136,18 @@ def write_netcdf(dataset: xr.Dataset | xr.DataTree, path: str | Path) -> Path:
         return write_atomically(path, file.read_bytes())
 
 
-def _unwritable(path: Path, error: OSError) -> InputError:
-    fix = "choose a path that can be written"
-    return InputError("must be a writable file", file=str(path), value=f"not ({error.strerror})", fix=fix)
+def unwritable(path: object, error: OSError) -> InputError:
+    """Return the error of a file that cannot be written."""
+    value, fix = f"not ({error.strerror or error})", "choose a path that can be written"
+    return InputError("must be a writable file", file=str(path), value=value, fix=fix)
+
+
+def read_bytes(path: str | Path, fix: str | None = None) -> bytes:
+    """Read a file whole."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise InputError("must be a readable file", file=str(path), value=f"not ({error.strerror})", fix=fix) from None
 
 
 def shipped(name: str) -> Path:

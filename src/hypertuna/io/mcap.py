@@ -5,6 +5,7 @@ Chunks are checked by their checksums, also those of a file that was cut short. 
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import IO, Any, Self
 
 from hypertuna.errors import InputError
+from hypertuna.io.files import read_bytes, unwritable
 
 INSTALL = "pip install 'hypertuna[log]'"
 CHUNK = 64 * 1024  # bytes before compression: a few seconds of a mission
@@ -43,8 +45,7 @@ class McapWriter:
                 target, allow_overwrite=overwrite, context=self._context, writer_options=options
             )
         except OSError as error:
-            fix = "choose a path that can be written"
-            raise InputError("must be a writable file", file=str(target), value=f"not ({error})", fix=fix) from None
+            raise unwritable(target, error) from None
         self.channels: dict[str, Any] = {}  # by topic
 
     def __enter__(self) -> Self:
@@ -86,21 +87,14 @@ class Messages:
 def read_messages(path: str | Path, name: Callable[[str, bytes], str] | None = None) -> Messages:
     """Read the messages of all whole chunks of a file by topic, or by the `name` of a topic and a message's content."""
     need_log()
-    file = str(path)
-    try:
-        with Path(path).open("rb") as stream:
-            start = stream.read(len(MAGIC))
-        size = Path(path).stat().st_size
-    except OSError as error:
-        value, fix = f"not ({error.strerror})", "give the path of a .mcap file"
-        raise InputError("must be a readable file", file=file, value=value, fix=fix) from None
-    if start != MAGIC:
-        raise InputError("must be an MCAP file", file=file, value="something else", fix="give a .mcap file")
+    content = read_bytes(path, "give the path of a .mcap file")
+    if not content.startswith(MAGIC):
+        raise InputError("must be an MCAP file", file=str(path), value="something else", fix="give a .mcap file")
     from mcap.records import Channel, Message
 
     messages = Messages({}, {})
     topics: dict[int, str] = {}
-    for part in _chunks(Path(path), size, messages):
+    for part in _chunks(content, messages):
         topics |= {record.id: record.topic for record in part if isinstance(record, Channel)}
         for record in part:
             if isinstance(record, Message) and record.channel_id in topics:
@@ -112,22 +106,19 @@ def read_messages(path: str | Path, name: Callable[[str, bytes], str] | None = N
     return messages
 
 
-def _chunks(path: Path, size: int, messages: Messages) -> Iterator[list[Any]]:
+def _chunks(content: bytes, messages: Messages) -> Iterator[list[Any]]:
     """Yield the records of each whole chunk; store metadata and the first fault."""
-    from mcap.records import Chunk, Footer, Metadata
+    from mcap.records import Chunk, Metadata
     from mcap.stream_reader import StreamReader, breakup_chunk
 
-    ended = False
-    with path.open("rb") as stream:
-        try:
-            for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size).records:
-                if isinstance(record, Metadata) and record.name == METADATA:
-                    messages.metadata = dict(record.metadata)
-                elif isinstance(record, Metadata) and record.name == ENDING and messages.metadata is not None:
-                    messages.metadata |= {key: value for key, value in record.metadata.items() if key != "record"}
-                elif isinstance(record, Chunk):
-                    yield breakup_chunk(record, validate_crc=True)
-                ended = ended or isinstance(record, Footer)
-        except Exception as error:  # a damaged file may raise anything in the reader
-            short = stream.read(1) == b""
-            messages.fault = "cut short" if short else f"damaged ({type(error).__name__})"
+    stream, size = io.BytesIO(content), len(content)
+    try:
+        for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size).records:
+            if isinstance(record, Metadata) and record.name == METADATA:
+                messages.metadata = dict(record.metadata)
+            elif isinstance(record, Metadata) and record.name == ENDING and messages.metadata is not None:
+                messages.metadata |= {key: value for key, value in record.metadata.items() if key != "record"}
+            elif isinstance(record, Chunk):
+                yield breakup_chunk(record, validate_crc=True)
+    except Exception as error:  # a damaged file may raise anything in the reader
+        messages.fault = f"damaged ({type(error).__name__})" if stream.read(1) else "cut short"

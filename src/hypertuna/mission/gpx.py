@@ -14,7 +14,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
-from hypertuna.io.files import version, write_atomically
+from hypertuna.io.files import read_bytes, version, write_atomically
 from hypertuna.io.tables import parse_float
 from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.record import MissionRecord
@@ -70,13 +70,10 @@ def check_origin(origin: tuple[float, float] | None, file: str | None = None) ->
 def read_gpx(path: str | Path) -> list[GpxTrack]:
     """Read the tracks of a GPX file; segments of a track are joined."""
     file = str(path)
-    try:
-        size, content = Path(path).stat().st_size, Path(path).read_bytes()
-    except OSError as error:
-        value, fix = f"not ({error.strerror})", "give the path of a .gpx file"
-        raise InputError("must be a readable file", file=file, value=value, fix=fix) from None
-    if size > MAX_BYTES:
-        raise InputError("must be at most 200 MB", file=file, value=f"{size / 1e6:.0f} MB", fix="cut the track")
+    content = read_bytes(path, "give the path of a .gpx file")
+    if len(content) > MAX_BYTES:
+        value = f"{len(content) / 1e6:.0f} MB"
+        raise InputError("must be at most 200 MB", file=file, value=value, fix="cut the track")
     try:
         root = ElementTree.fromstring(content, parser=ElementTree.XMLParser(target=_Plain()))
     except (ElementTree.ParseError, ValueError, LookupError) as error:

@@ -16,7 +16,7 @@ from hypertuna.actuation.battery import battery_columns
 from hypertuna.arrays import Array
 from hypertuna.control.guidance import GaitTable, gait_table, mission_columns, pilot_columns
 from hypertuna.control.mission import Mission, fence_distance
-from hypertuna.control.sensors import FOREVER, fault_texts, pilot_sensor_columns
+from hypertuna.control.sensors import fault_texts, fault_times, pilot_sensor_columns
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError, did_you_mean, shown
@@ -217,12 +217,5 @@ def _fin_fault(spelled: str, limit: float) -> list[tuple[int, float, float, floa
     if match["kind"] not in FIN_KINDS:
         fix = did_you_mean(match["kind"], FIN_KINDS)
         raise InputError("must be of a known kind", key="fault", value=shown(spelled), fix=fix)
-    first, dash, last = match["start"].partition("-")
-    try:
-        start, end = float(first), float(last) if dash else FOREVER
-    except ValueError:
-        start, end = math.nan, math.nan
-    if not 0 <= start < end:
-        fix = "give seconds from the start of the mission, the end after the start"
-        raise InputError("must have a time", key="fault", value=shown(spelled), fix=fix)
-    return [(fin, FIN_KINDS[match["kind"]] * limit, start, end) for fin in FINS[match["which"]]]
+    times = fault_times(spelled, match["start"])
+    return [(fin, FIN_KINDS[match["kind"]] * limit, *times) for fin in FINS[match["which"]]]
