@@ -137,7 +137,7 @@ def _stretches(model: FeModel) -> tuple[dict[str, Array], Array]:
     rule = ngs.IntegrationRule(ngs.TRIG, 2 * model.options.size.order)
     points = model.mesh.MapToAllElements(rule, model.mesh.Boundaries(FACES["walls"]))
     C = surface_strain(ngs.Grad(model.displacement))
-    one, two = fiber_stretches(model.wall, C.Caa, C.Chh, C.Cah)
+    one, two = fiber_stretches(model.wall, *C)
     values = {"axial": ngs.sqrt(C.Caa), "hoop": ngs.sqrt(C.Chh), "one": one, "two": two}
     stretches = {name: np.asarray(value(points)).ravel() for name, value in values.items()}
     fiber = np.concatenate([stretches.pop("one"), stretches.pop("two")])

@@ -12,7 +12,7 @@ second order follow only on much finer meshes (docs/fe.md).
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.silicone import Mooney
@@ -53,8 +53,7 @@ class FeOptions:
         return asdict(self) | {"material": self.material_of(robot)}
 
 
-@dataclass(frozen=True)
-class SurfaceStrain:
+class SurfaceStrain(NamedTuple):
     """Squared stretches of a wall along the channel and around it, and their shear, as NGSolve expressions."""
 
     Caa: Any
@@ -103,7 +102,7 @@ def fe_model(robot: Robot, joint: str | int, options: FeOptions | None = None) -
         space = mixed_space(space, soft)
         settle = settling(space, matrix, soft)
     loads = (ngs.Parameter(0.0), ngs.Parameter(0.0), ngs.Parameter(0.0))
-    energy = _energy(space, body, matrix, wall, loads[:2], loads[2], mixed=options.mixed)
+    energy = _energy(space, body, matrix, wall, loads, mixed=options.mixed)
     problem = Problem(energy, ngs.GridFunction(space), loads, matrix.shear, settle)
     return FeModel(robot, body, options, matrix, wall, mesh, deformation, problem)
 
@@ -132,9 +131,7 @@ def surface_strain(gradient: Any) -> SurfaceStrain:
     return SurfaceStrain(InnerProduct(a, a), InnerProduct(h, h), InnerProduct(a, h))
 
 
-def _energy(
-    space: Any, body: JointBody, matrix: Solid, wall: Wall, pressure: tuple[Any, Any], couple: Any, *, mixed: bool
-) -> Any:
+def _energy(space: Any, body: JointBody, matrix: Solid, wall: Wall, loads: tuple[Any, Any, Any], *, mixed: bool) -> Any:
     """Return the total energy of the upper half [J] as a form of displacement and, if mixed, pressure."""
     import ngsolve as ngs
 
@@ -148,14 +145,14 @@ def _energy(
     energy += ngs.Variation(solid_energy(stiff, F).Compile() * ngs.dx("plate"))
     gradient = ngs.Grad(u).Trace()
     C = surface_strain(gradient)
-    walls = hose_energy(wall, C.Caa, C.Chh, C.Cah) + braid_energy(wall, C.Caa, C.Chh, C.Cah)
+    walls = hose_energy(wall, *C) + braid_energy(wall, *C)
     energy += ngs.Variation(walls.Compile() * ngs.ds(FACES["walls"]))
     volume = cavity(place, ngs.Id(3) + gradient, ngs.specialcf.normal(3))
-    for name, load in zip(SIDES, pressure, strict=True):
+    for name, load in zip(SIDES, loads[:2], strict=True):
         energy += ngs.Variation((-load * volume).Compile() * ngs.ds(FACES[name]))
     if body.strip > 0:
         energy += ngs.Variation((STRIP / 2 * (ngs.sqrt(C.Caa) - 1) ** 2).Compile() * ngs.ds("strip"))
-    energy += ngs.Variation((-0.5 * couple * _turn(space.mesh, u)).Compile() * ngs.ds("tip"))
+    energy += ngs.Variation((-0.5 * loads[2] * _turn(space.mesh, u)).Compile() * ngs.ds("tip"))
     return energy
 
 

@@ -14,7 +14,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -56,13 +56,12 @@ DEPTH = 6  # layers of glass
 MATT: dict[str, Any] = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.56, "specular": 0.1, "specular_power": 15}
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """A quantity shown by colors."""
+class Quantity(NamedTuple):
+    """A quantity shown by colors: its field in the files, label of the color bar, unit of the label in SI."""
 
-    field: str  # name in the files
-    label: str  # of the color bar, with unit
-    unit: float  # unit of the label in SI
+    field: str
+    label: str
+    unit: float
 
 
 QUANTITIES = {
@@ -117,7 +116,8 @@ def draw_step(film: Film, k: int, quantity: str) -> Figure:
         (left, "units", "drive units, faded without pressure"),
         (right, "cut", "lower half, cut at the middle plane"),
     ):
-        _show(axes, _render(film, k, view, quantity))
+        axes.imshow(_render(film, k, view, quantity), interpolation="antialiased")
+        axes.set_axis_off()
         axes.text(0.0, 0.0, text, transform=axes.transAxes, color=FAINT, fontsize=8)
     figure.suptitle(f"{film.title}, {film.text(k)}", x=0.01, ha="left", fontsize=10, fontweight="bold")
     _bar(figure, [left, right], film, quantity, location="right", shrink=0.8)
@@ -132,7 +132,8 @@ def draw_filmstrip(film: Film, *, width: float = WIDTH) -> Figure:
     panels = figure.subplots(rows, count, squeeze=False)
     for row, quantity in zip(panels, QUANTITIES, strict=True):
         for k, axes in enumerate(row):
-            _show(axes, _render(film, k, "cut", quantity))
+            axes.imshow(_render(film, k, "cut", quantity), interpolation="antialiased")
+            axes.set_axis_off()
         _bar(figure, list(row), film, quantity, location="bottom", shrink=0.5, pad=0.02)
     for k, axes in enumerate(panels[0]):
         axes.set_title(film.text(k), fontsize=9, loc="center", fontweight="normal")
@@ -174,12 +175,6 @@ def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
     write_atomically(path, packed.getvalue())
 
 
-def _show(axes: Axes, picture: NDArray[np.uint8]) -> None:
-    """Show a rendered view on axes."""
-    axes.imshow(picture, interpolation="antialiased")
-    axes.set_axis_off()
-
-
 def _bar(figure: Figure, axes: list[Axes], film: Film, quantity: str, **place: Any) -> None:
     """Draw the color bar of a quantity."""
     shown = QUANTITIES[quantity]
@@ -218,18 +213,21 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
     """Render a view at a pressure: pixels (height, width, 3)."""
     import pyvista as pv
 
-    _hush()
+    if not os.environ.get("DISPLAY"):  # which VTK would warn of
+        from vtkmodules.vtkCommonCore import vtkLogger
+
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     size, position, scale = _camera(film, view)
     plotter = pv.Plotter(off_screen=True, window_size=size, lighting=None)
     plotter.set_background("white")
     plotter.add_light(pv.Light(light_type="camera light", position=(-0.3, 0.5, 1.0), intensity=0.95))
-    shape = {name: _deformed(part) for name, part in film.faces[k].items()}
-    colors: dict[str, Any] = {"clim": (0, film.top(quantity)), "cmap": SEQUENCE, "show_scalar_bar": False}
-    for part, opacity in _colored(shape, view, film.side):
-        plotter.add_mesh(part, scalars=QUANTITIES[quantity].field, opacity=opacity, **colors, **MATT)
-    for part, opacity in _gray(shape, view):
-        plotter.add_mesh(part, color=GLASS, opacity=opacity, **MATT)
-    for outline in _outlines(film.faces[k]):
+    colors = {"clim": (0, film.top(quantity)), "cmap": SEQUENCE, "show_scalar_bar": False}
+    colors["scalars"] = QUANTITIES[quantity].field
+    for part, opacity, colored in _parts(film.faces[k], view, film.side):
+        plotter.add_mesh(part, opacity=opacity, **(colors if colored else {"color": GLASS}), **MATT)
+    edges = {"feature_edges": False, "manifold_edges": False, "non_manifold_edges": False}
+    for part in (_whole(film.faces[k]["outer"]), film.faces[k]["cut"]):  # at rest
+        outline = part.extract_feature_edges(boundary_edges=True, **edges)
         plotter.add_mesh(outline, color=FAINT, line_width=LINE, opacity=0.8)
     plotter.enable_parallel_projection()
     plotter.camera_position, plotter.camera.parallel_scale = position, scale
@@ -240,19 +238,22 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
     return picture
 
 
-def _colored(shape: dict[str, Any], view: str, side: str) -> list[tuple[Any, float]]:
-    """List the colored parts of a view with their opacity: faded drive units do not hide those under pressure."""
-    if view == "units":
-        return [(_whole(shape[name]), 1.0 if name == side else FADED) for name in SIDES]
-    return [*((_mirrored(shape[name]), 1.0) for name in ("left", "right", "outer")), (shape["cut"], 1.0)]
+def _parts(faces: dict[str, Any], view: str, side: str) -> list[tuple[Any, float, bool]]:
+    """List the deformed parts of a view with their opacity, and whether they are colored, not gray.
 
-
-def _gray(shape: dict[str, Any], view: str) -> list[tuple[Any, float]]:
-    """List glass and plates of a view with their opacity."""
+    Drive units without pressure are faded, so that they do not hide those under pressure.
+    """
+    shape = {name: part.copy() for name, part in faces.items()}
+    for part in shape.values():
+        part.points = part.points + part[DISPLACEMENT]
     if view == "units":
-        return [(_whole(shape["outer"]), THIN), (_whole(shape["plate"]), THICK), (_whole(shape["caps"]), 1.0)]
-    lower = [*((_mirrored(shape[name]), 1.0) for name in ("plate", "caps")), (shape["plate_cut"], 1.0)]
-    return [*lower, (shape["outer"], THIN), (shape["plate"], THIN)]
+        units = [(_whole(shape[name]), 1.0 if name == side else FADED, True) for name in SIDES]
+        glass = {"outer": THIN, "plate": THICK, "caps": 1.0}
+        return units + [(_whole(shape[name]), opacity, False) for name, opacity in glass.items()]
+    lower = [(_mirrored(shape[name]), 1.0, True) for name in (*SIDES, "outer")]
+    gray = [(_mirrored(shape[name]), 1.0, False) for name in ("plate", "caps")]
+    upper = [(shape["outer"], THIN, False), (shape["plate"], THIN, False)]
+    return [*lower, (shape["cut"], 1.0, True), *gray, (shape["plate_cut"], 1.0, False), *upper]
 
 
 def _camera(film: Film, view: str) -> tuple[tuple[int, int], list[tuple[float, ...]], float]:
@@ -271,13 +272,6 @@ def _camera(film: Film, view: str) -> tuple[tuple[int, int], list[tuple[float, .
     return size, [tuple(far), tuple(middle), tuple(up)], float(MARGIN * high / 2)
 
 
-def _deformed(part: Any) -> Any:
-    """Return a part displaced by the pressure."""
-    shape = part.copy()
-    shape.points = part.points + part[DISPLACEMENT]
-    return shape
-
-
 def _mirrored(part: Any) -> Any:
     """Return the lower half of a part."""
     lower = part.reflect((0, 0, 1), point=(0, 0, 0))
@@ -288,19 +282,3 @@ def _mirrored(part: Any) -> Any:
 def _whole(part: Any) -> Any:
     """Join both halves of a part."""
     return part.merge(_mirrored(part), merge_points=True)
-
-
-def _outlines(faces: dict[str, Any]) -> list[Any]:
-    """Return the edges of the body at rest: ends and cut."""
-    options = {"feature_edges": False, "manifold_edges": False, "non_manifold_edges": False}
-    return [
-        part.extract_feature_edges(boundary_edges=True, **options) for part in (_whole(faces["outer"]), faces["cut"])
-    ]
-
-
-def _hush() -> None:
-    """Silence the warning of VTK that there is no screen."""
-    if not os.environ.get("DISPLAY"):
-        from vtkmodules.vtkCommonCore import vtkLogger
-
-        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)

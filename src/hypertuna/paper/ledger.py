@@ -45,22 +45,19 @@ class Rule:
         return excess <= self.tolerance * scale and computed * published > 0
 
 
+CLAIM = "the accuracy that the paper claims for its own model, section III.E"
+FLAT = "the optimum is flat: 8 deg off it, less than half a percent of the speed is lost"
+
 # The first rule that fits an entry decides its verdict. What does not hold deviates; where both numbers are the
 # paper's own, one derived from the others, it is contradicted.
 RULES = (
     Rule("speed/model-error-max", "*", 0.0, False, "an upper bound is kept or not", bound=True),
     Rule("*/change-*", "*", 0.5, False, "the same direction, within half: a small difference of two measured numbers"),
     Rule("speed/*", "nominal", 0.10, False, "published to one digit: half a unit of it is 10 % and more"),
-    Rule("speed/*", "*", 0.05, False, "the accuracy that the paper claims for its own model, section III.E"),
+    Rule("speed/*", "*", 0.05, False, CLAIM),
     Rule("optimal-phase/*", "*", 0.0, True, "the same point of the grid of phases"),
     Rule("turning/best-phase", "*", 0.0, True, "the same point of the grid of phases"),
-    Rule(
-        "optimum/max/phase",
-        "*",
-        8.0,
-        True,
-        "the optimum is flat: 8 deg off it, less than half a percent of the speed is lost",
-    ),
+    Rule("optimum/max/phase", "*", 8.0, True, FLAT),
     Rule("optimum/max/*", "*", 0.01, False, "at its bound, as near as a swarm of 60 iterations comes to it"),
     Rule("optimum/*/phase", "*", 8.0, True, "as for the maximum"),
     Rule("optimum/*", "*", 0.10, False, "many gaits have nearly the same speed and cost"),
@@ -68,18 +65,12 @@ RULES = (
     Rule("turning/radius-bl", "*", 0.10, False, "measured in snapshots of one turn"),
     Rule("lake/*", "*", 0.15, False, "published as approximate: a track by a phone on a boat, on moving water"),
     Rule("bending/*", "*", 0.01, False, "the actuator's estimated geometry was made to meet both: it must"),
-    Rule(
-        "fe/bending-*",
-        "*",
-        0.03,
-        False,
-        "hypertuna-fe's geometry was made to meet both, by a few runs",
-    ),
+    Rule("fe/bending-*", "*", 0.03, False, "hypertuna-fe's geometry was made to meet both, by a few runs"),
     Rule("control/settling-*", "*", 0.0, False, "an upper bound is kept or not", bound=True),
     Rule("power/*", "*", 0.10, False, "what the servos and converters lose is estimated, not published"),
     Rule("cost-of-transport/minimum", "*", 0.10, False, "a power of 10 % over a speed"),
     Rule("range/*", "*", 0.01, False, "arithmetic on numbers of three digits"),
-    Rule("*", "*", 0.05, False, "the accuracy that the paper claims for its own model, section III.E"),
+    Rule("*", "*", 0.05, False, CLAIM),
 )
 
 
@@ -136,20 +127,19 @@ def published_value(key: str) -> float:
 
 def judge(paper: Mapping[str, Any], finding: Finding) -> Entry:
     """Return the entry of a computed number: beside the published one, with a verdict."""
-    fact = paper["values"][finding.id]
+    fact, (name, model, computed, note, interval) = paper["values"][finding.id], finding
     value = fact.get("value")
-    error = None if finding.computed is None or value is None else finding.computed / value - 1
     return Entry(
-        id=finding.id,
+        id=name,
         source=fact["source"],
         unit=fact["unit"],
         published=value,
-        computed=finding.computed,
-        model=finding.model,
-        relative_error=error,
+        computed=computed,
+        model=model,
+        relative_error=None if computed is None or value is None else computed / value - 1,
         verdict=_verdict(finding, fact),
-        note=finding.note,
-        interval=finding.interval,
+        note=note,
+        interval=interval,
         bound=_rule(finding, fact).bound,
     )
 

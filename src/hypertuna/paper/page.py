@@ -8,6 +8,7 @@ from typing import Any
 
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
+from hypertuna.paper.chapter import compose
 from hypertuna.paper.chapters.gaits import ARITHMETIC
 from hypertuna.paper.computed import OURS, PAPER, bandwidths
 from hypertuna.paper.ledger import MARKS, RULES, VERDICTS, Entry
@@ -27,7 +28,7 @@ def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
     except OSError as error:
         reason = f"not ({error.strerror})"
         raise InputError("must be a folder to write to", file=str(folder), value=reason, fix="choose another") from None
-    sections = [*ledger_sections(ledger), _robot(ledger)]
+    sections = [*ledger_sections(ledger), *_robot(ledger)]
     for picture in (part for section in sections for part in section.parts if isinstance(part, Picture)):
         write_atomically(folder / f"{picture.name}.svg", picture.svg.encode())
     write_atomically(folder / "ledger.json", (json.dumps(ledger_record(ledger), indent=2) + "\n").encode())
@@ -36,7 +37,7 @@ def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
 
 def ledger_html(ledger: Ledger) -> str:
     """Return the ledger as an HTML page that needs no other file."""
-    return _html(ledger, [*ledger_sections(ledger), _robot(ledger)])
+    return _html(ledger, [*ledger_sections(ledger), *_robot(ledger)])
 
 
 def _html(ledger: Ledger, sections: list[Section]) -> str:
@@ -49,16 +50,8 @@ def _html(ledger: Ledger, sections: list[Section]) -> str:
     lede = f"""HyperTuna is a soft robotic fish with two hydraulic joints. Its paper gives the robot's dimensions, the
 coefficients of a swimming model, and measurements. This page computes the last from the others: {count} published
 numbers, each with the computed one and a verdict."""
-    values = {
-        "ledger": ledger,
-        "chapters": chapters,
-        "rules": RULES,
-        "marks": MARKS,
-        "names": NAMES,
-        "best": best,
-        "slowed": slowed(best),
-        "fish": swimming_svg(best),
-    }
+    values = {"ledger": ledger, "chapters": chapters, "rules": RULES, "marks": MARKS, "names": NAMES}
+    values |= {"best": best, "slowed": slowed(best), "fish": swimming_svg(best)}
     title = "HyperTuna, computed beside published"
     return page(title, sections, lede=lede, facts=_facts(ledger), template="ledger.html.j2", values=values)
 
@@ -105,15 +98,9 @@ def _facts(ledger: Ledger) -> list[Fact]:
     ]
 
 
-def _robot(ledger: Ledger) -> Section:
+def _robot(ledger: Ledger) -> list[Section]:
     """Draw the robot."""
     from hypertuna.swimming.drawing import plot_robot
 
     robot = ledger.trials[OURS].robot
-    links = sum(robot.links.mass)
-    text = f"""{len(robot.links.name)} links, {len(robot.joints)} joint groups, {robot.body.length:g} m,
-{robot.body.mass:g} kg, of which the links of Table II are {links:.3f} kg. `hypertuna robot show hypertuna` lists
-every value of its description with unit and source, estimates marked."""
-    shows = f"{robot.description}, to scale."
-    picture = Picture("robot", plot_robot(robot, width=WIDTH), shows, f"Drawn from `{robot.file}`.")
-    return Section("The robot", [picture, text])
+    return compose("robot", {"robot": plot_robot(robot, width=WIDTH)}, robot=robot, links=sum(robot.links.mass))
