@@ -137,13 +137,12 @@ def _stretches(model: FeModel) -> tuple[dict[str, Array], Array]:
     rule = ngs.IntegrationRule(ngs.TRIG, 2 * model.options.size.order)
     points = model.mesh.MapToAllElements(rule, model.mesh.Boundaries(FACES["walls"]))
     C = surface_strain(ngs.Grad(model.displacement))
-    one, two = fiber_stretches(model.wall, *C)
-    values = {"axial": ngs.sqrt(C.Caa), "hoop": ngs.sqrt(C.Chh), "one": one, "two": two}
-    stretches = {name: np.asarray(value(points)).ravel() for name, value in values.items()}
-    fiber = np.concatenate([stretches.pop("one"), stretches.pop("two")])
+    values = (ngs.sqrt(C.Caa), ngs.sqrt(C.Chh), *fiber_stretches(model.wall, *C))
+    axial, hoop, *fibers = (np.asarray(value(points)).ravel() for value in values)
     J = np.asarray(ngs.specialcf.JacobianMatrix(3, 2)(points)).reshape(-1, 3, 2)
     area = np.sqrt(np.linalg.det(J.transpose(0, 2, 1) @ J))
-    return {**stretches, "fiber": fiber}, area * np.tile(np.array(rule.weights), len(area) // len(rule.weights))
+    stretches = {"axial": axial, "hoop": hoop, "fiber": np.concatenate(fibers)}
+    return stretches, area * np.tile(np.array(rule.weights), len(area) // len(rule.weights))
 
 
 def _matrix(model: FeModel) -> tuple[Array, Array, Array, Array]:

@@ -303,8 +303,10 @@ def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None 
         steps = list(path)
         if place == (couple, tuple(path[:-1])):
             steps = steps[-1:]
-        else:
-            _rest(model)
+        else:  # from rest
+            for load in model.problem.loads:
+                load.Set(0.0)
+            model.displacement.vec[:] = 0.0
         place = None
         for pair in steps:
             result = equilibrium(model, pressure=pair, couple=couple)
@@ -315,10 +317,3 @@ def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None 
         return {"angle": measured.angle, "volume": list(measured.volume), "fault": measured.fault}
 
     return solve
-
-
-def _rest(model: Any) -> None:
-    """Set loads and displacements of a model to zero."""
-    for given in model.problem.loads:
-        given.Set(0.0)
-    model.displacement.vec[:] = 0.0

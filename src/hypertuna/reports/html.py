@@ -17,7 +17,6 @@ from hypertuna.io.files import version, write_atomically
 
 if TYPE_CHECKING:
     from jinja2 import Environment
-    from markdown_it import MarkdownIt
     from matplotlib.figure import Figure
 
 WIDTH = 4.3  # of a plot on a page, inches: its text stays readable on a phone
@@ -91,6 +90,8 @@ Shown: TypeAlias = "Figure | str | bytes | Table"
 def _environment(room: str) -> Environment:
     """Return the templates of a room: of pages (HTML), and of sections (Markdown)."""
     import jinja2
+    from markdown_it import MarkdownIt
+    from markupsafe import Markup
 
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader(room),
@@ -99,7 +100,14 @@ def _environment(room: str) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"f": format, "prose": _prose, "words": _words, "cell": _cell, "spans": _spans}
+    markdown = MarkdownIt("zero").enable(["backticks", "emphasis"])  # everything else is escaped
+    environment.filters |= {
+        "f": format,
+        "prose": lambda text: Markup(markdown.render(text)),
+        "words": lambda text: Markup(markdown.renderInline(text)),
+        "cell": _cell,
+        "spans": _spans,
+    }
     environment.tests |= {"picture": lambda part: isinstance(part, Picture), "table": lambda p: isinstance(p, Table)}
     return environment
 
@@ -213,28 +221,6 @@ def _themed() -> dict[str, str]:
     colors = {INK: "--ink", FAINT: "--faint", GRID: "--grid", "white": "--paper"}
     colors |= dict(zip(COLORS, ("--orange", "--blue", "--green", "--pink", "--amber", "--sky"), strict=True))
     return {to_hex(color): variable for color, variable in colors.items()}
-
-
-@cache
-def _markdown() -> MarkdownIt:
-    """Return a Markdown parser of paragraphs, emphasis and code; everything else is escaped."""
-    from markdown_it import MarkdownIt
-
-    return MarkdownIt("zero").enable(["backticks", "emphasis"])
-
-
-def _prose(text: str) -> str:
-    """Render paragraphs of Markdown as HTML."""
-    from markupsafe import Markup
-
-    return Markup(_markdown().render(text))
-
-
-def _words(text: str) -> str:
-    """Render one line of Markdown as HTML."""
-    from markupsafe import Markup
-
-    return Markup(_markdown().renderInline(text))
 
 
 def _cell(value: str | float) -> str:

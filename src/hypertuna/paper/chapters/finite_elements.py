@@ -30,11 +30,7 @@ FE = "finite elements"
 ROBOTS = {FE: "hypertuna-fe", f"{FE}, geometry of hypertuna": "hypertuna"}  # by the name of the model in the ledger
 MESH = "medium"
 PRESSURES = "0:250:6"  # kPa
-ANALYTIC_ALONE = {
-    "sleeve",
-    "friction",
-    "stiffness_factor",
-}  # values that elements do not use
+ANALYTIC_ALONE = {"sleeve", "friction", "stiffness_factor"}  # values that elements do not use
 AGAIN = "validation/fe/ledger.py computes it again"
 
 
@@ -107,41 +103,36 @@ def read_elements() -> Elements:
     """Read the stored results; one that was computed for another description is left out, with the reason."""
     folder = shipped("data/fe")
     solved: dict[str, dict[str, Solved]] = {}
-    for model, name in ROBOTS.items():
-        robot = load(name)
-        solved[model] = {}
-        for group in robot.joints:
-            path = folder / f"{name}-{group.name}.json"
-            record = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
-            solved[model][group.name] = _checked(robot, group.name, record)
+    for model, robot in ((model, load(name)) for model, name in ROBOTS.items()):
+        paths = {group.name: folder / f"{robot.name}-{group.name}.json" for group in robot.joints}
+        records = {joint: json.loads(path.read_text("utf-8")) for joint, path in paths.items() if path.is_file()}
+        solved[model] = {joint: _checked(robot, joint, records.get(joint)) for joint in paths}
     pictures = {path.stem: path.read_bytes() for path in sorted(folder.glob("*.png"))}
     return Elements(solved, {joint: pictures[joint] for joint in solved[FE] if joint in pictures})
 
 
 def _checked(robot: Robot, joint: str, record: Mapping[str, Any] | None) -> Solved:
     """Return a stored result if it is valid."""
+    reason = ""
     if record is None:
-        return Solved(robot, joint, None, f"no result is stored; {AGAIN}")
-    if record["joint_hash"] != joint_hash(robot, joint):
+        reason = f"no result is stored; {AGAIN}"
+    elif record["joint_hash"] != joint_hash(robot, joint):
         reason = f"the stored result belongs to another joint {joint} than the one in {robot.file}; {AGAIN}"
-        return Solved(robot, joint, None, reason)
-    for key, value in FeOptions(mesh=MESH).facts(robot).items():  # on which `command` relies
-        if record[key] != value:
-            reason = f"the stored result has {key} = {record[key]}, but it is {value} now; {AGAIN}"
-            return Solved(robot, joint, None, reason)
-    if record["status"] != "converged":
-        return Solved(robot, joint, None, record["status_text"].rstrip("."))
-    return Solved(robot, joint, record)
+    elif record["status"] != "converged":
+        reason = record["status_text"].rstrip(".")
+    else:
+        for key, value in FeOptions(mesh=MESH).facts(robot).items():  # on which `command` relies
+            if record[key] != value:
+                reason = f"the stored result has {key} = {record[key]}, but it is {value} now; {AGAIN}"
+    return Solved(robot, joint, None if reason else record, reason)
 
 
 def solve_elements(stored: Elements, progress: Callable[[], None]) -> Elements:
     """Compute every stored result again, where the extra `fe` is installed."""
-    solved: dict[str, dict[str, Solved]] = {}
-    for model, joints in stored.solved.items():
-        solved[model] = {}
-        for joint, one in joints.items():
-            solved[model][joint] = _solved(one)
-            progress()
+    solved: dict[str, dict[str, Solved]] = {model: {} for model in stored.solved}
+    for model, one in ((model, one) for model, joints in stored.solved.items() for one in joints.values()):
+        solved[model][one.joint] = _solved(one)
+        progress()
     return Elements(solved, stored.pictures)
 
 
