@@ -10,7 +10,7 @@ import pytest
 
 from hypertuna.description.reference import json_schema, reference
 from hypertuna.description.robot import Robot, cached, load, parse
-from hypertuna.description.schema.guidance import Guidance
+from hypertuna.description.schema.control import Guidance
 from hypertuna.errors import InputError
 
 ROOT = Path(__file__).parents[2]

@@ -18,7 +18,7 @@ from hypertuna.control.controller import controller_columns, sensor_range
 from hypertuna.control.mission import Mission
 from hypertuna.control.sensors import sensor_of
 from hypertuna.description.robot import Robot, require
-from hypertuna.description.schema.guidance import Guidance
+from hypertuna.description.schema.control import Guidance
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gait, lags, named_gait
 from hypertuna.swimming.model import core_model

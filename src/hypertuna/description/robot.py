@@ -18,18 +18,18 @@ from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
 from hypertuna.description.schema.base import Part, Rule, Text, entry, same_length, unique
 from hypertuna.description.schema.body import (
     Body,
+    Fins,
     Fitted,
     GaitBounds,
     JointGroup,
     Links,
     NamedGait,
+    Spatial,
     sizes,
 )
-from hypertuna.description.schema.control import Controller, Sensor
+from hypertuna.description.schema.control import Controller, Guidance, Sensor
 from hypertuna.description.schema.firmware import Firmware
-from hypertuna.description.schema.guidance import Guidance
 from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
-from hypertuna.description.schema.spatial import Fins, Spatial
 from hypertuna.description.schema.water import LAWS, Choice, Water
 from hypertuna.description.validation import Place, field_at, fix_for, translate, unit_of, written
 from hypertuna.errors import InputError, did_you_mean, shown

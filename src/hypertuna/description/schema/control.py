@@ -1,7 +1,8 @@
-"""The tables of the controller and the sensors in a robot description."""
+"""The tables of the controller, the sensors and the pilot in a robot description."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Collection, Iterator, Mapping
+from itertools import pairwise
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from hypertuna.description.channels import CHANNELS
 from hypertuna.description.schema.base import (
@@ -10,11 +11,14 @@ from hypertuna.description.schema.base import (
     Part,
     Positive,
     PositiveDegrees,
+    PositiveFraction,
     Real,
     Rule,
     Text,
     entry,
+    same_length,
 )
+from hypertuna.ranges import check_name
 
 
 class Controller(Part, table="controller"):
@@ -92,3 +96,91 @@ class Sensor(Part, table="sensors"):
             yield Rule(not missing, f"sensors.{name}", f"is missing beside quantity = {self.quantity!r}", fix)
         low, high = self.low or 0.0, self.high or 0.0
         yield Rule(high > max(low, 0.0), "high", "must be positive and greater than low", fix)
+
+
+class Guidance(Part, table="guidance"):
+    """The pilot on board: where the robot is, where it goes, and when it comes home."""
+
+    renamed: ClassVar[Mapping[str, str]] = {
+        "walk_m": "position_walk_m",
+        "drift_enough_m_s": "drift_error_max_m_s",
+        "patience_s": "fix_timeout_s",
+        "compass_patience_s": "compass_timeout_s",
+        "fin_least_deg": "fin_min_deg",
+        "fin_alone_deg": "single_fin_max_deg",
+        "answer_after_s": "response_time_s",
+        "answer_depth_m": "response_depth_m",
+    }
+
+    gaits: tuple[Text, ...] = entry(
+        "named gaits of the gait table, slowest first; linear interpolation in between", min_length=1
+    )
+    speed: tuple[Positive, ...] | None = entry(
+        "speed of each of these gaits through the water (default: computed, joints by bandwidth)", "m/s", default=None
+    )
+    decisions: Positive = entry("rate of decisions; it divides the control rate", "Hz")
+
+    gravity_rate: Positive = entry("gain of the attitude's correction by gravity", "1/s")
+    field_rate: Positive = entry("gain of the heading's correction by the magnetic field", "1/s")
+    drift_max: PositiveDegrees = entry("largest offset of a gyroscope that is corrected", "deg/s")
+    depth_rate: Positive = entry("bandwidth of the depth observer", "1/s")
+    position_walk: Positive = entry("standard deviation of dead reckoning after 1 s, a random walk", "m")
+    current_walk: Positive = entry("standard deviation of the current's change within 1 s, a random walk", "m/s")
+    current_error: Positive = entry("standard deviation of the current before any fix", "m/s")
+    factor_error: PositiveFraction = entry("standard deviation of the speed factor: speed over that of the gait table")
+    factor_walk: Positive = entry("standard deviation of that factor's change within 1 s, a random walk")
+    start_error: Positive = entry("standard deviation of the start's position", "m")
+
+    bias_max: tuple[PositiveDegrees, ...] = entry("largest tail bias that steers, of each joint group", "deg")
+    heading_rate: Positive = entry("bandwidth of the heading loop", "1/s")
+    turn_max: PositiveDegrees = entry("largest turning rate that the pilot commands", "deg/s")
+    rate_gain: NotNegative = entry("gain on the error of the turning rate")
+    heading_integral: NotNegative = entry("integral gain of the heading loop", "1/s")
+    lookahead: Positive = entry("lookahead distance along the leg", "m")
+    depth_lookahead: Positive = entry("lookahead distance in depth", "m")
+    climb_max: PositiveDegrees = entry("steepest path angle that the pilot commands", "deg")
+    pitch_max: PositiveDegrees = entry("pitch at which the commanded path angle is zero", "deg")
+    depth_integral: NotNegative = entry("integral gain of the depth loop", "1/s")
+    climb_lead: Positive = entry("fin angle per commanded path angle")
+    climb_gain: NotNegative = entry("fin angle per error of the path angle")
+    pitch_gain: Real = entry("fin angle per pitch, against it")
+    pitch_damping: NotNegative = entry("fin angle per pitch rate, against it", "s")
+    speed_min: Positive = entry("minimum speed that the steering gains assume", "m/s")
+
+    surface_depth: Positive = entry("depth above which the robot counts as at the surface", "m")
+    fence_margin: Positive = entry(
+        "distance to the fence at which the robot turns, added to twice the position's standard deviation", "m"
+    )
+    error_max: Positive = entry("position error at which the robot surfaces for a fix", "m")
+    error_near: Positive = entry("the same near the fence", "m")
+    error_lost: Positive = entry("position error without any fix at which the robot goes home", "m")
+    drift_error_max: Positive = entry("growth rate of the position error below which a dive begins", "m/s")
+    fix_timeout: Positive = entry("longest wait at the surface for a fix", "s")
+    retry: Positive = entry("time until the next attempt after no fix", "s")
+    sensor_timeout: Positive = entry("time without readings after which a sensor is lost", "s")
+    compass_timeout: Positive = entry("time without a compass after which the robot surfaces", "s")
+    fin_tilt: PositiveDegrees = entry("roll that reveals a fin that does not follow", "deg")
+    fin_min: PositiveDegrees = entry("fin angle above which that roll is monitored", "deg")
+    fin_after: Positive = entry("time of such roll after which the fin is lost", "s")
+    single_fin_max: PositiveDegrees = entry("largest angle of the fin that still works", "deg")
+    response_time: Positive = entry("time within which the depth must respond to fins at their limit", "s")
+    response_depth: Positive = entry("change of depth that counts as a response", "m")
+    blind_fin: PositiveDegrees = entry("fin angle during ascent without depth sensor or IMU", "deg")
+    blind_speed: Positive = entry("speed during ascent without an IMU", "m/s")
+    power: Positive = entry("electrical power at the fastest gait, for the energy to reach home", "W")
+    overhead: NotNegative = entry("time added to every estimated return home", "s")
+
+    def _rules(self) -> Iterator[Rule]:
+        count, speed = len(self.gaits), self.speed or ()
+        text, fix = f"must be {count} long, one per gait", "give a speed per gait, or none"
+        yield Rule(self.speed is None or len(speed) == count, "speed", text, fix, f"{len(speed)} long")
+        rising = all(a < b for a, b in pairwise(speed))
+        yield Rule(rising, "speed", "must rise from gait to gait", "put the slowest gait first", f"{list(speed)}")
+        yield self.ordered("error_near", "error_max", equal=True)
+        yield self.ordered("error_max", "error_lost", equal=True)
+
+    def check_robot(self, gaits: Collection[str], groups: int) -> None:
+        """Check that the pilot's gaits exist and that each joint group has its largest bias."""
+        for k, name in enumerate(self.gaits):
+            check_name(name, gaits, f"guidance.gaits[{k}]", "gait")
+        same_length(self, "guidance", groups, "joint group", but=("gaits", "speed"))
