@@ -11,8 +11,8 @@ from matplotlib.ticker import LogLocator
 
 from hypertuna.actuation.bending import Bend
 from hypertuna.actuation.sizing import Size
-from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
+from hypertuna.io.quantity import columns
 
 DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))
 
@@ -56,11 +56,11 @@ def _draw_loop(axes: Axes, bend: Bend) -> None:
 
 
 DASHED = (0, (4, 3))
-# What a figure may run along, in this order: attribute, factor from SI, label and text of a value.
+# What a figure may run along, in this order: column, label and text of a value.
 AXES = (
-    ("bore", 1e3, "bore of the lines [mm]", "{:.3g} mm"),
-    ("frequency", 1.0, "beat frequency [Hz]", "{:.3g} Hz"),
-    ("temperature", 1.0, "temperature of the oil [°C]", "{:.3g} °C"),
+    ("bore_mm", "bore of the lines [mm]", "{:.3g} mm"),
+    ("frequency_hz", "beat frequency [Hz]", "{:.3g} Hz"),
+    ("temperature_c", "temperature of the oil [°C]", "{:.3g} °C"),
 )
 
 
@@ -72,21 +72,19 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
     the pressure limit. The corner does not depend on the frequency: along that, power is below.
     """
     joints = list(dict.fromkeys(size.joint for size in sizes))
-    along, *across = sorted(AXES, key=lambda axis: len({getattr(size, axis[0]) for size in sizes}) < 2)
-    lines = list(dict.fromkeys(tuple(_value(size, axis[0]) for axis in across) for size in sizes))
+    (along, xlabel, _), *across = sorted(AXES, key=lambda axis: len({_value(size, axis[0]) for size in sizes}) < 2)
+    lines = list(dict.fromkeys(_values(size, across) for size in sizes))
     varied = [axis for axis in across if len({_value(size, axis[0]) for size in sizes}) > 1]
-    powers = along[0] == "frequency"
+    powers = along == "frequency_hz"
     figure = Figure(figsize=(width, 0.62 * width + 0.5), layout="constrained")
     panels = figure.subplots(2, len(joints), sharex=True, sharey="row", squeeze=False)
     for column, joint in enumerate(joints):
         mine = [size for size in sizes if size.joint == joint]
         for k, (line, color) in enumerate(zip(lines, sequence(len(lines)), strict=True)):
-            chosen = [s for s in mine if tuple(_value(s, axis[0]) for axis in across) == line]
-            x = [_value(size, along[0]) * along[1] for size in chosen]
+            chosen = [size for size in mine if _values(size, across) == line]
+            x = [_value(size, along) for size in chosen]
             bend = np.degrees([size.amplitude for size in chosen])
-            label = ", ".join(
-                axis[3].format(value * axis[1]) for axis, value in zip(across, line, strict=True) if axis in varied
-            )
+            label = ", ".join(axis[2].format(_value(chosen[0], axis[0])) for axis in varied)
             big = 2.2 * (len(lines) - 1 - k) / max(1, len(lines) - 1)  # what is drawn first shows beneath the rest
             marks = dict(POINTS) | {"color": color, "marker": SHAPES[k % len(SHAPES)], "ms": 5.5 + big}
             panels[0, column].plot(x, bend, **marks, label=label or None)
@@ -95,11 +93,11 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
             panels[0, column].plot(np.compress(limited, x), np.compress(limited, bend), **hollow)
             below = [size.power["total"] if powers else size.corner for size in chosen]
             panels[1, column].plot(x, below, **marks)
-        same = [axis[3].format(_value(mine[0], axis[0]) * axis[1]) for axis in across if axis not in varied]
+        same = [axis[2].format(_value(mine[0], axis[0])) for axis in across if axis not in varied]
         command = float(np.degrees(mine[0].command))
         panels[0, column].axhline(command, color=INK, lw=1, ls=DASHED)
         panels[0, column].set(title=", ".join([f"Joint {joint}: {command:.3g}°", *same]))
-        panels[1, column].set_xlabel(along[2])
+        panels[1, column].set_xlabel(xlabel)
     for axes in panels[0]:
         axes.set_ylim(*np.degrees(max(size.command for size in sizes)) * np.array([-0.03, 1.08]))
     panels[0, 0].set_ylabel("bend reached [deg]")
@@ -119,7 +117,11 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
     return figure
 
 
-def _value(size: Size, name: str) -> float:
-    """Return a value of an axis, temperatures in degrees Celsius, rounded so that equal ones compare equal."""
-    value = float(getattr(size, name))
-    return round(value - ZERO_CELSIUS, 9) if name == "temperature" else round(value, 12)
+def _value(size: Size, column: str) -> float:
+    """Return a value of an axis, rounded so that equal ones compare equal."""
+    return round(float(columns(size)[column]), 9)
+
+
+def _values(size: Size, axes: Sequence[tuple[str, str, str]]) -> tuple[float, ...]:
+    """Return the values of axes."""
+    return tuple(_value(size, column) for column, *_ in axes)

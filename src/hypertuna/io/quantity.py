@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple, get_type_hints
@@ -26,16 +27,20 @@ class Column(NamedTuple):
     offset: float = 0.0  # from SI
 
 
-def columns(result: Any) -> dict[str, Any]:
+def columns(result: object) -> dict[str, Any]:
     """Return the fields of a result that have a `Column`, by its name and in its unit."""
     values = {}
-    for key, hint in get_type_hints(type(result), include_extras=True).items():
+    for key, (name, factor, divisor, offset) in _columns(type(result)).items():
         value = getattr(result, key)
-        for name, factor, divisor, offset in (
-            part for part in getattr(hint, "__metadata__", ()) if isinstance(part, Column)
-        ):
-            values[name] = value * factor / divisor + offset if isinstance(value, float) else value
+        values[name] = value * factor / divisor + offset if isinstance(value, float) else value
     return values
+
+
+@functools.cache
+def _columns(kind: type) -> dict[str, Column]:
+    """Return the columns of a type of results, by the names of their fields."""
+    hints = get_type_hints(kind, include_extras=True).items()
+    return {key: part for key, hint in hints for part in getattr(hint, "__metadata__", ()) if isinstance(part, Column)}
 
 
 def values_of(summary: Mapping[str, Quantity]) -> dict[str, Any]:
