@@ -44,7 +44,7 @@ def test_every_column_has_the_name_of_its_parameters(every_model: ht.Robot) -> N
         core_model(every_model, {"gait.frequency": [1.0]})
     for name in names:
         if not name.startswith("gait."):
-            with pytest.raises(ValueError, match="extent must be"):
+            with pytest.raises(ValueError, match="shape must be"):
                 core_model(every_model, {name: [1.0] * 99})
 
 
