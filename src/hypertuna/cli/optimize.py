@@ -37,12 +37,6 @@ class SubjectOptions(opt.RobotOptions):
 
     robot: opt.RobotName = ""
 
-    def load(self) -> Robot:
-        """Read the robot."""
-        if not self.robot:
-            raise InputError("is missing", key="--robot", fix="give a robot's name or the path of its file")
-        return super().load()
-
 
 @optimize_app.callback()
 @opt.grouped

@@ -154,6 +154,8 @@ class RobotOptions:
         """Read the robot."""
         from hypertuna.description.robot import load
 
+        if not self.robot:
+            raise InputError("is missing", key="--robot", fix="give a robot's name or the path of its file")
         return load(self.robot).using(joints=self.joints, areas=self.areas, water=self.water)
 
 

@@ -14,9 +14,9 @@ from PIL import Image
 from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, FAINT, GRID, INK
 from hypertuna.io.files import write_atomically
-from hypertuna.swimming.plots import last_beat
+from hypertuna.swimming.plots import last_beat, midlines
 from hypertuna.swimming.swim import Swim
-from hypertuna.swimming.trajectory import Points, body_of
+from hypertuna.swimming.trajectory import Points, nose_points
 
 FRAMES = 32  # of one beat
 FRAME = 40  # ms: a beat takes 1.3 s on the screen, on any gait
@@ -31,14 +31,10 @@ def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
 
     Returns `outline` (frames, points, 2), `step` (2,) [body lengths].
     """
-    motion = last_beat(swim)
-    z, heading = body_of(swim.robot, motion) / swim.robot.body.length, np.mean(motion.heading.values)
-    pick = np.linspace(0, len(z) - 1, frames, endpoint=False).astype(int)
-    part = np.linspace(0, 1, len(z))[:, np.newaxis]
-    drift = z[0, 0] + part * (z[-1, 0] - z[0, 0])
-    z = (z - drift - np.mean(z[:, :1] - drift)) * np.exp(-1j * heading)
-    step = -(drift[-1, 0] - drift[0, 0]) * np.exp(-1j * heading)
-    return np.stack([_outline(swim, line) for line in z[pick]]), np.array([step.real, step.imag])
+    length, motion = swim.robot.body.length, last_beat(swim)
+    lines, nose = midlines(swim, frames) / length, nose_points(motion) / length
+    step = -(nose[-1] - nose[0]) * np.exp(-1j * np.mean(motion.heading.values))
+    return np.stack([_outline(swim, line - lines[:, 0].mean()) for line in lines]), np.array([step.real, step.imag])
 
 
 def animate_swim(swim: Swim, path: str | Path) -> None:

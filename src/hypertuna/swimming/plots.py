@@ -29,7 +29,7 @@ MAX_BEATS = 80  # of a turn
 @styled
 def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     """Plot how a gait swims: `width` [inch]."""
-    lines, paths = _midlines(swim), _paths(swim)
+    lines, paths = midlines(swim), _paths(swim)
     whole = np.concatenate(list(paths.values()))
     x, y = np.ptp(whole.real), np.ptp(whole.imag)
     inner = 0.8 * width
@@ -131,6 +131,17 @@ def last_beat(swim: Swim) -> xr.Dataset:
     return motion.isel(time=slice((beats - 1) * swim.steps, beats * swim.steps + 1))
 
 
+def midlines(swim: Swim, count: int = MIDLINES) -> Points:
+    """Return midlines over the last beat, (count, links + 1) [m], in a frame that follows the mean motion."""
+    motion = last_beat(swim)
+    nose, heading = nose_points(motion), motion.heading.values
+    part = np.linspace(0, 1, len(nose))
+    drift, turned = nose[0] + part * (nose[-1] - nose[0]), part * (heading[-1] - heading[0])
+    spin = np.exp(-1j * (turned + np.mean(heading - turned)))
+    lines: Points = (body_of(swim.robot, motion) - drift[:, np.newaxis]) * spin[:, np.newaxis]
+    return np.take(lines, np.linspace(0, len(lines) - 1, count, endpoint=False).astype(int), axis=0)
+
+
 def unroll(z: Points, motion: xr.Dataset, beats: int) -> Points:
     """Repeat the path of a point of the body beat after beat: each beat moves and turns the body alike.
 
@@ -159,18 +170,6 @@ def _paths(swim: Swim) -> dict[str, Points]:
         paths |= {name: unroll(paths[name], motion, beats) for name in ("tail tip", "nose")}
         paths = {name: direction * path for name, path in paths.items()}
     return paths
-
-
-def _midlines(swim: Swim) -> Points:
-    """Midlines over the last beat, shape (phases, links + 1) [m], in a frame that follows the mean motion."""
-    motion = last_beat(swim)
-    nose, heading = nose_points(motion), motion.heading.values
-    part = np.linspace(0, 1, len(nose))
-    turned = part * (heading[-1] - heading[0])
-    drift = nose[0] + part * (nose[-1] - nose[0])
-    spin = np.exp(-1j * (turned + np.mean(heading - heading[0] - turned)))
-    lines: Points = (body_of(swim.robot, motion) - drift[:, np.newaxis]) * spin[:, np.newaxis]
-    return np.take(lines, np.linspace(0, len(lines) - 1, MIDLINES, endpoint=False).astype(int), axis=0)
 
 
 def _draw_paths(axes: Axes, paths: Mapping[str, Points], how: str) -> None:
