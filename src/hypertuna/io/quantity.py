@@ -27,10 +27,10 @@ class Column(NamedTuple):
     offset: float = 0.0  # from SI
 
 
-def columns(result: object) -> dict[str, Any]:
+def columns(result: Any) -> dict[str, Any]:
     """Return the fields of a result that have a `Column`, by its name and in its unit."""
     values = {}
-    for key, (name, factor, divisor, offset) in _columns(type(result)).items():
+    for key, (name, factor, divisor, offset) in _columns(type(result)).items():  # type: ignore[arg-type]  # mypy: a type has no hash
         value = getattr(result, key)
         values[name] = value * factor / divisor + offset if isinstance(value, float) else value
     return values
