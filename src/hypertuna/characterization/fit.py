@@ -141,9 +141,8 @@ def fit_bench(
         return _search(problem, start, levels, ROUGH if stage < len(points) else TOLERANCE, ticks[stage])
 
     rough, refined, levels = estimator.fit(points, levels, search, lambda z, now: _levels(problem, z, now))
-    evaluations = sum(result["evaluations"] for result in (*rough, *refined))
-    fit = _result(problem, refined[-1], levels, evaluations, ticks[-1])
-    return replace(fit, seconds=time.monotonic() - begun)
+    result = refined[-1] | {"evaluations": sum(result["evaluations"] for result in (*rough, *refined))}
+    return replace(_result(problem, result, levels, ticks[-1]), seconds=time.monotonic() - begun)
 
 
 def _ticks(progress: Callable[[int, int], None] | None, stage: int, stages: int) -> Callable[[], None]:
@@ -202,7 +201,7 @@ def _levels(problem: BenchProblem, z: Array, levels: dict[str, float]) -> dict[s
 
 
 def _result(
-    problem: BenchProblem, result: dict[str, Any], levels: dict[str, float], evaluations: int, tick: Callable[[], None]
+    problem: BenchProblem, result: dict[str, Any], levels: dict[str, float], tick: Callable[[], None]
 ) -> BenchFit:
     """Return the fit of a search result."""
     rows, bench, z, (low, high) = len(problem.measured), problem.bench, result["x"], problem.bounds()
@@ -221,10 +220,8 @@ def _result(
         at[:rows] /= factor
         return at
 
-    one, profile = np.ones(len(z)), (scaled, jacobian)
-    estimate = estimator.estimate(
-        jacobian[:rows], z, low, high, unit=one, quantile=quantile, prior=1.0, profile=profile
-    )
+    options: dict[str, Any] = {"quantile": quantile, "prior": 1.0, "profile": (scaled, jacobian)}
+    estimate = estimator.estimate(jacobian[:rows], z, low, high, unit=np.ones(len(z)), **options)
     points = randomized_fits(problem, z, levels, factor, jacobian, tick=tick)
     ends = np.sort([problem.values(end) for end in (estimate.low, estimate.high)], axis=0)
     ends = np.clip(ends, *np.array([[one.lower, one.upper] for one in problem.free]).T)  # against rounding
@@ -253,9 +250,9 @@ def _result(
         residual_scale=scale,
         freedom=freedom,
         quantile=quantile,
-        stop=f"{result['stop']} ({evaluations} evaluations).",
+        stop=f"{result['stop']} ({result['evaluations']} evaluations).",
         converged=bool(result["status"] > 0),
-        evaluations=evaluations,
+        evaluations=result["evaluations"],
         seconds=0.0,
         loss=problem.loss,
         samples=np.array([problem.values(point) for point in points]),

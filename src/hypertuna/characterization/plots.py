@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.hydraulics import SIDES
@@ -52,11 +51,13 @@ def _plot_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
             rows = loop.rows[bench.unload[loop.rows] == unload]
             if len(rows):
                 label = f"{SIDES[loop.side]}, {'unloading' if unload else 'loading'}"
-                known = label in axes.get_legend_handles_labels()[1]
                 angles = sign * np.degrees(bench.angle[rows])
                 style: Any = {"ms": 4.2, "mec": color, "mfc": face, "mew": 0.9, "color": color}
-                axes.plot(bench.pressure[rows] / 1e3, angles, "o", label=None if known else label, **style)
-    off = np.flatnonzero((bench.joint == joint) & _misread(fit))
+                axes.plot(bench.pressure[rows] / 1e3, angles, "o", label=label, **style)
+    # rows so far from the fit that they were likely misread
+    noise = np.where(np.isnan(bench.angle_sd), fit.noise.get("angle", np.nan), bench.angle_sd)
+    misread = np.abs(fit.angle - bench.angle) > FAR * fit.residual_scale * noise
+    off = np.flatnonzero((bench.joint == joint) & misread)
     if len(off):
         signs = 1 - 2 * bench.side[off]
         place = (bench.pressure[off] / 1e3, signs * np.degrees(bench.angle[off]))
@@ -64,12 +65,6 @@ def _plot_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
     axes.axhline(0, color=FAINT, lw=0.8)
     axes.set_title(f"joint {fit.robot.joints[joint].name}")
     axes.set(xlabel="gauge pressure [kPa]", ylabel="bend [deg]", xlim=(0, None))
-
-
-def _misread(fit: BenchFit) -> NDArray[np.bool_]:
-    """Return which rows (rows,) are so far from the fit that they were likely misread."""
-    noise = np.where(np.isnan(fit.bench.angle_sd), fit.noise.get("angle", np.nan), fit.bench.angle_sd)
-    return np.asarray(np.abs(fit.angle - fit.bench.angle) > FAR * fit.residual_scale * noise)
 
 
 def _plot_loop(axes: Axes, fit: BenchFit, loop: Loop, color: str) -> None:
@@ -110,15 +105,13 @@ def _plot_spectrum(axes: Axes, fit: BenchFit) -> None:
 
 def _plot_unknowns(axes: Axes, fit: BenchFit) -> None:
     """Plot each unknown's interval within its bounds."""
-    for row, (one, value, low, high, narrowing) in enumerate(
-        zip(fit.free, fit.values, fit.low, fit.high, fit.narrowing, strict=True)
-    ):
-        color = COLORS[1] if narrowing >= DETERMINED else FAINT
-        lower, extent = math.log(one.lower), math.log(one.upper / one.lower)
-        ends = [(math.log(x) - lower) / extent for x in (low, value, high)]
+    for row, one in enumerate(fit.parameters):
+        color = COLORS[1] if one["determined"] else FAINT
+        extent = math.log(one["upper"] / one["lower"])
+        low, value, high = (math.log(one[key] / one["lower"]) / extent for key in ("low", "value", "high"))
         axes.plot([0, 1], [-row, -row], color=FAINT, lw=0.6, alpha=0.5)
-        axes.plot([ends[0], ends[2]], [-row, -row], color=color, lw=3, solid_capstyle="butt")
-        axes.plot(ends[1], -row, "o", color=color, mec="white", ms=4.5)
+        axes.plot([low, high], [-row, -row], color=color, lw=3, solid_capstyle="butt")
+        axes.plot(value, -row, "o", color=color, mec="white", ms=4.5)
     axes.set_yticks(-np.arange(len(fit.free)), [one.name for one in fit.free], fontsize=7.5, color=INK)
     axes.set_xticks([0, 1], ["lower", "upper"])
     axes.set_xlabel("bounds, logarithmic")

@@ -142,8 +142,7 @@ def fit_command(
 def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Any]:
     """Lay out a fit."""
     bench, n, known = fit.bench, len(fit.free), len(fit.combinations)
-    names = " and ".join(fit.described.joints[j].name for j in bench.joints)
-    joints = f"joint{'s' * (len(bench.joints) > 1)} {names}"
+    joints = f"joint{'s' * (len(bench.joints) > 1)} {' and '.join(fit.described.joints[j].name for j in bench.joints)}"
     rms = ", ".join(f"{key.replace('_', f' {value:.2g} ')}" for key, value in at_border(fit.rms).items())
     yield f"{fit.robot.name}, {joints}: {counted(len(bench.angle), 'row')}", "bold"
     yield f"rms of the residuals: {rms}"

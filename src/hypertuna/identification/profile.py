@@ -47,6 +47,8 @@ def profile_sd(problem: ProfileProblem) -> Array:
 
 def _follow(problem: ProfileProblem, k: int, side: int, start: Array) -> Array:
     """Follow the profile along direction k to one standard deviation; Broyden's method updates the Jacobian."""
+    from scipy.optimize import lsq_linear  # imported here: slow to import
+
     direction = problem.directions[k]
     extent = problem.upper - problem.lower
     step = side * min(float(problem.sd[k]), 1 / float(np.max(np.abs(direction) / extent))) / STEPS
@@ -60,11 +62,19 @@ def _follow(problem: ProfileProblem, k: int, side: int, start: Array) -> Array:
             jacobian[:] += np.outer(new - residual - jacobian @ change, change / (change @ change))
         return end, new
 
+    def correction() -> Array:
+        # to the profile within the bounds: least squares with the position along the direction held
+        weight = CONSTRAINT_WEIGHT / abs(step)
+        rows = np.concatenate([jacobian, [weight * direction]])
+        right = np.append(start - residual, weight * (target - direction @ x))
+        bounds = (np.minimum(problem.lower - x, 0.0), np.maximum(problem.upper - x, 0.0))
+        return np.asarray(lsq_linear(rows, right, bounds=bounds).x)
+
     for n in range(MAX_STEPS):
         before, last, target = x, grown, float(direction @ x) + step
         x, residual = move(x + step * tangent)
         for _ in range(CORRECTIONS):
-            x, residual = move(x + _correction(problem, jacobian, residual - start, x, direction, target, abs(step)))
+            x, residual = move(x + correction())
         grown = float(np.linalg.norm(residual - start))
         if not grown < 1:  # interpolate to one standard deviation
             part = (1 - last) / (grown - last) if np.isfinite(grown) else 0.0
@@ -75,17 +85,3 @@ def _follow(problem: ProfileProblem, k: int, side: int, start: Array) -> Array:
         tangent = change / (direction @ change)
         step *= 2 if n >= STEPS - 1 else 1
     return x
-
-
-def _correction(
-    problem: ProfileProblem, jacobian: Array, change: Array, x: Array, direction: Array, target: float, step: float
-) -> Array:
-    """Compute the step to the profile within the bounds: least squares with the position along the direction held."""
-    from scipy.optimize import lsq_linear  # imported here: slow to import
-
-    weight = CONSTRAINT_WEIGHT / step
-    rows = np.concatenate([jacobian, [weight * direction]])
-    right = np.append(-change, weight * (target - direction @ x))
-    bounds = (np.minimum(problem.lower - x, 0.0), np.maximum(problem.upper - x, 0.0))
-    solution: Array = lsq_linear(rows, right, bounds=bounds).x
-    return solution
