@@ -13,7 +13,6 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
 
 # Colors of Okabe and Ito, distinct for every kind of color vision; shapes repeat their meaning.
@@ -85,10 +84,6 @@ def sequence(count: int) -> list[Any]:
 def save(figure: Figure, path: str | Path) -> None:
     """Write a figure as .svg, .png or .pdf, whole or not at all."""
     kind = Path(path).suffix.removeprefix(".").lower()
-    if kind not in ("svg", "png", "pdf"):
-        raise InputError("must end in .svg, .png or .pdf", key="plot", value=str(path), fix="rename it")
-    if not Path(path).parent.is_dir():
-        raise InputError("must be in a folder that exists", key="plot", value=str(path), fix="make the folder first")
     content = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "hypertuna"}):
         figure.savefig(content, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)

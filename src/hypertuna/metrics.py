@@ -12,27 +12,6 @@ def _numbers(values: ArrayLike) -> Array:
     return np.asarray(values, dtype=np.float64)
 
 
-def mean_speed(x: ArrayLike, y: ArrayLike, turn: float, period: float) -> float:
-    """Return the speed along the mean path of a beat [m/s].
-
-    A settled beat turns the body about a point: the mean path is the circle around it at the nose's mean distance, or
-    a straight line without a turn. `x` and `y` (times,) [m] are positions of the nose at equal intervals over one beat,
-    both ends included; `turn` [rad] is counter-clockwise, less than half a circle.
-    """
-    points = (_numbers(x) - _numbers(x)[0]) + 1j * (_numbers(y) - _numbers(y)[0])
-    chord, half = abs(points[-1]), turn / 2
-    if chord == 0:
-        return 0.0
-    # The chord subtends the turn at the center, which lies to the left for a counter-clockwise turn: the circle
-    # through the first point has curvature 2 sin(half) / chord and leaves it along the chord turned back by half.
-    curvature = 2 * np.sin(half) / chord
-    left = points / (points[-1] / chord * np.exp(-1j * half))
-    gap = 2 * left.imag - curvature * np.abs(points) ** 2
-    offset = gap / (1 + np.sqrt(1 - curvature * gap))
-    arc = chord * (half / np.sin(half) if half else 1.0) * (1 - curvature * offset[:-1].mean())
-    return float(arc / period)
-
-
 def body_lengths_per_second(speed: ArrayLike, length: ArrayLike) -> Array:
     """Return the speed in body lengths per second, U / L [1/s]."""
     return _numbers(speed) / _numbers(length)
