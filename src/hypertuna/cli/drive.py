@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.live import Live
 
 from hypertuna.cli.emit import emit
-from hypertuna.cli.link import FLUSH, Connect, Key
+from hypertuna.cli.link import Connect, Key
 from hypertuna.cli.options import AsJson, file, text
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
@@ -52,7 +52,7 @@ def drive_command(
         client.listener = None if writer is None else writer.write
         stick = None if pad is None else stack.enter_context(Pad(pad, client.texts))
         stack.enter_context(_raw())
-        disarmed = _drive(client, fish, stick, writer)
+        disarmed = _drive(client, fish, stick)
         messages = client.messages
     emit(
         disarmed,
@@ -66,29 +66,25 @@ def drive_command(
         raise InputError("must be answered by the robot", key="disarm", value="silent", fix=fix)
 
 
-def _drive(client: Client, fish: Robot, pad: Pad | None, writer: RadioLogWriter | None) -> bool:
+def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
     """Follow the keys until they quit, then disarm; return whether the robot confirmed that it is disarmed."""
     gaits, stick = tuple(fish.gaits), Stick()
-    heard, spoken, kept, manual = time.monotonic(), 0.0, 0.0, False
+    received, sent, manual = time.monotonic(), 0.0, False
     with Live(console=Console(stderr=True), refresh_per_second=8, screen=True) as live:
-        client.idle = lambda: live.update(view(client.last, client.texts, stick, gaits, time.monotonic() - heard))
+        client.idle = lambda: live.update(view(client.last, client.texts, stick, gaits, time.monotonic() - received))
         try:
             while stick.order != "quit":
                 for _ in client.poll(0.05):
-                    heard = time.monotonic()
+                    received = time.monotonic()
                 before, stick = stick, _asked(stick, pad)
                 if (stick.ahead, stick.turn, stick.climb) != (before.ahead, before.turn, before.climb):
                     manual = True
                 if stick.order and stick.order != "quit":
                     _follow(client, fish, gaits, stick.order)
                     stick, manual = Stick(), False
-                now = time.monotonic()
-                if manual and now - spoken > PERIOD:
-                    spoken = now
+                if manual and time.monotonic() - sent > PERIOD:
+                    sent = time.monotonic()
                     client.manual(stick.ahead, stick.turn, stick.climb)
-                if writer is not None and now - kept > FLUSH:
-                    kept = now
-                    writer.flush()
         except KeyboardInterrupt:  # Ctrl-C, or a terminal that is closed: as q
             pass
         finally:
@@ -156,7 +152,7 @@ def _raw() -> Iterator[None]:
 class Pad:
     """A gamepad that may go away: the stick then rests."""
 
-    def __init__(self, path: str, said: list[str]) -> None:
+    def __init__(self, path: str, texts: list[str]) -> None:
         fix = "plug it in; see ls /dev/input"
         try:
             self._file: int | None = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
@@ -166,7 +162,7 @@ class Pad:
         if Path(path).is_dir() or Path(path).is_file():
             self.close()
             raise InputError("must be a joystick device", key="--gamepad", value=path, fix=fix)
-        self._rest, self._said = b"", said
+        self._rest, self._texts = b"", texts
 
     def __enter__(self) -> Self:
         return self
@@ -192,7 +188,7 @@ class Pad:
             content = b""
         if not content:
             self.close()
-            self._said.append("the gamepad is disconnected: drive by keys, or restart the command")
+            self._texts.append("the gamepad is disconnected: drive by keys, or restart the command")
             return [("gone", 1.0)]
         content = self._rest + content
         whole = len(content) - len(content) % EVENT.size

@@ -7,7 +7,7 @@ import os
 import select
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 import typer
@@ -29,7 +29,6 @@ from hypertuna.radio.parameters import read_parameter, read_parameters, set_para
 
 link_app = opt.group("A robot over the radio; needs the extra radio, and log for logs.")
 
-FLUSH = 2.0  # s of a log that a crash may cost
 SAMPLING = 2.0  # s of readings that one reference is taken over
 Known = dict[str, float]  # parameters on board before a calibration
 STEPS = {"bend": math.pi / 18000, "pressure": 100.0, "current": 0.01}  # SI per count in HYDRAULICS
@@ -98,7 +97,9 @@ def log_command(
         begin, lost = time.monotonic(), None
         with progress_bar("seconds") as progress:
             try:
-                _record_all(robot, log, begin + limit, lambda now: progress(now, int(min(limit, now + 1))))
+                while (seconds := time.monotonic() - begin) < limit:
+                    list(robot.poll(min(0.2, limit - seconds)))
+                    progress(int(seconds), int(min(limit, seconds + 1)))
             except KeyboardInterrupt:
                 pass
             except InputError as error:
@@ -113,17 +114,6 @@ def log_command(
     )
     if lost is not None:
         raise lost
-
-
-def _record_all(robot: Client, log: RadioLogWriter, end: float, report: Callable[[int], None]) -> None:
-    """Listen until a time; every two seconds what has come is on the disk."""
-    begun = last = time.monotonic()
-    while (now := time.monotonic()) < end:
-        list(robot.poll(min(0.2, end - now)))
-        if now - last > FLUSH:
-            last = now
-            log.flush()
-            report(int(now - begun))
 
 
 @link_app.command("mission")

@@ -19,6 +19,7 @@ from hypertuna.io.files import version
 from hypertuna.io.mcap import LINK, METADATA, NANO, McapWriter, read_messages
 
 TOPIC = "/mavlink/"
+FLUSH = 2.0  # s of a log that a crash may cost
 
 
 class RadioLogWriter(McapWriter):
@@ -29,6 +30,7 @@ class RadioLogWriter(McapWriter):
         super().__init__(Path(path), overwrite=False)
         self.write_metadata(METADATA, {LINK: json.dumps({"robot": robot, "hypertuna_version": version()})})
         self.messages = 0
+        self._flushed = time.monotonic()
 
     def write(self, message: Any, stamp: float | None = None) -> None:
         """Append a message received at `stamp` [s since 1970]; now if omitted."""
@@ -42,6 +44,9 @@ class RadioLogWriter(McapWriter):
         stamp = time.time() if stamp is None else stamp
         self.channel(TOPIC + message.get_type(), Channel, schema=schema).log(text, log_time=int(stamp * NANO))
         self.messages += 1
+        if time.monotonic() - self._flushed > FLUSH:
+            self._flushed = time.monotonic()
+            self.flush()
 
 
 def check_new(path: str | Path) -> None:
