@@ -102,14 +102,14 @@ def tell_command(
 
 def _runs_of(texts: list[str], experiment: TankSearch) -> list[SteadyRun]:
     """Make runs of the values of the option, for the gaits that are not measured yet."""
-    asked = experiment.ask()
-    if not asked:
+    gaits = experiment.ask()
+    if not gaits:
         raise InputError("has stopped", key="the search", fix="see `hypertuna optimize ask`")
-    if len(texts) > len(asked):
-        rule = f"must be given at most {len(asked)} times, once for each gait of the batch"
+    if len(texts) > len(gaits):
+        rule = f"must be given at most {len(gaits)} times, once for each gait of the batch"
         raise InputError(rule, key="--value", value=f"given {len(texts)} times", fix="see `hypertuna optimize ask`")
     runs = []
-    for k, (entry, (name, gait)) in enumerate(zip(texts, asked.items(), strict=False)):
+    for k, (entry, (name, gait)) in enumerate(zip(texts, gaits.items(), strict=False)):
         speed, *cost = numbers(entry, f"--value {k + 1}", "m/s")
         if len(cost) > 1:
             raise InputError("must be SPEED or SPEED,COST_OF_TRANSPORT", key=f"--value {k + 1}", value=entry)

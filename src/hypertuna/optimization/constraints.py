@@ -72,8 +72,8 @@ def gait_limits(
         limits.append(Limit("torque_peak", torque, unit="N m"))
     if amplitude_by_bandwidth:
         for g, group in enumerate(robot.joints):
-            for key, needed in (("amplitude_max_deg", group.amplitude_max), ("bandwidth_hz", group.bandwidth)):
-                if needed is None:
+            for key, bound in (("amplitude_max_deg", group.amplitude_max), ("bandwidth_hz", group.bandwidth)):
+                if bound is None:
                     rule = "is needed to limit the amplitude by bandwidth"
                     raise InputError(rule, file=robot.file or None, key=f"joints[{g}].{key}", fix="add it to the file")
         limits += [Limit(f"reach_{name}", 1.0) for name in groups]

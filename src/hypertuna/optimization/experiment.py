@@ -81,9 +81,9 @@ class TankSearch:
             measured[k] = self._measurements(run)
         if not measured:
             raise InputError("must have at least one run", key="tell", value="none", fix="give the measured values")
-        asked = [self._batch[k].tolist() for k in measured]
+        points = [self._batch[k].tolist() for k in measured]
         self._measured.update(measured)
-        self._journal.append({"asked": asked, "told": list(measured.values())})
+        self._journal.append({"asked": points, "told": list(measured.values())})
         return self._advance()
 
     def _open(self) -> list[int]:
@@ -141,13 +141,13 @@ class TankSearch:
 
     def _replay(self, record: Mapping[str, Any], place: str) -> None:
         """Take a record of the journal as if it were measured now."""
-        asked = [point.tolist() for point in self._batch]
+        batch = [point.tolist() for point in self._batch]
         points, rows = record.get("asked"), record.get("told")
         pairs: list[Any] = [(None, None)]  # match no gait
         if isinstance(points, list) and isinstance(rows, list) and len(points) == len(rows):
             pairs = list(zip(points, rows, strict=True))
         for point, row in pairs:
-            k = next((k for k in self._open() if asked[k] == point), None)
+            k = next((k for k in self._open() if batch[k] == point), None)
             if k is None or not (isinstance(row, dict) and set(MEASURED) <= row.keys()):
                 rule = "holds gaits that are not in this search"
                 raise InputError(rule, file=place, fix="use the version of hypertuna that started the search")

@@ -58,8 +58,8 @@ def run_targets(problem: _Differentiable, targets: Sequence[Target], scale: Arra
     lower, width = problem.space.lower, problem.space.upper - problem.space.lower
     searches = [SQP(np.clip((target.start - lower) / width, 0.0, 1.0), MAX_ROUNDS) for target in targets]
     for _ in range(MAX_ROUNDS):
-        asked = [(search, target, search.u) for search, target in zip(searches, targets, strict=True)]
-        running = [(search, target, u) for search, target, u in asked if u is not None]
+        pairs = zip(searches, targets, strict=True)
+        running = [(search, target, search.u) for search, target in pairs if search.u is not None]
         if not running:
             break
         evaluation = problem.evaluate(lower + width * np.stack([u for _, _, u in running]), derivatives=True)
