@@ -127,7 +127,7 @@ def test_bad_rows_are_reported_by_line(tmp_path, tuna, row, sentence):
     ("columns", "cells", "sentence"),
     [
         ("speed_sd_m_s", "0", "line 3, speed_sd_m_s must be greater than 0, but is 0"),
-        ("repeats", "0", "line 3, repeats must be 1 or more, but is 0: give the number of swims"),
+        ("repeats", "0", "line 3, repeats must be at least 1, but is 0: give the number of swims"),
         ("repeats", "1.5", "line 3, repeats must be a whole number, but is '1.5': write digits only."),
         ("run", "one", "line 3, run must be unique, but is 'one', as in line 2: give each run its own name."),
         (

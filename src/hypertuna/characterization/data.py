@@ -15,7 +15,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import parse_float, read_table
-from hypertuna.ranges import NOT_NEGATIVE, POSITIVE, Range
+from hypertuna.ranges import NOT_NEGATIVE, POSITIVE, Range, check_choice
 from hypertuna.trials.radio_log import BenchRow, bench_rows
 
 BRANCHES = ("load", "unload")
@@ -107,10 +107,10 @@ def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> BenchR
     volume = _number(cells, "volume_ml") if cells.get("volume_ml") else math.nan
     return BenchRow(
         joint=joint_index(cells["joint"], robot),
-        side=_choice(cells["side"], "side", SIDES),
+        side=SIDES.index(check_choice(cells["side"].lower(), SIDES, "side")),
         pressure=1e3 * pressure,
         angle=math.radians(angle),
-        unload=_choice(cells.get("branch") or "load", "branch", BRANCHES) == 1,
+        unload=check_choice((cells.get("branch") or "load").lower(), BRANCHES, "branch") == "unload",
         run=cells.get("run", ""),
         file=file,
         line=line,
@@ -128,14 +128,6 @@ def joint_index(text: str, robot: Robot) -> int:
         return int(text) - 1
     fix = did_you_mean(text, names) if text else f"give one of {', '.join(names)}"
     raise InputError(f"must be a joint of {robot.name}", key="joint", value=shown(text), fix=fix)
-
-
-def _choice(text: str, key: str, known: Sequence[str]) -> int:
-    """Return the index of a word in a list."""
-    if text.lower() not in known:
-        fix = did_you_mean(text.lower(), known)
-        raise InputError(f"must be {' or '.join(known)}", key=key, value=shown(text), fix=fix)
-    return known.index(text.lower())
 
 
 def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> float:

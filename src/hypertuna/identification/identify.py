@@ -77,15 +77,11 @@ class Fit:
     @property
     def parameters(self) -> list[dict[str, Any]]:
         """Coefficients with their uncertainty, angles in degrees."""
-        rows = []
+        rows, sure = [], self.uncertainty
         for k, (one, value) in enumerate(zip(self.free, self.values, strict=True)):
-            sure, (unit, factor) = self.uncertainty, one.border
-            sizes = {
-                "value": value,
-                "sd": sure.sd[k] * (value if one.scale == "log" else 1.0),
-                "low": sure.low[k],
-                "high": sure.high[k],
-            }
+            unit, factor = one.border
+            sd = sure.sd[k] * (value if one.scale == "log" else 1.0)
+            sizes = {"value": value, "sd": sd, "low": sure.low[k], "high": sure.high[k]}
             facts = {"unit": unit, "scale": one.scale, "lower": one.lower * factor, "upper": one.upper * factor}
             judged = {"bound": sure.bound[k], "determined": sure.determined[k]}
             rows.append({"name": one.name} | {key: size * factor for key, size in sizes.items()} | facts | judged)

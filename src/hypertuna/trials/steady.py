@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import Table, read_table
+from hypertuna.ranges import FINITE, POSITIVE, POSITIVE_WHOLE
 from hypertuna.swimming.gait import Gait
 
 # Columns of a file by attribute of `SteadyRun`; columns of angles are named by joint group.
@@ -45,14 +45,14 @@ class SteadyRun:
             fix = "give at least one of the two"
             raise InputError("must be given, or cost_of_transport", key="speed", fix=fix)
         for key in MEASURED:
-            _check_number(getattr(self, key), key, positive=key != "speed")
-            sd = getattr(self, f"{key}_sd")
-            _check_number(sd, f"{key}_sd", positive=True)
-            if sd is not None and getattr(self, key) is None:
+            value, sd = getattr(self, key), getattr(self, f"{key}_sd")
+            if value is not None:
+                (FINITE if key == "speed" else POSITIVE).check(value, key, "leave it out if it is unknown")
+            if sd is not None:
+                POSITIVE.check(sd, f"{key}_sd", "leave it out if it is unknown")
+            if sd is not None and value is None:
                 raise InputError(f"must have {key} beside it", key=f"{key}_sd", fix=f"give {key}, or leave this out")
-        if self.repeats < 1:
-            fix = "give the number of swims that the run is the mean of"
-            raise InputError("must be 1 or more", key="repeats", value=str(self.repeats), fix=fix)
+        POSITIVE_WHOLE.check(self.repeats, "repeats", "give the number of swims that the run is the mean of")
 
 
 def read_steady(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
@@ -115,10 +115,3 @@ def _number(text: str, key: str) -> float:
     except ValueError:
         fix = "give a number" if text else "fill the cell, or remove the line"
         raise InputError("must be a number", key=key, value=shown(text) if text else "empty", fix=fix) from None
-
-
-def _check_number(value: float | None, key: str, *, positive: bool) -> None:
-    """Check an optional number."""
-    if value is not None and not (math.isfinite(value) and (value > 0 or not positive)):
-        rule = "must be greater than 0" if math.isfinite(value) else "must be a finite number"
-        raise InputError(rule, key=key, value=f"{value:g}", fix="leave it out if it is unknown")
