@@ -197,6 +197,7 @@ def run_command(
     tick = 1 / require(robot.controller, "controller", robot).rate
     duration = Range(min=tick, max=MAX_TICKS * tick).check(duration, "duration", "give the seconds to run")
     ticks = int(duration / tick * (1 + 1e-12))
+    texts = fault_texts(faults)
     parts = parts_of(robot, medium, temperature)
     steps = steps_of(tick, parts, robot, step)
     configured = robot if controller_robot is None else controller_robot
@@ -213,7 +214,7 @@ def run_command(
         _core.GaitCommand(controller, command, lost_at=command_lost_at),
         world,
         sensors=_core.Sensors(parts.sensors, SEEDS.check(seed, "seed")),
-        faults=list(read_faults(faults, robot, duration)),
+        faults=list(read_faults(texts, robot, duration)),
         twist=np.array([0.0 - speed, 0.0, 0.0, 0.0, 0.0, 0.0]),
         pose=pose,
         ticks=ticks,
@@ -229,7 +230,7 @@ def run_command(
         "closed_loop": closed_loop,
         "seed": seed,
         "temperature": parts.temperature,
-        "faults_given": fault_texts(faults),
+        "faults_given": texts,
         "step": tick / steps,
         "time": np.arange(rows, dtype=np.float64) * tick * every,
         "data": _named(record, rows, len(robot.joints)),

@@ -111,17 +111,17 @@ class Run:
         self, names: Variables, coordinates: Mapping[str, Sequence[str]], attributes: dict[str, Any]
     ) -> xr.Dataset:
         """Label the record: units and meaning of every variable, names along every dimension."""
-        variables: dict[str, Any] = {
-            name: (("time", dim) if dim else ("time",), self.data[name], {"units": unit, "long_name": text})
+        variables = {
+            name: (("time", dim) if dim else ("time",), self.data[name], unit, text)
             for name, (dim, unit, text) in names.items()
         }
-        dims, status, labels = variables["status"]
-        flags = {"flag_masks": [1 << bit for bit in range(len(CONDITIONS))], "flag_meanings": " ".join(CONDITIONS)}
-        variables["status"] = (dims, status.astype(np.int64), labels | flags)
         places = {"joint": self.joints, "circuit": self.circuits, "servo": self.servos, **coordinates}
         time = ("time", self.time, "s", "start of the control tick")
-        labeled = {name: (name, list(texts)) for name, texts in places.items()}
-        return dataset(variables, {"time": time} | labeled, provenance(self.robot) | attributes)
+        labels = {name: (name, list(texts)) for name, texts in places.items()}
+        data = dataset(variables, {"time": time} | labels, provenance(self.robot) | attributes)
+        flags = {"flag_masks": [1 << bit for bit in range(len(CONDITIONS))], "flag_meanings": " ".join(CONDITIONS)}
+        data["status"] = data["status"].astype(np.int64).assign_attrs(flags)
+        return data
 
 
 @dataclass(frozen=True)
