@@ -107,18 +107,6 @@ def attitude_from(frame: Frame, attitude: ArrayLike) -> Array:
     return _upright(_product(_product(_conjugate(world), _quaternions(attitude)), body))
 
 
-def world_to(frame: Frame, vectors: ArrayLike) -> Array:
-    """Convert vectors (..., 3) in world axes from ours: east, north, up; any unit."""
-    result: Array = _triples("vectors", vectors) @ rotation_of(_map(_TURNS, frame)[0]).T
-    return result
-
-
-def body_to(frame: Frame, vectors: ArrayLike) -> Array:
-    """Convert vectors (..., 3) in body axes from ours: toward the tail, to starboard, up; any unit."""
-    result: Array = _triples("vectors", vectors) @ rotation_of(_map(_TURNS, frame)[1]).T
-    return result
-
-
 def angles_of(attitude: ArrayLike) -> Array:
     """Return roll, pitch and heading, 0 to 2 pi, of attitudes (..., 4): (..., 3) [rad].
 
@@ -139,9 +127,7 @@ def angles_of(attitude: ArrayLike) -> Array:
 def attitude_of(*, roll: float, pitch: float, heading: float) -> Array:
     """Return the attitude of a roll, a pitch and a heading [rad], w not negative: the inverse of `angles_of`."""
     half = np.array([roll, pitch, heading]) / 2
-    about = [np.zeros(4) for _ in range(3)]
-    for k in range(3):
-        about[k][0], about[k][k + 1] = np.cos(half[k]), np.sin(half[k])
+    about = np.column_stack([np.cos(half), np.diag(np.sin(half))])
     return attitude_from("ned", _product(_product(about[2], about[1]), about[0]))
 
 
