@@ -41,11 +41,12 @@ def plot_fe_bend(
         panels[0].plot(x, np.degrees(angles), **style)
         if oil is not None and taken is not None:
             panels[1].plot(np.asarray(taken) / MILLILITER, x, **style)
-            panels[1].set(xlabel="oil taken in [ml]", ylabel="gauge pressure [kPa]", xlim=(0, None), ylim=(0, None))
     if published is not None:
         place = published[0] / KILO, np.degrees(published[1])
         panels[0].plot(*place, "x", color=INK, ms=7, mew=1.6, zorder=5, label="published")
     panels[0].set(xlabel="gauge pressure [kPa]", ylabel="bend [deg]", xlim=(0, None), ylim=(0, None))
+    if oil is not None:
+        panels[1].set(xlabel="oil taken in [ml]", ylabel="gauge pressure [kPa]", xlim=(0, None), ylim=(0, None))
     figure.suptitle(title, x=0.01, ha="left", fontsize=9.5, fontweight="bold")
     columns = 3 if width >= NARROW else 1
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=columns, **TIGHT)
