@@ -255,12 +255,6 @@ def compare_command(
     robot: opt.RobotName,
     joint: opt.Joint,
     pressure: opt.Pressures = COMPARISON_PRESSURES,
-    side: opt.Side = "left",
-    material: Material = None,
-    law: Law = FeOptions.law,
-    poisson: Poisson = FeOptions.poisson,
-    mixed: Mixed = FeOptions.mixed,
-    mesh: Mesh = FeOptions.mesh,
     reasons: Annotated[
         bool,
         typer.Option(
@@ -268,6 +262,12 @@ def compare_command(
             help="Turn the analytic model into finite elements step by step, and print the bend after each step.",
         ),
     ] = False,
+    side: opt.Side = "left",
+    material: Material = None,
+    law: Law = FeOptions.law,
+    poisson: Poisson = FeOptions.poisson,
+    mixed: Mixed = FeOptions.mixed,
+    mesh: Mesh = FeOptions.mesh,
     output: Annotated[
         str | None,
         _folder(f"journal, states and {COMPARISON}. The same command resumes after the last pressure that is there."),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import COSTS, OURS, PAPER, SPEEDS, Trial, bandwidths
 from hypertuna.paper.ledger import Finding, judge, published, published_value
 from hypertuna.reports.html import WIDTH, Section
+from hypertuna.simulation.run import TwinRun
 from hypertuna.swimming.swim import Swim
 
 ARITHMETIC = "the paper's own numbers"
@@ -20,19 +21,25 @@ ARITHMETIC = "the paper's own numbers"
 def findings(trials: Trials) -> Iterator[Finding]:
     """Yield speeds and changes by optimization of every model, the largest errors of the paper's, and the range."""
     for model, trial in trials.items():
-        gaits = trial.gaits
-        for name in SPEEDS:
-            note = "" if gaits[name].settled else gaits[name].status_text
-            yield Finding(f"speed/{name}", model, gaits[name].speed, note)
-        gain = _change(gaits["unoptimised-max"].speed, gaits["optimised-max"].speed)
-        yield Finding("speed/change-max", model, gain, "optimised against unoptimised")
-        for speed in COSTS:
-            before, after = _costs(trial, speed)
-            note = f"mechanical: {before:.3g} to {after:.3g} J/(kg m)"
-            yield Finding(f"cost-of-transport/change-{speed}", model, _change(before, after), note)
+        notes = {name: "" if swim.settled else swim.status_text for name, swim in trial.gaits.items()}
+        yield from gait_findings(model, trial.gaits, notes, "mechanical")
     yield _largest_error(trials[PAPER])
     yield _largest_cost_error(trials[PAPER])
     yield range_finding(trials[PAPER].robot)
+
+
+def gait_findings(
+    model: str, gaits: Mapping[str, Swim | TwinRun], notes: Mapping[str, str], power: str
+) -> Iterator[Finding]:
+    """Yield the eight speeds of a model, and the changes of speed and of costs, from this power, by optimization."""
+    for name in SPEEDS:
+        yield Finding(f"speed/{name}", model, gaits[name].speed, notes[name])
+    gain = _change(gaits["unoptimised-max"].speed, gaits["optimised-max"].speed)
+    yield Finding("speed/change-max", model, gain, "optimised against unoptimised")
+    for speed in COSTS:
+        before, after = _costs(gaits, speed)
+        note = f"{power}: {before:.3g} to {after:.3g} J/(kg m)"
+        yield Finding(f"cost-of-transport/change-{speed}", model, _change(before, after), note)
 
 
 def sections(trials: Trials) -> list[Section]:
@@ -102,7 +109,7 @@ def _largest_cost_error(trial: Trial) -> Finding:
     """Return the largest error of costs over those of the unoptimized gaits, beside the paper's for its own set."""
     changes = []
     for speed in COSTS:
-        before, after = _costs(trial, speed)
+        before, after = _costs(trial.gaits, speed)
         changes.append((after / before) / (1 + published_value(f"cost-of-transport/change-{speed}") / 100) - 1)
     note = (
         "over the optimized gaits, each normalized by its unoptimized one, as the paper's validation set is not "
@@ -116,9 +123,9 @@ def _change(before: float, after: float) -> float:
     return 100 * (after / before - 1)
 
 
-def _costs(trial: Trial, speed: str) -> tuple[float, float]:
+def _costs(gaits: Mapping[str, Swim | TwinRun], speed: str) -> tuple[float, float]:
     """Return costs of transport of the unoptimized and the optimized gait for a speed [J/(kg m)]."""
-    before, after = (trial.gaits[f"{kind}optimised-{speed}"].cost_of_transport for kind in ("un", ""))
+    before, after = (gaits[f"{kind}optimised-{speed}"].cost_of_transport for kind in ("un", ""))
     return before, after
 
 
@@ -136,7 +143,7 @@ def _reproduced(trial: Trial) -> int:
 def _cost_change(speed: str, trial: Trial) -> str:
     """Describe the change of cost of transport by optimization, computed and published."""
     value = published_value(f"cost-of-transport/change-{speed}")
-    return f"{_change(*_costs(trial, speed)):+.1f} % at {speed} m/s, where {value:+g} % is published"
+    return f"{_change(*_costs(trial.gaits, speed)):+.1f} % at {speed} m/s, where {value:+g} % is published"
 
 
 def _label(name: str, result: Swim) -> str:

@@ -11,8 +11,8 @@ from hypertuna.actuation.battery import range_of
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.paper.chapter import Chapter, Trials, compose
+from hypertuna.paper.chapters.gaits import gait_findings
 from hypertuna.paper.computed import (
-    COSTS,
     OURS,
     SPEEDS,
     SWIM,
@@ -40,15 +40,8 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Twins:
 
 def findings(twins: Twins) -> Iterator[Finding]:
     """Yield speeds, costs, powers, range and settling times."""
-    runs = twins.gaits
-    for name in SPEEDS:
-        yield Finding(f"speed/{name}", TWIN, runs[name].speed, _reached(runs[name]))
-    gain = 100 * (runs["optimised-max"].speed / runs["unoptimised-max"].speed - 1)
-    yield Finding("speed/change-max", TWIN, gain, "optimised against unoptimised")
-    for speed in COSTS:
-        before, after = (runs[f"{kind}optimised-{speed}"].cost_of_transport for kind in ("un", ""))
-        note = f"electrical: {before:.3g} to {after:.3g} J/(kg m)"
-        yield Finding(f"cost-of-transport/change-{speed}", TWIN, 100 * (after / before - 1), note)
+    notes = {name: _reached(run) for name, run in twins.gaits.items()}
+    yield from gait_findings(TWIN, twins.gaits, notes, "electrical")
     yield from _powers(twins)
     for held in twins.posture.held:
         yield _settling(held, TWIN)
