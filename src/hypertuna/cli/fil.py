@@ -100,8 +100,7 @@ def fil_command(
 
 def _record(run: FirmwareRun) -> dict[str, Any]:
     """Return the JSON record of a run."""
-    last = run.answers[-1]
-    faults = [row[0] for bit, row in enumerate(_core.fault_table()) if int(last["faults"]) >> bit & 1]
+    last, mission = run.answers[-1], run.mission_run
     record: dict[str, Any] = {
         "board": run.board,
         "scenario": run.scenario.name,
@@ -115,9 +114,9 @@ def _record(run: FirmwareRun) -> dict[str, Any]:
         "refused": {reason: len(ticks) for reason, ticks in run.refused.items()},
         "mode": _core.mode_names()[last["mode"]],
         "armed": bool(last["armed"]),
-        "faults": faults,
+        "faults": [row[0] for bit, row in enumerate(_core.fault_table()) if int(last["faults"]) >> bit & 1],
     }
-    if (mission := run.mission_run) is not None:
+    if mission is not None:
         record |= {"status": run.status, "distance_m": mission.distance, "energy_wh": mission.energy / 3600}
     return record
 
@@ -143,8 +142,7 @@ def _lines(run: FirmwareRun) -> Iterator[Any]:
     if not run.compared:
         yield "Not compared: orders over the radio reach the board alone.", "dim"
     elif len(run.mismatches):
-        count, first = len(run.mismatches), run.mismatches[0]
-        sentence = f"The board differs from the program on this machine in {count} ticks, first in tick {first}."
-        yield sentence, "bold red"
+        where = f"{len(run.mismatches)} ticks, first in tick {run.mismatches[0]}"
+        yield f"The board differs from the program on this machine in {where}.", "bold red"
     else:
         yield "Every tick has the same bits as the program on this machine.", "green"

@@ -137,26 +137,26 @@ def _write(file: io.FileIO, line: bytes) -> None:
     os.fsync(file.fileno())
 
 
-def _record(line: bytes, place: str) -> dict[str, Any]:
-    """Parse a line."""
+def _parsed(line: bytes) -> dict[str, Any] | None:
+    """Parse a line; None if it is no JSON object."""
     try:
         record = json.loads(line)
     except ValueError:
-        record = None
-    if not isinstance(record, dict):
+        return None
+    return record if isinstance(record, dict) else None
+
+
+def _record(line: bytes, place: str) -> dict[str, Any]:
+    """Return the record of a line."""
+    if (record := _parsed(line)) is None:
         raise InputError("must be a line of a journal", file=place, value=shown(line[:40].decode(errors="replace")))
     return record
 
 
 def _header(path: Path, lines: list[bytes]) -> dict[str, Any]:
-    """Parse the first line."""
-    try:
-        header = json.loads(lines[0]) if lines else None
-    except ValueError:
-        header = None
-    if isinstance(header, dict) and not isinstance(header.get("options", {}), dict):
-        header = None
-    if not isinstance(header, dict) or header.pop("journal", None) != MARK:
+    """Return the header of the first line."""
+    header = _parsed(lines[0]) if lines else None
+    if header is None or header.pop("journal", None) != MARK or not isinstance(header.get("options", {}), dict):
         raise InputError("must be a journal of hypertuna", file=str(path), fix="give another file")
     return header
 

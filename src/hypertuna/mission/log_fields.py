@@ -26,11 +26,11 @@ class Field(NamedTuple):
         return np.asarray((values if self.part is None else values[:, self.part]) * self.factor)
 
 
-DEGREES, KILO = 180 / np.pi, 1e-3
+DEGREES = 180 / np.pi
 BORDER = {  # units of messages, and their factor from SI
     "rad": ("deg", DEGREES),
     "rad/s": ("deg_s", DEGREES),
-    "Pa": ("kpa", KILO),
+    "Pa": ("kpa", 1e-3),
     "J": ("wh", 1 / 3600),
     "m": ("m", 1.0),
     "m/s": ("m_s", 1.0),

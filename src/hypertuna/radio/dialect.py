@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import hashlib
 import importlib.util
@@ -17,7 +16,7 @@ from types import ModuleType
 from typing import Any
 
 from hypertuna.errors import InputError
-from hypertuna.io.files import shipped
+from hypertuna.io.files import shipped, write_atomically
 
 HOW = "pip install 'hypertuna[radio]'"
 SILENT = 32767  # in a field of HYDRAULICS: the sensor does not answer
@@ -50,7 +49,7 @@ def dialect() -> Any:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    with _quiet():
+    with warnings.catch_warnings(action="ignore"):  # of another package at import
         spec.loader.exec_module(module)
         import pymavlink.dialects.v20
 
@@ -63,7 +62,7 @@ def dialect() -> Any:
 def mavutil() -> Any:
     """Load pymavlink.mavutil with the dialect."""
     dialect()
-    with _quiet():
+    with warnings.catch_warnings(action="ignore"):  # of another package at import
         from pymavlink import mavutil as module
 
         module.set_dialect("hypertuna")
@@ -88,18 +87,7 @@ def _make(source: Path, path: Path) -> None:
             value = f"not ({lines[-1] if lines else 'mavgen failed'})"
             raise InputError("must generate a module", file=str(source), value=value, fix=f"reinstall pymavlink: {HOW}")
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            temporary = path.with_suffix(f".{os.getpid()}")
-            temporary.write_bytes(module.read_bytes())
-            os.replace(temporary, path)
-        except OSError as error:
-            value, fix = f"not ({error.strerror})", "set XDG_CACHE_HOME to a writable folder"
-            raise InputError("must be writable", file=str(path.parent), value=value, fix=fix) from None
-
-
-@contextlib.contextmanager
-def _quiet() -> Any:
-    """Suppress warnings of other packages at import."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
+            write_atomically(path, module.read_bytes())
+        except InputError as error:
+            fix = "set XDG_CACHE_HOME to a writable folder"
+            raise InputError(error.rule, file=error.file, value=error.value, fix=fix) from None
