@@ -21,6 +21,7 @@ from hypertuna.trials.radio_log import BenchRow, bench_rows
 BRANCHES = ("load", "unload")
 COLUMNS = ("joint", "side", "pressure_kpa", "angle_deg", "branch", "angle_sd_deg", "volume_ml", "run")
 REQUIRED = COLUMNS[:4]
+MEASURED = ("joint", "side", "pressure", "angle", "unload", "angle_sd", "volume")  # arrays of a bench
 MAX_PRESSURE = Range(max=2000)  # kPa, ten times that of soft actuators: higher values have another unit
 MAX_ANGLE = Range(max=180)  # deg
 SMALL_ANGLES = math.radians(1.0)  # if all bends are smaller, their unit is likely rad
@@ -75,14 +76,10 @@ def read_bench(paths: str | Path | Sequence[str | Path], robot: Robot) -> Bench:
     loops: dict[tuple[int, int, float], list[int]] = {}
     for k, row in enumerate(rows):
         loops.setdefault((row.joint, row.side, tops[row.file, row.run, row.joint, row.side]), []).append(k)
-    columns = ("joint", "side", "pressure", "angle", "unload", "angle_sd", "volume")
-    bench = Bench(
-        **{name: np.array([getattr(row, name) for row in rows]) for name in columns},
-        loops=tuple(Loop(*key, np.array(members)) for key, members in loops.items()),
-        files=tuple(row.file for row in rows),
-        lines=tuple(row.line for row in rows),
-        warnings=_warnings(rows),
-    )
+    columns = {name: np.array([getattr(row, name) for row in rows]) for name in MEASURED}
+    members = tuple(Loop(*key, np.array(own)) for key, own in loops.items())
+    of_rows, lines = tuple(row.file for row in rows), tuple(row.line for row in rows)
+    bench = Bench(**columns, loops=members, files=of_rows, lines=lines, warnings=_warnings(rows))
     _check_direction(bench, robot)
     return bench
 

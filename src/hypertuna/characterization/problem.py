@@ -72,24 +72,17 @@ class BenchProblem:
         difference = np.concatenate([angle, volume[self.with_volume]]) - self.measured
         scaled = difference / np.where(np.isnan(self.sd), level[self.kind], self.sd)
         sound = np.where(np.isfinite(scaled), np.clip(scaled, -FAILED, FAILED), FAILED)
-        return np.concatenate([sound if joint is None else np.where(self._of_joint(joint), sound, np.nan), z])
-
-    def _of_joint(self, joint: int) -> NDArray[np.bool_]:
-        """Return which elements belong to a joint."""
-        own = self.bench.joint == joint
-        return np.concatenate([own, own[self.with_volume]])
+        own = self.bench.joint == (self.bench.joint if joint is None else joint)
+        return np.concatenate([np.where(np.append(own, own[self.with_volume]), sound, np.nan), z])
 
     def jacobian(self, z: Array, levels: Mapping[str, float], *, rough: bool = False) -> Array:
-        """Differentiate the residual: by central differences, or one-sided ones for a search.
-
-        An unknown of one joint moves no row of another.
-        """
+        """Differentiate the residual: by central differences, or one-sided ones for a search."""
         step, columns = ROUGH_STEP if rough else STEP, []
         center = self.residual(z, levels) if rough else None
         for k, one in enumerate(self.free):
             change = np.zeros(len(z))
             change[k] = step / one.prior_sd
-            up = self.residual(z + change, levels, one.joint)
+            up = self.residual(z + change, levels, one.joint)  # an unknown of one joint moves no row of another
             down = self.residual(z - change, levels, one.joint) if center is None else center
             column = (up - down) / (change[k] * (1 if rough else 2))
             columns.append(np.where(np.isnan(column), 0.0, column))
@@ -97,10 +90,7 @@ class BenchProblem:
 
 
 def computed(robot: Robot, bench: Bench, joint: int | None = None) -> tuple[Array, Array]:
-    """Compute bends [rad] and oil volumes of the drive units [m^3] of a bench, (rows,) each.
-
-    joint: compute its rows only, others are NaN.
-    """
+    """Compute bends [rad] and oil volumes of drive units [m^3] of a bench, (rows,) each, NaN but for a joint's rows."""
     angle, volume = np.full((2, len(bench.angle)), np.nan)
     for loop in bench.loops:
         if joint is not None and loop.joint != joint:
