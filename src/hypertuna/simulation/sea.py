@@ -18,6 +18,9 @@ from hypertuna.ranges import FINITE
 DIP = math.radians(60)  # of the Earth's magnetic field below the horizon, at the latitudes of most lakes
 BOTTOM_RATE = 2 * math.pi * 10  # rad/s of the robot on the bottom: stiff, and resolved by the twin's steps
 FASTEST = 10.0  # m/s: no current is faster
+# Columns of a link in space, and their attributes in the table [spatial].
+LINKS = {name: name for name in ("com_height", "volume", "height", "width", "drag_vertical", "drag_roll")}
+LINKS |= {"center": "buoyancy_center", "center_height": "buoyancy_height", "added_vertical": "added_mass_vertical"}
 
 
 @dataclass(frozen=True)
@@ -100,19 +103,11 @@ def space_columns(robot: Robot) -> dict[str, Any]:
 def _links(robot: Robot) -> dict[str, Array]:
     """Columns of the links in space; an ellipsoid's moments of inertia where none are given."""
     spatial = require(robot.spatial, "spatial", robot)
+    links = {name: np.array(getattr(spatial, field)) for name, field in LINKS.items()}
     mass, length = np.array(robot.links.mass), np.array(robot.links.length)
-    height, width = np.array(spatial.height), np.array(spatial.width)
+    height, width = links["height"], links["width"]
     roll, pitch = mass * (width**2 + height**2) / 20, mass * (length**2 + height**2) / 20
-    return {
-        "com_height": np.array(spatial.com_height),
+    return links | {
         "roll": roll if spatial.inertia_roll is None else np.array(spatial.inertia_roll),
         "pitch": pitch if spatial.inertia_pitch is None else np.array(spatial.inertia_pitch),
-        "volume": np.array(spatial.volume),
-        "center": np.array(spatial.buoyancy_center),
-        "center_height": np.array(spatial.buoyancy_height),
-        "height": height,
-        "width": width,
-        "drag_vertical": np.array(spatial.drag_vertical),
-        "added_vertical": np.array(spatial.added_mass_vertical),
-        "drag_roll": np.array(spatial.drag_roll),
     }
