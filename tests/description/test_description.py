@@ -279,6 +279,15 @@ def test_what_does_not_fit_into_the_body_was_written_in_mm(old: str, new: str, s
     assert "in m" in str(caught.value)
 
 
+def test_both_values_of_a_rule_are_in_the_unit_of_the_file(tmp_path: Path) -> None:
+    text, file = (ROOT / "robots" / "hypertuna.toml").read_text(), tmp_path / "tuna.toml"
+    file.write_text(text.replace("pulse_min_us = 800.0", "pulse_min_us = 1800.0"))
+    with pytest.raises(
+        InputError, match="pulse_min_us must be less than pulse_center_us = 1500, but is 1800: exchange"
+    ):
+        load(file)
+
+
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     missing, folder, binary, broken, huge = (tmp_path / f"{name}.toml" for name in ("m", "f", "b", "t", "h"))
     folder.mkdir()
