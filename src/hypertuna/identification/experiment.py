@@ -100,7 +100,9 @@ def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = (), **optio
     recordings, first = [], len(trials.steady)
     for recording in trials.recordings:
         replayed, poses, sizes = _replayed(robot, recording, frees)
-        scatter = _scatter(recording)
+        runs, scatter = len(recording.tracks), np.full(3, np.nan)
+        if runs >= MIN_RUNS:
+            scatter = repeatability(recording.tracks) * math.sqrt(runs / (runs - 1))
         for axis in range(3):  # all frames of all runs along x, then y, then yaw
             sample.append(len(samples) + np.repeat(np.arange(len(sizes)), sizes))
             measured.append(poses[:, axis])
@@ -140,11 +142,3 @@ def _replayed(robot: Robot, recording: Recording, frees: Sequence[Free]) -> tupl
     frames = np.concatenate(times), np.concatenate(turns)
     replayed = Replayed(recording.name, joints, step, time, recording.time_offset, *frames, len(sizes))
     return replayed, np.concatenate(poses), sizes
-
-
-def _scatter(recording: Recording) -> Array:
-    """Return the standard deviation (3,) of runs about their mean along each axis [m, m, rad]; NaN for few runs."""
-    runs = len(recording.tracks)
-    if runs < MIN_RUNS:
-        return np.full(3, np.nan)
-    return repeatability(recording.tracks) * math.sqrt(runs / (runs - 1))

@@ -133,7 +133,11 @@ def joint_grid(robot: Robot, curve: SmoothSeries, *, step: float | None = None) 
     longest = float(np.median(np.diff(time))) / STEPS_PER_SAMPLE if step is None else step
     steps = math.ceil((time[-1] - time[0]) / longest * (1 - 1e-12))
     step = float(time[-1] - time[0]) / steps
-    return _spread(robot, curve(np.linspace(time[0], time[-1], 2 * steps + 1))), step
+    motion = curve(np.linspace(time[0], time[-1], 2 * steps + 1))
+    joints = np.zeros((len(motion), len(robot.links.name), 3))
+    for g, group in enumerate(robot.joints):
+        joints[:, list(group.links)] = motion[:, g, np.newaxis] * np.array(group.share)[:, np.newaxis]
+    return joints, step
 
 
 def replay_jacobian(
@@ -229,14 +233,6 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
         {"axis": list(AXES), "unit": ("axis", list(AXES.values())), "run": [track.run for track in tracks]},
         result.attrs,
     )
-
-
-def _spread(robot: Robot, motion: Array) -> Array:
-    """Distribute motions of joint groups (instants, groups, 3) over the joints (instants, links, 3)."""
-    joints = np.zeros((len(motion), len(robot.links.name), 3))
-    for g, group in enumerate(robot.joints):
-        joints[:, list(group.links)] = motion[:, g, np.newaxis] * np.array(group.share)[:, np.newaxis]
-    return joints
 
 
 def _sound(robot: Robot, twist: Array, torque: Array) -> int:
