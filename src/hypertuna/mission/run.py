@@ -101,12 +101,14 @@ def mission_start(
     given = fault_texts(faults)
     fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
     sensors = tuple(fault for fault in given if fault not in fins)
+    sheared = mission.current_bottom if math.isfinite(mission.bottom) else None
+    sea = Sea(current=mission.current, current_bottom=sheared, bottom=mission.bottom)
     capacity = battery_columns(robot)["charge"]
     controller = _core.Controller(controller_of(robot))
     core: dict[str, Any] = {
         "plant": parts.plant,
         "command": _core.Pilot(controller, pilot_columns(robot, table), mission_columns(mission)),
-        "world": world_at_sea(robot, _sea(mission), mission.gaps),
+        "world": world_at_sea(robot, sea, mission.gaps),
         "sensors": _core.Sensors(pilot_sensor_columns(robot), SEEDS.check(seed, "seed")),
         "faults": list(read_faults(sensors, robot, limit)),
         "fin_faults": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
@@ -187,11 +189,6 @@ def _done(start: MissionStart, part: Part) -> bool:
 
 def _mode(number: float) -> str:
     return _core.mode_names()[int(number)]
-
-
-def _sea(mission: Mission) -> Sea:
-    sheared = mission.current_bottom if math.isfinite(mission.bottom) else None
-    return Sea(current=mission.current, current_bottom=sheared, bottom=mission.bottom)
 
 
 def _pose(mission: Mission) -> Array:
