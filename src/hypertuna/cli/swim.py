@@ -25,10 +25,7 @@ def swim_command(
     steps: opt.Steps = DEFAULT_STEPS,
     current: Annotated[
         Sequence[float], opt.numbers("--current", "m/s", "Velocity of the water, X,Y in m/s.", count=2)
-    ] = (
-        0.0,
-        0.0,
-    ),
+    ] = (0.0, 0.0),
     plot: Annotated[
         str | None,
         opt.file(

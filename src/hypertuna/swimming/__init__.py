@@ -1,6 +1,6 @@
 """Swimming: from a gait to its settled beat, and everything computed from it.
 
-In reading order: `gait` (one harmonic per joint group), `model` (the core's model of a robot and the names of its
-parameters), `beat` (settled beats and their derivatives), `swim` (one gait), `trajectory` (its motion), `sweep` (many
-gaits, gradients), `turn` (turning circles); figures in `plots`, `plots_turn`, `drawing` and `animation`.
+In reading order: `gait` (one harmonic per joint group; lists and grids), `model` (the core's model of a robot and the
+names of its parameters), `beat` (settled beats and their derivatives), `swim` (one gait), `trajectory` (its motion),
+`sweep` (many gaits, gradients), `turn` (turning circles); figures in `plots`, `plots_turn`, `drawing`, `animation`.
 """

@@ -85,8 +85,7 @@ class Swim:
     @cached_property
     def trajectory(self) -> xr.Dataset:
         """The motion at every step of the settled beat, or from rest: units in the attributes."""
-        beats = 1.0 if self.duration is None else self.duration * self.gait.frequency
-        return _trajectory(self.robot, self.gait, self._start, beats, self.steps, self.current)
+        return self._motion(1.0 if self.duration is None else self.duration * self.gait.frequency)
 
     def summary(self) -> dict[str, Quantity]:
         """Return the results by the names of the JSON record; a turn is shown if it is one.
@@ -114,7 +113,19 @@ class Swim:
         xarray.Dataset
             As `trajectory`; one beat of the settled gait is that of `trajectory` itself.
         """
-        return _trajectory(self.robot, self.gait, self._start, float(beats), self.steps, self.current)
+        return self._motion(float(beats))
+
+    def _motion(self, beats: float) -> xr.Dataset:
+        """Integrate the gait over some beats from its start."""
+        count = round(beats * self.steps)
+        step = 1 / (self.gait.frequency * self.steps)
+        clock: Array = np.pi / self.steps * (np.arange(2 * count + 1, dtype=np.float64) % (2 * self.steps))
+        model = core_model(self.robot)
+        joints = _core.joint_motion(model, **vars(self.gait), clock=clock)
+        twist = twist_from_rest(self.robot, joints[0]) if self._start is None else self._start
+        motion = _core.advance(model, joints, step=step, twist=twist, pose=np.zeros(3))
+        time = step * np.arange(count + 1, dtype=np.float64)
+        return trajectory(self.robot, time, joints[::2], motion, current=self.current)
 
 
 def swim(
@@ -204,17 +215,3 @@ def _verdict_from_rest(beats: float, speed: float, settled: Swim) -> tuple[str, 
         return "settled", f"The gait is settled after {beats:.0f} beats from rest, to {abs(short):.1e} of its speed."
     off = f"{abs(short) * scale:.2g} m/s {'above' if short > 0 else 'below'} the settled {settled.speed:.4g} m/s"
     return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest: its speed is {off}."
-
-
-def _trajectory(
-    robot: Robot, gait: Gait, start: Array | None, beats: float, steps: int, current: tuple[float, float]
-) -> xr.Dataset:
-    """Integrate the gait over some beats from a twist, or from rest."""
-    count = round(beats * steps)
-    step = 1 / (gait.frequency * steps)
-    clock: Array = np.pi / steps * (np.arange(2 * count + 1, dtype=np.float64) % (2 * steps))
-    model = core_model(robot)
-    joints = _core.joint_motion(model, **vars(gait), clock=clock)
-    twist = twist_from_rest(robot, joints[0]) if start is None else start
-    motion = _core.advance(model, joints, step=step, twist=twist, pose=np.zeros(3))
-    return trajectory(robot, step * np.arange(count + 1, dtype=np.float64), joints[::2], motion, current=current)
