@@ -64,6 +64,14 @@ class Bend:
     status_text: str  # sentence
 
     @property
+    def branches(self) -> dict[str, tuple[Array, Array]]:
+        """Pressures [Pa] and angles [rad] of "loading" and, where it was asked for, of "unloading"."""
+        branches = {"loading": (self.pressure, self.angle)}
+        if self.unload_pressure is not None and self.unload_angle is not None:
+            branches["unloading"] = (self.unload_pressure, self.unload_angle)
+        return branches
+
+    @property
     def loop_area(self) -> float:
         """Area of the hysteresis loop of the angle over the pressure [Pa rad]; 0 without unloading."""
         if self.unload_angle is None:
@@ -94,11 +102,10 @@ class Bend:
         xarray.Dataset
             Dimension pressure; angle [rad] and, where asked for, unload_angle [rad] at the same pressures.
         """
-        branches = {"angle": (self.angle, "up")}
-        if self.unload_angle is not None:
-            branches["unload_angle"] = (self.unload_angle[::-1], "down")
         text = "angle toward the side with the pressure, on the way"
-        variables = {name: ("pressure", values, "rad", f"{text} {way}") for name, (values, way) in branches.items()}
+        variables = {"angle": ("pressure", self.angle, "rad", f"{text} up")}
+        if self.unload_angle is not None:
+            variables["unload_angle"] = ("pressure", self.unload_angle[::-1], "rad", f"{text} down")
         coordinates = {"pressure": ("pressure", self.pressure, "Pa", "gauge pressure")}
         facts = {"joint": self.joint, "side": self.side, "material": self.material, "law": self.law}
         facts |= {"friction": str(self.friction).lower(), "status": self.status_text}

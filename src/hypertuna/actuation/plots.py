@@ -43,14 +43,11 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend], *, width: float = WIDTH) -> 
 
 def _draw_loop(axes: Axes, bend: Bend) -> None:
     """Draw loading and unloading, with an arrow in the middle of each."""
-    branches = [(bend.pressure, bend.angle, COLORS[1], "loading")]
-    if bend.unload_pressure is not None and bend.unload_angle is not None:
-        branches.append((bend.unload_pressure, bend.unload_angle, COLORS[0], "unloading"))
-    for pressure, angle, color, text in branches:
+    for color, (text, (pressure, angle)) in zip((COLORS[1], COLORS[0]), bend.branches.items(), strict=False):
         points = np.stack([pressure / 1e3, np.degrees(angle)], axis=1)
         axes.plot(*points.T, "-", color=color, zorder=3, label=f"{bend.material}, {text}")
         middle = len(points) // 2
-        if len(branches) > 1 and 0 < middle < len(points) - 1:
+        if len(bend.branches) > 1 and 0 < middle < len(points) - 1:
             style = {"arrowstyle": "-|>", "color": color, "lw": 0, "mutation_scale": 13}
             axes.annotate("", points[middle], points[middle - 1], arrowprops=style)
 

@@ -73,10 +73,8 @@ def _plot_loop(axes: Axes, fit: BenchFit, loop: Loop, color: str) -> None:
     pressure = np.linspace(0, loop.top, POINTS)
     back = bool(fit.bench.unload[loop.rows].any())
     curve = bend(fit.robot, loop.joint, pressure, side=SIDES[loop.side], unload=back)
-    axes.plot(pressure / 1e3, sign * np.degrees(curve.angle), color=color, lw=1.2)
-    if curve.unload_pressure is not None and curve.unload_angle is not None:
-        path = (curve.unload_pressure / 1e3, sign * np.degrees(curve.unload_angle))
-        axes.plot(*path, color=color, lw=1.2, ls=(0, (4, 2)))
+    for style, (path, angle) in zip(("-", (0, (4, 2))), curve.branches.values(), strict=False):
+        axes.plot(path / 1e3, sign * np.degrees(angle), color=color, lw=1.2, ls=style)
 
 
 def _plot_spectrum(axes: Axes, fit: BenchFit) -> None:

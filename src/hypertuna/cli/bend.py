@@ -99,11 +99,10 @@ def _known(robot: Robot) -> Iterator[str]:
 
 def _branches(result: Bend) -> dict[str, Any]:
     """Return pressures [kPa] and angles [deg] of both branches."""
-    branches = {"pressure_kpa": result.pressure / 1e3, "angle_deg": np.degrees(result.angle)}
-    if result.unload_pressure is not None and result.unload_angle is not None:
-        branches["unload_pressure_kpa"] = result.unload_pressure / 1e3
-        branches["unload_angle_deg"] = np.degrees(result.unload_angle)
-    return branches
+    columns: dict[str, Any] = {}
+    for start, (pressure, angle) in zip(("", "unload_"), result.branches.values(), strict=False):
+        columns |= {f"{start}pressure_kpa": pressure / 1e3, f"{start}angle_deg": np.degrees(angle)}
+    return columns
 
 
 def _facts(result: Bend) -> dict[str, Any]:
@@ -152,14 +151,13 @@ def _dataset(bends: Bends) -> Any:
 
 def _csv(bends: Bends) -> str:
     """Write bends as comma-separated values, a row per pressure."""
-    first, rows = bends.first, []
-    for name, one in bends.sets.items():
-        columns = [column.tolist() for column in _branches(one).values()]
-        for branch, *curve in zip(("load", "unload"), columns[::2], columns[1::2], strict=False):
-            rows += [
-                {"material": name, "branch": branch, "pressure_kpa": pressure, "angle_deg": angle}
-                for pressure, angle in zip(*curve, strict=True)
-            ]
+    first = bends.first
+    rows = [
+        {"material": name, "branch": branch.removesuffix("ing"), "pressure_kpa": pressure, "angle_deg": angle}
+        for name, one in bends.sets.items()
+        for branch, (pressures, angles) in one.branches.items()
+        for pressure, angle in zip((pressures / 1e3).tolist(), np.degrees(angles).tolist(), strict=True)
+    ]
     facts = made_by(first.robot, joint=first.joint, side=first.side, law=first.law, status=first.status_text)
     return rows_csv(facts, rows)
 

@@ -100,9 +100,8 @@ def step_table(bends: Bends) -> Table:
 
 def _loop(result: Bend) -> float:
     """Return the largest difference of loading and unloading [deg]."""
-    assert result.unload_pressure is not None
-    assert result.unload_angle is not None
-    down = np.interp(result.pressure, result.unload_pressure[::-1], result.unload_angle[::-1])
+    pressure, angle = result.branches["unloading"]
+    down = np.interp(result.pressure, pressure[::-1], angle[::-1])
     return float(np.degrees(np.abs(down - result.angle).max()))
 
 
