@@ -123,7 +123,7 @@ def test_virtual_work_of_the_table_is_exact() -> None:
     assert at["slope"][:, 1] == pytest.approx(-at["slope"][::-1, 0], rel=1e-12)
     # What the table interpolates is what was fitted.
     assert -at["elastic"] == pytest.approx(found.potential.elastic(angle), abs=1e-5)
-    assert at["slope"][:, 0] == pytest.approx(found.potential.volume(angle, slope=True), rel=1e-5)
+    assert at["slope"][:, 0] == pytest.approx(found.potential.volume(angle, derivative=True), rel=1e-5)
     for name in ("friction", "carried"):  # of the muscles: finite elements have no friction
         assert at[name] == pytest.approx(TABLE["II"].at(angle)[name], rel=2e-3, abs=5)
 

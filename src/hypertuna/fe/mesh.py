@@ -126,8 +126,8 @@ def _to_rim(body: JointBody, squeeze: float) -> Any:
     def taper(values: Any) -> Any:
         half = ngs.CF(MM * float(values[-1]))  # of the plate
         for k in reversed(range(len(stations) - 1)):
-            slope = MM * float(values[k + 1] - values[k]) / (stations[k + 1] - stations[k])
-            half = ngs.IfPos(stations[k + 1] - ngs.x, MM * float(values[k]) + slope * (ngs.x - stations[k]), half)
+            taper_rate = MM * float(values[k + 1] - values[k]) / (stations[k + 1] - stations[k])
+            half = ngs.IfPos(stations[k + 1] - ngs.x, MM * float(values[k]) + taper_rate * (ngs.x - stations[k]), half)
         return half
 
     reach = ngs.sqrt((ngs.z / taper(body.semi_major)) ** 2 + (ngs.y / taper(body.semi_minor)) ** 2)
@@ -157,8 +157,8 @@ def _check(mesh: Any, body: JointBody) -> None:
         "volume of the matrix": (ngs.dx("matrix"), body.volume / 2),
         "area of the strip": (ngs.ds("strip"), body.strip / 2 * body.length),
     }
-    for what, (where, drawn) in parts.items():
-        off = ngs.Integrate(one * where, mesh) - drawn
-        if abs(off) > AREA * drawn:
-            rule, value = f"must have the drawing's {what}", f"{100 * off / drawn if drawn else 100:+.2g} % off"
+    for what, (where, expected) in parts.items():
+        off = ngs.Integrate(one * where, mesh) - expected
+        if abs(off) > AREA * expected:
+            rule, value = f"must have the drawing's {what}", f"{100 * off / expected if expected else 100:+.2g} % off"
             raise InputError(rule, key="mesh", value=value, fix="use a finer mesh, or change the geometry slightly")

@@ -52,7 +52,7 @@ def settling(space: Any, solid: Solid, region: Any) -> Callable[[Any], None]:
 
     displacements, pressures = space.components
     u, (p, q) = ngs.GridFunction(displacements), pressures.TnT()
-    # the energy's integration rule, so that its slope over the pressures is zero to the last digit
+    # the energy's integration rule, so that its derivative by the pressures is zero to the last digit
     rules = {ngs.TET: ngs.IntegrationRule(ngs.TET, 2 * displacements.globalorder)}
     volume = ngs.dx(definedon=region, intrules=rules)
     mass = ngs.BilinearForm(pressures, symmetric=True)

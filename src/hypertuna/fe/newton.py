@@ -77,12 +77,12 @@ def _set(problem: Problem, start: Sequence[float], end: Sequence[float], part: f
 def _newton(problem: Problem) -> tuple[int, str]:
     """Minimize the energy under the present loads; return the number of steps and the failure, empty without one."""
     u, energy = problem.state.vec, problem.energy
-    slope, step, trial = (u.CreateVector() for _ in range(3))
+    gradient, step, trial = (u.CreateVector() for _ in range(3))
     first = now = _value(problem, u)
     for k in range(1, MAX_STEPS + 1):
-        energy.Apply(u, slope)
+        energy.Apply(u, gradient)
         energy.AssembleLinearization(u)
-        gain, free = _direction(problem, slope, step)
+        gain, free = _direction(problem, gradient, step)
         if not math.isfinite(gain):
             return k, "the tangent is singular"
         # A regularized step gains little anywhere: the free step decides whether this is an equilibrium.
@@ -111,7 +111,7 @@ def _value(problem: Problem, vector: Any) -> float:
     return float(problem.energy.Energy(vector))
 
 
-def _direction(problem: Problem, slope: Any, step: Any) -> tuple[float, float]:
+def _direction(problem: Problem, gradient: Any, step: Any) -> tuple[float, float]:
     """Solve for Newton's step; return the first-order decrease of energy [J] of this step and of the free step.
 
     An indefinite tangent (before buckling) is regularized until the step descends; the free step is without.
@@ -123,8 +123,8 @@ def _direction(problem: Problem, slope: Any, step: Any) -> tuple[float, float]:
             squares = _squares(problem)  # keeps the matrix alive as long as its vector
             tangent.AsVector().data += (hold - held) * squares.AsVector()
             held = hold
-        step.data = tangent.Inverse(problem.free, inverse="sparsecholesky") * slope
-        gain = float(step.InnerProduct(slope))
+        step.data = tangent.Inverse(problem.free, inverse="sparsecholesky") * gradient
+        gain = float(step.InnerProduct(gradient))
         free = free if k else gain
         if gain > 0 or (gain == 0 and k == 0):
             return gain, free

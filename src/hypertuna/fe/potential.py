@@ -68,17 +68,19 @@ class Potential:
         """Return the moment [N m] that holds angles (n,) [rad] without pressure."""
         return np.asarray(_odd(np.asarray(angle) / self.reach, len(self.elastic_terms)) @ self.elastic_terms)
 
-    def volume(self, angle: ArrayLike, *, slope: bool = False) -> Array:
-        """Return the oil in the drive units of the left side [m^3] at angles (n,) [rad], or its slope [m^3/rad]."""
+    def volume(self, angle: ArrayLike, *, derivative: bool = False) -> Array:
+        """Return the oil in the drive units of the left side [m^3] at angles (n,) [rad], or its derivative [m^3/rad]."""
         s, count = np.asarray(angle) / self.reach, len(self.volume_terms)
-        return np.asarray((_slopes(s, count) / self.reach if slope else _powers(s, count)) @ self.volume_terms)
+        return np.asarray(
+            (_derivatives(s, count) / self.reach if derivative else _powers(s, count)) @ self.volume_terms
+        )
 
     @property
     def sound(self) -> bool:
         """Whether elastic moments straighten the joint, and volumes are positive and rise, over the whole table."""
         angle = np.linspace(-self.reach, self.reach, 201)
         restores = self.elastic(angle[angle > 0]) > 0
-        return bool(restores.all() and (self.volume(angle, slope=True) > 0).all() and self.volume(angle[0]) > 0)
+        return bool(restores.all() and (self.volume(angle, derivative=True) > 0).all() and self.volume(angle[0]) > 0)
 
 
 @dataclass(frozen=True)
@@ -106,8 +108,8 @@ def fit_potential(samples: Samples, elastic: int, volume: int) -> Potential:
     scale = np.linalg.norm(rows, axis=0)
     scale[scale == 0] = 1.0  # of a compliance that no point determines
     solved = np.linalg.lstsq(rows / scale, values, rcond=1e-12)[0] / scale
-    elastic_terms, volume_terms, given = np.split(solved, [elastic, elastic + volume + 1])
-    return Potential(reach, elastic_terms, volume_terms, *map(float, given))
+    elastic_terms, volume_terms, compliances = np.split(solved, [elastic, elastic + volume + 1])
+    return Potential(reach, elastic_terms, volume_terms, *map(float, compliances))
 
 
 def residual(fit: Potential, samples: Samples) -> Residual:
@@ -119,7 +121,7 @@ def residual(fit: Potential, samples: Samples) -> Residual:
 
 
 def best_potential(samples: Samples) -> tuple[Potential, Residual]:
-    """Fit the numbers of terms with the least cross-validated residual; return that residual, too."""
+    """Fit the numbers of terms with the smallest cross-validated residual; return that residual, too."""
     groups = np.unique(samples.group)
     best: tuple[float, Potential, Residual] | None = None
     for elastic, volume in itertools.product(ELASTIC, VOLUME):
@@ -162,7 +164,7 @@ def _equations(samples: Samples, reach: float, elastic: int, volume: int) -> tup
     """Return rows and right sides of all moments, all volumes of the left side, all volumes of the right side."""
     s, count, n = samples.angle / reach, volume + 1, len(samples.angle)
     first, second = samples.pressure.T
-    pull = (second[:, None] * _slopes(-s, count) - first[:, None] * _slopes(s, count)) / reach
+    pull = (second[:, None] * _derivatives(-s, count) - first[:, None] * _derivatives(s, count)) / reach
     none = np.zeros((n, elastic))
     rows = [
         np.hstack([_odd(s, elastic), pull, np.zeros((n, 2))]),
@@ -182,7 +184,7 @@ def _powers(s: Array, count: int) -> Array:
     return np.asarray(s[..., None] ** np.arange(count))
 
 
-def _slopes(s: Array, count: int) -> Array:
+def _derivatives(s: Array, count: int) -> Array:
     """Return derivatives of the powers (..., count)."""
     k = np.arange(count)
     return np.asarray(k * s[..., None] ** np.maximum(k - 1, 0))

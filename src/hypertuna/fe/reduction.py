@@ -180,23 +180,23 @@ def reduce_joint(
     if fill is None:
         fill = group.line.fill_pressure if group.line else 0.0
     pairs = _pairs(pressure, fill)
-    turns = couples(robot, joint, pairs) if couple is None else _couples(couple)
+    torques = couples(robot, joint, pairs) if couple is None else _couples(couple)
     solve = solve or joint_by_elements(robot, joint, options)
-    facts = {"joint": group.name, "pressure": pairs, "couple": turns, "ngsolve": ngsolve_version()}
+    facts = {"joint": group.name, "pressure": pairs, "couple": torques, "ngsolve": ngsolve_version()}
     header = journal_header("fe reduce", robot, options.facts(robot) | facts)
     points: list[dict[str, Any]] = []
     with Journal(checkpoint, header) as journal:
-        for c, p in itertools.product(range(len(turns)), range(len(pairs))):
+        for c, p in itertools.product(range(len(torques)), range(len(pairs))):
 
             def point(c: int = c, p: int = p) -> dict[str, Any]:
                 start = time.process_time()
-                answer = solve(float(turns[c]), pairs[: p + 1])
+                answer = solve(float(torques[c]), pairs[: p + 1])
                 return dict(answer) | {"seconds": time.process_time() - start}
 
             points.append(journal.answer([c, p], point))
             if progress is not None:
-                progress(len(points), len(turns) * len(pairs))
-    return _reduced(robot, group.name, options, np.array(pairs), turns, points)
+                progress(len(points), len(torques) * len(pairs))
+    return _reduced(robot, group.name, options, np.array(pairs), torques, points)
 
 
 def couples(robot: Robot, joint: str | int, pairs: Sequence[Pair], count: int = 5) -> Array:

@@ -98,12 +98,12 @@ def _powers(twins: Twins) -> Iterator[Finding]:
     """Yield powers, the cost of transport of the fastest gait, and the range that follows."""
     gait = published()["lake"]["gait"]
     fastest, lake = twins.gaits["unoptimised-max"], twins.gaits[gait]
-    least = min(twins.gaits, key=lambda name: twins.gaits[name].cost_of_transport)
+    cheapest = min(twins.gaits, key=lambda name: twins.gaits[name].cost_of_transport)
     yield Finding("power/fastest", TWIN, fastest.power, f"electrical power of all servos; {ESTIMATED}")
     yield Finding("power/lake", TWIN, lake.power, f"{gait} in still water; {ESTIMATED}")
     note = (
         f"electrical, {fastest.power:.3g} W at {fastest.speed:.3g} m/s; least of the eight gaits: "
-        f"{twins.gaits[least].cost_of_transport:.3g} J/(kg m), {least}"
+        f"{twins.gaits[cheapest].cost_of_transport:.3g} J/(kg m), {cheapest}"
     )
     yield Finding("cost-of-transport/minimum", TWIN, fastest.cost_of_transport, note)
     yield _range(twins.robot, fastest)
@@ -179,7 +179,7 @@ def _swim_sections(twins: Twins) -> list[Section]:
         costs=costs,
         first=min(costs),
         last=max(costs),
-        least=min(costs, key=lambda hertz: costs[hertz]),
+        cheapest=min(costs, key=lambda hertz: costs[hertz]),
         setpoints=" and ".join(f"{angle:g}" for angle in np.degrees(slow.gait.amplitude).round(9)),
         bores=twins.bores,
         seconds=SWIM,
