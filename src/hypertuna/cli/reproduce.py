@@ -38,17 +38,12 @@ def reproduce_command(
     """Compute the paper's numbers beside the published ones."""
     with progress_bar("computing") as progress:
         ledger = reproduce(full=full, progress=progress)
-    page = None
+    pages = []
     if output is not None:
         from hypertuna.paper.page import write_ledger
 
-        page = write_ledger(ledger, output)
-    emit(
-        ledger,
-        record=ledger_record,
-        lines=lambda ledger: [*_lines(ledger), *([(f"The page: {page}", "bold")] if page else [])],
-        as_json=as_json,
-    )
+        pages.append((f"The page: {write_ledger(ledger, output)}", "bold"))
+    emit(ledger, record=ledger_record, lines=lambda ledger: [*_lines(ledger), *pages], as_json=as_json)
 
 
 def _lines(ledger: Ledger) -> Iterator[Any]:

@@ -140,20 +140,13 @@ def shortening_bend(
     _, actuator = joint_group(robot, joint)
     levers = actuator.levers[::-1] if check_side(side) else actuator.levers
     rising = np.atleast_1d(np.asarray(pressure, dtype=np.float64))
-    total = np.zeros(len(rising))
     sections = zip(actuator.segment_length, actuator.semi_major, actuator.semi_minor, strict=True)
-    for length, major, minor in sections:
-        total += length * _curvature(robot, joint, rising, levers, (major, minor), material)
-    return total
+    bends = [length * _curvature(robot, joint, rising, levers, half, material) for length, *half in sections]
+    return np.asarray(sum(bends, np.zeros(len(rising))))
 
 
 def _curvature(
-    robot: Robot,
-    joint: str | int,
-    rising: Array,
-    levers: tuple[float, float],
-    section: tuple[float, float],
-    material: str | None,
+    robot: Robot, joint: str | int, rising: Array, levers: tuple[float, float], half: list[float], material: str | None
 ) -> Array:
     """Return curvatures of a section (n,) [1/m]; the first lever is that of the side with the pressure."""
     from scipy.optimize import root
@@ -162,7 +155,7 @@ def _curvature(
     hose, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
     count, mean, radius = cast(int, group.drive_units), actuator.lever, unit.outer_diameter / 2
     near, far = (lever / mean for lever in levers)
-    a, b = section
+    a, b = half
     area = math.pi * (a * b - 2 * count * radius**2)
     holes = count * radius**2 * sum(lever**2 + radius**2 / 4 for lever in levers)
     inertia = actuator.stiffness_factor * math.pi * (a * b**3 / 4 - holes)

@@ -69,7 +69,7 @@ class Potential:
         return np.asarray(_odd(np.asarray(angle) / self.reach, len(self.elastic_terms)) @ self.elastic_terms)
 
     def volume(self, angle: ArrayLike, *, derivative: bool = False) -> Array:
-        """Return the oil in the drive units of the left side [m^3] at angles (n,) [rad], or its derivative [m^3/rad]."""
+        """Return the oil in the left drive units [m^3] at angles (n,) [rad], or its derivative [m^3/rad]."""
         s, count = np.asarray(angle) / self.reach, len(self.volume_terms)
         return np.asarray(
             (_derivatives(s, count) / self.reach if derivative else _powers(s, count)) @ self.volume_terms
