@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple, Self, TypeVar
 from pydantic import PrivateAttr, ValidationError
 
 from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
-from hypertuna.description.schema.base import Part, Rule, Text, entry, same_length, unique
+from hypertuna.description.schema.base import Check, Part, Text, entry, same_length, unique
 from hypertuna.description.schema.body import (
     Body,
     Fins,
@@ -192,25 +192,25 @@ class Robot(Part):
         given = {written(place) for place, _ in _values(self.document())}
         return tuple(e.key for e in self.entries() if e.key in given and e.numeric and e.source is None)
 
-    def _rules(self) -> Iterator[Rule]:
-        """Yield the rules between tables."""
+    def _checks(self) -> Iterator[Check]:
+        """Check tables against each other."""
         links, groups = self.links, len(self.joints)
         length, mass = sum(links.length), sum(links.mass)
         text, fix = f"must add up to body.length_m = {self.body.length:g}", "correct the links or the body length"
         whole = math.isclose(length, self.body.length, rel_tol=TOLERANCE)
-        yield Rule(whole, "links.length_m", text, fix, f"{length:g} in all")
+        yield Check(whole, "links.length_m", text, fix, f"{length:g} in all")
         text = f"must add up to at most body.mass_kg = {self.body.mass:g}"
         fix = "correct the links or the mass of the whole robot"
-        yield Rule(mass <= self.body.mass * (1 + TOLERANCE), "links.mass_kg", text, fix, f"{mass:g} in all")
-        yield from self._joint_rules()
+        yield Check(mass <= self.body.mass * (1 + TOLERANCE), "links.mass_kg", text, fix, f"{mass:g} in all")
+        yield from self._joint_checks()
         law = self.model.water
         fix = f"add the table [water.{law}] or choose another law in [model]"
         known = getattr(self.water, law) is not None
-        yield Rule(known, "model.water", "must be a law with coefficients", fix, repr(law))
+        yield Check(known, "model.water", "must be a law with coefficients", fix, repr(law))
         fix = "give it in Hz, or choose joints = 'ideal' in [model]"
         for g, group in enumerate(self.joints):
             known = self.model.joints != "bandwidth" or group.bandwidth is not None
-            yield Rule(known, f"joints[{g}].bandwidth_hz", "is missing for model.joints = 'bandwidth'", fix)
+            yield Check(known, f"joints[{g}].bandwidth_hz", "is missing for model.joints = 'bandwidth'", fix)
         for name in LAWS:
             if (part := getattr(self.water, name)) is not None:
                 same_length(part, f"water.{name}", len(links.name), "link")
@@ -228,10 +228,10 @@ class Robot(Part):
         if self.firmware is not None:
             yield from self.firmware.sizes(groups)
         yield from sizes(self.body.length, self.joints, self.drive_unit, self.pump)
-        yield from self._source_rules()
+        yield from self._source_checks()
 
-    def _joint_rules(self) -> Iterator[Rule]:
-        """Yield the rules that groups share the existing joints, each joint once, with shares that add up to one."""
+    def _joint_checks(self) -> Iterator[Check]:
+        """Check that groups share the existing joints, each joint once, with shares that add up to one."""
         unique(tuple(group.name for group in self.joints), "joints[{}].name")
         last = len(self.links.name) - 1
         owner: dict[int, int] = {}
@@ -240,24 +240,24 @@ class Robot(Part):
             for k, link in enumerate(group.links):
                 key = f"joints[{g}].links[{k}]"
                 fix = "joint i sits at the front end of link i, and link 0 is the head"
-                yield Rule(1 <= link <= last, key, f"must be a link from 1 to {last}", fix, shown(link))
+                yield Check(1 <= link <= last, key, f"must be a link from 1 to {last}", fix, shown(link))
                 other, text = owner.get(link), "must be in one joint group only"
-                yield Rule(other is None, key, text, "remove it from one", f"{link}, which joints[{other}] has too")
+                yield Check(other is None, key, text, "remove it from one", f"{link}, which joints[{other}] has too")
                 owner[link] = g
             total, fix = sum(group.share), "leave share out for equal shares"
             one = math.isclose(total, 1, rel_tol=TOLERANCE)
-            yield Rule(one, f"joints[{g}].share", "must add up to 1", fix, f"{total:g} in all")
+            yield Check(one, f"joints[{g}].share", "must add up to 1", fix, f"{total:g} in all")
             if group.line is not None and self.controller is not None:
                 yield self.controller.fill(group.line.fill_pressure, f"joints[{g}].line.fill_pressure_pa")
 
-    def _source_rules(self) -> Iterator[Rule]:
-        """Yield the rules that every source belongs to a key or the start of one."""
+    def _source_checks(self) -> Iterator[Check]:
+        """Check that every source belongs to a key or the start of one."""
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"sources"})
         places = [tuple(part for part in place if isinstance(part, str)) for place, _ in _values(content)]
         known = dict.fromkeys(written(place[:n]) for place in places for n in range(1, len(place) + 1))
         for key in self.sources:
             fix = "" if key in known else did_you_mean(key, known)
-            yield Rule(key in known, written(("sources", key)), "must be a key with a value", fix)
+            yield Check(key in known, written(("sources", key)), "must be a key with a value", fix)
 
 
 class _Cache(dict[Hashable, Any]):

@@ -8,13 +8,13 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from hypertuna.description.schema.base import (
+    Check,
     Degrees,
     NotNegative,
     Part,
     Positive,
     PositiveDegrees,
     Real,
-    Rule,
     Text,
     entry,
     number,
@@ -49,11 +49,11 @@ class DriveUnit(Part, table="drive_unit"):
     matrix: Text = entry("material of sleeve and matrix, a key of the table materials")
     material_set: MaterialSet = entry("set of elastic constants to use", default="datasheet")
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         yield self.ordered("inner_diameter", "outer_diameter", fix="exchange the two, or measure again")
         neutral = f"{math.degrees(NEUTRAL_BRAID):.2f}, where pressure no longer shortens a muscle"
         fix = "measure it from the axis of the hose"
-        yield Rule(self.braid_angle < NEUTRAL_BRAID, "braid_angle", f"must be less than {neutral}", fix)
+        yield Check(self.braid_angle < NEUTRAL_BRAID, "braid_angle", f"must be less than {neutral}", fix)
 
 
 class Actuator(Part, table="joints.actuator"):
@@ -87,11 +87,11 @@ class Actuator(Part, table="joints.actuator"):
         """Distances of the left and the right drive units from the neutral layer [m]."""
         return self.lever * (1 + self.asymmetry / 2), self.lever * (1 - self.asymmetry / 2)
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         same_length(self, "joints.actuator", len(self.segment_length), "segment")
         narrowest = min(self.semi_minor)
         text = f"must be less than the smallest semi_minor_m = {narrowest:g}: the drive units run inside the body"
-        yield Rule(self.lever < narrowest, "lever", text, "give it in m, measured from the neutral layer")
+        yield Check(self.lever < narrowest, "lever", text, "give it in m, measured from the neutral layer")
 
 
 class Reduced(Part, table="joints.reduced"):
@@ -106,10 +106,10 @@ class Reduced(Part, table="joints.reduced"):
     )
     volume: tuple[Positive, ...] = entry("volume of oil in the drive units of the left side at each angle", "m^3")
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         count = len(self.angle)
         fix = "give more angles"
-        yield Rule(count >= MIN_ANGLES, "angle", f"must be at least {MIN_ANGLES} long", fix, f"{count} long")
+        yield Check(count >= MIN_ANGLES, "angle", f"must be at least {MIN_ANGLES} long", fix, f"{count} long")
         same_length(self, "joints.reduced", count, "angle")
         degrees = tuple(map(math.degrees, self.angle))
         yield from _rising("angle", degrees, "sort the angles and give each once")
@@ -118,20 +118,20 @@ class Reduced(Part, table="joints.reduced"):
         fix = "give each angle with both signs"
         for i, (a, b) in enumerate(zip(degrees, reversed(degrees), strict=True)):
             even = abs(a + b) <= MIRRORED * reach
-            yield Rule(even, f"angle[{i}]", "must be symmetric about 0", fix, f"{a:g} against {b:g}")
+            yield Check(even, f"angle[{i}]", "must be symmetric about 0", fix, f"{a:g} against {b:g}")
         for i, (angle, a, b) in enumerate(zip(degrees, self.elastic, reversed(self.elastic), strict=True)):
             where, value = f"elastic[{i}]", f"{a:g} at {angle:g} deg"
             odd, text = abs(a + b) <= MIRRORED * largest, "must be the opposite on the other side"
-            yield Rule(odd, where, text, "make the table odd", f"{value}, {b:g} on the other side")
+            yield Check(odd, where, text, "make the table odd", f"{value}, {b:g} on the other side")
             holding = a * angle > 0 or abs(angle) <= MIRRORED * reach
             fix = "give the moment that holds the angle, not the one that straightens the joint"
-            yield Rule(holding, where, "must have the sign of the angle", fix, value)
+            yield Check(holding, where, "must have the sign of the angle", fix, value)
 
 
-def _rising(name: str, values: tuple[float, ...], fix: str) -> Iterator[Rule]:
-    """Yield the rules that a list rises."""
+def _rising(name: str, values: tuple[float, ...], fix: str) -> Iterator[Check]:
+    """Check that a list rises."""
     for i, (a, b) in enumerate(pairwise(values), 1):
-        yield Rule(a < b, f"{name}[{i}]", "must rise from one to the next", fix, f"{b:g} after {a:g}")
+        yield Check(a < b, f"{name}[{i}]", "must rise from one to the next", fix, f"{b:g} after {a:g}")
 
 
 class Material(Part):

@@ -75,8 +75,8 @@ def entry(description: str, unit: str = "", *, key: str | None = None, **options
     return Key(description, unit, key, options)
 
 
-class Rule(NamedTuple):
-    """A rule on the values of a table."""
+class Check(NamedTuple):
+    """Whether a rule on the values of a table holds, and its error."""
 
     holds: bool
     where: str  # attribute of the table, maybe with an index; or a key of the file, which has a dot
@@ -101,13 +101,13 @@ class Part(BaseModel):
             if isinstance(value, Key):
                 setattr(cls, name, value.field(name))
 
-    def _rules(self) -> Iterable[Rule]:
-        """List the rules of the table; the first that does not hold is the error."""
+    def _checks(self) -> Iterable[Check]:
+        """List the checks of the table; the first that fails is the error."""
         return ()
 
     @model_validator(mode="after")
-    def _check_rules(self) -> Self:
-        for holds, where, text, fix, value in self._rules():
+    def _make_checks(self) -> Self:
+        for holds, where, text, fix, value in self._checks():
             if not holds:
                 key, present = self._entry(where)
                 raise InputError(text, key=key, value=value or present, fix=fix)
@@ -123,12 +123,12 @@ class Part(BaseModel):
         value = value[int(index[:-1])] if bracket else value
         return key, f"{value:g}" if isinstance(value, float) else shown(value)
 
-    def ordered(self, low: str, high: str, *, equal: bool = False, fix: str = "exchange the two") -> Rule:
-        """Return the rule that one value is less than another, or at most equal to it."""
+    def ordered(self, low: str, high: str, *, equal: bool = False, fix: str = "exchange the two") -> Check:
+        """Check that one value is less than another, or at most equal to it."""
         below, above = getattr(self, low), getattr(self, high)
         holds = below < above or (equal and below == above)
         limit = "" if holds else f"{type(self).model_fields[high].alias} = {self._entry(high)[1]}"
-        return Rule(holds, low, f"must be {'at most' if equal else 'less than'} {limit}", fix)
+        return Check(holds, low, f"must be {'at most' if equal else 'less than'} {limit}", fix)
 
 
 def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...] = ()) -> None:
@@ -144,10 +144,11 @@ def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...]
             )
 
 
-def inside(places: tuple[float, ...], lengths: tuple[float, ...], where: str, fix: str) -> Iterator[Rule]:
-    """Yield the rules that a place on each link is within its length [m]."""
+def inside(places: tuple[float, ...], lengths: tuple[float, ...], where: str, fix: str) -> Iterator[Check]:
+    """Check that a place on each link is within its length [m]."""
     for i, (place, length) in enumerate(zip(places, lengths, strict=True)):
-        yield Rule(place <= length, f"{where}[{i}]", f"must lie inside the link, at most {length:g}", fix, f"{place:g}")
+        text = f"must lie inside the link, at most {length:g}"
+        yield Check(place <= length, f"{where}[{i}]", text, fix, f"{place:g}")
 
 
 def unique(names: tuple[str, ...], key: str) -> None:

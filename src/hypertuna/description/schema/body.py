@@ -7,6 +7,7 @@ from typing import Literal
 from hypertuna.description.schema.actuator import Actuator, DriveUnit, Reduced
 from hypertuna.description.schema.base import (
     Amplitude,
+    Check,
     Count,
     Degrees,
     Fraction,
@@ -16,7 +17,6 @@ from hypertuna.description.schema.base import (
     Positive,
     PositiveDegrees,
     Real,
-    Rule,
     Text,
     entry,
     inside,
@@ -52,13 +52,13 @@ class Links(Part, table="links"):
     lateral_area: tuple[Positive, ...] = entry("area of each link seen from the side", "m^2")
     wetted_area: tuple[Positive, ...] = entry("reference area of each link's friction", "m^2")
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         same_length(self, "links", len(self.name), "link in links.name")
         unique(self.name, "links.name[{}]")
         fix = "correct the link's mass and length"
         for i, inertia in enumerate(self.inertia):  # the default is not checked by its type
             value = f"{inertia:g}, from m l^2/12"
-            yield Rule(0 < inertia < math.inf, f"inertia[{i}]", "must be positive and finite", fix, value)
+            yield Check(0 < inertia < math.inf, f"inertia[{i}]", "must be positive and finite", fix, value)
         yield from inside(self.com, self.length, "com", "measure the center of mass from the link's front end in m")
 
 
@@ -96,8 +96,8 @@ class Spatial(Part, table="spatial"):
         default=None,
     )
 
-    def centers(self, length: tuple[float, ...]) -> Iterator[Rule]:
-        """Yield the rules that every center of buoyancy lies inside its link."""
+    def centers(self, length: tuple[float, ...]) -> Iterator[Check]:
+        """Check that every center of buoyancy lies inside its link."""
         fix = "measure it from the link's front end in m"
         return inside(self.buoyancy_center, length, "spatial.buoyancy_center_m", fix)
 
@@ -115,14 +115,14 @@ class Fins(Part, table="fins"):
     bandwidth: Positive = entry("bandwidth of the servos' first-order lag", "Hz")
     speed: Positive = entry("largest rate of the servos", "rad/s")
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         fix = "measure it from the middle plane to the middle of a fin, in m"
-        yield Rule(self.y >= self.span / 2, "y", f"must be at least half of span_m = {self.span:g}", fix)
+        yield Check(self.y >= self.span / 2, "y", f"must be at least half of span_m = {self.span:g}", fix)
 
-    def on_head(self, head: float) -> Rule:
-        """Return the rule that the fins are on the head."""
+    def on_head(self, head: float) -> Check:
+        """Check that the fins are on the head."""
         text, fix = f"must be on the head, at most {head:g}", "measure it from the nose in m"
-        return Rule(self.x <= head, "fins.x_m", text, fix, f"{self.x:g}")
+        return Check(self.x <= head, "fins.x_m", text, fix, f"{self.x:g}")
 
 
 class JointGroup(Part):
@@ -180,12 +180,12 @@ class GaitBounds(Part, table="gait_bounds"):
         default_factory=lambda bounds: ((0.0, 0.0),) * len(bounds["amplitude"]),
     )
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         places: dict[str, tuple[float, float]] = {"gait_bounds.frequency_hz": self.frequency}
         for kind in ("amplitude", "phase", "bias"):
             places |= {f"gait_bounds.{kind}_deg[{g}]": pair for g, pair in enumerate(getattr(self, kind))}
         for place, (low, high) in places.items():
-            yield Rule(low <= high, place, "must be the lowest value, then the highest", "exchange the two")
+            yield Check(low <= high, place, "must be the lowest value, then the highest", "exchange the two")
 
 
 class Fitted(Part, table="fit"):
@@ -204,17 +204,17 @@ class Fitted(Part, table="fit"):
         "covariance of the values, or of their logarithms in log scale; the bounds are a weak prior"
     )
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         count = len(self.names)
         columns = {n: getattr(self, n) for n in ("units", "scale", "value", "lower", "upper", "covariance")}
         columns |= {f"covariance[{i}]": row for i, row in enumerate(self.covariance)}
         for name, column in columns.items():
             text, value = f"must be {count} long, like fit.names", f"{len(column)} long"
-            yield Rule(len(column) == count, name, text, "identify again", value)
+            yield Check(len(column) == count, name, text, "identify again", value)
 
 
-def sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, pump: Pump | None) -> Iterator[Rule]:
-    """Yield the rules that muscles and lines fit into their sections, and sections and pump into the body."""
+def sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, pump: Pump | None) -> Iterator[Check]:
+    """Check that muscles and lines fit into their sections, and sections and pump into the body."""
     within = [(f"pump.{name}_m", getattr(pump, name)) for name in ("bore", "crank", "rod") if pump is not None]
     for g, group in enumerate(joints):
         if (body := group.actuator) is None:
@@ -225,6 +225,6 @@ def sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, p
         runs += [("drive_unit.outer_diameter_m", unit.outer_diameter)] if unit is not None else []
         width = 2 * min(body.semi_minor)
         text = f"must be less than {width:g}, the width of the narrowest section of joint {group.name}"
-        yield from (Rule(value < width, key, text, "give it in m", f"{value:g}") for key, value in runs)
+        yield from (Check(value < width, key, text, "give it in m", f"{value:g}") for key, value in runs)
     text = f"must be less than body.length_m = {length:g}: it is inside the body"
-    yield from (Rule(value < length, key, text, "give it in m", f"{value:g}") for key, value in within)
+    yield from (Check(value < length, key, text, "give it in m", f"{value:g}") for key, value in within)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from hypertuna.description.channels import CHANNELS
 from hypertuna.description.schema.base import (
+    Check,
     Microseconds,
     NotNegative,
     Part,
@@ -13,7 +14,6 @@ from hypertuna.description.schema.base import (
     PositiveDegrees,
     PositiveFraction,
     Real,
-    Rule,
     Text,
     entry,
     same_length,
@@ -47,16 +47,16 @@ class Controller(Part, table="controller"):
     pulse_max: Microseconds = entry("longest servo pulse", "us")
     slew: Positive = entry("largest rate of the commanded servo angle", "rad/s")
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         yield self.ordered("pressure_soft", "pressure_hard")
         yield self.ordered("pulse_min", "pulse_center")
         yield self.ordered("pulse_center", "pulse_max")
 
-    def fill(self, pressure: float, key: str) -> Rule:
-        """Return the rule that the supervisor allows a circuit its fill pressure."""
+    def fill(self, pressure: float, key: str) -> Check:
+        """Check that the supervisor allows a circuit its fill pressure."""
         text = f"must be less than controller.pressure_soft_pa = {self.pressure_soft:g}"
         fix = "lower the fill pressure or raise the limit"
-        return Rule(pressure < self.pressure_soft, key, text, fix, f"{pressure:g}")
+        return Check(pressure < self.pressure_soft, key, text, fix, f"{pressure:g}")
 
 
 if TYPE_CHECKING:
@@ -84,18 +84,18 @@ class Sensor(Part, table="sensors"):
     nonlinearity: NotNegative = entry("largest deviation from a line, as a fraction of its range", default=0.0)
     period: Positive | None = entry("time between two fixes, for quantity = 'position' only", "s", default=None)
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         fix = "leave it out: all other sensors are read every tick"
         timed = self.period is None or self.quantity == "position"
-        yield Rule(timed, "period", "belongs to quantity = 'position'", fix)
+        yield Check(timed, "period", "belongs to quantity = 'position'", fix)
         if self.quantity is None:
             return
         fix = "give the range of the sensor in SI units"
         for name in ("low", "high"):
             missing = getattr(self, name) is None
-            yield Rule(not missing, f"sensors.{name}", f"is missing beside quantity = {self.quantity!r}", fix)
+            yield Check(not missing, f"sensors.{name}", f"is missing beside quantity = {self.quantity!r}", fix)
         low, high = self.low or 0.0, self.high or 0.0
-        yield Rule(high > max(low, 0.0), "high", "must be positive and greater than low", fix)
+        yield Check(high > max(low, 0.0), "high", "must be positive and greater than low", fix)
 
 
 class Guidance(Part, table="guidance"):
@@ -170,12 +170,12 @@ class Guidance(Part, table="guidance"):
     power: Positive = entry("electrical power at the fastest gait, for the energy to reach home", "W")
     overhead: NotNegative = entry("time added to every estimated return home", "s")
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         count, speed = len(self.gaits), self.speed or ()
         text, fix = f"must be {count} long, one per gait", "give a speed per gait, or none"
-        yield Rule(self.speed is None or len(speed) == count, "speed", text, fix, f"{len(speed)} long")
+        yield Check(self.speed is None or len(speed) == count, "speed", text, fix, f"{len(speed)} long")
         rising = all(a < b for a, b in pairwise(speed))
-        yield Rule(rising, "speed", "must rise from gait to gait", "put the slowest gait first", f"{list(speed)}")
+        yield Check(rising, "speed", "must rise from gait to gait", "put the slowest gait first", f"{list(speed)}")
         yield self.ordered("error_near", "error_max", equal=True)
         yield self.ordered("error_max", "error_lost", equal=True)
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from hypertuna.description.channels import ANALOG, CHANNELS
 from hypertuna.description.schema.base import (
+    Check,
     Count,
     Fraction,
     Index,
@@ -11,7 +12,6 @@ from hypertuna.description.schema.base import (
     Positive,
     PositiveDegrees,
     PositiveFraction,
-    Rule,
     entry,
 )
 
@@ -65,16 +65,16 @@ class Firmware(Part, table="firmware"):
         pins = getattr(self, _pins_key(quantity))
         return (pins,) if isinstance(pins, int) else pins
 
-    def _rules(self) -> Iterator[Rule]:
-        """Yield the rules: the microcontroller has the pins and ports, each for one use alone."""
+    def _checks(self) -> Iterator[Check]:
+        """Check that the microcontroller has the pins and ports, each for one use alone."""
         yield self.ordered("analog_low", "analog_high")
         yield self.ordered("link_timeout", "home_timeout")
         identity = self.system_id <= MAX_ID
-        yield Rule(identity, "system_id", f"must be at most {MAX_ID}", "choose another number for this robot")
+        yield Check(identity, "system_id", f"must be at most {MAX_ID}", "choose another number for this robot")
         uses = dict(DEPTH)
         for name in ("imu_serial", "position_serial", "radio_serial"):
             port = getattr(self, name)
-            yield Rule(port in PORTS, name, f"must be from 1 to {max(PORTS)}", "choose another port")
+            yield Check(port in PORTS, name, f"must be from 1 to {max(PORTS)}", "choose another port")
             for pin in PORTS[port]:
                 yield _free(uses, pin, name)
         analog = tuple(map(_pins_key, ANALOG))
@@ -83,20 +83,20 @@ class Firmware(Part, table="firmware"):
             text = "must be one of 14 to 27 or 38 to 41" if name in analog else "must be from 0 to 41"
             for pin in (given,) if isinstance(given, int) else given:
                 exists = pin in (ANALOG_PINS if name in analog else PINS)
-                yield Rule(exists, name, text, "choose another pin", f"{pin}")
+                yield Check(exists, name, text, "choose another pin", f"{pin}")
                 yield _free(uses, pin, name)
 
-    def sizes(self, groups: int) -> Iterator[Rule]:
-        """Yield the rules that every servo and sensor has its pin."""
+    def sizes(self, groups: int) -> Iterator[Check]:
+        """Check that every servo and sensor has its pin."""
         counts = {"servo_pins": (self.servo_pins, 2 * groups + 2)}
         counts |= {_pins_key(name): (self.analog_pins(name), CHANNELS[name].count(groups)) for name in ANALOG}
         for name, (pins, count) in counts.items():
             text = f"must be {count} long, for {groups} joint group{'s' * (groups != 1)}"
-            yield Rule(len(pins) == count, f"firmware.{name}", text, f"give {count} pins", f"{len(pins)} long")
+            yield Check(len(pins) == count, f"firmware.{name}", text, f"give {count} pins", f"{len(pins)} long")
 
 
-def _free(uses: dict[int, str], pin: int, name: str) -> Rule:
-    """Assign a pin to its use; return the rule that it has no other."""
+def _free(uses: dict[int, str], pin: int, name: str) -> Check:
+    """Assign a pin to its use; check that it has no other."""
     other = uses.setdefault(pin, name)
     text = f"must leave pin {pin} to {other}"
-    return Rule(other == name, f"firmware.{name}", text, "wire one of the two elsewhere")
+    return Check(other == name, f"firmware.{name}", text, "wire one of the two elsewhere")

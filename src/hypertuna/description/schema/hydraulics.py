@@ -7,6 +7,7 @@ from hypertuna.description.schema.base import (
     ZERO_CELSIUS,
     AmpereHours,
     Celsius,
+    Check,
     Count,
     Fraction,
     Negative,
@@ -16,7 +17,6 @@ from hypertuna.description.schema.base import (
     PositiveDegrees,
     PositiveFraction,
     Real,
-    Rule,
     Text,
     entry,
 )
@@ -34,9 +34,9 @@ class Pump(Part, table="pump"):
     neutral: PositiveDegrees = entry("angle of the crank from full retraction at which the circuits were filled", "deg")
     dead_volume: NotNegative = entry("volume of oil in the cylinder at full stroke", "m^3")
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         text, fix = f"must be more than crank_m = {self.crank:g}", "a shorter rod cannot turn the crank"
-        yield Rule(self.rod > self.crank, "rod", text, fix)
+        yield Check(self.rod > self.crank, "rod", text, fix)
 
 
 class Oil(Part, table="oil"):
@@ -52,15 +52,15 @@ class Oil(Part, table="oil"):
     pour_point: Celsius = entry("temperature below which the oil does not flow", "degC")
     cavitation: Negative = entry("gauge pressure below which the oil cavitates", "Pa")
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         yield self.ordered("viscosity_100", "viscosity_40", fix="exchange the two: oil thins as it warms")
         text = f"must be more than {THINNEST:g}, below which ASTM D341 has no logarithm"
-        yield Rule(self.viscosity_100 > THINNEST, "viscosity_100", text, "give it in m^2/s")
+        yield Check(self.viscosity_100 > THINNEST, "viscosity_100", text, "give it in m^2/s")
         text = f"must be more than {-_core.ATMOSPHERE:g}, a perfect vacuum"
-        yield Rule(self.cavitation > -_core.ATMOSPHERE, "cavitation", text, "give the pressure above atmosphere")
+        yield Check(self.cavitation > -_core.ATMOSPHERE, "cavitation", text, "give the pressure above atmosphere")
         low, high = (kelvin - ZERO_CELSIUS for kelvin in (self.pour_point, HOTTEST))
         flows, text = self.pour_point <= self.temperature <= HOTTEST, f"oil.pour_point_c = {low:.5g} to {high:g}"
-        yield Rule(flows, "temperature", f"must be from {text}", "give a temperature at which the oil flows")
+        yield Check(flows, "temperature", f"must be from {text}", "give a temperature at which the oil flows")
 
 
 class Line(Part, table="joints.line"):
@@ -74,9 +74,9 @@ class Line(Part, table="joints.line"):
     loss: NotNegative = entry("loss coefficient of entry and exit, in units of the dynamic pressure", default=0.0)
     fill_pressure: Real = entry("gauge pressure with the tail straight and the pump at neutral", "Pa", default=0.0)
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         text = f"must be less than length_m = {self.length:g}: a line is longer than it is wide"
-        yield Rule(self.bore < self.length, "bore", text, "give both in m")
+        yield Check(self.bore < self.length, "bore", text, "give both in m")
 
 
 class Battery(Part, table="battery"):
@@ -98,12 +98,12 @@ class Battery(Part, table="battery"):
     )
     efficiency: PositiveFraction = entry("efficiency of the converter", key="converter_efficiency", default=1.0)
 
-    def _rules(self) -> Iterator[Rule]:
+    def _checks(self) -> Iterator[Check]:
         whole = self.series is None or self.cells % self.series == 0
-        yield Rule(whole, "series", f"must divide cells = {self.cells}", "give the number of cells of one string")
+        yield Check(whole, "series", f"must divide cells = {self.cells}", "give the number of cells of one string")
         full = self.charged is None or self.voltage <= self.charged < 2 * self.voltage
         text = f"must be from voltage_v = {self.voltage:g} to less than twice that"
-        yield Rule(full, "charged", text, "give the voltage of one full cell")
+        yield Check(full, "charged", text, "give the voltage of one full cell")
 
 
 class Servo(Part):
