@@ -49,7 +49,7 @@ def test_own_robot(run: Any) -> None:
         ht.swim(names["fish"], replace(start, amplitude=(start.amplitude[0] + side * half, *start.amplitude[1:]))).speed
         for side in (1, -1)
     ]
-    assert speeds[0] - speeds[1] == pytest.approx(2 * half * names["slope"]["gait.amplitude[0]"], rel=1e-3)
+    assert speeds[0] - speeds[1] == pytest.approx(2 * half * names["derivative"]["gait.amplitude[0]"], rel=1e-3)
 
 
 def test_the_example_robot_is_complete() -> None:
