@@ -169,7 +169,7 @@ def _record(flight: Flight) -> dict[str, Any]:
 def _sentence(flight: Flight, one: Outcome) -> str:
     """Describe the end of a flight, and whether the mission asks for more speed than the gaits have."""
     mission, fastest = flight.record.mission, gait_table(flight.robot).speed[-1]
-    asked = max([point.speed for point in mission.waypoints] + [mission.home_speed] * (not mission.stay))
+    asked = max(mission.speeds)
     beyond = f" The mission commands {asked:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
     endings = ENDINGS | {"home": f"The robot came home early (waypoints reached: {one.reached})"}
     reasons = f"; reasons: {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""

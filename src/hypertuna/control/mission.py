@@ -50,6 +50,16 @@ class Mission:
     current_bottom: tuple[float, float] = (0.0, 0.0)  # at the ground, linear in between
     gaps: tuple[tuple[float, float], ...] = field(default=())  # s: (start, end) without satellites
 
+    @property
+    def course(self) -> list[Point]:
+        """Start, waypoints, and home unless the mission stays at the last waypoint [m]."""
+        return [self.start, *((point.x, point.y) for point in self.waypoints), *[self.home] * (not self.stay)]
+
+    @property
+    def speeds(self) -> list[float]:
+        """Speeds of the legs of the course [m/s]."""
+        return [*(point.speed for point in self.waypoints), *[self.home_speed] * (not self.stay)]
+
 
 def sides(fence: Sequence[Point]) -> list[tuple[Point, Point]]:
     """Return the sides of a fence, each from one corner to the next; none for no fence."""

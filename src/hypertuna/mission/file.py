@@ -128,8 +128,7 @@ def _check_mission(mission: Mission) -> None:
         if fence_distance(mission, np.array([[x, y]]))[0] <= 0:
             fix = "move it, or widen the fence"
             raise InputError("must be inside limits.fence_m", key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)
-    course = [mission.start, *(point[:2] for point in mission.waypoints), *([] if mission.stay else [mission.home])]
-    for k, leg in enumerate(pairwise(course)):
+    for k, leg in enumerate(pairwise(mission.course)):
         if any(cross(leg, side) for side in sides(mission.fence)):
             key = f"waypoints[{k}]" if k < len(mission.waypoints) else "home"
             rule = "must be reached by a straight course inside limits.fence_m"

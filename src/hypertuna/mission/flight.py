@@ -187,7 +187,7 @@ def outcome(flight: Flight) -> Outcome:
     """Return the summary of a flight."""
     record, mission = flight.record, flight.record.mission
     place = record.position[:, :2]
-    goal = mission.waypoints[-1][:2] if mission.stay else mission.home
+    goal = mission.course[-1]
     return Outcome(
         seed=flight.seed,
         status=flight.status,

@@ -79,10 +79,7 @@ def _draw_plan(axes: Axes, record: MissionRecord, low: Array, high: Array) -> No
     mission = record.mission
     if mission.fence:
         axes.add_patch(Polygon(mission.fence, fill=False, ec=COLORS[3], lw=1.2, ls=DASHES, label="fence"))
-    course = np.array(
-        [mission.start, *((p.x, p.y) for p in mission.waypoints), *([] if mission.stay else [mission.home])]
-    )
-    axes.plot(*course.T, color=EDGE, lw=0.8, ls=(0, (1, 2)))
+    axes.plot(*np.array(mission.course).T, color=EDGE, lw=0.8, ls=(0, (1, 2)))
     if record.true:
         axes.plot(*record.path[:, :2].T, color=TRUE, lw=1.5, label="true")
     if "position_estimated" in record.data:

@@ -123,13 +123,8 @@ def mission_start(
 
 def expected(mission: Mission, fastest: float = math.inf) -> float:
     """Return the duration [s] of a mission at its speeds through still water."""
-    points, places = mission.waypoints, [mission.start, *(point[:2] for point in mission.waypoints)]
-    speeds = [point.speed for point in points]
-    if not mission.stay:
-        places.append(mission.home)
-        speeds.append(mission.home_speed)
-    legs = np.hypot(*np.diff(np.array(places), axis=0).T)
-    return float((legs / np.minimum(speeds, fastest)).sum())
+    legs = np.hypot(*np.diff(np.array(mission.course), axis=0).T)
+    return float((legs / np.minimum(mission.speeds, fastest)).sum())
 
 
 def fly_part(start: MissionStart, ticks: int, state: bytes | None = None) -> tuple[Part, bytes]:
