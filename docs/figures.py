@@ -30,6 +30,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe
 
 from hypertuna.cli.main import main
+from hypertuna.description.reference import reference
 from hypertuna.description.robot import load
 from hypertuna.figures import save
 from hypertuna.optimization.constraints import gait_limits
@@ -391,6 +392,7 @@ def _console(block: str) -> str:
 
 
 if __name__ == "__main__":
+    (ROOT / "docs/description.md").write_text(reference())
     for path in PAGES:
         path.write_text(filled(path.read_text()))
     for name, picture in PICTURES.items():

@@ -119,12 +119,12 @@ def test_a_period_belongs_to_a_position(robot: ht.Robot) -> None:
 
 
 def test_sensors_of_the_way_can_fail(robot: ht.Robot) -> None:
-    known = channels(robot)
+    known = channels(robot, pilot=True)
     assert known["field"][1] - known["field"][0] == 2
     assert known["position"][1] - known["position"][0] == 1
-    (fault,) = faults("depth:stuck@5", robot)
+    (fault,) = faults("depth:stuck@5", robot, pilot=True)
     assert fault[1:3] == known["depth"]
-    assert "depth" not in channels(ht.load("rexeel"))
+    assert "depth" not in channels(ht.load("rexeel"), pilot=True)
 
 
 def test_pulses_of_a_pilot_that_dives_and_turns(robot: ht.Robot) -> None:

@@ -364,7 +364,7 @@ def test_a_source_covers_what_is_below_it() -> None:
     assert "links.mass_kg" not in eel.unsourced()
 
 
-def test_the_docs_page_is_the_schema() -> None:
+def test_the_docs_page_is_the_schema() -> None:  # docs/figures.py writes the page
     assert (ROOT / "docs" / "description.md").read_text() == reference()
 
 

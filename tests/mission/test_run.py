@@ -137,7 +137,7 @@ def test_faults_of_fins_are_checked(robot: ht.Robot) -> None:
         mission_start(robot, OUT, faults="fins:gone@5")
     with pytest.raises(InputError, match="time"):
         mission_start(robot, OUT, faults="fins:up@5-4")
-    with pytest.raises(InputError, match="sensor that the robot has"):
+    with pytest.raises(InputError, match="sensor that is read in this run"):
         mission_start(robot, OUT, faults="fin-left:up@5")
 
 

@@ -233,6 +233,7 @@ def test_a_command_at_the_controllers_bounds_is_taken() -> None:
         ({"step": 0.02}, "step must be from 1e-06 to the control tick of 0.01 s"),
         ({"faults": "bend-II:stuck@50"}, "must start before the run ends at 2 s"),
         ({"faults": "bend-III:stuck@1"}, "did you mean bend-II?"),
+        ({"faults": "depth:nan@1"}, "fault must be of a sensor that is read in this run, but is 'depth:nan@1'"),
         ({"seed": -1}, "seed must be from 0"),
         ({"seed": 1.5}, "seed must be a whole number, but is 1.5"),
         ({"duration": "3"}, "duration must be a finite number, but is '3'"),

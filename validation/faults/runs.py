@@ -53,9 +53,7 @@ def sample(seed: int) -> tuple[dict[str, Any], str]:
     random = np.random.default_rng(seed)
     amplitude = (random.uniform(4, 16), random.uniform(6, 25))
     gait = ht.Gait.from_degrees(frequency=random.uniform(1, 6), amplitude=amplitude, phase=(0, random.uniform(0, 60)))
-    names = [
-        name for name in channels(ROBOT) if name.split("-")[0] in CONDITIONS
-    ]  # not those that only the pilot reads
+    names = [name for name in channels(ROBOT, pilot=False) if name.split("-")[0] in CONDITIONS]
     fault = f"{random.choice(names)}:{random.choice(KINDS)}@{random.uniform(1, 6):.2f}"
     return {"robot": ROBOT, "gait": gait, "duration": SECONDS, "seed": seed}, fault
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from hypertuna import _core
@@ -54,12 +54,12 @@ def _models(robot: Robot, *, pilot: bool) -> dict[str, list[float]]:
     return {f"{name}.{key}": [float(getattr(sensor_of(robot, name), key))] for name in names for key in NUMBERS}
 
 
-def channels(robot: Robot) -> dict[str, tuple[int, int]]:
-    """Return first and last channel of every sensor that can fail: ``bend-I``, ``pressure-I-left``, ``imu``...
+def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
+    """Return first and last channel of every sensor that is read, also those of a pilot: ``bend-I``, ``imu``...
 
     A name without joint or side means all of them.
     """
-    sensors = {sensor.quantity for sensor in robot.sensors}
+    sensors = {sensor.quantity for sensor in robot.sensors} if pilot else set()
     names: dict[str, tuple[int, int]] = {}
     for channel in CHANNELS.values():
         if channel.pilot and channel.name not in sensors:
@@ -87,16 +87,19 @@ def fault_texts(spelled: str | Iterable[str]) -> tuple[str, ...]:
     return texts
 
 
-def faults(spelled: str | Iterable[str], robot: Robot, duration: float = FOREVER) -> tuple[Fault, ...]:
+def faults(
+    spelled: str | Iterable[str], robot: Robot, duration: float = FOREVER, *, pilot: bool = False
+) -> tuple[Fault, ...]:
     """Read sensor faults as the command line spells them: ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END`` in s.
 
     ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on. Kinds: stuck, open, spike, nan. Each must
-    start within the duration of the run [s].
+    start within the duration of the run [s]. Sensors of the pilot can fail only where a pilot reads them.
     """
-    return tuple(_fault(text, robot, duration) for text in fault_texts(spelled))
+    known = channels(robot, pilot=pilot)
+    return tuple(_fault(text, known, duration) for text in fault_texts(spelled))
 
 
-def _fault(spelled: str, robot: Robot, duration: float) -> Fault:
+def _fault(spelled: str, known: Mapping[str, tuple[int, int]], duration: float) -> Fault:
     def refusal(rule: str, fix: str) -> InputError:
         return InputError(rule, key="fault", value=shown(spelled), fix=fix)
 
@@ -104,9 +107,8 @@ def _fault(spelled: str, robot: Robot, duration: float) -> Fault:
     if match is None:
         fix = "write for example bend-II:stuck@5, or bend-II:stuck@5-8 for a fault that ends"
         raise refusal("must be CHANNEL:KIND@SECONDS", fix)
-    known = channels(robot)
     if match["channel"] not in known:
-        raise refusal("must be of a sensor that the robot has", did_you_mean(match["channel"], known))
+        raise refusal("must be of a sensor that is read in this run", did_you_mean(match["channel"], known))
     if match["kind"] not in KINDS:
         raise refusal("must be of a known kind", f"use one of {', '.join(KINDS)}")
     times = fault_times(spelled, match["start"])

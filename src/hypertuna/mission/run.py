@@ -110,7 +110,7 @@ def mission_start(
         "command": _core.Pilot(controller, pilot_columns(robot, table), mission_columns(mission)),
         "world": world_at_sea(robot, sea, mission.gaps),
         "sensors": _core.Sensors(pilot_sensor_columns(robot), SEEDS.check(seed, "seed")),
-        "faults": list(read_faults(sensors, robot, limit)),
+        "faults": list(read_faults(sensors, robot, limit, pilot=True)),
         "fin_faults": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
         "twist": np.zeros(6),
         "pose": _pose(mission),

@@ -93,10 +93,15 @@ class Part(BaseModel):
     table: ClassVar[str] = ""  # key of the table in errors
     renamed: ClassVar[Mapping[str, str]] = {}  # former keys of the table, refused with the present one
 
-    def __init_subclass__(cls, table: str = "", **options: Any) -> None:
-        """Turn keys into fields of pydantic, which collects them next."""
+    def __init_subclass__(
+        cls, table: str = "", keys: Mapping[str, tuple[Any, Key]] | None = None, **options: Any
+    ) -> None:
+        """Turn keys, and those of `keys` with their types, into fields of pydantic, which collects them next."""
         super().__init_subclass__(**options)
         cls.table = table
+        for name, (kind, key) in (keys or {}).items():
+            cls.__annotations__[name] = kind
+            setattr(cls, name, key)
         for name, value in list(vars(cls).items()):
             if isinstance(value, Key):
                 setattr(cls, name, value.field(name))

@@ -1,6 +1,7 @@
 """The table of the firmware in a robot description: pins of the microcontroller, limits of the supervisor."""
 
 from collections.abc import Iterator
+from typing import Any
 
 from hypertuna.description.channels import ANALOG, CHANNELS
 from hypertuna.description.schema.base import (
@@ -28,16 +29,25 @@ def _pins_key(quantity: str) -> str:
     return f"{quantity}_pin" if CHANNELS[quantity].size == 1 else f"{quantity}_pins"
 
 
-class Firmware(Part, table="firmware"):
+def _analog_pins() -> dict[str, tuple[Any, Any]]:
+    """Return type and key of the pins of every analog channel."""
+    order = {"joint": ", one per joint group", "circuit": ", left and right of each joint group", "robot": ""}
+    keys: dict[str, tuple[Any, Any]] = {}
+    for name in ANALOG:
+        if CHANNELS[name].size == 1:
+            keys[_pins_key(name)] = (Index, entry(f"analog pin of the {name} sensor"))
+        else:
+            text = f"analog pins of the {name} sensors{order[CHANNELS[name].per]}"
+            keys[_pins_key(name)] = (tuple[Index, ...], entry(text))
+    return keys
+
+
+class Firmware(Part, table="firmware", keys=_analog_pins()):
     """The firmware: pins, and limits of the supervisor on board; without influence on simulations."""
 
     servo_pins: tuple[Index, ...] = entry(
         "pins of the servos: of each joint group's left and right pump, then port and starboard fin"
     )
-    bend_pins: tuple[Index, ...] = entry("analog pins of the bend sensors, one per joint group")
-    pressure_pins: tuple[Index, ...] = entry("analog pins of the pressure sensors, left and right of each joint group")
-    current_pins: tuple[Index, ...] = entry("analog pins of the servo current sensors, in the same order")
-    voltage_pin: Index = entry("analog pin of the battery voltage's divider")
     leak_pin: Index = entry("pin of the leak sensor, low when wet")
     imu_serial: Count = entry("number of the serial port of the IMU")
     position_serial: Count = entry("number of the serial port of the satellite receiver")
