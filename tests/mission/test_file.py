@@ -171,7 +171,11 @@ def test_a_seed_draws_its_own_water_within_bounds() -> None:
             3.5,
             "waypoints[0].depth_m must be at most limits.depth_m = 3, but is 3.5: reduce the depth",
         ),
-        ("waypoints.0.x_m", 60.0, "waypoints[0] must be inside limits.fence_m, but is at 60, 20 m: move it, or widen"),
+        (
+            "waypoints.0.x_m",
+            60.0,
+            "waypoints[0] must be inside limits.fence_m, but is at 60, 20 m: move the point inside",
+        ),
         ("home.x_m", -60.0, "home must be inside limits.fence_m, but is at -60, 5 m"),
         ("start.y_m", 60.0, "start must be inside limits.fence_m"),
         ("start.depth_m", 5.0, "start.depth_m must be above the ground"),

@@ -147,7 +147,10 @@ def _check_direction(bench: Bench, robot: Robot) -> None:
         if len(high) and np.median(bench.angle[high]) < 0:
             k = int(high[np.argmin(bench.angle[high])])
             rule = f"must be positive for the {SIDES[loop.side]} side of joint {robot.joints[loop.joint].name}, too"
-            value, fix = f"{math.degrees(bench.angle[k]):g}", "count every bend from straight, away from the pressure"
+            value, fix = (
+                f"{math.degrees(bench.angle[k]):g}",
+                "measure the angle from the straight joint, positive away from the pressurized side",
+            )
             raise InputError(rule, file=bench.files[k], key=f"line {bench.lines[k]}, angle_deg", value=value, fix=fix)
 
 

@@ -82,7 +82,10 @@ def identify_command(
     bounds: Annotated[
         list[Any] | None,
         opt.option(
-            ("--bounds",), "Bounds of a coefficient; repeatable. (default: those of Table III)", "NAME=LOW:HIGH", _bound
+            ("--bounds",),
+            "Bounds of a coefficient; repeatable. (default: those of data/published/bounds.toml)",
+            "NAME=LOW:HIGH",
+            _bound,
         ),
     ] = None,
     log: Annotated[list[str] | None, opt.text("--log", "Coefficient to fit in log scale; repeatable.", "NAME")] = None,

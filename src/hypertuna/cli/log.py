@@ -82,7 +82,7 @@ def black_box_command(
     """Convert what the firmware recorded in every tick to a .mcap log, for the other commands and Foxglove.
 
     Damaged records are skipped and counted; a file that was cut short is read up to its last whole record. A black box
-    holds what the robot read, estimated and did, not where it was.
+    records readings, estimates and commands, but not the true position.
     """
     need_log()
     fish = load(robot)

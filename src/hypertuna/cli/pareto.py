@@ -37,7 +37,7 @@ def pareto_command(
     objectives: Annotated[
         str, opt.text("--objectives", f"Two or three of {', '.join(OBJECTIVES)}.")
     ] = "speed,cost_of_transport",
-    population: Annotated[int, opt.whole_number("--population", "Gaits in a generation of NSGA-II.")] = 40,
+    population: Annotated[int, opt.whole_number("--population", "Number of gaits per generation of NSGA-II.")] = 40,
     generations: Annotated[int, opt.whole_number("--generations", "Generations of NSGA-II.")] = 60,
     bounds: opt.Bounds = None,
     min_speed: Annotated[

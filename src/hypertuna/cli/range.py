@@ -41,7 +41,7 @@ def range_command(
     amplitude: opt.Amplitude = None,
     phase: opt.Phase = None,
     power: Annotated[
-        float | None, opt.number("--power", "W", "Mean power of the servos in W, instead of a gait.")
+        float | None, opt.number("--power", "W", "Mean electrical power of the servos in W; replaces the gait options.")
     ] = None,
     speed: Annotated[float | None, opt.number("--speed", "m/s", "Speed in m/s, with --power.")] = None,
     reserve: Annotated[

@@ -58,7 +58,11 @@ class RobustOptions:
     """Whether an objective is taken over sampled robots, for keywords of `optimize` and `pareto`."""
 
     robust: Annotated[
-        str | None, opt.text("--robust", "mean or worst5: the objective over robots sampled from the fit of --robot.")
+        str | None,
+        opt.text(
+            "--robust",
+            "Optimize the mean of the objective, or of its worst 5 % (worst5), over robots sampled from the fit of --robot.",
+        ),
     ] = None
     samples: Annotated[int, opt.whole_number("--samples", "Number of robots to sample, with --robust.")] = 32
 

@@ -52,7 +52,7 @@ class Journal:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             self.close()
-            fix = "wait for it, or give another file"
+            fix = "wait until that run ends, or give another file"
             raise InputError("is in use by another run", file=str(path), fix=fix) from None
         except OSError as error:
             raise unwritable(path, error) from None

@@ -126,7 +126,7 @@ def _check_mission(mission: Mission) -> None:
         if max(abs(x), abs(y)) > MAX_DISTANCE:
             raise too_far(key, x, y)
         if fence_distance(mission, np.array([[x, y]]))[0] <= 0:
-            fix = "move it, or widen the fence"
+            fix = "move the point inside, or enlarge the fence"
             raise InputError("must be inside limits.fence_m", key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)
     for k, leg in enumerate(pairwise(mission.course)):
         if any(cross(leg, side) for side in sides(mission.fence)):

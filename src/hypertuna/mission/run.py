@@ -198,7 +198,7 @@ def _check_margin(robot: Robot, mission: Mission) -> None:
     room = fence_distance(mission, np.array([(point.x, point.y) for point in mission.waypoints]).reshape(-1, 2))
     for k in np.flatnonzero(room < margin)[:1]:
         rule = f"must be {margin:g} m inside the fence, guidance.fence_margin_m of the robot"
-        fix = "move it, or widen the fence"
+        fix = "move the point inside, or enlarge the fence"
         raise InputError(rule, key=f"waypoints[{k}]", value=f"{room[k]:.3g} m inside", fix=fix)
 
 

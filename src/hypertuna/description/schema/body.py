@@ -225,6 +225,6 @@ def sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, p
         runs += [("drive_unit.outer_diameter_m", unit.outer_diameter)] if unit is not None else []
         width = 2 * min(body.semi_minor)
         text = f"must be less than {width:g}, the width of the narrowest section of joint {group.name}"
-        yield from (Check(value < width, key, text, "give it in m", f"{value:g}") for key, value in runs)
+        yield from (Check(value < width, key, text, "give it in m, not mm", f"{value:g}") for key, value in runs)
     text = f"must be less than body.length_m = {length:g}: it is inside the body"
-    yield from (Check(value < length, key, text, "give it in m", f"{value:g}") for key, value in within)
+    yield from (Check(value < length, key, text, "give it in m, not mm", f"{value:g}") for key, value in within)
