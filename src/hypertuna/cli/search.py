@@ -61,7 +61,7 @@ class RobustOptions:
         str | None,
         opt.text(
             "--robust",
-            "Optimize the mean of the objective, or of its worst 5 % (worst5), over robots sampled from the fit of --robot.",
+            "Optimize the mean of the objective, or of its worst 5 % (worst5), over robots sampled from the fit.",
         ),
     ] = None
     samples: Annotated[int, opt.whole_number("--samples", "Number of robots to sample, with --robust.")] = 32
