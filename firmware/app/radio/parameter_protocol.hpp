@@ -1,4 +1,5 @@
-/// Parameter protocol: read, set, list. The vehicle accepts or refuses a value (vehicle.hpp, set_parameter). mavlink.io/en/services/parameter.html
+/// Parameter protocol: read, set, list (mavlink.io/en/services/parameter.html). The vehicle accepts or refuses a value:
+/// vehicle.hpp, set_parameter.
 #pragma once
 
 #include "app/radio/radio_state.hpp"

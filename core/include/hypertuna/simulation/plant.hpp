@@ -111,16 +111,16 @@ HYPERTUNA_INLINE S bend_moment(const JointTable<S>& table, const JointLoad<S>& l
 }
 
 /// No output: the quantities that only an output needs are not computed.
-struct Unseen {};
+struct NoOutput {};
 
-/// How the plant changes. `seen`, if it is the address of an output, gets what one instant shows.
+/// How the plant changes. `seen` receives the output of the instant unless it is NoOutput.
 template <class Body, class Seen>
 HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const PlantStateOf<Body>& at,
                                                  const ServoTargets<typename Body::Scalar, Body::coordinates>& targets,
                                                  Seen seen) {
     using S = typename Body::Scalar;
     constexpr int D = Body::coordinates;
-    constexpr bool looks = !std::is_same_v<Seen, Unseen>;
+    constexpr bool looks = !std::is_same_v<Seen, NoOutput>;
     PlantStateOf<Body> rate;
     S moment[D];
     for (int j = 0; j < plant.joints; ++j) {
@@ -156,7 +156,7 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
     return rate;
 }
 
-/// One step of fourth-order Runge-Kutta; `seen` gets what its start and its middle show.
+/// One step of fourth-order Runge-Kutta; `seen` receives the outputs at its start and middle.
 template <class Body>
 PlantStateOf<Body> plant_step(const Plant<Body>& plant, const PlantStateOf<Body>& at,
                               const ServoTargets<typename Body::Scalar, Body::coordinates>& targets,
@@ -164,7 +164,7 @@ PlantStateOf<Body> plant_step(const Plant<Body>& plant, const PlantStateOf<Body>
     using S = typename Body::Scalar;
     using State = PlantStateOf<Body>;
     const auto shown = [&](const State& now, PlantOutputOf<Body>* out) { return plant_rate(plant, now, targets, out); };
-    const auto hidden = [&](const State& now) { return plant_rate(plant, now, targets, Unseen()); };
+    const auto hidden = [&](const State& now) { return plant_rate(plant, now, targets, NoOutput()); };
     const S half = S(base_t<S>(0.5)) * step, sixth = S(base_t<S>(1.0 / 6)) * step, third = sixth + sixth;
     const State k1 = shown(at, &seen[0]);
     const State k2 = hidden(at + half * k1);
