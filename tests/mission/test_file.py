@@ -196,7 +196,7 @@ def test_a_seed_draws_its_own_water_within_bounds() -> None:
         ("name", "a\x1b[31m", "name must be one line without control characters"),
         ("limits.battery", 1.0, "limits.battery must be less than 1"),
         ("limits.duration_s", 0.0, "limits.duration_s must be greater than 0"),
-        ("gps.gaps_s", [[5.0, 1.0]], "gps.gaps_s[0] must be two times, the first earlier, but is [5, 1]"),
+        ("gps.gaps_s", [[5.0, 1.0]], "gps.gaps_s[0] must be two times, the first earlier, but is [5.0, 1.0]"),
         ("gps.gaps_s", [[5.0, 9.0], [8.0, 10.0]], "gps.gaps_s[1] must begin after the previous gap ends at 9 s"),
         ("water.current_m_s", 9.0, "water.current_m_s must be at most 5"),
         ("origin.latitude_deg", 95.0, "origin.latitude_deg must be at most 89"),

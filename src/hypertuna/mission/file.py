@@ -22,7 +22,8 @@ from hypertuna.frames import pose_from
 from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_toml
 from hypertuna.mission.geodesy import MAX_DISTANCE, to_local
-from hypertuna.mission.schema import Document, Place, Scatter, too_far
+from hypertuna.mission.schema import Document, Place, Scatter
+from hypertuna.ranges import NOT_NEGATIVE
 
 TURN = 2 * math.pi
 
@@ -90,8 +91,7 @@ def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile
 
 def randomized(given: MissionFile, seed: int) -> Mission:
     """Return the mission with the water and the satellites of a seed."""
-    if seed < 0:
-        raise InputError("must not be negative", key="seed", value=str(seed), fix="give 0 or more")
+    NOT_NEGATIVE.check(seed, "seed", "give 0 or more")
     mission, scatter = given.mission, given.scatter
     if seed == 0:
         return mission
@@ -119,12 +119,15 @@ def reference() -> str:
 
 
 def _check_mission(mission: Mission) -> None:
-    """Check that start, home and waypoints are near and inside the fence, and the legs between them, too."""
+    """Check that places are near, start, home and waypoints inside the fence, and the legs between them, too."""
     places = {"start": mission.start, "home": mission.home}
     places |= {f"waypoints[{i}]": (point.x, point.y) for i, point in enumerate(mission.waypoints)}
-    for key, (x, y) in places.items():
+    corners = {f"limits.fence_m[{i}]": corner for i, corner in enumerate(mission.fence)}
+    for key, (x, y) in (corners | places).items():
         if max(abs(x), abs(y)) > MAX_DISTANCE:
-            raise too_far(key, x, y)
+            rule, fix = f"must be within {MAX_DISTANCE / 1e3:g} km of the origin", "give it in m, or move the origin"
+            raise InputError(rule, key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)
+    for key, (x, y) in places.items():
         if fence_distance(mission, np.array([[x, y]]))[0] <= 0:
             fix = "move the point inside, or enlarge the fence"
             raise InputError("must be inside limits.fence_m", key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
 from hypertuna.control.mission import cross, sides
 from hypertuna.description.schema.base import (
+    Check,
     Degrees,
     Flag,
     NotNegative,
@@ -21,8 +23,6 @@ from hypertuna.description.schema.base import (
     entry,
     number,
 )
-from hypertuna.errors import InputError
-from hypertuna.mission.geodesy import MAX_DISTANCE
 from hypertuna.ranges import Range
 
 MAX_SPEED = 5.0  # m/s of robot or water
@@ -100,7 +100,7 @@ class Water(Part):
     )
 
 
-class Limits(Part):
+class Limits(Part, table="limits"):
     """The bounds of the mission."""
 
     fence: tuple[Pair, ...] = entry(
@@ -110,19 +110,46 @@ class Limits(Part):
     battery: Reserve = entry("fraction of the usable charge that must remain at home (default: 0.1)", default=0.1)
     duration: Seconds | None = entry("time by which the robot should be home (default: no end)", "s", default=None)
 
+    def _checks(self) -> Iterator[Check]:
+        """Yield the checks of a fence: a polygon whose sides do not cross."""
+        if not self.fence:
+            return
+        fix = "give [[x, y], [x, y], [x, y], ...] in m, or leave it out"
+        count = len(self.fence)
+        yield Check(3 <= count <= MAX_CORNERS, "fence", f"must have 3 to {MAX_CORNERS} corners", fix, f"{count}")
+        around = sides(self.fence)
+        fix = "leave out one of the two; the last corner is joined to the first by itself"
+        for i, (begin, end) in enumerate(around):
+            yield Check(begin != end, f"fence[{i}]", "must not repeat the corner before it", fix)
+        for i, k in itertools.combinations(range(count), 2):
+            apart = k == i + 1 or k - i == count - 1 or not cross(around[i], around[k])
+            rule = f"must not have sides that cross, as those after corners {i} and {k} do"
+            yield Check(apart, "fence", rule, "reorder them")
+        directions = {math.atan2(b[1] - a[1], b[0] - a[0]) % math.pi for a, b in around}
+        yield Check(len(directions) > 1, "fence", "must enclose an area", "move a corner off the line")
 
-class Gps(Part):
+
+class Gps(Part, table="gps"):
     """Fixes of the position, which only come at the surface."""
 
     surface_every: Seconds | None = entry(
         "time since the last fix after which the robot surfaces (default: only when needed)", "s",
         default=None)  # fmt: skip
     gaps: tuple[tuple[Moment, Moment], ...] = entry(
-        "periods [from, to] without satellites, in order (default: none)", "s", default=()
+        "periods [from, to] without satellites, in order (default: none)", "s", default=(), max_length=MAX_GAPS
     )
 
+    def _checks(self) -> Iterator[Check]:
+        """Yield the checks of gaps, which follow each other."""
+        last = 0.0
+        for i, (begin, end) in enumerate(self.gaps):
+            yield Check(begin < end, f"gaps[{i}]", "must be two times, the first earlier", "write [from, to]")
+            rule = f"must begin after the previous gap ends at {last:g} s"
+            yield Check(begin >= last, f"gaps[{i}]", rule, "sort them, and join those that meet")
+            last = end
 
-class Scatter(Part):
+
+class Scatter(Part, table="scatter"):
     """What differs from seed to seed, beside the sensors' noise: randomized by every seed other than 0."""
 
     current: Current = entry("maximum speed of an added current in a random direction (default: 0)", "m/s", default=0.0)
@@ -130,6 +157,10 @@ class Scatter(Part):
         "number of added periods without satellites (default: 0)", default=0
     )
     gap: NotNegative = entry("maximum duration of each of these periods (default: 0)", "s", default=0.0)
+
+    def _checks(self) -> Iterator[Check]:
+        fix = "give the largest length of a gap in s, or leave scatter.gaps out"
+        yield Check(not self.gaps or self.gap > 0, "gap", "must be positive if scatter.gaps is", fix)
 
 
 def _printable(text: str) -> str:
@@ -160,77 +191,12 @@ class Document(Part):
     gps: Gps = entry("table of the fixes", default_factory=Gps)
     scatter: Scatter = entry("table of the randomized conditions", default_factory=Scatter)
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        _check_water(self)
-        _check_fence(self)
-        _check_gaps(self.gps.gaps)
-        if self.scatter.gaps and not self.scatter.gap:
-            fix = "give the largest length of a gap in s, or leave scatter.gaps out"
-            raise InputError("must be positive if scatter.gaps is", key="scatter.gap_s", value="0", fix=fix)
-        return self
-
-
-# --- how it is checked
-
-
-def _check_water(document: Document) -> None:
-    """Check that start and waypoints are above the ground and the limit."""
-    bottom, limit = document.water.bottom, document.limits.depth
-    places: dict[str, float] = {"start": document.start.depth}
-    places |= {f"waypoints[{i}]": point.depth for i, point in enumerate(document.waypoints)}
-    for key, depth in places.items():
-        rule = f"above the ground, less than water.bottom_m = {bottom:g}" if depth >= bottom else ""
-        rule = rule or (f"at most limits.depth_m = {limit:g}" if depth > limit else "")
-        if rule:
-            fix = "reduce the depth, or correct that value"
-            raise InputError(f"must be {rule}", key=f"{key}.depth_m", value=f"{depth:g}", fix=fix)
-
-
-def _check_fence(document: Document) -> None:
-    """Check that a fence is a polygon whose sides do not cross."""
-    fence = document.limits.fence
-    if not fence:
-        return
-    if not 3 <= len(fence) <= MAX_CORNERS:
-        fix = "give [[x, y], [x, y], [x, y], ...] in m, or leave it out"
-        rule = f"must have 3 to {MAX_CORNERS} corners"
-        raise InputError(rule, key="limits.fence_m", value=f"{len(fence)}", fix=fix)
-    around = sides(fence)
-    for i, (x, y) in enumerate(fence):
-        if max(abs(x), abs(y)) > MAX_DISTANCE:
-            raise too_far(f"limits.fence_m[{i}]", x, y)
-        if around[i][0] == around[i][1]:
-            fix = "leave out one of the two; the last corner is joined to the first by itself"
-            raise InputError("must not repeat the corner before it", key=f"limits.fence_m[{i}]", fix=fix)
-    for i, first in enumerate(around):
-        for k in range(i + 2, len(around) - (i == 0)):
-            if cross(first, around[k]):
-                rule, fix = f"must not have sides that cross, as those after corners {i} and {k} do", "reorder them"
-                raise InputError(rule, key="limits.fence_m", fix=fix)
-    if len({math.atan2(b[1] - a[1], b[0] - a[0]) % math.pi for a, b in around}) == 1:
-        raise InputError("must enclose an area", key="limits.fence_m", fix="move a corner off the line")
-
-
-def _check_gaps(gaps: Sequence[tuple[float, float]]) -> None:
-    """Check that gaps follow each other."""
-    if len(gaps) > MAX_GAPS:
-        rule, fix = f"must be at most {MAX_GAPS}", "join those that meet"
-        raise InputError(rule, key="gps.gaps_s", value=f"{len(gaps)}", fix=fix)
-    last = 0.0
-    for i, (begin, end) in enumerate(gaps):
-        rule, fix = "", "write [from, to]"
-        if begin >= end:
-            rule = "must be two times, the first earlier"
-        elif begin < last:
-            rule = f"must begin after the previous gap ends at {last:g} s"
-            fix = "sort them, and join those that meet"
-        if rule:
-            raise InputError(rule, key=f"gps.gaps_s[{i}]", value=f"[{begin:g}, {end:g}]", fix=fix)
-        last = end
-
-
-def too_far(key: str, x: float, y: float) -> InputError:
-    """Return the error of a place that is too far away: `x`, `y` [m]."""
-    rule, fix = f"must be within {MAX_DISTANCE / 1e3:g} km of the origin", "give it in m, or move the origin"
-    return InputError(rule, key=key, value=f"at {x:.6g}, {y:.6g} m", fix=fix)
+    def _checks(self) -> Iterator[Check]:
+        """Yield the checks of depths, which are above the ground and the limit."""
+        bottom, limit, fix = self.water.bottom, self.limits.depth, "reduce the depth, or correct that value"
+        places = {"start": self.start} | {f"waypoints[{i}]": point for i, point in enumerate(self.waypoints)}
+        for name, place in places.items():
+            key, depth, value = f"{name}.depth_m", place.depth, f"{place.depth:g}"
+            rule = f"must be above the ground, less than water.bottom_m = {bottom:g}"
+            yield Check(depth < bottom, key, rule, fix, value)
+            yield Check(depth <= limit, key, f"must be at most limits.depth_m = {limit:g}", fix, value)
