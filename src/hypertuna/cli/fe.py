@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -39,13 +40,29 @@ MAX_PRESSURES = 200  # of one call: each takes seconds at least
 SMOOTH = 50  # pressures of the analytic curve
 COMPARISON = "compare.json"  # file of the record in the folder of a comparison
 
-Material = Annotated[
-    str | None, opt.text("--material", f"Material set: {', '.join(MATERIAL_SETS)}. (default: the robot's)")
-]
-Law = Annotated[str, opt.text("--law", f"Law of the elements' matrix: {', '.join(LAWS)}.")]
-Poisson = Annotated[float, opt.number("--poisson", "figures, 0.475 say", "Poisson's ratio of the matrix.")]
-Mixed = Annotated[bool, typer.Option("--mixed/--no-mixed", help="Make the pressure of the matrix an unknown.")]
-Mesh = Annotated[Any, opt.text("--mesh", f"{', '.join(MESHES)}.")]
+
+@dataclass(frozen=True)
+class Elements(FeOptions):
+    """The finite elements of a joint, with the defaults of `FeOptions`."""
+
+    material: Annotated[
+        str | None, opt.text("--material", f"Material set: {', '.join(MATERIAL_SETS)}. (default: the robot's)")
+    ] = FeOptions.material
+    law: Annotated[str, opt.text("--law", f"Law of the elements' matrix: {', '.join(LAWS)}.")] = FeOptions.law
+    poisson: Annotated[float, opt.number("--poisson", "figures, 0.475 say", "Poisson's ratio of the matrix.")] = (
+        FeOptions.poisson
+    )
+    mesh: Annotated[Any, opt.text("--mesh", f"{', '.join(MESHES)}.")] = FeOptions.mesh
+    mixed: Annotated[bool, typer.Option("--mixed/--no-mixed", help="Make the pressure of the matrix an unknown.")] = (
+        FeOptions.mixed
+    )
+
+
+@dataclass(frozen=True)
+class CoarseElements(Elements):
+    """Elements of commands that solve a joint many times."""
+
+    mesh: Annotated[Any, opt.text("--mesh", f"{', '.join(MESHES)}.")] = "coarse"
 
 
 def _folder(content: str) -> Any:
@@ -132,16 +149,13 @@ def _geometry_lines(robot: Robot, body: JointBody) -> Iterator[Any]:
 
 
 @fe_app.command("bend")
+@opt.grouped
 def bend_command(
     robot: opt.RobotName,
     joint: opt.Joint,
+    elements: Elements,
     pressure: opt.Pressures = BEND_PRESSURES,
     side: opt.Side = "left",
-    material: Material = None,
-    law: Law = FeOptions.law,
-    poisson: Poisson = FeOptions.poisson,
-    mixed: Mixed = FeOptions.mixed,
-    mesh: Mesh = FeOptions.mesh,
     plot: opt.Plot = None,
     output: Annotated[
         str | None,
@@ -164,7 +178,6 @@ def bend_command(
     need_fe()
     if output is not None and not no_pictures:
         need_screenless()
-    options = FeOptions(material, law, poisson, mesh, mixed)
     with run_folder(output, JOURNAL) as folder, progress_bar("pressures", slow=True) as report:
         report(0, len(path))
 
@@ -172,7 +185,7 @@ def bend_command(
             if folder is not None:
                 write_vtu(model, folder, k)
 
-        bent = fe_bend(fish, index, path, side=side, options=options, folder=folder, progress=report, each=keep)
+        bent = fe_bend(fish, index, path, side=side, options=elements, folder=folder, progress=report, each=keep)
     if folder is not None:
         _write(bent, folder, pictures=not no_pictures)
     plot = plot if len(bent.pressure) else None
@@ -251,9 +264,11 @@ def _outcome(bent: FeBend) -> tuple[str, str]:
 
 
 @fe_app.command("compare")
+@opt.grouped
 def compare_command(
     robot: opt.RobotName,
     joint: opt.Joint,
+    elements: Elements,
     pressure: opt.Pressures = COMPARISON_PRESSURES,
     reasons: Annotated[
         bool,
@@ -263,11 +278,6 @@ def compare_command(
         ),
     ] = False,
     side: opt.Side = "left",
-    material: Material = None,
-    law: Law = FeOptions.law,
-    poisson: Poisson = FeOptions.poisson,
-    mixed: Mixed = FeOptions.mixed,
-    mesh: Mesh = FeOptions.mesh,
     output: Annotated[
         str | None,
         _folder(f"journal, states and {COMPARISON}. The same command resumes after the last pressure that is there."),
@@ -280,10 +290,11 @@ def compare_command(
     """
     fish = load(robot)
     index, path = joint_index(joint, fish), _rising(pressure)
-    options = FeOptions(material, law, poisson, mesh, mixed)
     with run_folder(output, JOURNAL) as folder, progress_bar("pressures", slow=True) as report:
         report(0, len(path))
-        bent = fe_bend(fish, index, path, side=side, options=options, folder=folder, progress=report, work="fe compare")
+        bent = fe_bend(
+            fish, index, path, side=side, options=elements, folder=folder, progress=report, work="fe compare"
+        )
     if not len(bent.pressure):  # and so nothing to compare
         whole = bent.record() | {"command": command_line()}
         emit(bent, record=lambda _: whole, lines=lambda bent: [_outcome(bent)], as_json=as_json, failed=True)
@@ -323,9 +334,11 @@ def _comparison_lines(compared: FeComparison, record: Mapping[str, Any]) -> Iter
 
 
 @fe_app.command("reduce")
+@opt.grouped
 def reduce_command(
     robot: opt.RobotName,
     joint: opt.Joint,
+    elements: CoarseElements,
     pressure: opt.Pressures = BEND_PRESSURES,
     moment: Annotated[
         Sequence[float] | None,
@@ -342,11 +355,6 @@ def reduce_command(
             "alone. (default: that of the robot's line)",
         ),
     ] = None,
-    material: Material = None,
-    law: Law = FeOptions.law,
-    poisson: Poisson = FeOptions.poisson,
-    mixed: Mixed = FeOptions.mixed,
-    mesh: Mesh = "coarse",
     checkpoint: opt.Checkpoint = None,
     output: opt.RobotOutput = None,
     as_json: opt.AsJson = False,
@@ -365,7 +373,7 @@ def reduce_command(
             pressure=_rising(pressure),
             couple=moment,
             fill=None if fill is None else 1e3 * fill,
-            options=FeOptions(material, law, poisson, mesh, mixed),
+            options=elements,
             checkpoint=checkpoint,
             progress=progress,
         )
