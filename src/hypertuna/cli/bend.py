@@ -37,6 +37,7 @@ class Bends:
     misprints: tuple[Step, ...]  # with the equations as printed
 
 
+@opt.grouped
 def bend_command(
     robot: opt.RobotName,
     joint: opt.Joint,
@@ -53,9 +54,7 @@ def bend_command(
         str, opt.text("--law", "corrected, or as_printed: Eqs 4-18 as they stand in the paper.")
     ] = "corrected",
     no_friction: Annotated[bool, typer.Option("--no-friction", help="Leave out the friction of the braids.")] = False,
-    plot: opt.Plot = None,
-    output: opt.TableOutput = None,
-    as_json: opt.AsJson = False,
+    files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Bend a soft joint in air: angle over pressure, up and down."""
     fish, path = load(robot), 1e3 * np.array(pressure)
@@ -66,10 +65,10 @@ def bend_command(
         return bend(fish, number, path, material=chosen, **options)
 
     first = bent(None if material == ALL else material)
-    known = _known(fish) if material == ALL or plot is not None else ()
+    known = _known(fish) if material == ALL or files.plot is not None else ()
     sets = {name: first if name == first.material else bent(name) for name in known} | {first.material: first}
     curves = sets
-    if plot is not None and len(path) < SMOOTH:
+    if files.plot is not None and len(path) < SMOOTH:
         smooth = np.union1d(path, np.linspace(0, path[-1], SMOOTH))
         curves = {name: bent(name, smooth) for name in sets}
     steps = misprints(fish, number, float(path[-1]), first.material) if law == "as_printed" else ()
@@ -79,11 +78,9 @@ def bend_command(
         lines=_lines,
         csv=_csv,
         dataset=_dataset,
-        output=output,
-        plot=plot,
         figure="hypertuna.actuation.plots:plot_bend",
         plotted=(curves[first.material], curves),
-        as_json=as_json,
+        **vars(files),
     )
 
 

@@ -30,9 +30,7 @@ def dive_command(
     duration: Annotated[float, opt.number("--duration", "seconds", "Total duration of both halves in s.")] = 30,
     depth: Annotated[float, opt.number("--depth", "m", "Depth at the start in m.")] = 2,
     seed: opt.Seed = 0,
-    plot: opt.Plot = None,
-    output: opt.TableOutput = None,
-    as_json: opt.AsJson = False,
+    files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Dive with the pectoral fins down for half of the time, then rise with them up.
 
@@ -47,10 +45,8 @@ def dive_command(
         lines=_lines,
         csv=_csv,
         dataset=lambda result: result.run.dataset(),
-        output=output,
-        plot=plot,
         figure="hypertuna.simulation.plots:plot_dive",
-        as_json=as_json,
+        **vars(files),
         failed=result.run.status == "diverged" or not all(leg.right for leg in result.legs),
     )
 

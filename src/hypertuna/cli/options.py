@@ -219,3 +219,15 @@ TableOutput = Annotated[
 RobotOutput = Annotated[
     str | None, file("-o", "--output", help="Write the resulting robot to this .toml file.", suffixes=(".toml",))
 ]
+
+
+@dataclass(frozen=True)
+class Files:
+    """What is written, as `emit` takes it."""
+
+    plot: Plot = None
+    output: TableOutput = None
+    as_json: AsJson = False
+
+
+NO_FILES = Files()

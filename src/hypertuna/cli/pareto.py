@@ -48,9 +48,7 @@ def pareto_command(
     no_polish: Annotated[bool, typer.Option("--no-polish", help="Do not polish the front of NSGA-II.")] = False,
     steps: opt.Steps = DEFAULT_STEPS,
     checkpoint: opt.Checkpoint = None,
-    plot: opt.Plot = None,
-    output: opt.TableOutput = None,
-    as_json: opt.AsJson = False,
+    files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Find the Pareto front of gaits: NSGA-II, polished by exact gradients.
 
@@ -81,10 +79,8 @@ def pareto_command(
         columns=_gait_names(front) | _names(front),
         digits=None,
         dataset=lambda front: front.points,
-        output=None if empty else output,
-        plot=None if empty else plot,
         figure="hypertuna.optimization.plots:plot_pareto",
-        as_json=as_json,
+        **vars(opt.Files(as_json=files.as_json) if empty else files),
         failed=empty,
     )
 

@@ -24,6 +24,7 @@ ANGLE = math.radians(20)  # the paper's
 FREQUENCIES: Any = "1:6:6"  # as typed
 
 
+@opt.grouped
 def posture_command(
     robot: opt.RobotName,
     frequency: Annotated[
@@ -46,9 +47,7 @@ def posture_command(
         bool, typer.Option("--no-limits", help="Do not search for the largest amplitude at each frequency.")
     ] = False,
     seed: opt.Seed = 0,
-    plot: opt.Plot = None,
-    output: opt.TableOutput = None,
-    as_json: opt.AsJson = False,
+    files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Test the posture control from rest to a set peak bend (Fig. 8), and find the largest that each joint holds.
 
@@ -72,10 +71,8 @@ def posture_command(
         record=_record,
         lines=_lines,
         csv=_csv,
-        output=output,
-        plot=plot,
         figure="hypertuna.simulation.plots:plot_posture",
-        as_json=as_json,
+        **vars(files),
         failed=any(one.settling is None for one in result.held),
     )
 

@@ -24,6 +24,7 @@ LETTERS = {"pressure": "p", "suction": "s", "servo": "v"}
 TURBULENT = "turbulent: the pressure drop is underestimated"  # of a line beyond the laminar law
 
 
+@opt.grouped
 def pump_command(
     robot: opt.RobotName,
     gait: opt.GaitName = None,
@@ -39,9 +40,7 @@ def pump_command(
         Sequence[float] | None,
         opt.axis("--temperature", "C", f"{opt.RANGE} of the oil temperature in degrees C. {opt.ROBOTS}"),
     ] = None,
-    plot: opt.Plot = None,
-    output: opt.TableOutput = None,
-    as_json: opt.AsJson = False,
+    files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Size the pump: torque, speed and stroke of its servos, drop and bandwidth of the lines.
 
@@ -68,10 +67,8 @@ def pump_command(
         dataset=lambda sizes: _dataset(fish, sizes),
         columns=[*sizes[0].record()],
         digits=None,
-        output=output,
-        plot=plot,
         figure="hypertuna.actuation.plots:plot_pump",
-        as_json=as_json,
+        **vars(files),
     )
 
 

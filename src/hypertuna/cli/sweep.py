@@ -38,9 +38,7 @@ def sweep_command(
     gaits: GridOptions,
     steps: opt.Steps = DEFAULT_STEPS,
     threads: opt.Threads = None,
-    plot: opt.Plot = None,
-    output: opt.TableOutput = None,
-    as_json: opt.AsJson = False,
+    files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Swim every combination of frequencies, amplitudes, phases and biases.
 
@@ -55,10 +53,8 @@ def sweep_command(
         lines=_lines,
         columns=_names(result),
         digits=None,
-        output=output,
-        plot=plot,
         figure="hypertuna.swimming.plots:plot_sweep",
-        as_json=as_json,
+        **vars(files),
     )
     if unsettled := int((~result.settled).sum()):
         import typer

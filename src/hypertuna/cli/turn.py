@@ -31,9 +31,7 @@ def turn_command(
     gaits: GridOptions,
     steps: opt.Steps = DEFAULT_STEPS,
     threads: opt.Threads = None,
-    plot: opt.Plot = None,
-    output: opt.TableOutput = None,
-    as_json: opt.AsJson = False,
+    files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Turn by a one-sided beat: radius against phase, bias and frequency, and a circle fitted to each path.
 
@@ -53,10 +51,8 @@ def turn_command(
             turning.sweep.attrs | {"command": command_line()}, _gait_columns(turning) | _columns(turning), digits=None
         ),
         dataset=lambda turning: turning.sweep,
-        output=None if straight else output,
-        plot=None if straight else plot,
         figure="hypertuna.swimming.plots_turn:plot_turn",
-        as_json=as_json,
+        **vars(opt.Files(as_json=files.as_json) if straight else files),
         failed=straight,
     )
 

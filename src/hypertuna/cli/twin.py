@@ -53,9 +53,7 @@ def twin_command(
     start: Annotated[
         str, opt.word("--start", ("rest", "swimming"), "Start at rest, or swimming at the gait's settled speed.")
     ] = "rest",
-    plot: opt.Plot = None,
-    output: opt.TableOutput = None,
-    as_json: opt.AsJson = False,
+    files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Simulate the whole robot: controller, servos, pumps, oil, muscles, tail, water, sensors.
 
@@ -81,10 +79,8 @@ def twin_command(
         lines=_lines,
         columns={name: "electrical_power" if name == "power" else name for name in COLUMNS},
         facts=_record,
-        output=output,
-        plot=plot,
         figure="hypertuna.simulation.plots:plot_twin",
-        as_json=as_json,
+        **vars(files),
         failed=run.status == "diverged",
     )
 

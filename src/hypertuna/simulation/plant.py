@@ -58,7 +58,10 @@ def controller_of(robot: Robot) -> dict[str, list[float]]:
 
 def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
     oil, tables = circuits(robot, temperature), joint_tables(robot)
-    model = core_model(robot) if medium == "water" else core_model(robot, _without_water(robot))
+    law, none = robot.model.water, [0.0] * len(robot.links.name)
+    # In air: no density, no added mass, no drag that needs no density.
+    dry = {"water.density": [0.0], **{f"water.{law}.{name}": none for name in LAWS[law].dry}}
+    model = core_model(robot, None if medium == "water" else dry)
     still = [servo for servo in robot.servos if servo.drives != DRIVES]
     columns: dict[str, Any] = {
         "share": _shares(robot),
@@ -125,13 +128,6 @@ def _fastest(
         rates["hinge.damping_n_m_s_per_rad", "less damping"] = hinge.damping * last
     stiffest = max(rates, key=lambda name: rates[name])
     return float(rates[stiffest]), stiffest
-
-
-def _without_water(robot: Robot) -> dict[str, list[float]]:
-    """Columns of the model in air: no density, no added mass, no drag that needs no density."""
-    none = [0.0] * len(robot.links.name)
-    law = robot.model.water
-    return {"water.density": [0.0], **{f"water.{law}.{name}": none for name in LAWS[law].dry}}
 
 
 def check_command(robot: Robot, gait: Gait) -> None:

@@ -40,7 +40,12 @@ def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
         alone = beside and k == len(kinds) - 1 and k % 2 == 0
         place: Any = grid[k // 2, slice(None) if alone else k % 2] if beside else grid[k, 0]
         draw(figure.add_subplot(place), run)
-    figure.suptitle(_caption(run), fontsize=8.5, color=FAINT, x=0.01, ha="left")
+    gait = run.gait
+    angles, lags = (", ".join(f"{a:.3g}" for a in np.degrees(part).round(9)) for part in (gait.amplitude, gait.phase))
+    bias = f", bias {', '.join(f'{a:.3g}' for a in np.degrees(gait.bias))}°" if any(gait.bias) else ""
+    how = f"in {run.medium}{bias}{'' if run.closed_loop else ', open loop'}"
+    caption = f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, phase {lags}°, {how}"
+    figure.suptitle(caption, fontsize=8.5, color=FAINT, x=0.01, ha="left")
     return figure
 
 
@@ -67,15 +72,6 @@ def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
     handles, texts = panels[0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside upper left", ncols=4, **TIGHT)
     return figure
-
-
-def _caption(run: TwinRun) -> str:
-    """Return the title: what was run."""
-    gait = run.gait
-    angles, lags = (", ".join(f"{a:.3g}" for a in np.degrees(part).round(9)) for part in (gait.amplitude, gait.phase))
-    bias = f", bias {', '.join(f'{a:.3g}' for a in np.degrees(gait.bias))}°" if any(gait.bias) else ""
-    loop = "" if run.closed_loop else ", open loop"
-    return f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, phase {lags}°, in {run.medium}{bias}{loop}"
 
 
 def _last(run: TwinRun, beats: int) -> NDArray[np.intp]:

@@ -16,6 +16,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
+from hypertuna.ranges import POSITIVE
 from hypertuna.simulation.plant import check_bend
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
@@ -249,8 +250,7 @@ def _check(robot: Robot, frequencies: Sequence[float], angle: Sequence[float], d
         rule = f"must be 1 to {MAX_FREQUENCIES} values"
         raise InputError(rule, key="frequency", value=f"{len(frequencies)} long", fix="ask for fewer")
     for frequency in frequencies:
-        if not frequency > 0:
-            raise InputError("must be greater than 0", key="frequency", value=f"{frequency:g}", fix="give it in Hz")
+        POSITIVE.check(frequency, "frequency", "give it in Hz")
         if not 2 / frequency <= duration <= LONGEST:
             rule, value = f"must be from two beats to {LONGEST:g} s", f"{duration:g} s at {frequency:g} Hz"
             raise InputError(rule, key="duration", value=value, fix=f"give {max(8.0, 4 / frequency):g}")

@@ -94,11 +94,6 @@ class SeaRun(Run, Motion):
         result: Array = -np.einsum("tj,tj->t", rotation_of(self.attitude)[:, 2], self.data["velocity"])
         return result
 
-    @cached_property
-    def energy(self) -> float:
-        """Electrical energy of all servos [J]."""
-        return float(self.data["power"].mean() * len(self.time) * self.tick * self.every)
-
     @property
     def every(self) -> int:
         """Ticks from one row of the record to the next."""

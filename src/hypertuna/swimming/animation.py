@@ -99,16 +99,12 @@ def _outline(swim: Swim, line: Points) -> Array:
     angle = np.interp(s, middle, np.unwrap(np.angle(np.diff(line))))
     steps = np.diff(s) * np.exp(0.5j * (angle[1:] + angle[:-1]))
     center = line[0] + np.concatenate([[0], np.cumsum(steps)])
-    normal = 1j * np.exp(1j * angle) * _half_thickness(s)
+    # Half thickness: the NACA four-digit section down to a thin fin.
+    t = s / PEDUNCLE
+    section = 5 * GIRTH * (0.2969 * np.sqrt(t) - 0.1260 * t - 0.3516 * t**2 + 0.2843 * t**3 - 0.1036 * t**4)
+    normal = 1j * np.exp(1j * angle) * np.where(t < 0.5, section, np.maximum(section, FIN))
     z = np.concatenate([center + normal, (center - normal)[::-1]])
     return np.stack([z.real, z.imag], axis=1)
-
-
-def _half_thickness(s: Array) -> Array:
-    """Half thickness along the body: the NACA four-digit section down to a thin fin."""
-    s = s / PEDUNCLE
-    section = 0.2969 * np.sqrt(s) - 0.1260 * s - 0.3516 * s**2 + 0.2843 * s**3 - 0.1036 * s**4
-    return np.where(s < 0.5, 5 * GIRTH * section, np.maximum(5 * GIRTH * section, FIN))
 
 
 def _specks(step: Array, reach: float) -> Array:

@@ -86,6 +86,8 @@ def settle(
     speed = row["speed"]
     multipliers = _multipliers(rows[:, _MONODROMY : _MONODROMY + 9].reshape(-1, 3, 3))
     radius = np.abs(multipliers).max(axis=1)
+    finite = np.isfinite(speed + row["power"] + row["loss"] + row["excursion"] + row["residual"])
+    verdict = np.where(row["distance"] < _core.SETTLED_DISTANCE, np.where(radius > NEUTRAL, 2, 0), 1)
     return {
         "speed": speed,
         "speed_bl": metrics.body_lengths_per_second(speed, length),
@@ -106,7 +108,7 @@ def settle(
         "change": row["residual"],
         "distance": row["distance"],
         "beats": row["beats"],
-        "status": _status(row, speed, radius),
+        "status": np.where(finite, verdict, 3).astype(np.int8),  # of `STATUSES`
         "twist": rows[:, _TWIST : _TWIST + 3],
         "momentum": rows[:, _MOMENTUM : _MOMENTUM + 3],
         "multipliers": multipliers,
@@ -170,14 +172,6 @@ def status_text(status: str, beats: float, distance: float, spectral_radius: flo
         return f"The gait is unsettled after {beats:.0f} beats: {off}."
     fix = "use more steps per beat, or check the coefficients"
     return f"The gait diverged within {beats:.0f} beats: its speeds left all bounds; {fix}."
-
-
-def _status(row: dict[str, Array], speed: Array, spectral_radius: Array) -> NDArray[np.int8]:
-    """Return the index of each gait's status (gaits,); a gait with a NaN or infinity has diverged."""
-    finite = np.isfinite(speed + row["power"] + row["loss"] + row["excursion"] + row["residual"])
-    settled = row["distance"] < _core.SETTLED_DISTANCE
-    verdict = np.where(settled, np.where(spectral_radius > NEUTRAL, 2, 0), 1)
-    return np.where(finite, verdict, 3).astype(np.int8)
 
 
 def _multipliers(monodromy: Array) -> NDArray[np.complex128]:

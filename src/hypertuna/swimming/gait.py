@@ -12,7 +12,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.ranges import FINITE, POSITIVE
+from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
 KINDS = ("amplitude", "phase", "bias")
 # Largest magnitude of each angle [rad]: half a turn of a joint, and a phase whose sine is still exact.
@@ -68,15 +68,12 @@ class Gait:
 
         Parameters
         ----------
-        frequency : float
-            Beat frequency [Hz], greater than 0.
-        amplitude, phase, bias : sequence of float, shape (groups,)
-            As for `Gait`, but in degrees [deg].
+        frequency, amplitude, phase, bias
+            As of `Gait`, but angles in degrees [Hz, deg].
 
         Returns
         -------
         Gait
-            In radians.
 
         Raises
         ------
@@ -119,10 +116,8 @@ class Gaits:
         count, groups = len(self.frequency), np.shape(self.amplitude)[-1]
         for name, column in zip(KINDS, self.columns[1:], strict=True):
             if np.shape(column) != (count, groups):
-                rule, fix = (
-                    f"must have the shape ({count}, {groups}), one row per gait",
-                    "give an angle per joint group",
-                )
+                rule = f"must have the shape ({count}, {groups}), one row per gait"
+                fix = "give an angle per joint group"
                 raise InputError(rule, key=name, value=f"{np.shape(column)}", fix=fix)
         if math.prod(self.shape) != count:
             rule = f"must multiply to {count}, the number of gaits"
@@ -266,9 +261,8 @@ def _checked(frequency: float, angles: Mapping[str, Sequence[float]], unit: floa
             raise InputError(rule, key=key, value=f"{len(values)} long", fix="give one value per joint group")
     for key, values in lists.items():
         for g, value in enumerate(values):
-            if key == "amplitude" and value < 0:
-                fix = "add half a turn to its phase instead"
-                raise InputError("must not be negative", key=f"amplitude[{g}]", value=f"{value:g}", fix=fix)
+            if key == "amplitude":
+                NOT_NEGATIVE.check(value, f"{key}[{g}]", "add half a turn to its phase instead")
             if abs(value) * unit > LARGEST[key]:
                 rule = f"must be at most {LARGEST[key] / unit:g} {'rad' if unit == 1 else 'deg'}"
                 raise InputError(rule, key=f"{key}[{g}]", value=f"{value:g}", fix="check its unit")

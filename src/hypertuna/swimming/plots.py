@@ -29,6 +29,7 @@ MAX_BEATS = 80  # of a turn
 @styled
 def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     """Plot how a gait swims: `width` [inch]."""
+    robot, gait = swim.robot, swim.gait
     lines, paths = midlines(swim), _paths(swim)
     whole = np.concatenate(list(paths.values()))
     x, y = np.ptp(whole.real), np.ptp(whole.imag)
@@ -39,7 +40,11 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     heights += [2.1] if beside else [1.7, 1.7]
     figure = Figure(figsize=(width, sum(heights) + 0.4), layout="constrained")
     places = figure.add_gridspec(len(heights), 2, height_ratios=heights)
-    figure.suptitle(_caption(swim), fontsize=8.5, color=FAINT, x=0.01, ha="left")
+    shown = [name for name in ("amplitude", "phase", "bias") if name != "bias" or any(gait.bias)]
+    angles = [f"{name} {', '.join(f'{a:.3g}' for a in np.degrees(getattr(gait, name)))}°" for name in shown]
+    how = f"{robot.model.joints} joints; {swim.status}, {swim.speed:.3g} m/s along the path"
+    caption = f"{robot.name}: {gait.frequency:g} Hz, {', '.join(angles)}\n{how}"
+    figure.suptitle(caption, fontsize=8.5, color=FAINT, x=0.01, ha="left")
     _draw_paths(figure.add_subplot(places[0, :]), paths, "" if swim.duration is None else ", from rest")
     _draw_midlines(figure.add_subplot(places[1, :]), lines, to_scale=beside or bool(inner * bend > 0.9))
     _draw_speed(figure.add_subplot(places[2, 0] if beside else places[2, :]), swim)
@@ -145,7 +150,7 @@ def midlines(swim: Swim, count: int = MIDLINES) -> Points:
 def unroll(z: Points, motion: xr.Dataset, beats: int) -> Points:
     """Repeat the path of a point of the body beat after beat: each beat moves and turns the body alike.
 
-    `z` (times,) [m]; returns (beats (times - 1) [m].
+    `z` (times,) [m]; returns (beats (times - 1) + 1,) [m].
     """
     nose, heading = nose_points(motion), motion.heading.values
     spin = np.exp(1j * (heading[-1] - heading[0]))
@@ -222,15 +227,6 @@ def _draw_midlines(axes: Axes, lines: Points, *, to_scale: bool) -> None:
     axes.locator_params(axis="y", nbins=3)
     bar = ScalarMappable(Normalize(0, 1), SEQUENCE)
     axes.figure.colorbar(bar, cax=axes.inset_axes((1.02, 0, 0.018, 1)), label="part of\nthe beat", ticks=[0, 1])
-
-
-def _caption(swim: Swim) -> str:
-    """Return robot, gait and result in two lines."""
-    robot, gait = swim.robot, swim.gait
-    shown = ("amplitude", "phase", "bias") if any(gait.bias) else ("amplitude", "phase")
-    angles = [f"{name} {', '.join(f'{a:.3g}' for a in np.degrees(getattr(gait, name)))}°" for name in shown]
-    how = f"{robot.model.joints} joints; {swim.status}, {swim.speed:.3g} m/s along the path"
-    return f"{robot.name}: {gait.frequency:g} Hz, {', '.join(angles)}\n{how}"
 
 
 def _mean_line(axes: Axes, value: float, text: str) -> None:

@@ -12,9 +12,9 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError, shown
+from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
-from hypertuna.ranges import POSITIVE_WHOLE
+from hypertuna.ranges import POSITIVE_WHOLE, check_choice
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import KINDS, Gait, Gaits, check_gait
 from hypertuna.swimming.model import parameter_names
@@ -71,8 +71,7 @@ def sweep(
     """
     gaits = gaits if isinstance(gaits, Gaits) else Gaits.of(gaits)
     check_gait(gaits[0], robot)
-    if method not in ("newton", "beats"):
-        raise InputError("must be 'newton' or 'beats'", key="method", value=shown(method), fix="leave it out")
+    check_choice(method, ("newton", "beats"), "method")
     wait = POSITIVE_WHOLE.check(beats, "beats", "give the beats to swim from rest") - 1 if method == "beats" else -1
     threads = thread_count(threads)
     parts = []

@@ -175,10 +175,8 @@ def swim(
         # n / f seconds are n beats, however the quotient was rounded
         beats_swum = from_rest * gait.frequency * (1 + 1e-12)
         if not 1 <= beats_swum <= MAX_BEATS:
-            rule, value = (
-                f"must last between one beat and {MAX_BEATS} beats",
-                f"{from_rest:g} s of {gait.frequency:g} Hz",
-            )
+            rule = f"must last between one beat and {MAX_BEATS} beats"
+            value = f"{from_rest:g} s of {gait.frequency:g} Hz"
             raise InputError(rule, key="from_rest", value=value, fix="give the seconds to swim")
         wait = int(beats_swum) - 1
     if np.shape(current) != (2,) or not np.isfinite(current).all():
