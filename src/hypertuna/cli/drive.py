@@ -69,7 +69,7 @@ def drive_command(
 def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
     """Follow the keys until they quit, then disarm; return whether the robot confirmed that it is disarmed."""
     gaits, stick = tuple(fish.gaits), Stick()
-    received, sent, manual = time.monotonic(), 0.0, False
+    received, sent, manual, disarmed = time.monotonic(), 0.0, False, False
     with Live(console=Console(stderr=True), refresh_per_second=8, screen=True) as live:
         client.idle = lambda: live.update(view(client.last, client.texts, stick, gaits, time.monotonic() - received))
         try:
@@ -89,17 +89,10 @@ def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
             pass
         finally:
             client.texts.append("disarming")
-            disarmed = _disarmed(client)
+            with contextlib.suppress(InputError):  # a robot that is out of reach rests by its own rule
+                client.arm(False)
+                disarmed = True
     return disarmed
-
-
-def _disarmed(client: Client) -> bool:
-    """Disarm; return whether the robot confirmed it."""
-    try:
-        client.arm(False)
-    except InputError:  # a robot that is out of reach rests by its own rule
-        return False
-    return True
 
 
 def _follow(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> None:

@@ -26,6 +26,7 @@ from hypertuna.radio.client import Client, connect
 from hypertuna.radio.dialect import SILENT
 from hypertuna.radio.log import RadioLogWriter, check_new
 from hypertuna.radio.parameters import read_parameter, read_parameters, set_parameter
+from hypertuna.ranges import POSITIVE
 
 link_app = opt.group("A robot over the radio; needs the extra radio, and log for logs.")
 
@@ -83,15 +84,15 @@ def params_command(
 def log_command(
     place: Connect,
     output: Annotated[str, opt.file("-o", "--output", help="Write the log to this .mcap file.", suffixes=(".mcap",))],
-    duration: Annotated[float | None, opt.number("--duration", "s", "Duration in s. (default: until Ctrl-C)")] = None,
+    duration: Annotated[
+        float | None, opt.number("--duration", "s", "Duration in s. (default: until Ctrl-C)", limits=POSITIVE)
+    ] = None,
     key: Key = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Record all that a robot and its tank's camera send, for Foxglove, `identify` and `actuator fit`."""
     check_new(output)
     limit = math.inf if duration is None else duration
-    if limit <= 0:
-        raise InputError("must be positive", key="--duration", value=f"{limit:g}", fix="give seconds")
     with connect(place, key=key) as robot, RadioLogWriter(output, "") as log:
         robot.listener = log.write
         begin, lost = time.monotonic(), None

@@ -11,7 +11,6 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, progress_bar, summary_table
 from hypertuna.cli.emit import draw, emit
 from hypertuna.description.robot import load
-from hypertuna.errors import InputError
 from hypertuna.firmware.black_box import mission_record, read_black_box
 from hypertuna.io.files import columns_csv, write_atomically
 from hypertuna.io.mcap import need_log
@@ -21,6 +20,7 @@ from hypertuna.mission.gpx import check_origin, write_gpx
 from hypertuna.mission.log import write_log
 from hypertuna.mission.log_fields import derived, fields
 from hypertuna.mission.read_log import Log, read_log
+from hypertuna.ranges import Whole
 
 log_app = opt.group("Logs of missions and black boxes: summary, plot, table, track; needs the extra log.")
 
@@ -89,9 +89,7 @@ def black_box_command(
     route = None if mission is None else read_mission(mission)
     with progress_bar("bytes") as progress:
         boots = read_black_box(box, progress)
-    number = len(boots) if boot is None else boot
-    if not 1 <= number <= len(boots):
-        raise InputError(f"must be from 1 to {len(boots)}", key="--boot", value=str(number), fix="leave it out")
+    number = Whole(min=1, max=len(boots)).check(len(boots) if boot is None else boot, "--boot", "leave it out")
     content = boots[number - 1]
     facts = {"black_box": box, "boot": f"{number} of {len(boots)}", "command": command_line()}
     record = mission_record(content, fish, route, facts)

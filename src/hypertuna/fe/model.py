@@ -152,14 +152,9 @@ def _energy(space: Any, body: JointBody, matrix: Solid, wall: Wall, loads: tuple
         energy += ngs.Variation((-load * volume).Compile() * ngs.ds(FACES[name]))
     if body.strip > 0:
         energy += ngs.Variation((STRIP / 2 * (ngs.sqrt(C.Caa) - 1) ** 2).Compile() * ngs.ds("strip"))
-    energy += ngs.Variation((-0.5 * loads[2] * _turn(space.mesh, u)).Compile() * ngs.ds("tip"))
+    # The sine of the tip's angle is the integral of -u_x (y - y_m) / int (y - y_m)^2.
+    area = ngs.Integrate(ngs.CF(1.0) * ngs.ds("tip"), space.mesh)
+    off = ngs.y - ngs.Integrate(ngs.y * ngs.ds("tip"), space.mesh) / area
+    turn = -u[0] * off / ngs.Integrate(off * off * ngs.ds("tip"), space.mesh)
+    energy += ngs.Variation((-0.5 * loads[2] * turn).Compile() * ngs.ds("tip"))
     return energy
-
-
-def _turn(mesh: Any, u: Any) -> Any:
-    """Return the integrand of the sine of the tip's angle: -u_x (y - y_m) / int (y - y_m)^2."""
-    import ngsolve as ngs
-
-    area = ngs.Integrate(ngs.CF(1.0) * ngs.ds("tip"), mesh)
-    off = ngs.y - ngs.Integrate(ngs.y * ngs.ds("tip"), mesh) / area
-    return -u[0] * off / ngs.Integrate(off * off * ngs.ds("tip"), mesh)

@@ -112,7 +112,11 @@ class Journal:
             content = first
         whole = content[: content.rfind(b"\n") + 1]
         lines = whole.splitlines(keepends=True)
-        _check_same(self._path, _header(self._path, lines), json.loads(_line(header)))
+        old, new = _flat(_header(self._path, lines)), _flat(json.loads(_line(header)))
+        for key in {**old, **new}:
+            if old.get(key) != new.get(key):
+                rule = f"was started with {key} = {shown(old.get(key))}, but now it is {shown(new.get(key))}"
+                raise InputError(rule, file=str(self._path), fix=ANOTHER)
         records = [_record(line, self._place(k)) for k, line in enumerate(lines[1:])]
         if len(whole) < len(content):
             file.truncate(len(whole))
@@ -159,15 +163,6 @@ def _header(path: Path, lines: list[bytes]) -> dict[str, Any]:
     if header is None or header.pop("journal", None) != MARK or not isinstance(header.get("options", {}), dict):
         raise InputError("must be a journal of hypertuna", file=str(path), fix="give another file")
     return header
-
-
-def _check_same(path: Path, there: Mapping[str, Any], here: Mapping[str, Any]) -> None:
-    """Raise InputError with the first difference between two headers."""
-    old, new = _flat(there), _flat(here)
-    for key in {**old, **new}:
-        if old.get(key) != new.get(key):
-            rule = f"was started with {key} = {shown(old.get(key))}, but now it is {shown(new.get(key))}"
-            raise InputError(rule, file=str(path), fix=ANOTHER)
 
 
 def _flat(header: Mapping[str, Any]) -> dict[str, Any]:

@@ -95,7 +95,9 @@ class Table:
         errors: list[InputError] = []
         for line, row in self.rows:
             try:
-                _check_width(row, self.head)
+                if len(row) != len(self.head):
+                    rule = f"must have {len(self.head)} cells, like the line of names"
+                    raise InputError(rule, value=f"{len(row)} long", fix="complete the line or remove it")
                 values.append(make(line, dict(zip(keys, row, strict=True))))
             except InputError as error:
                 column = columns.get(error.key or "")
@@ -141,10 +143,3 @@ def _cells(line: str, file: str, number: int) -> list[str]:
     except csv.Error as error:
         rule, fix = "must be cells separated by commas", "close its quotation marks on the same line"
         raise InputError(rule, file=file, key=f"line {number}", value=f"not ({error})", fix=fix) from None
-
-
-def _check_width(row: Sequence[str], head: Sequence[str]) -> None:
-    """Check that a row of a CSV file has as many cells as the line of names."""
-    if len(row) != len(head):
-        rule = f"must have {len(head)} cells, like the line of names"
-        raise InputError(rule, value=f"{len(row)} long", fix="complete the line or remove it")

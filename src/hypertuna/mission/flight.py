@@ -166,12 +166,15 @@ def fly_seeds(
     options = {"mission": file.hash, "seeds": list(seeds), "faults": list(faults), "duration": duration}
     mission_start(robot, file.mission, faults=faults, duration=duration)  # bad input fails before any work
     outcomes: list[Outcome] = []
+
+    def summary(seed: int) -> dict[str, Any]:
+        return vars(outcome(fly(file, robot, seed=seed, faults=faults, duration=duration)))
+
     with (
         Journal(checkpoint, journal_header("mission seeds", robot, options)) as journal,
         ThreadPoolExecutor(thread_count(threads)) as pool,
     ):
-        unknown = seeds[journal.known :]
-        work = {seed: pool.submit(_outcome_of, file, robot, seed, faults, duration) for seed in unknown}
+        work = {seed: pool.submit(summary, seed) for seed in seeds[journal.known :]}
         try:
             for k, seed in enumerate(seeds):
                 outcomes.append(Outcome(**journal.answer(seed, lambda seed=seed: work[seed].result())))  # type: ignore[misc]  # a default argument is not inferred
@@ -202,13 +205,6 @@ def outcome(flight: Flight) -> Outcome:
         home_distance=float(np.hypot(*(place[-1] - goal))),
         reasons=record.first_reasons,
     )
-
-
-def _outcome_of(
-    file: MissionFile, robot: Robot, seed: int, faults: Sequence[str], duration: float | None
-) -> dict[str, Any]:
-    """Fly one seed and return its summary for the journal."""
-    return vars(outcome(fly(file, robot, seed=seed, faults=faults, duration=duration)))
 
 
 def _from_journal(start: MissionStart, journal: Journal) -> Callable[[int, int, bytes | None], tuple[Part, bytes]]:

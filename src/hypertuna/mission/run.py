@@ -19,8 +19,8 @@ from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.control.sensors import fault_texts, fault_times, pilot_sensor_columns
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.robot import Robot, require
-from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.ranges import FINITE, POSITIVE_WHOLE
+from hypertuna.errors import InputError
+from hypertuna.ranges import POSITIVE_WHOLE, Range, check_name
 from hypertuna.simulation.plant import SEEDS, controller_of, parts_of, steps_of
 from hypertuna.simulation.sea import Sea, world_at_sea
 
@@ -94,10 +94,9 @@ def mission_start(
     every = POSITIVE_WHOLE.check(every, "every", "give a whole number of ticks")
     # A mission without a time limit is given up late, also one that stays: it may come home early.
     usual = max(mission.duration, SLACK * expected(replace(mission, stay=False))) + 600.0
-    limit = min(usual, MAX_DURATION) if duration is None else FINITE.check(duration, "duration", "give seconds")
-    if not tick <= limit <= MAX_DURATION:
-        rule = f"must be from {tick:g} to {MAX_DURATION:g} s"
-        raise InputError(rule, key="duration", value=f"{limit:g}", fix="give the seconds after which to give up")
+    fix = "give the seconds after which to give up"
+    given_up = min(usual, MAX_DURATION) if duration is None else duration
+    limit = Range(min=tick, max=MAX_DURATION, unit="s").check(given_up, "duration", fix)
     given = fault_texts(faults)
     fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
     sensors = tuple(fault for fault in given if fault not in fins)
@@ -206,8 +205,6 @@ def _fin_fault(spelled: str, limit: float) -> list[tuple[int, float, float, floa
     """Read the fault of a fin's servo: which, angle, from, to."""
     match = FIN.fullmatch(spelled.strip())
     assert match is not None
-    if match["kind"] not in FIN_KINDS:
-        fix = did_you_mean(match["kind"], FIN_KINDS)
-        raise InputError("must be of a known kind", key="fault", value=shown(spelled), fix=fix)
+    kind = check_name(match["kind"], FIN_KINDS, "fault", "kind")
     times = fault_times(spelled, match["start"])
-    return [(fin, FIN_KINDS[match["kind"]] * limit, *times) for fin in FINS[match["which"]]]
+    return [(fin, FIN_KINDS[kind] * limit, *times) for fin in FINS[match["which"]]]

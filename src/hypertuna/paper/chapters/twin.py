@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from hypertuna.actuation.battery import range_of
-from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.chapters.gaits import gait_findings
@@ -153,10 +152,14 @@ def _swim_sections(twins: Twins) -> list[Section]:
     errors = {name: twins.gaits[name].speed / published_value(f"speed/{name}") - 1 for name in SPEEDS}
     slow, fast = twins.tank[0], twins.tank[-1]
     costs = {run.gait.frequency: run.cost_of_transport for run in twins.tank}
+    ratios = {
+        f"joint {group.name}": np.array([run.amplitude[j] / run.gait.amplitude[j] for run in twins.tank])
+        for j, group in enumerate(twins.robot.joints)
+    }
     return compose(
         "twin",
         {
-            "twin-amplitude": plot_limits(frequencies, _ratios(twins), _bandwidth(twins.robot), width=WIDTH),
+            "twin-amplitude": plot_limits(frequencies, ratios, _bandwidth(twins.robot), width=WIDTH),
             "twin-pressures": plot_pressures(middle, width=WIDTH),
             "twin": plot_twin(fastest, width=WIDTH),
             "tank": tank_table(twins),
@@ -206,14 +209,6 @@ def _posture_sections(twins: Twins) -> list[Section]:
         angles=" and ".join(f"{np.degrees(held.angle):.3g}" for held in test.eased),
         times=[held.settling for held in test.eased if held.settling is not None],
     )
-
-
-def _ratios(twins: Twins) -> dict[str, Array]:
-    """Return amplitude reached over set, by joint, over frequency [1]."""
-    return {
-        f"joint {group.name}": np.array([run.amplitude[j] / run.gait.amplitude[j] for run in twins.tank])
-        for j, group in enumerate(twins.robot.joints)
-    }
 
 
 def _bandwidth(robot: Robot) -> float:
