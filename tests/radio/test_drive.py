@@ -177,7 +177,10 @@ def test_parameters_and_logs_by_the_command(tmp_path: Path) -> None:
         assert done.returncode == 2
         assert done.stderr == "error: link_rate must be accepted by the robot, but is 1: a value is out of range.\n"
         done = subprocess.run([*PROGRAM, "link", "log", *place, "-o", log, "--duration=-3"], capture_output=True)
-        assert (done.returncode, done.stderr) == (2, b"error: --duration must be greater than 0, but is -3: give it in s.\n")
+        assert (done.returncode, done.stderr) == (
+            2,
+            b"error: --duration must be greater than 0, but is -3: give it in s.\n",
+        )
         done = subprocess.run([*PROGRAM, "link", "log", *place, "-o", log, "--duration", "3"], capture_output=True)
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["messages"] > 0
