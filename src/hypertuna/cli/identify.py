@@ -18,11 +18,11 @@ from hypertuna.cli.emit import emit
 from hypertuna.description.robot import Robot, load
 from hypertuna.description.schema.water import LAWS
 from hypertuna.description.writer import write_robot
-from hypertuna.errors import InputError, did_you_mean
 from hypertuna.identification.identify import Fit, compare, identify
 from hypertuna.identification.names import split_names
 from hypertuna.identification.posterior import Posterior, check_posterior, posterior, with_posterior
 from hypertuna.identification.tables import coefficient_table, error_table, law_table
+from hypertuna.ranges import check_name
 from hypertuna.trials.trials import read_trials
 
 
@@ -110,7 +110,10 @@ def identify_command(
 
     Exit code 1 means that the search did not converge, or that a run has no settled beat.
     """
-    begin, laws = time.monotonic(), _laws(water)
+    begin = time.monotonic()
+    laws = list(dict.fromkeys(law.strip() for law in water.split(","))) if water else []
+    for law in laws:
+        check_name(law, LAWS, "--water", "water law")
     if samples is not None:
         check_posterior(samples, loss)
     fish = load(robot).using(water=laws[0] if laws else None, joints=joints, areas=areas)
@@ -134,9 +137,12 @@ def identify_command(
             if len(laws) > 1
             else {fish.model.water: identify(fish, runs, names, **options)}
         )
-    best = min(by_law, key=lambda law: _criterion(by_law[law]))
-    fit = by_law[best]
-    sampled = None if samples is None else _sample(fit, samples, threads, checkpoint)
+    best = min(by_law, key=lambda law: by_law[law].criterion)
+    fit, sampled = by_law[best], None
+    if samples is not None:
+        own = Path(checkpoint).with_stem(f"{Path(checkpoint).stem}-posterior") if checkpoint else None
+        with progress_bar("sampling") as progress:
+            sampled = posterior(fit, samples, threads=threads, checkpoint=own, progress=progress)
     fitted = fit.robot if sampled is None else with_posterior(fit, sampled)
     if output is not None:
         write_robot(fitted, output)
@@ -152,28 +158,6 @@ def identify_command(
         as_json=as_json,
         failed=not fit.converged or any(run.get("status") == "not settled" for run in fit.train.runs),
     )
-
-
-def _sample(fit: Fit, steps: int, threads: int | None, checkpoint: str | None) -> Posterior:
-    """Sample the posterior, with a checkpoint of its own."""
-    own = Path(checkpoint).with_stem(f"{Path(checkpoint).stem}-posterior") if checkpoint else None
-    with progress_bar("sampling") as progress:
-        return posterior(fit, steps, threads=threads, checkpoint=own, progress=progress)
-
-
-def _criterion(fit: Fit) -> float:
-    """Return what laws are compared by: Akaike's criterion, or with too few runs for it the Bayesian one."""
-    values = (fit.criteria["aicc"], fit.criteria["bic"], 0.0)  # a loss that is no likelihood has neither
-    return next(float(value) for value in values if value is not None)
-
-
-def _laws(text: str | None) -> list[str]:
-    """Read water laws."""
-    laws = [law.strip() for law in text.split(",")] if text else []
-    for law in laws:
-        if law not in LAWS:
-            raise InputError("must be a water law", key="--water", value=law, fix=did_you_mean(law, LAWS))
-    return list(dict.fromkeys(laws))
 
 
 def _record(fits: Fits) -> dict[str, Any]:

@@ -146,7 +146,11 @@ def replay_command(
     """
     fish = load(robot).using(water=water)
     if angles.lower().endswith(".toml") or os.path.isdir(angles):
-        _check_manifest_options(context)
+        for parameter in context.command.params:
+            source = str(context.get_parameter_source(parameter.name or ""))
+            if source.endswith("COMMANDLINE") and parameter.name not in WITH_MANIFEST:
+                key, fix = max(parameter.opts, key=len), "leave it out, or give a CSV file of joint angles"
+                raise InputError("cannot be combined with a manifest or a folder", key=key, fix=fix)
         _replay_recordings(fish, angles, step=step, plot=plot, output=output, as_json=as_json)
         return
     curve, tracks = series.read(angles), poses.read()
@@ -167,17 +171,6 @@ def replay_command(
         as_json=as_json,
         failed=not completed,
     )
-
-
-def _check_manifest_options(context: typer.Context) -> None:
-    """Check that no option is given that a manifest decides."""
-    for parameter in context.command.params:
-        source = str(context.get_parameter_source(parameter.name or ""))
-        if source.endswith("COMMANDLINE") and parameter.name not in WITH_MANIFEST:
-            fix = "leave it out, or give a CSV file of joint angles"
-            raise InputError(
-                "cannot be combined with a manifest or a folder", key=max(parameter.opts, key=len), fix=fix
-            )
 
 
 def _names(text: str) -> list[str]:

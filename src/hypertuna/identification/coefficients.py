@@ -14,7 +14,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.validation import field_at, nested_model, unit_of
 from hypertuna.errors import InputError
-from hypertuna.identification.names import NUISANCES, Names, Place, check_once, default_bounds
+from hypertuna.identification.names import NUISANCES, Names, Place, default_bounds
 from hypertuna.identification.truncated_normal import truncated_normal
 from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.swimming.model import parameter_names
@@ -88,7 +88,12 @@ def free(
     places = [place for name in names for place in known.resolve(name.strip(), "free")]
     if not places:
         raise InputError("must name at least one coefficient", key="free", fix="give names such as water.drag")
-    check_once(places)
+    taken: set[tuple[str, Any]] = set()
+    for place in places:
+        own = {(place.column, member) for member in place.members}
+        if own & taken:
+            raise InputError("must be listed only once", key=place.name, value="named twice", fix="remove it from one")
+        taken |= own
 
     def by_place(table: Mapping[str, Any], key: str) -> dict[Place, Any]:
         return {place: value for name, value in table.items() for place in known.covered(name, places, key)}

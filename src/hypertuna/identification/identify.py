@@ -70,6 +70,12 @@ class Fit:
         return {"training": self.train} | ({} if self.validation is None else {"validation": self.validation})
 
     @property
+    def criterion(self) -> float:
+        """What water laws are compared by: Akaike's criterion, or with too few runs for it the Bayesian one."""
+        values = (self.criteria["aicc"], self.criteria["bic"], 0.0)  # a loss that is no likelihood has neither
+        return next(float(value) for value in values if value is not None)
+
+    @property
     def quantities(self) -> list[str]:
         """Quantities of the errors, keys of `hypertuna.identification.residuals.LABELS`."""
         return [key for key in LABELS if any(key in part.rms for part in self.parts.values())]
@@ -191,7 +197,8 @@ def compare(
     if options.get("loss") == "cauchy":
         rule, fix = "must be a likelihood to compare laws", "choose soft_l1, huber or linear"
         raise InputError(rule, key="loss", value="'cauchy', whose integral is infinite", fix=fix)
-    trials, fits = _trials(robot, trials), {}
+    trials = _trials(robot, trials)
+    fits: dict[str, Fit] = {}
     for law in laws:
         own = robot.using(water=law)
         names = free_of(own, [str(name) for name in _names(free)])
@@ -201,16 +208,13 @@ def compare(
         checkpoint = options.get("checkpoint")
         file = Path(checkpoint).with_stem(f"{Path(checkpoint).stem}-{law}") if checkpoint else None
         fits[law] = identify(own, trials, names, **(options | {"checkpoint": file}))
-    return _on_equal_terms(fits)
-
-
-def _on_equal_terms(fits: Mapping[str, Fit]) -> dict[str, Fit]:
-    """Add a warning where one law has free coefficients of its own, and another has not."""
-    own = {law: any(f.column.startswith(f"water.{law}.") for f in fit.free) for law, fit in fits.items()}
+    has_own = {law: any(f.column.startswith(f"water.{law}.") for f in fit.free) for law, fit in fits.items()}
+    if not any(has_own.values()):
+        return fits
     rest = "it uses those of the description, and the comparison is not on equal terms"
-    warnings = [f"The {law} law has no free water coefficient of its own: {rest}." for law in own if not own[law]]
-    if not any(own.values()):
-        return dict(fits)
+    warnings = [
+        f"The {law} law has no free water coefficient of its own: {rest}." for law in has_own if not has_own[law]
+    ]
     return {law: replace(fit, warnings=(*warnings, *fit.warnings)) for law, fit in fits.items()}
 
 
@@ -259,7 +263,10 @@ def _result(
 ) -> Fit:
     """Return the fit of a search result; part: some of the runs, for the profile likelihood."""
     robot, frees, trials = data.robot, data.free, (data.trials, held_out)
-    values = _snapped(frees, from_scale(frees, result["x"]))
+    values = from_scale(frees, result["x"])
+    lower, upper = np.array([[f.lower, f.upper] for f in frees]).T
+    near = SNAP * (upper - lower)  # the search stays inside
+    values = np.where(values - lower < near, lower, np.where(upper - values < near, upper, values))
     prediction = predict(data, values, gradient_steps=data.steps)
     intervals = uncertainty(data, values, prediction, levels, part)
     validation = None
@@ -293,13 +300,6 @@ def _result(
         steps=data.steps,
         trials=trials,
     )
-
-
-def _snapped(frees: Sequence[Free], values: Array) -> Array:
-    """Set values (n,) on bounds that they differ from only because the search stays inside."""
-    lower, upper = np.array([[f.lower, f.upper] for f in frees]).T
-    near = SNAP * (upper - lower)
-    return np.where(values - lower < near, lower, np.where(upper - values < near, upper, values))
 
 
 def with_fit(

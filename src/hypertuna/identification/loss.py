@@ -40,7 +40,8 @@ def residual_scale(
 
     z: squared residuals over their variance [1]; share: degrees of freedom per sample [1]; lower: lower limit of s.
     """
-    expected = _normal_mean(loss) * share
+    node, weight = np.polynomial.hermite_e.hermegauss(60)  # z rho'(z) of normal errors of unit variance
+    expected = float(weight @ (node**2 * loss_terms(loss, node**2)[1]) / weight.sum()) * share
     square = max(start**2, lower**2) or float(np.mean(z)) or 1.0
     for _ in range(MAX_ITERATIONS):
         last, ratio = square, z / square
@@ -48,12 +49,6 @@ def residual_scale(
         if square == 0 or abs(square / last - 1) < tolerance:
             break
     return math.sqrt(square)
-
-
-def _normal_mean(loss: str) -> float:
-    """Return the mean of z rho'(z) for normal errors of unit variance: 1 for a linear loss."""
-    node, weight = np.polynomial.hermite_e.hermegauss(60)
-    return float(weight @ (node**2 * loss_terms(loss, node**2)[1]) / weight.sum())
 
 
 def curvature(z: Array, loss: str, count: NDArray[np.intp]) -> float:

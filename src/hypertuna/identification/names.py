@@ -13,6 +13,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
+from hypertuna.ranges import check_name
 from hypertuna.swimming.model import parameter_names
 
 NUISANCES = {"time_offset": "s", "cost_factor": "1"}  # of the trials, not of the robot: name and unit
@@ -52,16 +53,6 @@ class Place(NamedTuple):
             return (self.at or 0,)
         ends = [[int(end) for end in part.split("-")] for part in self.at.split("+")]
         return tuple(i for end in ends for i in range(end[0], end[-1] + 1))
-
-
-def check_once(places: Sequence[Place]) -> None:
-    """Check that no parameter is free twice."""
-    taken: set[tuple[str, Any]] = set()
-    for place in places:
-        own = {(place.column, member) for member in place.members}
-        if own & taken:
-            raise InputError("must be listed only once", key=place.name, value="named twice", fix="remove it from one")
-        taken |= own
 
 
 def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
@@ -112,9 +103,7 @@ class Names:
         if column == "time_offset":
             selected = self.recordings if index is None else (index,)
             for recording in selected:
-                if recording not in self.recordings:
-                    fix = did_you_mean(recording, self.recordings)
-                    raise InputError("must name a recording of the trials", key=place, fix=fix)
+                check_name(recording, self.recordings, place, "recording of the trials")
             if not selected:
                 rule = "needs recordings of joint angles, and the trials have none"
                 raise InputError(rule, key=place, fix="leave it out")

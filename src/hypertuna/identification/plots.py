@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, to_rgba
 from matplotlib.figure import Figure
 
@@ -122,20 +120,14 @@ def plot_errors(fit: Fit, *, width: float = WIDTH) -> Figure:
         field = key if relative else f"{key}_rms"
         for part, errors in fit.parts.items():
             points = [(order[run["run"]], factor * run[field]) for run in errors.runs if field in run]
-            _plot_points(axes, points, part, labeled=row == 0)
+            if points:
+                color, marker = PARTS[part]
+                at, error = np.array(points).T
+                axes.vlines(at, 0, error, colors=[color], lw=0.8, alpha=0.5)
+                axes.plot(at, error, marker, color=color, label=part if row == 0 else None, **(POINTS | {"ms": 3.2}))
         axes.set_ylabel(f"{name} ({unit})" if relative else f"{name}, rms ({unit})")
         if relative:
             axes.axhline(0, color=FAINT, lw=1, zorder=0)
     axes.set_xlabel("run: training, then validation")
     figure.legend(loc="outside upper left", ncols=2, **TIGHT)
     return figure
-
-
-def _plot_points(axes: Axes, points: Sequence[tuple[int, float]], part: str, *, labeled: bool) -> None:
-    """Plot the errors of runs as points on stems."""
-    if points:
-        color, marker = PARTS[part]
-        at, error = np.array(points).T
-        axes.vlines(at, 0, error, colors=[color], lw=0.8, alpha=0.5)
-        shape: dict[str, Any] = POINTS | {"ms": 3.2}
-        axes.plot(at, error, marker, color=color, label=part if labeled else None, **shape)

@@ -95,12 +95,20 @@ def posterior(
     sampler = emcee.EnsembleSampler(walkers, len(fit.free), log_density)
     options |= {"trials": digest(fit.trials[0]), "seed": fit.seed, "values": fit.values.tolist()}
     header = journal_header("posterior", fit.described, options)
+
+    def advanced(at: dict[str, Any], count: int, seed: int) -> dict[str, Any]:
+        random = np.random.RandomState(seed % 2**32).get_state()
+        sampler.reset()
+        end = sampler.run_mcmc(emcee.State(at["x"], log_prob=at["log"], random_state=random), count)
+        accepted = float(np.sum(sampler.acceptance_fraction) * count)
+        return {"chain": sampler.get_chain(), "log": end.log_prob, "accepted": accepted}
+
     chain: list[Any] = []
     accepted, at = 0.0, {"x": _begin(fit, lower, upper, walkers), "log": None}
     with Journal(checkpoint, header) as journal:
         for first in range(0, steps, BLOCK):
             count = min(BLOCK, steps - first)
-            work = partial(_block, sampler, at, count, fit.seed + first)
+            work = partial(advanced, at, count, fit.seed + first)
             block = journal.answer({"first": first, "steps": count, "x": at["x"]}, work)
             chain += block["chain"]
             accepted += block["accepted"]
@@ -137,17 +145,6 @@ def _begin(fit: Fit, lower: Array, upper: Array, walkers: int) -> Array:
     folded = np.abs((points - lower) / width) % 2  # reflect points outside the bounds
     inside = np.where(folded > 1, 2 - folded, folded)
     return np.asarray(lower + width * np.clip(inside, 1e-6, 1 - 1e-6))
-
-
-def _block(sampler: Any, at: dict[str, Any], steps: int, seed: int) -> dict[str, Any]:
-    """Take steps from a state, with the random numbers of a seed."""
-    import emcee
-
-    state = emcee.State(at["x"], log_prob=at["log"], random_state=np.random.RandomState(seed % 2**32).get_state())
-    sampler.reset()
-    end = sampler.run_mcmc(state, steps)
-    accepted = float(np.sum(sampler.acceptance_fraction) * steps)
-    return {"chain": sampler.get_chain(), "log": end.log_prob, "accepted": accepted}
 
 
 def _posterior(fit: Fit, chain: Array, acceptance: float) -> Posterior:

@@ -67,13 +67,17 @@ def uncertainty(
         for d, none in zip(result.directions(lambda s, sd: 2 * quantile * sd < 1), silent, strict=True)
     ]
     helpful = helpful_measurements(data, prediction, jacobian, unit, quantile, directions)
+    # with the bounds as a prior: normal, of a uniform one's variance, extent^2 / 12
+    root = (upper - lower) / math.sqrt(12)
+    rows = np.concatenate([jacobian * (root / unit), np.eye(n)])
+    _, singular, basis = np.linalg.svd(rows, full_matrices=False)
     return Uncertainty(
         sd=np.where((np.abs(vectors[silent]) > WEIGHTY).any(axis=0), np.inf, result.sd),
         low=from_scale(frees, result.low),
         high=from_scale(frees, result.high),
         covariance=result.covariance,
         correlation=result.covariance / np.outer(result.sd, result.sd),
-        bounded_covariance=_bounded_covariance(jacobian, unit, upper - lower),
+        bounded_covariance=np.asarray(np.outer(root, root) * (basis.T / singular**2 @ basis)),
         unit=unit,
         determined=determined,
         bound=estimator.on_bound(x, lower, upper),
@@ -98,14 +102,6 @@ def _profile(
 
     prediction = predict(part, from_scale(part.free, x), gradient_steps=part.steps)
     return residual, scale * weighted(part, prediction, levels)[1] * unit
-
-
-def _bounded_covariance(jacobian: Array, unit: Array, extent: Array) -> Array:
-    """Compute the covariance (n, n) with the bounds as a prior: normal, of a uniform one's variance, extent^2 / 12."""
-    root = extent / math.sqrt(12)
-    rows = np.concatenate([jacobian * (root / unit), np.eye(len(root))])
-    _, singular, vectors = np.linalg.svd(rows, full_matrices=False)
-    return np.asarray(np.outer(root, root) * (vectors.T / singular**2 @ vectors))
 
 
 def _units(frees: Sequence[Free], values: Array, extent: Array) -> Array:

@@ -190,10 +190,10 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
             fix = "give both on one clock, by time_offset_s, and a window that spans them"
             raise InputError(rule, file=file, key=f"{key}: run {track.run}", value=value, fix=fix)
     if table.start is not None:
-        x, y = table.start.x, table.start.y
         yaw = poses.yaw_zero + (-table.start.yaw if poses.clockwise else table.start.yaw)
-        tracks = [_from_start(track, np.array([x, y, yaw])) for track in tracks]
-        start = Pose.from_head_center(robot, x, y, yaw)
+        first = table.start.x, table.start.y, yaw
+        tracks = [_from_start(track, np.array(first)) for track in tracks]
+        start = Pose.from_head_center(robot, *first)
     own = (table.time_offset, window, start, table.repeats, file)
     return Recording(table.name, joints, table.joints.noise, tuple(tracks), *own)
 

@@ -57,9 +57,7 @@ def _plot(panels: Sequence[Axes], robot: Robot, result: xr.Dataset, tracks: Sequ
     """Plot tracked runs and a replay, one panel per axis."""
     center = head_center(robot, result)
     direction = tracks[0].pose[0, 2] if tracks else center[0, 2]
-    curves: list[tuple[str, Any, float, Any, Any]] = [
-        ("tracked", FAINT, 0.6, track.time, track.pose) for track in tracks
-    ]
+    curves: list[Any] = [("tracked", FAINT, 0.6, track.time, track.pose) for track in tracks]
     curves.append((f"replayed, {robot.name}", COLORS[0], 1.8, result["time"].to_numpy(), center))
     for name, color, line, time, pose in curves:
         seen = seen_from_start(pose, direction)

@@ -45,11 +45,8 @@ def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
 
     The speed is the mean distance between the mean positions of parts of whole beats, over their time.
     """
-    fixes = {
-        "GAIT": "record while the robot swims",
-        "ATT_POS_MOCAP": "have the tank's camera send the robot's pose to the ground station",
-    }
-    log = _read_log(path, fixes)
+    camera = "have the tank's camera send the robot's pose to the ground station"
+    log = _read_log(path, {"GAIT": "record while the robot swims", "ATT_POS_MOCAP": camera})
     runs: list[SteadyRun] = []
     for begin, end, gait in _gaits(log, len(robot.joints)):
         speed = _speed(log, begin + SETTLING, end, gait.frequency)

@@ -77,9 +77,8 @@ def replay(
     robot : Robot
         Its joint bandwidth does not apply to measured angles.
     series : JointSeries or SmoothSeries
-        One angle per joint group, distributed over the joints of the group by their shares, as a gait.
     start : Pose
-        Pose of the nose at the first sample, see `Pose.from_head_center`.
+        At the first sample, see `Pose.from_head_center`.
     twist : tuple of float, optional
         u, v [m/s] and r [rad/s] of the head through the water at the first sample; default: no momentum.
     step : float, optional
@@ -97,12 +96,8 @@ def replay(
     """
     curve = series if isinstance(series, SmoothSeries) else smooth(series)
     _check(robot, curve.series, step)
-    for key, values in {
-        "start": start,
-        "twist": twist or (),
-        "current": current,
-        "time_offset": (time_offset,),
-    }.items():
+    numbers = {"start": start, "twist": twist or (), "current": current, "time_offset": (time_offset,)}
+    for key, values in numbers.items():
         if not np.isfinite(values).all():
             raise InputError("must be finite", key=key, value=shown(values), fix="give finite numbers")
     time = curve.series.time
@@ -111,17 +106,19 @@ def replay(
     # without momentum by default: that of a small error in the first joint rates decays slowly
     head = twist_from_rest(robot, joints[0]) if twist is None else np.array(twist, dtype=float)
     motion = _core.advance(core_model(robot), joints, step=width, twist=head, pose=np.array(start, dtype=float))
-    sound = _sound(robot, motion["twist"], motion["torque"])
-    elapsed: Array = width * np.arange(sound, dtype=np.float64)
-    motion = {name: values[:sound] for name, values in motion.items()}
-    result = trajectory(robot, elapsed, joints[::2][:sound], motion, current=current)
+    bounds = MAX_SPEED * np.array([robot.body.length, robot.body.length, 1.0])
+    sound = (np.abs(motion["twist"]) < bounds).all(axis=1) & np.isfinite(motion["torque"]).all(axis=1)
+    count = len(motion["twist"]) if sound.all() else max(1, int(np.argmin(sound)))  # instants before it diverges
+    elapsed: Array = width * np.arange(count, dtype=np.float64)
+    motion = {name: values[:count] for name, values in motion.items()}
+    result = trajectory(robot, elapsed, joints[::2][:count], motion, current=current)
     result = result.assign_coords(time=("time", time[0] + time_offset + elapsed, result["time"].attrs))
-    if sound > steps:
+    if count > steps:
         status, text = "completed", f"The replay is complete: {steps} steps of {width:.3g} s."
     else:
         status = "diverged"
         text = (
-            f"The replay diverged {sound * width:.3g} s after its start: its speeds exceeded all bounds; "
+            f"The replay diverged {count * width:.3g} s after its start: its speeds exceeded all bounds; "
             f"take steps shorter than {width:.3g} s, or check the coefficients."
         )
     return result.assign_attrs(joints="measured", joint_file=curve.series.file or "", status=status, status_text=text)
@@ -174,9 +171,8 @@ def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
     ----------
     robot : Robot
     result : xarray.Dataset
-        As of `replay`.
+        As of `replay`; it spans the track at least in part.
     track : Track
-        A run that the replay spans at least in part.
 
     Returns
     -------
@@ -233,13 +229,6 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
         {"axis": list(AXES), "unit": ("axis", list(AXES.values())), "run": [track.run for track in tracks]},
         result.attrs,
     )
-
-
-def _sound(robot: Robot, twist: Array, torque: Array) -> int:
-    """Return the number of instants before a motion diverges, at least 1."""
-    bounds = MAX_SPEED * np.array([robot.body.length, robot.body.length, 1.0])
-    unsound = ~((np.abs(twist) < bounds).all(axis=1) & np.isfinite(torque).all(axis=1))
-    return max(1, int(np.argmax(unsound))) if unsound.any() else len(twist)
 
 
 def _check(robot: Robot, series: JointSeries, step: float | None) -> None:

@@ -41,22 +41,17 @@ class JointSeries:
             raise InputError("must have shapes (K,) and (K, groups)", key="time and angle", value=shapes, fix=fix)
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "angle", angle)
-        self._check()
-
-    def _check(self) -> None:
-        """Check the values."""
-        samples = len(self.time)
-        if samples < MIN_SAMPLES:
+        if (samples := len(time)) < MIN_SAMPLES:
             rule, fix = f"must have at least {MIN_SAMPLES} samples", "record a longer series"
             raise InputError(rule, file=self.file, key="the series", value=f"{samples} long", fix=fix)
-        values = np.column_stack([self.time, self.angle])
+        values = np.column_stack([time, angle])
         for k, column in np.argwhere(~np.isfinite(values))[:1]:
             fix = "give a number, or leave out the sample"
             raise self._error(k, column, "must be a finite number", f"{values[k, column]}", fix)
-        interval = np.diff(self.time)
+        interval = np.diff(time)
         for k in np.flatnonzero(interval <= 0)[:1] + 1:
-            rule = f"must be later than the sample before, at {self.time[k - 1]:g} s"
-            raise self._error(k, 0, rule, f"{self.time[k]:g} s", "sort the samples by time, each time once")
+            rule = f"must be later than the sample before, at {time[k - 1]:g} s"
+            raise self._error(k, 0, rule, f"{time[k]:g} s", "sort the samples by time, each time once")
         limit = MAX_GAP * float(np.median(interval))
         for k in np.flatnonzero(interval > limit)[:1] + 1:
             rule = f"must follow the sample before within {MAX_GAP} median intervals ({limit:.3g} s)"
