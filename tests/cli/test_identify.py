@@ -132,7 +132,10 @@ def test_resumes_from_a_checkpoint(run: Run, tank: str, tmp_path: Path) -> None:
         (("--free", "water.drag", "--bounds", "water.drag=3"), "--bounds water.drag must be LOW:HIGH, but is '3'"),
         (("--free", "water.drag", "--bounds", "water.friction=0:1"), "must be a free coefficient"),
         (("--free", "water.drag", "--start", "water.drag=99"), "must start within its bounds, 0 to 30, but is 99"),
-        (("--free", "water.drag", "--water", "lump"), "--water must be a water law, but is lump: did you mean lumped?"),
+        (
+            ("--free", "water.drag", "--water", "lump"),
+            "--water must be a known water law, but is 'lump': did you mean lumped?",
+        ),
         (("--free", "water.drag", "--posterior", "3"), "posterior must be at least 10"),
         (("--free", "water.drag", "-o", "fit.txt"), "--output must end in .toml"),
         (("--free", "time_offset"), "the trials have none"),

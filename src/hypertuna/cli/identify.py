@@ -62,23 +62,16 @@ def _start(text: str, key: str) -> parsing.Setting:
     return parsing.Setting(name, value / factor)
 
 
-def identify_command(
-    trials: Annotated[
-        list[str], typer.Argument(help="CSV files of steady runs, TOML manifests of recordings, or published folders.")
-    ],
-    robot: opt.RobotName,
-    free: Annotated[str, opt.text("--free", "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth.")],
-    water: Annotated[
-        str | None, opt.text("--water", f"Water law: {', '.join(LAWS)}, or several with commas to compare them.")
-    ] = None,
-    joints: opt.JointLaw = None,
-    areas: opt.Areas = None,
+@dataclass(frozen=True)
+class SearchOptions:
+    """How coefficients are fitted."""
+
     validate: Annotated[
         float, opt.number("--validate", "parts of 1", "Fraction of the runs held out for validation.")
-    ] = 0.2,
-    seed: opt.Seed = 0,
-    loss: opt.Loss = "soft_l1",
-    starts: opt.Starts = 4,
+    ] = 0.2
+    seed: opt.Seed = 0
+    loss: opt.Loss = "soft_l1"
+    starts: opt.Starts = 4
     bounds: Annotated[
         list[Any] | None,
         opt.option(
@@ -87,19 +80,40 @@ def identify_command(
             "NAME=LOW:HIGH",
             _bound,
         ),
-    ] = None,
-    log: Annotated[list[str] | None, opt.text("--log", "Coefficient to fit in log scale; repeatable.", "NAME")] = None,
+    ] = None
+    log: Annotated[list[str] | None, opt.text("--log", "Coefficient to fit in log scale; repeatable.", "NAME")] = None
     start: Annotated[
         list[Any] | None,
         opt.option(
             ("--start",), "Initial value of a coefficient in the first search; repeatable.", "NAME=VALUE", _start
         ),
+    ] = None
+    threads: opt.Threads = None
+    checkpoint: opt.Checkpoint = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of `identify`."""
+        bounds = {name: (low, high) for name, low, high in self.bounds or []}
+        log = [name for names in self.log or [] for name in split_names(names)]
+        return vars(self) | {"bounds": bounds, "log": log, "start": dict(self.start or [])}
+
+
+@opt.grouped
+def identify_command(
+    trials: Annotated[
+        list[str], typer.Argument(help="CSV files of steady runs, TOML manifests of recordings, or published folders.")
+    ],
+    robot: opt.RobotName,
+    free: Annotated[str, opt.text("--free", "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth.")],
+    search: SearchOptions,
+    water: Annotated[
+        str | None, opt.text("--water", f"Water law: {', '.join(LAWS)}, or several with commas to compare them.")
     ] = None,
+    joints: opt.JointLaw = None,
+    areas: opt.Areas = None,
     samples: Annotated[
         int | None, opt.whole_number("--posterior", "Sample the posterior (MCMC) with this many steps per walker.")
     ] = None,
-    threads: opt.Threads = None,
-    checkpoint: opt.Checkpoint = None,
     output: opt.RobotOutput = None,
     report: Annotated[
         str | None, opt.file("--report", help="Write a page on the fit to this .html file.", suffixes=(".html",))
@@ -115,22 +129,11 @@ def identify_command(
     for law in laws:
         check_name(law, LAWS, "--water", "water law")
     if samples is not None:
-        check_posterior(samples, loss)
+        check_posterior(samples, search.loss)
     fish = load(robot).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
-    options: dict[str, Any] = {
-        "validate": validate,
-        "seed": seed,
-        "loss": loss,
-        "starts": starts,
-        "bounds": {name: (low, high) for name, low, high in bounds or []},
-        "log": [name for names in log or [] for name in split_names(names)],
-        "start": dict(start or []),
-        "threads": threads,
-        "checkpoint": checkpoint,
-    }
     with progress_bar("fitting") as progress:
-        options["progress"] = progress
+        options = search.arguments() | {"progress": progress}
         names = split_names(free)
         by_law: dict[str, Fit] = (
             compare(fish, runs, names, laws, **options)
@@ -140,9 +143,10 @@ def identify_command(
     best = min(by_law, key=lambda law: by_law[law].criterion)
     fit, sampled = by_law[best], None
     if samples is not None:
-        own = Path(checkpoint).with_stem(f"{Path(checkpoint).stem}-posterior") if checkpoint else None
+        file = Path(search.checkpoint) if search.checkpoint else None
+        own = file and file.with_stem(f"{file.stem}-posterior")
         with progress_bar("sampling") as progress:
-            sampled = posterior(fit, samples, threads=threads, checkpoint=own, progress=progress)
+            sampled = posterior(fit, samples, threads=search.threads, checkpoint=own, progress=progress)
     fitted = fit.robot if sampled is None else with_posterior(fit, sampled)
     if output is not None:
         write_robot(fitted, output)
