@@ -102,7 +102,12 @@ def _combination(
         if sd_of(exponents) <= max(ROUNDED * sd_of(exact), SLIGHT):
             break
     along = exponents * prior_sd
-    middle, low, high = _interval(along, z, sd_of(exponents), samples, quantile)
+    middle = float(along @ z)
+    low, high = middle - quantile * sd_of(exponents), middle + quantile * sd_of(exponents)
+    if len(samples) >= MIN_SAMPLES:  # a product holds near the fit; samples farther away that fit too show its error
+        values = samples @ along
+        about, reach = float(values.mean()), quantile * float(values.std(ddof=1)) * math.sqrt(1 + 1 / len(values))
+        low, high = min(low, about - reach), max(high, about + reach)
     names = {one.factor: round(float(e), 2) for one, e in zip(free, exponents, strict=True) if e}
     return Combination(
         exponents=names,
@@ -113,20 +118,6 @@ def _combination(
         high=math.exp(high),
         text=_product(names),
     )
-
-
-def _interval(along: Array, z: Array, sd: float, samples: Array, quantile: float) -> tuple[float, float, float]:
-    """Return the logarithm of a product and its 95 % interval about the fit, widened to that of the samples.
-
-    A product of powers holds near the fit; samples farther away that fit as well show its error.
-    """
-    middle = float(along @ z)
-    low, high = middle - quantile * sd, middle + quantile * sd
-    if len(samples) >= MIN_SAMPLES:
-        values = samples @ along
-        about, reach = float(values.mean()), quantile * float(values.std(ddof=1)) * math.sqrt(1 + 1 / len(values))
-        low, high = min(low, about - reach), max(high, about + reach)
-    return middle, low, high
 
 
 def _product(exponents: Mapping[str, float]) -> str:

@@ -131,10 +131,8 @@ def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> f
     """Return a finite number within limits, each with the fix for a number beyond it."""
     value = parse_float(cells[key])
     if not math.isfinite(value):
-        fix = f"give it in {key.rpartition('_')[2]}, or remove the line"
-        raise InputError(
-            "must be a finite number", key=key, value=shown(cells[key]) if cells[key] else "empty", fix=fix
-        )
+        given, fix = cells[key], f"give it in {key.rpartition('_')[2]}, or remove the line"
+        raise InputError("must be a finite number", key=key, value=shown(given) if given else "empty", fix=fix)
     for limit, fix in limits:
         limit.check(value, key, fix)
     return value
@@ -147,11 +145,9 @@ def _check_direction(bench: Bench, robot: Robot) -> None:
         if len(high) and np.median(bench.angle[high]) < 0:
             k = int(high[np.argmin(bench.angle[high])])
             rule = f"must be positive for the {SIDES[loop.side]} side of joint {robot.joints[loop.joint].name}, too"
-            value, fix = (
-                f"{math.degrees(bench.angle[k]):g}",
-                "measure the angle from the straight joint, positive away from the pressurized side",
-            )
-            raise InputError(rule, file=bench.files[k], key=f"line {bench.lines[k]}, angle_deg", value=value, fix=fix)
+            key, value = f"line {bench.lines[k]}, angle_deg", f"{math.degrees(bench.angle[k]):g}"
+            fix = "measure the angle from the straight joint, positive away from the pressurized side"
+            raise InputError(rule, file=bench.files[k], key=key, value=value, fix=fix)
 
 
 def _warnings(rows: Sequence[BenchRow]) -> tuple[str, ...]:

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.characterization.combinations import DETERMINED
-from hypertuna.characterization.data import Loop
 from hypertuna.characterization.fit import BenchFit
 from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
 
@@ -46,7 +45,10 @@ def _plot_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
         if loop.joint != joint:
             continue
         sign, color = 1 - 2 * loop.side, COLORS[1 - loop.side]
-        _plot_loop(axes, fit, loop, color)
+        pressure, back = np.linspace(0, loop.top, POINTS), bool(bench.unload[loop.rows].any())
+        curve = bend(fit.robot, joint, pressure, side=SIDES[loop.side], unload=back)
+        for line, (path, angle) in zip(("-", (0, (4, 2))), curve.branches.values(), strict=False):
+            axes.plot(path / 1e3, sign * np.degrees(angle), color=color, lw=1.2, ls=line)
         for unload, face in ((False, color), (True, "white")):
             rows = loop.rows[bench.unload[loop.rows] == unload]
             if len(rows):
@@ -65,16 +67,6 @@ def _plot_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
     axes.axhline(0, color=FAINT, lw=0.8)
     axes.set_title(f"joint {fit.robot.joints[joint].name}")
     axes.set(xlabel="gauge pressure [kPa]", ylabel="bend [deg]", xlim=(0, None))
-
-
-def _plot_loop(axes: Axes, fit: BenchFit, loop: Loop, color: str) -> None:
-    """Plot the fitted loop."""
-    sign = 1 - 2 * loop.side
-    pressure = np.linspace(0, loop.top, POINTS)
-    back = bool(fit.bench.unload[loop.rows].any())
-    curve = bend(fit.robot, loop.joint, pressure, side=SIDES[loop.side], unload=back)
-    for style, (path, angle) in zip(("-", (0, (4, 2))), curve.branches.values(), strict=False):
-        axes.plot(path / 1e3, sign * np.degrees(angle), color=color, lw=1.2, ls=style)
 
 
 def _plot_spectrum(axes: Axes, fit: BenchFit) -> None:

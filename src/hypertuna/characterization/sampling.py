@@ -45,7 +45,10 @@ def randomized_fits(
     for _ in range(COUNT):
         if tick is not None:
             tick()
-        mean, noise = _prior_sample(rng, low, high), rng.standard_normal(rows)[guiding]
+        mean = rng.standard_normal(len(low))  # of the prior, normal about the description, truncated at the bounds
+        while (outside := (mean < low) | (mean > high)).any():
+            mean[outside] = rng.standard_normal(int(outside.sum()))
+        noise = rng.standard_normal(rows)[guiding]
         x, residual, local = z, start[guiding], jacobian[:rows][guiding].copy()
         for part in PARTS:
             step = _step(local, residual + part * noise, x - part * mean, low - x, high - x)
@@ -63,14 +66,6 @@ def randomized_fits(
         if residual @ residual < allowed:
             fits.append(x)
     return np.array(fits).reshape(-1, len(z))
-
-
-def _prior_sample(rng: np.random.Generator, low: Array, high: Array) -> Array:
-    """Sample a point (n,) of the prior: normal about the description, truncated at the bounds."""
-    point = rng.standard_normal(len(low))
-    while (outside := (point < low) | (point > high)).any():
-        point[outside] = rng.standard_normal(int(outside.sum()))
-    return point
 
 
 def _step(jacobian: Array, residual: Array, off: Array, low: Array, high: Array) -> Array:

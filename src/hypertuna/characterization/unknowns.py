@@ -135,14 +135,23 @@ def unknowns(
     known = [_make(robot, kind, j) for kind in PER_JOINT for j in joints if kind != "asymmetry" or j in free_asymmetry]
     known += [_make(robot, kind, None) for kind in SHARED if kind != "sleeve" or drive_unit(robot).sleeve > 0]
     if names is not None:
-        known = _named(known, split_names(names) if isinstance(names, str) else list(names))
+        chosen: list[Unknown] = []
+        for name in split_names(names) if isinstance(names, str) else names:
+            matching = _matching(known, name)
+            if any(one in chosen for one in matching):
+                rule, fix = "must be listed only once", "remove it from one"
+                raise InputError(rule, key=f"free {name}", value="named twice", fix=fix)
+            chosen += matching
+        if not chosen:
+            raise InputError("must name at least one unknown", key="free", fix="leave it out for all")
+        known = chosen
     ends: dict[str, tuple[float, float]] = {}
     for name, (low, high) in (bounds or {}).items():
         for one in _matching(known, name):
             _check_bounds(robot, one, low, high, f"bounds {name}")
             ends[one.name] = low, high
-    chosen = ((one, *ends.get(one.name, (one.lower, one.upper))) for one in known)
-    return tuple(replace(one, lower=low, upper=high) for one, low, high in chosen)
+    given = ((one, *ends.get(one.name, (one.lower, one.upper))) for one in known)
+    return tuple(replace(one, lower=low, upper=high) for one, low, high in given)
 
 
 def _make(robot: Robot, kind: str, joint: int | None) -> Unknown:
@@ -172,20 +181,6 @@ def _described(robot: Robot, kind: str, joint: int | None) -> float:
     if kind == "diameter_ratio":
         return unit.inner_diameter / unit.outer_diameter
     return 1.0 if KINDS[kind].counted == "x described" else float(getattr(part, kind))
-
-
-def _named(known: Sequence[Unknown], names: Sequence[str]) -> list[Unknown]:
-    """Return unknowns by name; without brackets a name covers every joint."""
-    chosen: list[Unknown] = []
-    for name in names:
-        matching = _matching(known, name)
-        if any(one in chosen for one in matching):
-            rule, fix = "must be listed only once", "remove it from one"
-            raise InputError(rule, key=f"free {name}", value="named twice", fix=fix)
-        chosen += matching
-    if not chosen:
-        raise InputError("must name at least one unknown", key="free", fix="leave it out for all")
-    return chosen
 
 
 def _matching(known: Sequence[Unknown], name: str) -> list[Unknown]:

@@ -148,7 +148,11 @@ def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Any]:
     yield f"rms of the residuals: {rms}"
     yield _unknown_table(fit)
     yield f"The bench determines {known} of {n} combinations of the unknowns, {n - known} stay free.", "bold"
-    yield _combination_table(fit)
+    rows = [
+        [one.text, f"{one.value:.3g}", f"{one.low:.3g} .. {one.high:.3g}, {_half(math.log(one.high / one.low) / 2)}"]
+        for one in fit.combinations
+    ]
+    yield table(["combination, over the described one", "value", "95 % interval"], rows, fold=0)
     used = {name for one in fit.combinations for name in one.exponents}
     for name, meaning in FACTORS.values():
         if name in used:
@@ -158,7 +162,11 @@ def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Any]:
     if more:
         yield "Additional measurements, the most informative first:", "bold"
     for one in more[:MEASUREMENTS]:
-        yield _measurement_line(one)
+        parts = [f"{name} {_half(one.before[name])} to {_half(after)}" for name, after in one.after.items()]
+        left = len(parts) - NARROWED
+        narrowed = ", ".join(parts[:NARROWED]) + f", {left} more" * (left > 0)
+        expected = f"expected {one.value:.3g} \u00b1 {one.half_interval:.2g} {one.unit}, known to {one.sd:.2g}"
+        yield f"{one.bits:4.1f} bits  {one.text} ({expected}): {narrowed or 'no unknown by a tenth'}"
     for warning in fit.warnings:
         yield warning, "yellow"
     yield f"{fit.stop} {fit.seconds:.1f} s in all.", "green" if fit.converged else "bold red"
@@ -173,24 +181,6 @@ def _unknown_table(fit: BenchFit) -> Any:
         remark = ("" if row["determined"] else "free", "yellow")
         rows.append([row["name"], f"{row['described']:.3g}", f"{row['value']:.3g}", interval, unit, remark])
     return table(["unknown", "described", "fitted", "95 % interval", "unit", ""], rows, left=(0, 4, 5), fold=0)
-
-
-def _combination_table(fit: BenchFit) -> Any:
-    """Lay out the combinations that the bench determines."""
-    rows = []
-    for one in fit.combinations:
-        interval = f"{one.low:.3g} .. {one.high:.3g}, {_half(math.log(one.high / one.low) / 2)}"
-        rows.append([one.text, f"{one.value:.3g}", interval])
-    return table(["combination, over the described one", "value", "95 % interval"], rows, fold=0)
-
-
-def _measurement_line(one: InformationGain) -> str:
-    """Write the information gain of a measurement, and the unknowns that it narrows."""
-    parts = [f"{name} {_half(one.before[name])} to {_half(after)}" for name, after in one.after.items()]
-    left = len(parts) - NARROWED
-    narrowed = ", ".join(parts[:NARROWED]) + f", {left} more" * (left > 0)
-    expected = f"expected {one.value:.3g} \u00b1 {one.half_interval:.2g} {one.unit}, known to {one.sd:.2g}"
-    return f"{one.bits:4.1f} bits  {one.text} ({expected}): {narrowed or 'no unknown by a tenth'}"
 
 
 def _half(log: float) -> str:

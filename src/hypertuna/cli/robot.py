@@ -39,7 +39,9 @@ def show(robot: RobotFile, as_json: opt.AsJson = False, plot: opt.Plot = None) -
     """Show every value of a robot with its unit and source, estimates marked."""
     emit(
         load(robot),
-        record=_record,
+        record=lambda fish: (
+            _summary(fish) | {"values": [entry._asdict() | {"estimate": entry.estimate} for entry in fish.entries()]}
+        ),
         lines=_lines,
         plot=plot,
         figure="hypertuna.swimming.drawing:plot_robot",
@@ -53,11 +55,6 @@ def _check_lines(robot: Robot) -> Iterator[str]:
     yield f"{robot.file}: valid; {', '.join(counted(number, noun) for number, noun in parts)}"
     yield f"estimated: {', '.join(entry.key for entry in robot.entries() if entry.estimate) or 'nothing'}"
     yield f"without a source: {', '.join(robot.unsourced()) or 'nothing'}"
-
-
-def _record(robot: Robot) -> dict[str, Any]:
-    """Return the JSON record of all values."""
-    return _summary(robot) | {"values": [entry._asdict() | {"estimate": entry.estimate} for entry in robot.entries()]}
 
 
 def _lines(robot: Robot) -> Iterator[Any]:

@@ -50,11 +50,12 @@ def fit_sections(
     best: str = "",
 ) -> list[Section]:
     """Return the sections of a page on a fit; `laws` are fits with other water laws, `best` the name of this one."""
+    directions = [(d.sentence, "yes" if d.determined else "no", d.singular_value) for d in fit.uncertainty.directions]
     shown: dict[str, Shown] = {
         "laws": Table(*law_table(laws or {})),
         "intervals": plot_intervals(fit, sampled=sampled, width=WIDTH),
         "coefficients": Table(*coefficient_table(fit, sampled)),
-        "directions": _direction_table(fit),
+        "directions": Table(["in words", "determined", "singular value"], directions),
         "correlation": plot_correlation(fit, width=WIDTH),
         "errors": plot_errors(fit, width=WIDTH),
         "totals": Table(*error_table(fit)),
@@ -66,6 +67,8 @@ def fit_sections(
         shown["measured"] = plot_measured(fit, width=WIDTH)
     if tracked := _plot_tracked(fit):
         shown["tracked"] = tracked
+    labels = {name: LABELS[ERRORS[name]] if name != "yaw" else ("yaw", "deg", 180 / np.pi) for name in fit.noise}
+    levels = ((labels[name], level) for name, level in fit.noise.items())
     aicc, bic = criteria_texts(fit)
     return compose(
         "hypertuna.reports",
@@ -77,18 +80,11 @@ def fit_sections(
         missing=sum(not d.determined for d in fit.uncertainty.directions),
         steady=steady,
         tracked=tracked is not None,
-        noise=_noise(fit),
+        noise=", ".join(f"{factor * level:.2g} {unit} ({label})" for (label, unit, factor), level in levels),
         sampled=sampled,
         aicc=aicc,
         bic=bic,
     )
-
-
-def _direction_table(fit: Fit) -> Table:
-    """Tabulate which directions the runs determine."""
-    columns = ["in words", "determined", "singular value"]
-    rows = ((d.sentence, "yes" if d.determined else "no", d.singular_value) for d in fit.uncertainty.directions)
-    return Table(columns, list(rows))
 
 
 def _plot_tracked(fit: Fit) -> Figure | None:
@@ -121,13 +117,6 @@ def _run_table(fit: Fit) -> Table:
     columns = ["run", "part", *(f"{LABELS[key][0]} ({LABELS[key][1]})" for key in keys)]
     rows = [row for _, row in sorted(ranked, key=lambda pair: -pair[0])]
     return Table(columns, rows, folded=f"All {len(rows)} runs, the worst first")
-
-
-def _noise(fit: Fit) -> str:
-    """Describe the estimated noise."""
-    labels = {name: LABELS[ERRORS[name]] if name != "yaw" else ("yaw", "deg", 180 / np.pi) for name in fit.noise}
-    parts = ((labels[name], level) for name, level in fit.noise.items())
-    return ", ".join(f"{factor * level:.2g} {unit} ({label})" for (label, unit, factor), level in parts)
 
 
 def _provenance_table(fit: Fit, command: str) -> Table:

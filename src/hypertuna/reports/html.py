@@ -38,7 +38,10 @@ class Picture:
         if isinstance(self.figure, str):
             return self.figure
         if isinstance(self.figure, bytes):
-            return _framed(self.figure)
+            wide, high = struct.unpack(">II", self.figure[16:24])  # at the start of the first chunk, IHDR
+            content = base64.b64encode(self.figure).decode()
+            image = f'<image width="{wide}" height="{high}" href="data:image/png;base64,{content}"/>'
+            return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide} {high}">{image}</svg>'
         import matplotlib
 
         text = io.StringIO()
@@ -128,20 +131,16 @@ def compose(room: str, template: str, shown: Mapping[str, Shown], **values: Any)
         parts = sections[-1].parts
         if block.startswith("!"):
             name, _, caption = block.removeprefix("!").partition("\n")
-            parts.append(_captioned(name, shown[name], caption.replace("\n", " ")))
+            part, (shows, _, made) = shown[name], caption.replace("\n", " ").partition(" Source: ")
+            if not isinstance(part, Table):
+                parts.append(Picture(name, part, shows, made))
+            else:
+                parts.append(replace(part, shows=shows, made=made) if caption else part)
         elif parts and isinstance(parts[-1], str):
             parts[-1] += f"\n\n{block}"
         else:
             parts.append(block)
     return sections
-
-
-def _captioned(name: str, part: Shown, caption: str) -> Part:
-    """Return a figure or a table with its caption."""
-    shows, _, made = caption.partition(" Source: ")
-    if not isinstance(part, Table):
-        return Picture(name, part, shows, made)
-    return replace(part, shows=shows, made=made) if caption else part
 
 
 def write_page(
@@ -188,14 +187,6 @@ def inline(picture: Picture) -> str:
     for color, variable in _themed().items():
         svg = re.sub(rf"\b(fill|stroke): {color}", rf"\1: var({variable})", svg, flags=re.IGNORECASE)
     return svg
-
-
-def _framed(png: bytes) -> str:
-    """Put the content of a PNG file into an SVG file of the same shape."""
-    wide, high = struct.unpack(">II", png[16:24])  # at the start of the first chunk, IHDR
-    content = base64.b64encode(png).decode()
-    image = f'<image width="{wide}" height="{high}" href="data:image/png;base64,{content}"/>'
-    return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide} {high}">{image}</svg>'
 
 
 def _spans(parts: Sequence[Part]) -> list[tuple[Part, bool]]:
