@@ -244,7 +244,10 @@ def test_a_gait_that_does_not_settle_is_not_returned(tuna: ht.Robot) -> None:
         ({"maximize": "speed", "speed": 0.4}, "but is maximize and speed"),
         ({"maximize": "speed", "weight": 0.1}, "weight applies only to an expected speed"),
         ({"maximize": "speeed"}, "did you mean speed"),
-        ({"maximize": "speed", "method": "cmaes"}, "method must be a method, but is 'cmaes': did you mean cma"),
+        (
+            {"maximize": "speed", "method": "cmaes"},
+            "method must be pso or cma or gradient or de, but is 'cmaes': did you mean cma",
+        ),
         ({"maximize": "speed", "particles": 1}, "particles must be from 2 to 10000, but is 1"),
         (
             {"maximize": "speed", "method": "cma", "bounds": {"frequency": (2, 2), "amplitude": (9, 9)}},

@@ -194,7 +194,7 @@ def test_bad_input_is_told_in_a_sentence(tuna: ht.Robot) -> None:
         ht.sweep(tuna, unlike[:1])
     with pytest.raises(ht.InputError, match="^beats must be at least 1, but is 0: give the beats to swim from rest.$"):
         ht.sweep(tuna, [fastest(tuna)], method="beats", beats=0)
-    with pytest.raises(ht.InputError, match="^method must be 'newton' or 'beats', but is 'newtons'"):
+    with pytest.raises(ht.InputError, match="^method must be newton or beats, but is 'newtons'"):
         ht.sweep(tuna, [fastest(tuna)], method="newtons")  # type: ignore[arg-type]
     with pytest.raises(ht.InputError, match="^steps must be a multiple of 4"):
         ht.sweep(tuna, [fastest(tuna)], steps=127)

@@ -16,7 +16,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
-from hypertuna.io.tables import read_text
+from hypertuna.io.tables import parse_float, read_text
 from hypertuna.ranges import POSITIVE
 
 UP_TO = 1.0  # engineering strain up to which a test is fitted: that of a data sheet's modulus
@@ -100,7 +100,9 @@ def read_tensile(path: str | Path) -> TensileTest:
         rule = "must be a fraction, 1 where the length has doubled"
         value, fix = f"up to {max(float(row[0]) for row in rows):g}", "divide it by 100, or end its name in (%)"
         raise InputError(rule, file=file, key=lines[head].split(mark)[columns[0]].strip(), value=value, fix=fix)
-    return TensileTest(_name(lines[:head], mark) or Path(path).stem, strain, stress, omitted)
+    header = (line.split(mark) for line in lines[:head])
+    names = (cells[1].strip() for cells in header if cells[0].strip() == "Material" and len(cells) > 1)
+    return TensileTest(next(names, "") or Path(path).stem, strain, stress, omitted)
 
 
 def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
@@ -164,16 +166,7 @@ def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], tuple[f
 
 def _number(text: str, place: str) -> float:
     """Return the number in a cell."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = np.nan
+    value = parse_float(text)
     if not np.isfinite(value):
         raise InputError("must be a finite number", file=place, value=shown(text), fix="correct or empty that cell")
     return value
-
-
-def _name(header: list[str], mark: str) -> str:
-    """Return the name of the material in the header, or an empty string."""
-    rows = (line.split(mark) for line in header)
-    return next((cells[1].strip() for cells in rows if cells[0].strip() == "Material" and len(cells) > 1), "")

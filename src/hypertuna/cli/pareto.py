@@ -98,12 +98,6 @@ def _names(front: Front) -> dict[str, str]:
     return NAMES | robust | {"stationarity": "stationarity"}
 
 
-def _rows(front: Front) -> list[dict[str, Any]]:
-    """Return the gaits of the front with their results."""
-    rows = column_rows(variable_columns(front.points, _names(front)))
-    return [{"gait": gait_record(gait)} | row for gait, row in zip(front.gaits, rows, strict=True)]
-
-
 def _record(front: Front) -> dict[str, Any]:
     """Return the JSON record."""
     objectives = [
@@ -111,6 +105,7 @@ def _record(front: Front) -> dict[str, Any]:
         for name, unit in zip(front.objectives, front.units, strict=True)
     ]
     reference = {NAMES[name]: value for name, value in zip(front.objectives, front.reference, strict=True)}
+    rows = column_rows(variable_columns(front.points, _names(front))) if len(front.x) else []
     volume = {"before_polishing": front.hypervolume_evolved, "front": front.hypervolume, "reference": reference}
     return provenance(front.robot) | {
         "objectives": objectives,
@@ -119,7 +114,7 @@ def _record(front: Front) -> dict[str, Any]:
         "evaluations": front.evaluations,
         "seconds": front.seconds,
         "stop": front.stop,
-        "front": _rows(front) if len(front.x) else [],
+        "front": [{"gait": gait_record(gait)} | row for gait, row in zip(front.gaits, rows, strict=True)],
     }
 
 

@@ -18,6 +18,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.quantity import columns
 from hypertuna.paper.chapters.gaits import range_finding
 from hypertuna.paper.ledger import judge, published
+from hypertuna.ranges import POSITIVE
 from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import Gait
 
@@ -61,8 +62,8 @@ def range_command(
     if power is None or speed is None:
         lags = (0.0,) * len(amplitude) if phase is None and amplitude is not None else phase
         power, speed, facts = _twin(fish, GaitOptions(gait, frequency, amplitude, lags).make(fish), duration)
-    elif speed <= 0:
-        raise InputError("must be greater than 0", key="--speed", value=f"{speed:g}", fix="give the speed ahead in m/s")
+    else:
+        POSITIVE.check(speed, "--speed", "give the speed ahead in m/s")
     known = math.isfinite(power + speed)
     emit(
         Cruise(fish, power, range_of(fish, power=power, speed=speed, reserve=reserve) if known else None, facts),

@@ -47,9 +47,7 @@ def turn_command(
         turning,
         record=_record,
         lines=_lines,
-        csv=lambda turning: columns_csv(
-            turning.sweep.attrs | {"command": command_line()}, _gait_columns(turning) | _columns(turning), digits=None
-        ),
+        csv=_csv,
         dataset=lambda turning: turning.sweep,
         figure="hypertuna.swimming.plots_turn:plot_turn",
         **vars(opt.Files(as_json=files.as_json) if straight else files),
@@ -70,11 +68,6 @@ def _grid(robot: Robot, options: GridOptions) -> Gaits:
     return options.make(robot)
 
 
-def _gait_columns(turning: Turning) -> dict[str, Any]:
-    """Return the gaits of the grid, names with units."""
-    return variable_columns(turning.sweep, [str(name) for name in turning.sweep.coords])
-
-
 def _columns(turning: Turning) -> dict[str, Any]:
     """Return the turn of every gait of the grid, names with units."""
     length = turning.robot.body.length
@@ -91,6 +84,13 @@ def _columns(turning: Turning) -> dict[str, Any]:
         "speed_m_s": columns["speed_m_s"],
         "status": columns["status"],
     }
+
+
+def _csv(turning: Turning) -> str:
+    """Write the gaits of the grid with their turns as comma-separated values."""
+    gaits = variable_columns(turning.sweep, [str(name) for name in turning.sweep.coords])
+    facts = turning.sweep.attrs | {"command": command_line()}
+    return columns_csv(facts, gaits | _columns(turning), digits=None)
 
 
 def _rows(turning: Turning) -> list[dict[str, Any]]:

@@ -58,7 +58,11 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
     reach = _reach(group)
     bend = np.linspace(-reach, reach, 201)
     volume, pressure = _side_at_rest(robot, hydraulics, circuit, bend)
-    angle = servo_angle(hydraulics, _displacement(hydraulics.row(circuit), volume, pressure), circuit)
+    at = hydraulics.row(circuit)
+    air = at["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure)
+    swollen = (at["oil_pump"] + at["oil_unit"]) * (1 - pressure / at["bulk_modulus"] + air)
+    displaced = at["chamber"] + at["unit_rest"] + volume + at["compliance"] * pressure - swollen
+    angle = servo_angle(hydraulics, displaced, circuit)
     if not np.isfinite(angle).all():
         rule = "must let the crank turn far enough for the joint's whole reach"
         fix = "choose an angle near 90, a longer crank or a wider bore"
@@ -72,13 +76,6 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
 
 def _reach(group: JointGroup) -> float:
     return REACH * require(group.bend_max, f"joints.{group.name}.bend_max_deg")
-
-
-def _displacement(circuit: dict[str, float], volume: Array, pressure: Array) -> Array:
-    """Compute the oil that the cylinder displaces [m^3] for a volume gained by its units [m^3] and a pressure [Pa]."""
-    air = circuit["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure)
-    swollen = (circuit["oil_pump"] + circuit["oil_unit"]) * (1 - pressure / circuit["bulk_modulus"] + air)
-    return circuit["chamber"] + circuit["unit_rest"] + volume + circuit["compliance"] * pressure - swollen
 
 
 def _side_at_rest(robot: Robot, hydraulics: Circuits, circuit: int, bend: Array) -> tuple[Array, Array]:

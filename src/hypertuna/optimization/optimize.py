@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
 from hypertuna.optimization.constraints import Limit
 from hypertuna.optimization.design_space import gait_bounds
@@ -19,7 +19,7 @@ from hypertuna.optimization.optimizers import CMAES, Optimizer, de, pso
 from hypertuna.optimization.optimum import Optimum, make_optimum
 from hypertuna.optimization.problem import Problem, over_fit
 from hypertuna.optimization.sqp import MultiStart
-from hypertuna.ranges import Whole
+from hypertuna.ranges import Whole, check_choice
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
 
 
@@ -113,11 +113,6 @@ def optimize(
     Optimum
         Its gait is None if no gait satisfies all limits; `stop` then names the limits.
 
-    Raises
-    ------
-    InputError
-        If an argument cannot be used.
-
     Examples
     --------
     >>> import hypertuna as ht
@@ -149,9 +144,7 @@ def make_optimizer(
     problem: Problem, method: str, particles: int | None, iterations: int | None, seed: int
 ) -> Optimizer:
     """Return the optimizer of a method for a problem with one objective."""
-    if method not in METHODS:
-        raise InputError("must be a method", key="method", value=shown(method), fix=did_you_mean(method, METHODS))
-    default = METHODS[method]
+    default = METHODS[check_choice(method, METHODS, "method")]
     for key, value, low in (("particles", particles, default.min_size), ("iterations", iterations, 1)):
         if value is not None:
             Whole(min=low, max=MAX_SIZE).check(value, key, "or leave it out")

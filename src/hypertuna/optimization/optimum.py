@@ -95,6 +95,8 @@ def make_optimum(
     near = _near_best(problem, best) if feasible and target.expected is None else {}
     exact = feasible and target.expected is not None and not (missed or problem.non_differentiable or problem.robust)
     robots = len(problem.robots)
+    ends = zip(space.names, best.x[0] - space.lower, space.upper - best.x[0], space.upper - space.lower, strict=True)
+    bounds = {name: "lower" if low < high else "upper" for name, low, high, w in ends if min(low, high) < NEAR * w}
     return Optimum(
         robot=problem.robot,
         objective=target,
@@ -110,17 +112,11 @@ def make_optimum(
         history=np.array(optimizer.history),
         swum=np.cumsum(optimizer.batches) * robots,
         margins=tuple(margins[1:]),
-        bounds=_active_bounds(space, best.x[0]) if feasible else {},
+        bounds=bounds if feasible else {},
         near_best=near,
         weight_threshold=_weight_threshold(problem, best) if exact else None,
         remark=missed or _flat(space, near),
     )
-
-
-def _active_bounds(space: DesignSpace, x: Array) -> dict[str, str]:
-    """Return the bound that each coordinate lies on."""
-    ends = zip(space.names, x - space.lower, space.upper - x, space.upper - space.lower, strict=True)
-    return {name: "lower" if low < high else "upper" for name, low, high, w in ends if min(low, high) < NEAR * w}
 
 
 def _near_best(problem: Problem, best: Evaluation) -> dict[str, tuple[float, float]]:

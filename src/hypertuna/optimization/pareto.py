@@ -115,21 +115,15 @@ def pareto(
         Two or three quantities; each is minimized or maximized as suits it.
     population, generations : int
         Of NSGA-II.
-    bounds, limits : mapping and sequence of Limit, optional
+    bounds, limits, robust, samples, checkpoint
         As of `optimize` [Hz or deg].
     min_speed : float, optional
         Min speed; a tenth of a body length per second by default. Near rest the model's cost of transport goes to
         zero with the square of the speed, and a front would end in gaits that hardly move [m/s].
     polish : bool
         Whether to polish the front.
-    robust : {"mean", "worst5"}, optional
-        Objectives over robots sampled from the robot's fit, as of `optimize`.
-    samples, seed : int
-        Number of robots to sample; seed of NSGA-II and of the samples.
-    steps, threads : int
-        Runge-Kutta steps per beat, and threads; the result does not depend on the latter.
-    checkpoint : str or Path, optional
-        File to keep the search in, and to resume it from.
+    seed, steps, threads : int
+        Seed of NSGA-II and of the samples; Runge-Kutta steps per beat; threads, on which the result does not depend.
     progress : callable, optional
         Called after every batch with the number of batches and its maximum.
 
@@ -167,7 +161,11 @@ def pareto(
     options = problem.options | sizes | {"polish": polish, "robust": robust, "samples": samples if robust else 0}
     with Journal(checkpoint, journal_header("pareto", robot, options)) as journal:
         recorded = _Recorded(problem, journal, report)
-        evolved, stop = _evolve(recorded, sizes)
+        search = nsga2(problem.space.lower, problem.space.upper, len(names), **sizes)
+        while search.stop is None:
+            search.tell(recorded.evaluate(search.ask()))
+        assert search.result is not None  # it has told at least one batch
+        evolved = search.result
         rough = problem.non_differentiable
         polished = _polished(recorded, evolved) if polish and not rough and len(evolved.x) else evolved
         front = polished.rows(np.argsort(-polished.value[:, 0], kind="stable"))
@@ -191,7 +189,7 @@ def pareto(
         polished=polished is not evolved,
         evaluations=recorded.evaluations,
         seconds=time.perf_counter() - start,
-        stop=f"{stop} {_polishing(evolved, front, polish, rough)}",
+        stop=f"{search.stop} {_polishing(evolved, front, polish, rough)}",
         robust=problem.robust,
     )
 
@@ -216,15 +214,6 @@ class _Recorded:
         self._batches += 1
         self._report(self._batches)
         return Evaluation(x, quantities={}, **{name: np.array(columns[name], dtype=np.float64) for name in names})
-
-
-def _evolve(problem: _Recorded, sizes: Mapping[str, int]) -> tuple[Evaluation, str]:
-    """Run NSGA-II; return its front and why it stopped."""
-    search = nsga2(problem.space.lower, problem.space.upper, len(problem.problem.objectives), **sizes)
-    while search.stop is None:
-        search.tell(problem.evaluate(search.ask()))
-    assert search.result is not None
-    return search.result, search.stop
 
 
 def _polished(problem: _Recorded, evolved: Evaluation) -> Evaluation:

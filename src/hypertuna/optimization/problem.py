@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError, shown
+from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import sample_robots
 from hypertuna.optimization.constraints import Limit, gait_quantities
 from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import DIFFERENTIABLE, UNUSABLE, Evaluation, Objective
-from hypertuna.ranges import Whole
+from hypertuna.ranges import Whole, check_choice
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, directional_derivatives, settle
 
 MIN_STRIDE = 1e-3  # body lengths per beat: below, a gait stands still
@@ -136,23 +136,17 @@ class Problem:
 
 def over_fit(problem: Problem, statistic: str, *, samples: int, seed: int) -> Problem:
     """Pose a problem to robots sampled from the fit of its robot."""
-    _check_statistic(statistic)
+    check_choice(statistic, STATISTICS, "robust")
     SAMPLES.check(samples, "samples", "or leave it out")
     return robust_problem(problem, sample_robots(problem.robot, samples, seed), statistic)
 
 
 def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) -> Problem:
     """Pose a problem to several robots at once; every one of them must keep the limits."""
-    _check_statistic(statistic)
+    check_choice(statistic, STATISTICS, "robust")
     if not robots:
         raise InputError("must hold at least one robot", key="robots", value="empty", fix="sample some from a fit")
     return replace(problem, samples=tuple(robots), robust=statistic)
-
-
-def _check_statistic(name: str) -> None:
-    """Check the name of a statistic over robots."""
-    if name not in STATISTICS:
-        raise InputError("must be mean or worst5", key="robust", value=shown(name), fix="choose one of them")
 
 
 def _aggregate(samples: Sequence[Evaluation], statistic: str) -> Evaluation:

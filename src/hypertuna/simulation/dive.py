@@ -113,12 +113,8 @@ def dive(
     ----------
     robot, gait, sea, seed
         As in `twin_at_sea`.
-    angle : float
-        Angle of the fins [rad].
-    duration : float
-        Duration of both legs [s].
-    depth : float
-        Depth at the start [m].
+    angle, duration, depth : float
+        Angle of the fins [rad], duration of both legs [s], depth at the start [m].
 
     Returns
     -------

@@ -142,10 +142,8 @@ def twin_at_sea(
     ----------
     robot : Robot
         With the tables that `twin` needs, spatial and fins.
-    gait : Gait
-        Command from the first tick on.
-    duration : float
-        Length of the run [s].
+    gait, duration, faults, seed, closed_loop, temperature, step, command_lost_at
+        As of `twin` [K, s].
     fins : float, array_like or callable
         Target angle of the pectoral fins, leading edge up: one, or one each, port first, or a function of time that
         returns them [rad].
@@ -157,8 +155,6 @@ def twin_at_sea(
         Initial angles: starboard down, nose up, clockwise from north [rad].
     speed : float, optional
         Initial speed through the water, ahead [m/s]; that of the settled planar beat if left out.
-    faults, seed, closed_loop, temperature, step, command_lost_at : optional
-        As in `twin` [K, s].
     every : int
         Control ticks per row of the record.
 

@@ -135,16 +135,11 @@ class Gaits:
         Parameters
         ----------
         gaits : sequence of Gait
-            With equally many joint groups.
+            At least one, all with equally many joint groups.
 
         Returns
         -------
         Gaits
-
-        Raises
-        ------
-        InputError
-            If there is none, or they differ in their number of joint groups.
         """
         if not gaits:
             raise InputError("must hold at least one gait", key="gaits", value="empty", fix="give the gaits to swim")
@@ -167,10 +162,8 @@ class Gaits:
 
         Parameters
         ----------
-        frequency : sequence of float
-            [Hz].
-        amplitude, phase, bias : sequence of sequence of float
-            Each entry has one angle per joint group [rad]; no bias if left out.
+        frequency, amplitude, phase, bias
+            Values of each, as of `Gait` [Hz, rad].
 
         Returns
         -------
@@ -236,11 +229,6 @@ def named_gait(robot: Robot, name: str) -> Gait:
     Returns
     -------
     Gait
-
-    Raises
-    ------
-    InputError
-        If the robot has no gait of that name.
     """
     if name not in robot.gaits:
         fix = did_you_mean(name, robot.gaits)

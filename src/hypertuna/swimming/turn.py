@@ -123,21 +123,12 @@ def turn(
     robot : Robot
     gaits : Gaits
         A grid of frequency, amplitude, phase and bias.
-    threads : int, optional
-        Threads of the sweep, all processors if left out.
-    steps : int
-        Runge-Kutta steps per beat, a multiple of 4.
-    progress : callable, optional
-        Called with the number of paths completed and their total.
+    threads, steps, progress
+        As of `sweep`.
 
     Returns
     -------
     Turning
-
-    Raises
-    ------
-    InputError
-        If the gaits are no grid, or do not fit the robot.
     """
     if len(gaits.shape) != 4:
         raise InputError("must be a grid", key="gaits", fix="make them by Gaits.grid")
