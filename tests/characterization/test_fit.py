@@ -106,7 +106,7 @@ def test_angles_in_radians_are_warned_of(tuna: ht.Robot, tmp_path: Path) -> None
 def test_a_robot_without_an_actuator_is_reported_which_table_it_lacks(tmp_path: Path) -> None:
     eel = ht.load("rexeel-theory") if "rexeel-theory" in ht.robots() else ht.load("rexeel")
     bench = read_bench(written(tmp_path, f"{HEAD}1,left,load,100,5\n"), eel)
-    with pytest.raises(ht.InputError, match=r"\[drive_unit\] is needed to identify an actuator"):
+    with pytest.raises(ht.InputError, match=r"drive_unit is missing: add the table \[drive_unit\]"):
         fit_bench(eel, bench)
 
 

@@ -105,4 +105,4 @@ def test_a_bad_bench_writes_nothing(run: Run, tmp_path: Path) -> None:
     fine = tmp_path / "fine.csv"
     fine.write_text("joint,side,pressure_kpa,angle_deg\n1,left,100,5\n")
     code, _, errors = run("actuator", "fit", str(fine), "--robot", "rexeel")
-    assert (code, "table [drive_unit] is needed to identify an actuator" in errors) == (2, True)
+    assert (code, "drive_unit is missing: add the table [drive_unit]" in errors) == (2, True)

@@ -102,21 +102,6 @@ class Unknown:
         return abs(next(steps) - next(steps)) / (2 * STEP)
 
 
-def check_tables(robot: Robot, joints: Sequence[int]) -> None:
-    """Check that a robot describes the actuators of some joints."""
-    fix = "add it to the robot's file; docs/description.md lists its keys, robots/hypertuna.toml has an example"
-    if robot.drive_unit is None:
-        raise InputError("is needed to identify an actuator", file=robot.file, key="table [drive_unit]", fix=fix)
-    for material in (robot.drive_unit.hose, robot.drive_unit.matrix):
-        mooney(robot, material)  # checks the constants in use
-    for j in joints:
-        group = robot.joints[j]
-        for key, part in (("actuator", group.actuator), ("drive_units", group.drive_units)):
-            if part is None:
-                place = f"joints[{j}].{key}, of joint {group.name},"
-                raise InputError("is needed to identify an actuator", file=robot.file, key=place, fix=fix)
-
-
 def unknowns(
     robot: Robot,
     joints: Sequence[int],
@@ -130,10 +115,12 @@ def unknowns(
     names: such as `lever` (of every joint measured) or `lever[I]`; all if left out. both_sides: joints bent both ways,
     the only ones with free asymmetry unless it is named. bounds: lower and upper by name [SI].
     """
-    check_tables(robot, joints)
+    unit = drive_unit(robot)
+    for material in (unit.hose, unit.matrix):
+        mooney(robot, material)  # checks the constants in use
     free_asymmetry = joints if names else both_sides
     known = [_make(robot, kind, j) for kind in PER_JOINT for j in joints if kind != "asymmetry" or j in free_asymmetry]
-    known += [_make(robot, kind, None) for kind in SHARED if kind != "sleeve" or drive_unit(robot).sleeve > 0]
+    known += [_make(robot, kind, None) for kind in SHARED if kind != "sleeve" or unit.sleeve > 0]
     if names is not None:
         chosen: list[Unknown] = []
         for name in split_names(names) if isinstance(names, str) else names:

@@ -50,12 +50,20 @@ def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
     -------
     SmoothSeries
     """
+    from scipy.interpolate import BSpline, splrep  # imported here: slow to import
+
     if noise is not None:
         NOT_NEGATIVE.check(noise, "noise", "give the standard deviation of the measured angles in radians")
-    groups = series.angle.shape[1]
-    sigma = _noise(series) if noise is None else np.full(groups, float(noise))
-    splines = tuple(_spline(series.time, series.angle[:, g], sigma[g]) for g in range(groups))
-    return SmoothSeries(series, sigma, splines)
+    sigma = _noise(series) if noise is None else np.full(series.angle.shape[1], float(noise))
+    time, count = series.time, len(series.time)
+    splines = []
+    for angle, sd in zip(series.angle.T, sigma, strict=True):
+        limit = (count + math.sqrt(2 * count)) * sd**2
+        spline, _, failure, _ = splrep(time, angle, k=DEGREE, s=limit, full_output=1)
+        if failure > 0:  # the noise is too small for FITPACK: interpolate
+            spline = splrep(time, angle, k=DEGREE, s=0)
+        splines.append(BSpline(*spline))
+    return SmoothSeries(series, sigma, tuple(splines))
 
 
 def _noise(series: JointSeries) -> Array:
@@ -71,14 +79,3 @@ def _noise(series: JointSeries) -> Array:
         weights[:, j] = np.prod(others / (others - arm[:, j : j + 1]), axis=1)
     residual = series.angle[middle] - np.einsum("kj,kjg->kg", weights, series.angle[near])
     return np.asarray(np.sqrt(np.mean(residual**2 / (1 + (weights**2).sum(axis=1, keepdims=True)), axis=0)))
-
-
-def _spline(time: Array, angle: Array, sigma: float) -> BSpline:
-    """Fit a smoothing spline."""
-    from scipy.interpolate import BSpline, splrep  # imported here: slow to import
-
-    limit = (len(time) + math.sqrt(2 * len(time))) * sigma**2
-    spline, _, failure, _ = splrep(time, angle, k=DEGREE, s=limit, full_output=1)
-    if failure > 0:  # the noise is too small for FITPACK: interpolate
-        spline = splrep(time, angle, k=DEGREE, s=0)
-    return BSpline(*spline)
