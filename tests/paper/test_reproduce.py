@@ -327,10 +327,10 @@ def test_tables_say_what_the_ledger_says(ledger: Ledger, sections: list[Section]
         assert told[1][4] == f"{record[f'optimum/{target}/frequency', OURS]['published']:g}"
 
 
-def test_the_page_escapes_what_it_shows(ledger: Ledger, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hypertuna.paper.page.ledger_sections", lambda _: [])
+def test_the_page_escapes_what_it_shows(ledger: Ledger) -> None:
     first = replace(ledger.entries[0], note="<script>alert(1)</script>")
-    assert "<script>alert" not in ledger_html(replace(ledger, entries=(first, *ledger.entries[1:])))
+    changed = replace(ledger, entries=(first, *ledger.entries[1:]))
+    assert "<script>alert" not in ledger_html(changed, [])
 
 
 def test_the_folder(ledger: Ledger, folder: Path, sections: list[Section]) -> None:

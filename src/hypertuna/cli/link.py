@@ -192,7 +192,8 @@ def _lines(calibrations: Sequence[Calibration], place: str | None) -> Iterator[A
     rows = []
     for one in calibrations:
         parameters = ", ".join(f"{name} = {value:.7g}" for name, value in one.parameters.items())
-        rows.append((one.sensor, f"{one.points}", f"{one.rms * one.factor:.3g} {one.unit}", parameters))
+        rms, unit = one.reading
+        rows.append((one.sensor, f"{one.points}", f"{rms:.3g} {unit}", parameters))
     yield table(["sensor", "points", "rms", "parameters"], rows, left=range(4))
     yield "The robot keeps them." if place else "Nothing was sent: --connect sends them to a robot.", "dim"
 

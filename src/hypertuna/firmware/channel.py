@@ -131,7 +131,10 @@ class Air:
         else:
             if damaged:
                 module.counts["damaged"] += 1
-                content = self._flip(content)
+                bits = np.unpackbits(np.frombuffer(content, dtype=np.uint8))
+                flips = min(len(bits), int(self._random.integers(1, 9)))
+                bits[self._random.choice(len(bits), size=flips, replace=False)] ^= 1
+                content = np.packbits(bits).tobytes()
             if late and module.held is None:
                 module.held = (arrival, content)
                 return
@@ -139,13 +142,6 @@ class Air:
         if module.held is not None:
             held, module.held = module.held[1], None
             self._arrive(1 - side, held, arrival)
-
-    def _flip(self, content: bytes) -> bytes:
-        """Flip one to eight bits."""
-        bits = np.unpackbits(np.frombuffer(content, dtype=np.uint8))
-        places = self._random.choice(len(bits), size=min(len(bits), int(self._random.integers(1, 9))), replace=False)
-        bits[places] ^= 1
-        return np.packbits(bits).tobytes()
 
     def _arrive(self, side: int, content: bytes, time: float) -> None:
         self._count += 1

@@ -51,8 +51,8 @@ def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None]
         answer = robot.ask(item, answers, f"mission item {item.seq}")
     if answer.type != 0:
         word = dialect().enums["MAV_MISSION_RESULT"][answer.type].name.removeprefix("MAV_MISSION_").lower()
-        raise InputError("must be accepted by the robot", key="mission", value=word.replace("_", " "),
-                         fix="see limits in docs/radio.md")  # fmt: skip
+        value, fix = word.replace("_", " "), "see limits in docs/radio.md"
+        raise InputError("must be accepted by the robot", key="mission", value=value, fix=fix)
 
 
 def download(robot: Client) -> Sequence[Any]:

@@ -32,16 +32,11 @@ def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
     for picture in (part for section in sections for part in section.parts if isinstance(part, Picture)):
         write_atomically(folder / f"{picture.name}.svg", picture.svg.encode())
     write_atomically(folder / "ledger.json", (json.dumps(ledger_record(ledger), indent=2) + "\n").encode())
-    return write_atomically(folder / "index.html", _html(ledger, sections).encode())
+    return write_atomically(folder / "index.html", ledger_html(ledger, sections).encode())
 
 
-def ledger_html(ledger: Ledger) -> str:
+def ledger_html(ledger: Ledger, sections: list[Section]) -> str:
     """Return the ledger as an HTML page that needs no other file."""
-    return _html(ledger, [*ledger_sections(ledger), *_robot(ledger)])
-
-
-def _html(ledger: Ledger, sections: list[Section]) -> str:
-    """Fill the template."""
     from hypertuna.swimming.animation import slowed, swimming_svg
 
     best = ledger.trials[OURS].gaits["unoptimised-max"]

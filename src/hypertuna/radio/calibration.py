@@ -39,19 +39,15 @@ class Calibration:
     points: int
 
     @property
-    def unit(self) -> str:
-        """Unit in which people read the reference."""
-        return KINDS[parse_sensor(self.sensor)[0]][0]
-
-    @property
-    def factor(self) -> float:
-        """Value of 1 in SI in that unit."""
-        return KINDS[parse_sensor(self.sensor)[0]][1]
+    def reading(self) -> tuple[float, str]:
+        """The residuals' rms in the unit in which people read the reference, and that unit."""
+        unit, factor = KINDS[parse_sensor(self.sensor)[0]]
+        return self.rms * factor, unit
 
     def record(self) -> dict[str, Any]:
         """Return the JSON record."""
-        rms = {f"rms_{self.unit.lower()}": self.rms * self.factor}
-        return {"sensor": self.sensor, "points": self.points, **rms, "parameters": self.parameters}
+        rms, unit = self.reading
+        return {"sensor": self.sensor, "points": self.points, f"rms_{unit.lower()}": rms, "parameters": self.parameters}
 
 
 def parse_sensor(text: str) -> tuple[str, int]:
