@@ -128,7 +128,7 @@ def test_a_run_that_diverges_holds_nothing(tuna: ht.Robot, monkeypatch: pytest.M
         ({"angle": [0.1, -0.1]}, "and none below, but is 5.72958, -5.72958 deg"),
         ({"frequencies": []}, "frequency must be 1 to 100 values"),
         ({"frequencies": [0.0]}, "frequency must be greater than 0, but is 0"),
-        ({"frequencies": [math.nan]}, "frequency must be greater than 0, but is nan"),
+        ({"frequencies": [math.nan]}, "frequency must be a finite number, but is nan"),
         ({"duration": 0.5}, "duration must be from two beats to 600 s, but is 0.5 s at 1 Hz"),
         ({"duration": 1e9}, "duration must be from two beats to 600 s"),
         ({"duration": math.nan}, "duration must be from two beats to 600 s"),

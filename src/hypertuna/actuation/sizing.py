@@ -18,7 +18,7 @@ from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import DEGREES, Column, columns
-from hypertuna.ranges import POSITIVE
+from hypertuna.ranges import POSITIVE, Range
 
 SAMPLE = 1e-3  # s between rows of a run
 BEATS, LAGS = 4, 6.0  # length of a run: beats and time constants of the line, whichever is longer
@@ -133,9 +133,9 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
     for key, values, unit in (("frequency", frequency, "Hz"), ("amplitude", np.degrees(amplitude), "deg")):
         for value in values:
             POSITIVE.check(value, key, f"give it in {unit}")
-    if (slowest := min(frequency)) * DURATION_MAX < BEATS:
-        rule = f"must be at least {BEATS / DURATION_MAX:g} Hz"
-        raise InputError(rule, key="frequency", value=f"{slowest:g}", fix="slower beats take too long to compute")
+    Range(min=BEATS / DURATION_MAX, unit="Hz").check(
+        min(frequency), "frequency", "slower beats take too long to compute"
+    )
 
 
 def _size(robot: Robot, hydraulics: Circuits, table: JointTable, j: int, frequency: float, amplitude: float) -> Size:

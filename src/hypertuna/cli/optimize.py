@@ -15,7 +15,7 @@ from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.experiment import ask_command, tell_command
 from hypertuna.cli.gait import gait_record
 from hypertuna.cli.search import RobustOptions, SearchOptions, SwimLimits
-from hypertuna.description.robot import Robot, parse
+from hypertuna.description.robot import parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
@@ -66,7 +66,10 @@ def optimize_command(
             subject, limits=kept, checkpoint=checkpoint, progress=progress, **search.arguments(), **vars(robust)
         )
     if output is not None and result.gait is not None:
-        write_robot(_with_gait(result.robot, result.gait), output)
+        document = result.robot.document()
+        document["gaits"] = document.get("gaits", {}) | {"best": gait_record(result.gait)}
+        document["sources"] = document.get("sources", {}) | {"gaits.best": command_line()}
+        write_robot(parse(document, file=result.robot.file), output)
     emit(
         result,
         record=_record,
@@ -166,11 +169,3 @@ def _summary(result: Optimum, gait: Gait) -> dict[str, Quantity]:
         limit = f"({side} {margin['limit']:g}{', active' * margin['active']})"
         summary[margin["name"].replace("_", " ")] = (margin["value"], f"{unit} {limit}".strip())
     return {label: Quantity(value, unit, label) for label, (value, unit) in summary.items()}
-
-
-def _with_gait(robot: Robot, gait: Gait) -> Robot:
-    """Return the robot with the gait `best` in its file, and its source."""
-    document = robot.document()
-    gaits = document.get("gaits", {}) | {"best": gait_record(gait)}
-    sources = document.get("sources", {}) | {"gaits.best": command_line()}
-    return parse(document | {"gaits": gaits, "sources": sources}, file=robot.file)

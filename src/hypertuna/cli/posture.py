@@ -104,12 +104,10 @@ def _rows(result: PostureTest) -> list[dict[str, Any]]:
             "error_measured_deg": np.degrees(one.measured_error[-1]),
             "limits": list(one.limits),
         }
-        if case in reach:
-            far = reach[case]
+        if far := reach.get(case):
             row |= {"largest_amplitude_deg": np.degrees(far.amplitude), "stopped_by": list(far.limits)}
-        if case in eased:
-            row["reachable_angle_deg"] = np.degrees(eased[case].angle)
-            row["reachable_settling_s"] = eased[case].settling
+        if easier := eased.get(case):
+            row |= {"reachable_angle_deg": np.degrees(easier.angle), "reachable_settling_s": easier.settling}
         left, right = np.degrees(one.peaks).T
         row |= {"beat_end_s": one.time, "peak_left_deg": left, "peak_right_deg": right}
         row["beat_error_deg"] = np.degrees(one.error)

@@ -80,8 +80,10 @@ def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | Non
     Bounds are in Hz or degrees, by the names of `gait_columns`. The unit may be left out of a name, and so may the
     joint group: ``amplitude`` stands for every group.
     """
-    units = gait_columns(robot)
-    bounds = _described_bounds(robot)
+    units, table = gait_columns(robot), robot.gait_bounds
+    bounds = {f"bias_{group.name}_deg": (0.0, 0.0) for group in robot.joints}
+    if table is not None:
+        bounds = dict(zip(units, [table.frequency, *table.amplitude, *table.phase, *table.bias], strict=True))
     for name, pair in (overrides or {}).items():
         for column in _columns_of(name, robot):
             bounds[column] = _checked(name, column, pair, units[column])
@@ -95,15 +97,6 @@ def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | Non
         fix = "give a parameter a lower and a higher bound"
         raise InputError("must leave at least one gait parameter free", key="bounds", fix=fix)
     return space
-
-
-def _described_bounds(robot: Robot) -> dict[str, tuple[float, float]]:
-    """Bounds of the robot's own table [Hz or rad], by column; without a table, the bias alone, fixed at 0."""
-    table = robot.gait_bounds
-    if table is None:
-        return {f"bias_{group.name}_deg": (0.0, 0.0) for group in robot.joints}
-    pairs = [table.frequency, *table.amplitude, *table.phase, *table.bias]
-    return dict(zip(gait_columns(robot), pairs, strict=True))
 
 
 def _columns_of(name: str, robot: Robot) -> list[str]:
