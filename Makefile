@@ -78,10 +78,10 @@ test-sanitized: $(VENV)/.tools ## C++ tests with the address and undefined-behav
 	$(call run-cpp-tests,build/sanitized,-DHYPERTUNA_SANITIZE=ON)
 
 test-python: $(VENV)/.installed-test ## Python tests alone
-	@$(BIN)/python -m pytest -q -n $(JOBS)
+	@$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 
 test-fe: $(VENV)/.installed-test $(VENV)/.installed-fe ## tests with finite elements; installs the extra fe
-	@$(BIN)/python -m pytest -q -n $(JOBS) -m fe tests/fe tests/cli tests/paper validation/fe
+	@$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal -m fe tests/fe tests/cli tests/paper validation/fe
 
 bench: $(VENV)/.installed-bench build/bench ## speed against the peers, as tables
 	@$(BIN)/python benchmarks/run.py
