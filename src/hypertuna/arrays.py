@@ -1,7 +1,5 @@
 """Arrays of real numbers."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Bad input: one error, one sentence, with the file, the key, the rule, the value and the fix."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """Style of figures: colors for every kind of color vision, fonts, lines; saving."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable
 from functools import wraps

@@ -16,8 +16,6 @@ into world axes. Roll, pitch and heading are Fossen's angles of the NED attitude
 from north.
 """
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

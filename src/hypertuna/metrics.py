@@ -1,7 +1,5 @@
 """Metrics of swimming: pure functions of numbers or arrays that broadcast, SI units."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """Ranges of numbers and choices of names, declared once: `POSITIVE.check(speed, "speed", "give it in m/s")`."""
 
-from __future__ import annotations
-
 import math
 import operator
 from collections.abc import Iterable

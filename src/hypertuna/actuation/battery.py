@@ -1,7 +1,5 @@
 """Battery of a robot, and its range and endurance."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

@@ -1,7 +1,5 @@
 """Pump, oil and lines: the hydraulic circuits of a robot for the core."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figures of a bending joint, and of pump sizes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

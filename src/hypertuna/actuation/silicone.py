@@ -5,8 +5,6 @@ commas. Engineering strain and stress are used, true ones where the file has no 
 percent if its name ends in (%).
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Pump sizing: loads and limits of servos, cylinders and lines in a beat, and the bend reached."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Sequence

@@ -3,8 +3,6 @@
 The equations are in core muscle.hpp, joint.hpp and joint_table.hpp; docs/actuator.md derives them.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import cast, get_args

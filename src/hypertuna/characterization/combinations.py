@@ -1,7 +1,5 @@
 """Combinations of unknowns that a bench determines, written as products of powers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Bench runs: measured bends of joints under pressure, read from CSV files and logs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Expected information gain of one more measurement: by how much it would narrow the fit of a bench."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

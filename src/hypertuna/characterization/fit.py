@@ -1,7 +1,5 @@
 """Fit of an actuator to bench runs: values of its unknowns, and the combinations that the bench determines."""
 
-from __future__ import annotations
-
 import math
 import re
 import time

@@ -1,7 +1,5 @@
 """Figure of a fit to bench runs: measured and fitted loops, singular values, and intervals."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

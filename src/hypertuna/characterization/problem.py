@@ -1,7 +1,5 @@
 """Residuals of bench runs as a function of the unknowns, with the bounds as a prior."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Randomized fits to bench runs: how far products of powers hold along the profile of good fits."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Unknowns of an actuator: geometry and material parameters that a bench may identify."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The commands `hypertuna actuator ...`: characterize an actuator by tests on the bench."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any

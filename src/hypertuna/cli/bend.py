@@ -1,7 +1,5 @@
 """The command `hypertuna bend`."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Give a result to the user: JSON or tables on the terminal, the data as CSV or NetCDF, a figure."""
 
-from __future__ import annotations
-
 import contextlib
 import pkgutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

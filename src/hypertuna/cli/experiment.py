@@ -1,7 +1,5 @@
 """The commands `hypertuna optimize ask` and `hypertuna optimize tell`: the optimizer of a tank experiment."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """The commands `hypertuna fe ...`: the soft joints by finite elements."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -35,7 +33,8 @@ from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 
 fe_app = opt.group("The soft joints by finite elements; needs the extra fe.")
 
-MM = 1e3  # per m
+BEND_PRESSURES: Any = "0:250:6"  # kPa, as typed
+COMPARISON_PRESSURES: Any = "50:250:5"
 MAX_PRESSURES = 200  # of one call: each takes seconds at least
 SMOOTH = 50  # pressures of the analytic curve
 COMPARISON = "compare.json"  # file of the record in the folder of a comparison
@@ -69,10 +68,6 @@ def _folder(content: str) -> Any:
     """Declare the option of the folder of a run."""
     return typer.Option("-o", "--output", help=f"Folder of the run: {content}")
 
-
-# Pressures in kPa, as typed.
-BEND_PRESSURES: Any = "0:250:6"
-COMPARISON_PRESSURES: Any = "50:250:5"
 
 # Columns of the tables: head and format.
 BEND_COLUMNS = {
@@ -138,14 +133,14 @@ def geometry_command(
 def _geometry_lines(robot: Robot, body: JointBody) -> Iterator[Any]:
     """Lay out the sections of a body."""
     sections = zip(body.stations, body.semi_major, body.semi_minor, strict=True)
-    rows = ([f"{MM * value:.2f}" for value in section] for section in sections)
-    channels = f"{counted(len(body.channels) // 2, 'pair')} of channels of {2 * MM * body.radius:.4g} mm"
+    rows = ([f"{1e3 * value:.2f}" for value in section] for section in sections)
+    channels = f"{counted(len(body.channels) // 2, 'pair')} of channels of {2 * 1e3 * body.radius:.4g} mm"
     yield f"{robot.name}: soft body of joint {body.name}", "bold"
     yield table(["x\n[mm]", "half height\n[mm]", "half width\n[mm]"], rows, left=())
-    yield f"{channels}, {MM * abs(body.channels[0].y):.4g} mm from the neutral layer"
-    yield f"matrix {MM**2 * body.volume * MM:.4g} mm^3, plates {MM * body.plate:.3g} mm thick"
+    yield f"{channels}, {1e3 * abs(body.channels[0].y):.4g} mm from the neutral layer"
+    yield f"matrix {1e9 * body.volume:.4g} mm^3, plates {1e3 * body.plate:.3g} mm thick"
     if body.strip:
-        yield f"strip {MM * body.strip:.3g} mm wide in the neutral layer"
+        yield f"strip {1e3 * body.strip:.3g} mm wide in the neutral layer"
 
 
 @fe_app.command("bend")
@@ -214,11 +209,8 @@ def _write(bent: FeBend, folder: Path, *, pictures: bool) -> None:
     """Write the numbers of a run into its folder, and its pictures."""
     record = bent.record() | {"command": command_line()}
     write_atomically(folder / SUMMARY, f"{json_text(record)}\n".encode())
-    facts = {
-        key: str(value).lower() if isinstance(value, bool) else value
-        for key, value in record.items()
-        if key != "steps" and value is not None
-    }
+    kept = {key: value for key, value in record.items() if key != "steps" and value is not None}
+    facts = {key: str(value).lower() if isinstance(value, bool) else value for key, value in kept.items()}
     write_atomically(folder / "bend.csv", rows_csv(facts, record["steps"]).encode())
     write_netcdf(bent.dataset().assign_attrs(command=command_line()), folder / "bend.nc")
     if pictures and len(bent.pressure):

@@ -1,7 +1,5 @@
 """A gait on the command line: its options, its text, its JSON."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

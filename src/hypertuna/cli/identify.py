@@ -1,7 +1,5 @@
 """The command `hypertuna identify`."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """The commands `hypertuna link ...`: a robot's parameters, logs, calibration and missions over the radio."""
 
-from __future__ import annotations
-
 import math
 import os
 import select

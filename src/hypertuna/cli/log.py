@@ -1,7 +1,5 @@
 """The commands `hypertuna log ...`: logs of missions and black boxes: summary, plot, table, track."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """The program `hypertuna`: its commands, imported when called, and its exit codes."""
 
-from __future__ import annotations
-
 import contextlib
 import pkgutil
 import signal

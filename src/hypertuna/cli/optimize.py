@@ -1,7 +1,5 @@
 """The command `hypertuna optimize`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any

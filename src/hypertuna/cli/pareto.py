@@ -1,7 +1,5 @@
 """The command `hypertuna pareto`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any
 

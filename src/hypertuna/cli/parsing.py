@@ -1,7 +1,5 @@
 """Read what is typed on the command line: numbers, lists, ranges, bounds, names of files."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The command `hypertuna pump`."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """The command `hypertuna range`."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The commands `hypertuna robot schema | check | show`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """The options of a search for gaits, shared by `optimize`, `optimize ask` and `pareto`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """The commands `hypertuna trials check | import`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any

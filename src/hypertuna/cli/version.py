@@ -1,7 +1,5 @@
 """The command `hypertuna version`."""
 
-from __future__ import annotations
-
 import json
 import platform
 

@@ -3,8 +3,6 @@
 The equations are in core cpg.hpp, posture.hpp, safety.hpp and controller.hpp; docs/control.md derives them.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

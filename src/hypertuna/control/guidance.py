@@ -3,8 +3,6 @@
 The equations are in core attitude.hpp, estimator.hpp, steering.hpp and guidance.hpp; docs/pilot.md derives them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

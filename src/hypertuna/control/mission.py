@@ -1,7 +1,5 @@
 """Mission: waypoints, limits and water of a dive, and the geometry of its fence."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Sensor models of a robot for the core, and sensor faults as the command line spells them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Channels: the kinds of sensors that a robot can have, from the one table of the core (pilot/readings.hpp)."""
 
-from __future__ import annotations
-
 from typing import Literal, NamedTuple
 
 from hypertuna import _core

@@ -1,7 +1,5 @@
 """Provenance of a result: version, instruction set, robot, model."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

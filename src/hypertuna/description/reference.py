@@ -1,7 +1,5 @@
 """The pages that document a schema."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from typing import Any

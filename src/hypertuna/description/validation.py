@@ -1,7 +1,5 @@
 """Schema errors as one sentence: key as written in the file, rule, value and fix."""
 
-from __future__ import annotations
-
 import re
 import types
 from collections.abc import Mapping

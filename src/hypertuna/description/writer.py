@@ -1,7 +1,5 @@
 """Write a robot into the text of its file, with comments and layout kept."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Mapping, Sequence

@@ -13,8 +13,6 @@ unequal levers is neglected. A unit without pressure that lengthens is held by i
 is slack and only the wall resists.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, cast

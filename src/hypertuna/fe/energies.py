@@ -4,8 +4,6 @@ Names as in continuum mechanics: F is the deformation gradient, J its determinan
 images of the unit vectors along the channel and around it, so that C_aa = a.a, C_hh = h.h and C_ah = a.h.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

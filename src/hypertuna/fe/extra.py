@@ -1,7 +1,5 @@
 """Check of the optional packages of finite elements, the extra `fe`."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 from importlib.util import find_spec

@@ -1,7 +1,5 @@
 """Fields of a finite-element model as VTU files for ParaView and pictures: displacement, stress, strain."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 from typing import Any

@@ -5,8 +5,6 @@ of it seen from above (the left side, to which the left drive units bend it), z 
 z = 0, the plane that it bends in.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Measurement and checks of a finite-element model in equilibrium: bend, volumes, stretches, strain, stress."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any

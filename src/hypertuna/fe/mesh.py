@@ -4,8 +4,6 @@ Netgen's curved elements bend at the surface only and invert in the thin webs be
 surface like an elastic body, so that elements share the curvature.
 """
 
-from __future__ import annotations
-
 import contextlib
 from dataclasses import dataclass, replace
 from typing import Any

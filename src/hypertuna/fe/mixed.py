@@ -6,8 +6,6 @@ element by element: p = kappa Pi theta(u), Pi the L2 projection. An energy of th
 same Newton's method and line search.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

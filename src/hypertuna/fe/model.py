@@ -9,8 +9,6 @@ Displacements are of the third order: two families of inextensible fibers constr
 second order follow only on much finer meshes (docs/fe.md).
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 

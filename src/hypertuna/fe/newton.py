@@ -1,7 +1,5 @@
 """Equilibrium by finite elements: Newton's method on the energy, with line search and load steps."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Two views: the drive units inside a glass body, and the lower half cut at the mi
 same at all pressures.
 """
 
-from __future__ import annotations
-
 import io
 import itertools
 import json

@@ -1,7 +1,5 @@
 """Figure of a bend by finite elements: angle over pressure, and the oil that it takes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ the stretch of the axis and k the curvature per length at rest. With these two u
 braids are those of the body (model.py), at a hundredth of the cost. The body bends less because plates hold its ends.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any

@@ -5,8 +5,6 @@ kind and number of words, and ends with the sum of the partial sums of its words
 firmware/app/vehicle/record.hpp, bound to `hypertuna._core`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path

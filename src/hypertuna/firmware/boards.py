@@ -1,7 +1,5 @@
 """Boards that run the firmware with a twin: a program on this machine, or an emulated Cortex-M7."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

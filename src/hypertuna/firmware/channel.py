@@ -4,8 +4,6 @@ One module transmits at a time. Bytes wait in a module's buffer; packets take ai
 reordered at random from a seed, in simulated time.
 """
 
-from __future__ import annotations
-
 import heapq
 from dataclasses import dataclass, field
 

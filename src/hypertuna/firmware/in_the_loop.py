@@ -3,8 +3,6 @@
 The same firmware runs as a program on this machine: both get the same messages and must answer with the same bits.
 """
 
-from __future__ import annotations
-
 import contextlib
 import time
 from collections.abc import Callable

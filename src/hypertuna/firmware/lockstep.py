@@ -1,7 +1,5 @@
 """Lock-step: the messages between twin and firmware in every tick (firmware/boards/lockstep.hpp)."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

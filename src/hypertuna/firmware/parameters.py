@@ -4,8 +4,6 @@ The numbers of controller, pilot, calibration and limits are one row, in the ord
 (firmware/app/vehicle/parameters.hpp). A parameter is a number of that row with a name and a range.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import zlib

@@ -1,7 +1,5 @@
 """Relay: the modelled radio between a board's serial port and a ground station, tick by tick."""
 
-from __future__ import annotations
-
 import contextlib
 import socket
 import time

@@ -1,7 +1,5 @@
 """Scenarios of firmware in the loop: a mission, a gait, or random messages that reach every branch."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

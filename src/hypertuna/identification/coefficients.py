@@ -1,7 +1,5 @@
 """Free coefficients: names, ties, bounds and scales, and robots with given values of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The estimator of tank and bench: residuals and priors in; fit, noise levels, covariance and directions out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Trials laid out for a fit: measured elements, the independent samples that they form, and the noise of each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

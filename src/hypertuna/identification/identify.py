@@ -1,7 +1,5 @@
 """Identify: fit free coefficients to trials and compute their uncertainty."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Robust losses of squared residuals, and the scale of residuals under a loss."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

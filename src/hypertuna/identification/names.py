@@ -1,7 +1,5 @@
 """Names of free coefficients: the parameters of the robot that a name selects, and ties among them."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Iterable, Sequence

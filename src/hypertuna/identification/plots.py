@@ -1,7 +1,5 @@
 """Figures of a fit: coefficients with intervals, correlation, computed against measured values, errors of runs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

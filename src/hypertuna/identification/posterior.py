@@ -1,7 +1,5 @@
 """Posterior of the coefficients of a fit, sampled by emcee."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable

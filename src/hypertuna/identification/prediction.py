@@ -1,7 +1,5 @@
 """Prediction of all runs of the trials by the model, with exact derivatives by the free coefficients."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

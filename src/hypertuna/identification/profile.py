@@ -1,7 +1,5 @@
 """Profile likelihood: how far nearly equally good fits extend along poorly determined directions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Residuals of a fit: errors of runs, squared residuals of samples, lack of fit, information criteria."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The fit of free coefficients to trials: the estimator's search on predicted runs, with unknown noise levels."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """Sentences on a fit: what the data determine along each direction, and warnings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

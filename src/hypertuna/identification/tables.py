@@ -1,7 +1,5 @@
 """Tables of a fit: heads and rows, for the terminal and for the page."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Samples of a normal distribution truncated at bounds, its correlations kept."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from hypertuna.arrays import Array

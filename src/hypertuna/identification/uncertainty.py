@@ -1,7 +1,5 @@
 """Uncertainty of a fit: intervals, correlations, and the directions that the data leave unidentifiable."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

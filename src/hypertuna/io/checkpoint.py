@@ -4,8 +4,6 @@ Work that resumes is deterministic: it asks the same questions in the same order
 knows. So the result after a kill is the same by construction; no other state is kept.
 """
 
-from __future__ import annotations
-
 import fcntl
 import io
 import json

@@ -3,8 +3,6 @@
 Chunks are checked by their checksums, also those of a file that was cut short. Needs the extra `log`.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A number of a result as users read it."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Text files: TOML and tables of comma-separated values."""
 
-from __future__ import annotations
-
 import csv
 import math
 import os

@@ -1,7 +1,5 @@
 """Mission files: TOML with waypoints, water and limits."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -1,7 +1,5 @@
 """Flights: a mission file flown on the twin part by part, with a journal to resume from and a log; many seeds."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """Positions on the Earth: latitude and longitude against east and north of an origin, on WGS 84."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

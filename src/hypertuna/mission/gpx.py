@@ -1,7 +1,5 @@
 """GPX 1.1 (topografix.com/GPX/1/1): the track of a mission for maps, and tracks of such files back."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta

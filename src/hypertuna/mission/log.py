@@ -4,8 +4,6 @@ Topic /tf has the true and the estimated pose as foxglove.FrameTransform; the ot
 JSON with schemas, whose keys carry the unit. Needs the extra `log`.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import io
 import json

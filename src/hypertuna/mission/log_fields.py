@@ -1,7 +1,5 @@
 """Fields of a log's messages: their keys, units, schemas and values, for MCAP and CSV."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Figures of a mission: its track on a plan, depth and energy through time."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes

@@ -1,7 +1,5 @@
 """Reading of logs: every chunk is checked by its checksum; of a file that was cut short, all whole chunks are read."""
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Iterator

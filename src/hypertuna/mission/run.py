@@ -1,7 +1,5 @@
 """Missions of the twin at sea under its pilot: the arguments of the core, and its runs part by part."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """The tables of a mission file, and the rules between them; keys of the file carry the unit, attributes are SI."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator

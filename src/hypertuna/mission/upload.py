@@ -1,7 +1,5 @@
 """Missions over the radio, as the items that it carries: bounds, home, fence, then speeds and waypoints in order."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Limits that a gait must keep: of joints, drives and wake."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

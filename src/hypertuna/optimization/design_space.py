@@ -1,7 +1,5 @@
 """The design space of gaits: which values are free, and between which bounds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Optimization by experiment: the optimizer asks for gaits, a tank measures them, and a file keeps the state."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self

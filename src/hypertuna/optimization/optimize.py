@@ -1,7 +1,5 @@
 """Find the gait that is best for an objective."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """Optimizers that all speak ask, tell, stop and result: pymoo's PSO, DE and NSGA-II, and CMA-ES by pycma."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar, final
 

@@ -1,7 +1,5 @@
 """Result of a search: the best gait, its margins to the limits, and how flat the optimum is."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Figures of a Pareto front, before and after polishing beside the robot's named gaits, and of convergence."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ Each search improves one objective while the others are bounded (epsilon constra
 All searches advance in lockstep: every round evaluates the next point of each in one batch.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol

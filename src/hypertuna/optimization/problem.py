@@ -1,7 +1,5 @@
 """Optimization problems: objectives and limits over a design space, for one robot or for robots sampled from a fit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace

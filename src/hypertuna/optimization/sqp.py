@@ -1,7 +1,5 @@
 """Sequential quadratic programming (SciPy's SLSQP; Kraft, 1988) behind ask and tell, and a multi-start of it."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Generator
 from dataclasses import dataclass

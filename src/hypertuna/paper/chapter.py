@@ -1,7 +1,5 @@
 """Chapters of the ledger: each computes a result, yields findings on it, and shows it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial

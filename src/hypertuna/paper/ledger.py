@@ -1,7 +1,5 @@
 """The entries of the ledger: a number of the paper, ours beside it, and the rules of the verdict."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass

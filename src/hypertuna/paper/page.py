@@ -1,7 +1,5 @@
 """The ledger as a self-contained page, with its plots and numbers in files beside it."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

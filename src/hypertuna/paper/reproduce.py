@@ -1,7 +1,5 @@
 """The ledger: every number of the paper that the model can answer, computed beside published, with a verdict."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from itertools import count

@@ -1,7 +1,5 @@
 """Calibration: fit zero and scale of a sensor, or trim of a servo, to readings beside a reference."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The robot's MAVLink dialect: pymavlink's classes for hypertuna.xml, generated once and cached (extra `radio`)."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import importlib.util

@@ -1,7 +1,5 @@
 """Manual driving: commands of keys and gamepad, and the display of the robot's state."""
 
-from __future__ import annotations
-
 import math
 import re
 import struct

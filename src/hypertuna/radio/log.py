@@ -3,8 +3,6 @@
 Topic /mavlink/NAME has the messages of that name as JSON, each field in the dialect's unit, which the schema states.
 """
 
-from __future__ import annotations
-
 import json
 import time
 from dataclasses import dataclass

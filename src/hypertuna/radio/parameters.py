@@ -1,7 +1,5 @@
 """Read and set a robot's parameters over the radio."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """The page on a fit: coefficients, their uncertainty, residuals, and how the fit was made."""
 
-from __future__ import annotations
-
 import datetime
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """One page on results of any kind: swims, runs of the twin, posture tests, fits, optima and Pareto fronts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

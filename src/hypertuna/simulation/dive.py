@@ -1,7 +1,5 @@
 """Dive: the pectoral fins down, then up, as in the paper's Fig. 15, and what depth, pitch and speed make of it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """The core's objects of a robot: plant, sensors and controller; simulate a command with them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass

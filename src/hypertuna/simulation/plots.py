@@ -1,7 +1,5 @@
 """Figures of the twin: a whole run, and the pressures over a beat."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 

@@ -1,7 +1,5 @@
 """Sea: the water around a robot in space, and the columns of both for the core."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 The equations are in core tail.hpp, body6.hpp, plant.hpp and twin.hpp, with docs/twin.md and docs/spatial.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """The swimming body in motion: outlines of a beat, and animated GIFs."""
 
-from __future__ import annotations
-
 import html
 import io
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Settled beats of many gaits: the core's rows, turned into quantities with names and a verdict."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 

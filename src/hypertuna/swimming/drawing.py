@@ -1,7 +1,5 @@
 """Figure of a robot: from the side, and from above with the midlines of a beat."""
 
-from __future__ import annotations
-
 from itertools import accumulate
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Harmonic gaits, one sine per joint group: one gait, a list of gaits, a grid."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

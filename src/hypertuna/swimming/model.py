@@ -1,7 +1,5 @@
 """Core model of a robot: the columns of its parameters, and the name of each in the robot's description."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

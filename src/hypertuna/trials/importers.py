@@ -1,7 +1,5 @@
 """Importers: manifests for published files of tracked runs."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Manifests: TOML files that list the measurements of a tank, with their files, units and axes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Radio logs as measurements: steady runs of a tank, and rows of a bench."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Steady runs: measured speed and cost of transport of gaits, read from CSV files."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

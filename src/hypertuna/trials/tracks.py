@@ -1,7 +1,5 @@
 """Measured joint angles and tracked poses of a robot, read from CSV files."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The bending tests of section III.A: Fig. 6(e), loading and unloading, and the equations as they are printed."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The diving and floating test of section III.G."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 

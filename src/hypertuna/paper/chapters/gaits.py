@@ -1,7 +1,5 @@
 """The eight gaits of Table IV: speeds, costs of transport, range on the battery."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The swim in open water of section III.G: the stored flight of the mission `lake`, beside 800 m and 9.1 Wh."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass

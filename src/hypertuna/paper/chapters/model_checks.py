@@ -1,7 +1,5 @@
 """Fig. 12: how the identification converges, and checks of what the model predicts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Table IV and Fig. 13: optimal gaits, by particle swarm and by gradients, beside the paper's."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence

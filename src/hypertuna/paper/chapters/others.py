@@ -1,7 +1,5 @@
 """Tables V and VI: other fish and robots, and HyperTuna as computed among them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

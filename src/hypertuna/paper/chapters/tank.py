@@ -1,7 +1,5 @@
 """The tank tests of section III.D: best phase differences, maps of Fig. 10."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The turning test of section III.G."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

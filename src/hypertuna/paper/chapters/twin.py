@@ -1,7 +1,5 @@
 """The twin beside the paper: the eight gaits from servo to wake, Fig. 8, power and range; no swimming data is used."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 
