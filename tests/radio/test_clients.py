@@ -203,7 +203,10 @@ def test_mavproxy(place: str, tmp_path: Path, request: pytest.FixtureRequest) ->
     transcript = tmp_path / "transcript.txt"
     with transcript.open("wb") as out:
         session = subprocess.Popen(
-            [sys.executable, "-W", "ignore", *command], stdin=subprocess.PIPE, stdout=out, stderr=subprocess.STDOUT
+            [sys.executable, "-u", "-W", "ignore", *command],
+            stdin=subprocess.PIPE,
+            stdout=out,
+            stderr=subprocess.STDOUT,
         )
     assert session.stdin is not None
     try:
