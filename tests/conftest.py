@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, settings
 
 import hypertuna as ht
+from extras import pytest_runtest_setup as pytest_runtest_setup
 from hypertuna.cli.main import main
 from models import MODELS
 from program import Run

@@ -1,4 +1,4 @@
-"""What every test needs, wherever it lies."""
+"""Skip tests whose extra is not installed: a hook of the conftest of each folder of tests."""
 
 from __future__ import annotations
 
