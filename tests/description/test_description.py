@@ -331,6 +331,7 @@ def test_defaults_and_units() -> None:
 
 def test_a_choice_of_model_is_replaced_and_checked() -> None:
     fish = load("hypertuna")
+    assert fish.using() is fish
     ideal = fish.using(joints="ideal")
     assert (ideal.model.joints, ideal.model.water, ideal.file) == ("ideal", fish.model.water, fish.file)
     assert ideal.using(joints=fish.model.joints).hash == fish.hash != ideal.hash

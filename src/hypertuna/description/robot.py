@@ -145,6 +145,8 @@ class Robot(Part):
         """
         choice = {"water": water, "joints": joints, "areas": areas}
         choice = {key: value for key, value in choice.items() if value is not None}
+        if not choice:
+            return self
         document = self.document()
         return parse(document | {"model": document["model"] | choice}, file=self.file)
 
