@@ -3,6 +3,7 @@
 These tests need the programs of `make firmware`, and those of the emulator `make system-deps` too.
 """
 
+import functools
 import json
 import os
 import shutil
@@ -279,7 +280,9 @@ def test_a_closed_terminal_ends_it_as_ctrl_c_does(pc: Path, tmp_path: Path, numb
     """Its firmware ends with it, and no folder of pipes is left behind."""
     command = [sys.executable, "-m", "hypertuna", "fil", "--board", "pc", "--scenario", "afloat", "--ticks", "100000"]
     place = {"TMPDIR": str(tmp_path)}
-    process = subprocess.Popen(command, env=os.environ | place, stderr=subprocess.PIPE, text=True)
+    # As a terminal starts it: under nohup, SIGHUP stays ignored.
+    default = functools.partial(signal.signal, number, signal.SIG_DFL)
+    process = subprocess.Popen(command, env=os.environ | place, stderr=subprocess.PIPE, text=True, preexec_fn=default)
     end = time.monotonic() + 60
     while not list(tmp_path.iterdir()) and time.monotonic() < end:
         time.sleep(0.05)
