@@ -2,8 +2,11 @@
 #include <cstdlib>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <system_error>
 #include <thread>
+
+#include <nanobind/stl/optional.h>
 
 #include "hypertuna/swimming/parameters.hpp"
 #include "model.hpp"
@@ -157,18 +160,22 @@ static Output gradient(const Model& model, const Frequency& frequency, const Per
     return rows;
 }
 
-static NamedArrays track(const Model& model, const Input<3>& joints, const Input<2>& along, double step) {
+static NamedArrays track(const Model& model, const Input<3>& joints, const Input<2>& along, double step,
+                         const std::optional<Input<1>>& twist) {
     if (joints.shape(0) % 2 != 1) throw nb::value_error("joints: needs two instants a step and one more");
     check_extent("joints", joints.shape(1), model.links);
     check_extent("joints", joints.shape(2), 3);
-    const Directions directions = sort_directions(model, along, false);
+    if (twist) check_extent("twist", twist->shape(0), 3);
+    Directions directions = sort_directions(model, along, false);
+    if (twist) directions.still.insert(directions.still.begin(), {-3, -2, -1});
     const std::size_t steps = joints.shape(0) / 2;
     Output pose = zeros({steps + 1, 3}), rate = zeros({steps + 1, 3}),
-           gradient_out = zeros({steps + 1, 3, along.shape(1)});
+           gradient_out = zeros({steps + 1, 3, (twist ? 3 : 0) + along.shape(1)});
     const Kernel& use = kernel();
     {
         const nb::gil_scoped_release unlocked;
-        use.track(model, {joints.data(), steps, step}, directions, {pose.data(), rate.data(), gradient_out.data()});
+        use.track(model, {joints.data(), steps, step, twist ? twist->data() : nullptr}, directions,
+                  {pose.data(), rate.data(), gradient_out.data()});
     }
     NamedArrays out;
     out["pose"] = pose;
@@ -198,8 +205,10 @@ void bind_settle(nb::module_& m) {
           "Derivatives of one beat of each gait from its momentum at the start: (gaits, `gradient_outputs`, "
           "3 + directions), by that momentum and along `directions` (parameters, directions).");
     m.def("track", &track, nb::arg("model"), nb::arg("joints"), nb::arg("directions"), nb::kw_only(), nb::arg("step"),
-          "Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water: pose of the "
-          "nose at every step, its rate, and its derivatives along `directions` (parameters, directions).");
+          nb::arg("twist") = nb::none(),
+          "Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water or from a "
+          "twist (3,) of the head: pose of the nose at every step, its rate, and its derivatives along `directions` "
+          "(parameters, directions), after those by the twist if it is given.");
     m.def("settle_columns", [] { return names(any_kernel().settle_column); }, "Names of the columns of `settle`.");
     m.def(
         "gradient_outputs", [] { return names(any_kernel().gradient_output); }, "Names of the outputs of `gradient`.");

@@ -235,11 +235,19 @@ void track_along(const Model& model, const JointSeries& series, const Directions
         return joints.data();
     };
     const Derivative zero(Real(0.0));
-    Momentum<Derivative> rest{zero, zero, zero};
+    const double still[3] = {0, 0, 0}, *const xi = series.twist ? series.twist : still;
+    const int offset = series.twist ? 3 : 0;  // of the column of the first direction
+    Twist<Derivative> start{Derivative(Real(xi[0])), Derivative(Real(xi[1])), Derivative(Real(xi[2]))};
     for (std::size_t first = 0; first == 0 || first < list.size(); first += lanes) {
-        point(directions, list, first, rest, tank.parameters);
+        point(directions, list, first, start, tank.parameters);
         tank.read();
-        swim_joints(tank, series.steps, Derivative(Real(series.step)), {rest, {zero, zero, zero}}, joints_at,
+        Momentum<Derivative> momentum{zero, zero, zero};
+        if (series.twist) {
+            tabulate(tank.fish, joints_at(0), 0, tank.table);
+            const auto [m, b] = composite(tank.fish, tank.table.shape);
+            momentum = m * start + b;
+        }
+        swim_joints(tank, series.steps, Derivative(Real(series.step)), {momentum, {zero, zero, zero}}, joints_at,
                     [&](std::size_t k, const Instant<Derivative, G>& now, const Motion<Derivative>& motion) {
                         const Pose<Derivative>& pose = motion.pose;
                         const Pose<Derivative> rate = pose_rate(pose, twist(now, motion.momentum));
@@ -250,7 +258,7 @@ void track_along(const Model& model, const JointSeries& series, const Directions
                             track.pose[place] = lane(at[axis].v, 0);
                             track.rate[place] = lane(going[axis].v, 0);
                             for (std::size_t i = 0; i < lanes && first + i < list.size(); ++i)
-                                track.gradient[place * directions.count + list[first + i]] =
+                                track.gradient[place * (offset + directions.count) + offset + list[first + i]] =
                                     lane(at[axis].d[0], static_cast<int>(i));
                         }
                     });

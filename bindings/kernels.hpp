@@ -23,15 +23,17 @@ struct SettleOptions {
 struct JointSeries {
     const double* motion;
     std::size_t steps;
-    double step;  // s
+    double step;          // s
+    const double* twist;  // of the head at the start [m/s, m/s, rad/s], null at rest in the water
 };
 
-/// Pose of the nose at every step, its rate, and its derivatives: steps + 1 x 3 (x directions), row-major.
+/// Pose of the nose at every step, its rate, and its derivatives: steps + 1 x 3 (x directions), row-major. With a twist
+/// at the start, derivatives by its components come first.
 struct Track {
     double *pose, *rate, *gradient;
 };
 
-/// Directions in the space of all parameters: parameters x count, row-major; -3, -2, -1 are those of the momentum.
+/// Directions in the space of all parameters: parameters x count, row-major; -3, -2, -1 are those of the start.
 struct Directions {
     const double* along;
     int count;

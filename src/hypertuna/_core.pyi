@@ -81,9 +81,11 @@ def track(
     directions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     *,
     step: float,
+    twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
+    | None = None,
 ) -> dict[str, NDArray[numpy.float64]]:
     """
-    Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water: pose of the nose at every step, its rate, and its derivatives along `directions` (parameters, directions).
+    Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water or from a twist (3,) of the head: pose of the nose at every step, its rate, and its derivatives along `directions` (parameters, directions), after those by the twist if it is given.
     """
 
 def settle_columns() -> list[str]:

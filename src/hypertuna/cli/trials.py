@@ -1,23 +1,29 @@
 """The commands `hypertuna trials check | import`."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
+from typer.core import TyperGroup
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import counted, print_written
-from hypertuna.cli.emit import emit, refused
+from hypertuna.cli.console import counted, print_written, progress_bar, table
+from hypertuna.cli.emit import draw, emit, refused
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, load
+from hypertuna.errors import InputError
 from hypertuna.io.files import version, write_atomically
+from hypertuna.ranges import FRACTION, POSITIVE
 from hypertuna.trials.comparison import repeatability
 from hypertuna.trials.importers import import_folder, manifest_text
 from hypertuna.trials.manifest import Recording
+from hypertuna.trials.marker_import import MarkerRun, read_marker_run, write_marker_runs
 from hypertuna.trials.replay import AXES, BORDER
 from hypertuna.trials.steady import COLUMNS, SteadyRun
+from hypertuna.trials.tracks import LENGTHS
 from hypertuna.trials.trials import Trials, read_trials
 
 trials_app = opt.group("Tank trials: check them, import published ones.")
@@ -40,18 +46,133 @@ def check(
     emit(summary, record=lambda facts: {"valid": True} | provenance(fish) | facts, lines=_lines, as_json=as_json)
 
 
-@trials_app.command("import")
-def import_command(
+class _Import(TyperGroup):
+    """The group `import`: what is not the name of a format is the folder of the format `folder`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if args and args[0] not in {*self.commands, "--help"}:
+            args = ["folder", *args]
+        return super().parse_args(ctx, args)
+
+
+import_app = typer.Typer(
+    cls=_Import,
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    help="Make manifests of other files: tracked markers, or folders of published runs.",
+)
+trials_app.add_typer(import_app, name="import")
+MANIFEST = Annotated[
+    str, opt.file("-o", "--output", help="Write the manifest to this .toml file.", suffixes=(".toml",))
+]
+
+
+@import_app.command("folder")
+def import_folder_command(
     folder: Annotated[str, typer.Argument(help="Folder of published files; they stay where they are.")],
-    output: Annotated[
-        str, opt.file("-o", "--output", help="Write the manifest to this .toml file.", suffixes=(".toml",))
-    ],
+    output: MANIFEST,
     format: Annotated[str, opt.text("--format", "Format of the folder: rexeel.")] = "rexeel",
 ) -> None:
     """Write a manifest for published files as they stand: columns, units, axes."""
     document = import_folder(folder, format, relative_to=Path(output).parent)
-    write_atomically(output, manifest_text(document, f"Made by `hypertuna trials import` {version()}").encode())
+    write_atomically(output, manifest_text(document, _comment()).encode())
     print_written(output)
+
+
+@dataclass(frozen=True)
+class MarkerOptions:
+    """Files of tracked markers."""
+
+    places: Annotated[
+        str | None,
+        opt.text("--places", "CSV file of the places of markers. (default: equally spaced from nose to tail)", "FILE"),
+    ] = None
+    unit: Annotated[str, opt.word("--unit", (*LENGTHS, "px"), "Unit of the markers' coordinates.")] = "m"
+    scale: Annotated[
+        float | None, opt.number("--scale", "m/px", "Meters per pixel, with --unit px.", limits=POSITIVE)
+    ] = None
+    y_axis: Annotated[
+        str | None, opt.word("--y-axis", ("up", "down"), "Where y points. (default: down for px, else up)")
+    ] = None
+    frame_rate: Annotated[
+        float | None, opt.number("--frame-rate", "Hz", "Frames per second, without a column of time.", limits=POSITIVE)
+    ] = None
+    min_likelihood: Annotated[
+        float, opt.number("--min-likelihood", "parts of 1", "Below it a marker counts as missing.", limits=FRACTION)
+    ] = 0.5
+    individual: Annotated[
+        str | None, opt.text("--individual", "Which animal or track, if the file holds several.", "NAME")
+    ] = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of `read_marker_run`."""
+        if (self.unit == "px") != (self.scale is not None):
+            fix = "give --unit px and --scale in m/px, or neither"
+            raise InputError("go together", key="--unit px and --scale", value=f"--unit {self.unit}", fix=fix)
+        scale = LENGTHS[self.unit] if self.scale is None else self.scale
+        down = self.unit == "px" if self.y_axis is None else self.y_axis == "down"
+        own = {"places": self.places, "frame_rate": self.frame_rate, "min_likelihood": self.min_likelihood}
+        return own | {"scale": scale, "y_down": down, "individual": self.individual}
+
+
+@import_app.command("markers")
+@opt.grouped
+def import_markers_command(
+    files: Annotated[list[str], typer.Argument(help="CSV files of tracked markers or midlines, a run each.")],
+    robot: opt.RobotName,
+    markers: MarkerOptions,
+    output: MANIFEST,
+    plot: opt.Plot = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Fit the chain of a robot to tracked markers: joint angles, head poses, and a manifest of them.
+
+    Reads CSV files of DeepLabCut, of SLEAP (analysis), and of plain columns: time_s, x1, y1, x2, y2, ...
+    Files of several runs may be given; the plot is that of the first.
+    """
+    fish, options = load(robot), markers.arguments()
+    names = [Path(file).stem for file in files]
+    for name in (name for k, name in enumerate(names) if name in names[:k]):
+        raise InputError("must have different names", key=f"files {name}", fix="rename one of them")
+    runs = []
+    with progress_bar("fitting") as progress:
+        for k, file in enumerate(files):
+            runs.append(read_marker_run(fish, file, **options))
+            progress(k + 1, len(files))
+    written = write_marker_runs(runs, fish, output, _comment())
+    if plot is not None:
+        draw("hypertuna.trials.marker_plots:plot_markers", plot, runs[0])
+    records = [run.record() for run in runs]
+    emit(
+        runs,
+        record=lambda _: provenance(fish) | {"runs": records, "written": written},
+        lines=lambda runs: _marker_lines(runs, records),
+        written=(plot, written[-1]),
+        as_json=as_json,
+    )
+
+
+def _comment() -> str:
+    """Return the first line of a file that is written here."""
+    return f"Made by `hypertuna trials import` {version()}"
+
+
+def _marker_lines(runs: Sequence[MarkerRun], records: Sequence[dict[str, Any]]) -> Iterator[Any]:
+    """Lay out imported runs."""
+    heads = ["run", "frames", "used", "missing", "rejected", "noise [mm]", "head sd [mm]", "yaw sd [deg]"]
+    rows = []
+    for record in records:
+        counts = (record[key] for key in ("frames", "frames_used", "missing", "rejected"))
+        sizes = (record["noise_mm"], float(max(record["head_sd_mm"])), record["yaw_sd_deg"])
+        rows.append([record["name"], *(f"{count}" for count in counts), *(f"{size:.3g}" for size in sizes)])
+    yield table(heads, rows)
+    groups = [f"joint {group}" for group in runs[0].chain.groups]
+    angles = [[record["name"], *(f"{sd:.2g}" for sd in record["angle_sd_deg"])] for record in records]
+    yield table(["sd of angles [deg]", *groups], angles)
+    for record in records:
+        for warning in record["warnings"]:
+            yield warning, "yellow"
 
 
 def _summary(trials: Trials, robot: Robot) -> dict[str, Any]:

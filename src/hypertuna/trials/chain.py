@@ -1,0 +1,260 @@
+"""The chain of a robot over tracked markers: pose and joint angles of every frame by robust least squares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+
+Flags = NDArray[np.bool_]
+
+ITERATIONS = 60  # of Levenberg and Marquardt, in one round
+SMALL = 1e-9  # body lengths or rad: a smaller step ends the iteration
+TINY, MAX_DAMPING = 1e-9, 1e6  # of Levenberg and Marquardt, of the diagonal
+HUBER, TUKEY = 1.5, 6.0  # standard deviations beyond which a marker weighs less, and nothing
+ROUNDS = 6  # of estimating the noise in turn with the chain
+SAME_NOISE = 1e-3  # relative change that ends these rounds
+MEDIAN_NORM = 1.1774  # median distance of a marker whose coordinates have a standard deviation of 1: sqrt(2 ln 2)
+REJECTED = 0.1  # robust weight below which a marker counts as rejected
+MAX_SD = 0.2  # rad: beyond it an angle of a frame is not determined
+MIN_NOISE = 1e-9  # m
+MIN_RANK = 1e-6  # of the largest singular value of the marker Jacobian, scaled
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A robot's links and markers on them. Unknowns of a frame: x, y, heading of the nose, then the joint angles."""
+
+    length: Array  # (links,) [m]
+    share: Array  # (links, groups): heading of a link = that of the head + share @ joint angles
+    along: Array  # (markers, links) [m] of the links' axes that lead from the nose to a marker
+    across: Array  # (markers, links) [m] of the links' normals
+    groups: tuple[str, ...]
+
+    def __call__(self, z: Array) -> tuple[Array, Array]:
+        """Return places (frames, markers, 2) and their Jacobian (frames, markers, 2, unknowns) at z (frames, n)."""
+        angle = z[:, 2:3] + z[:, 3:] @ self.share.T
+        axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        normal = np.stack([-axis[..., 1], axis[..., 0]], axis=-1)
+        place = z[:, np.newaxis, :2] + self.along @ axis + self.across @ normal
+        # the heading of link i moves marker m along that link's normal
+        by_link = self.along[..., np.newaxis] * normal[:, np.newaxis]
+        by_link = by_link - self.across[..., np.newaxis] * axis[:, np.newaxis]
+        by = np.zeros((*place.shape, z.shape[1]))
+        by[..., 0, 0] = by[..., 1, 1] = 1.0
+        by[..., 2] = by_link.sum(axis=2)
+        by[..., 3:] = np.einsum("fmia,ig->fmag", by_link, self.share)
+        return place, by
+
+
+@dataclass(frozen=True)
+class ChainFit:
+    """The chain over the markers of every frame."""
+
+    pose: Array  # (frames, 3): x, y [m] and heading [rad] of the nose, without jumps by whole turns
+    angle: Array  # (frames, groups) [rad]
+    covariance: Array  # (frames, n, n) of pose and angles: linearized, noise^2 (J' W J)^-1
+    residual: Array  # (frames, markers, 2) [m], chain minus marker; NaN where it is missing
+    rejected: Flags  # (frames, markers): seen, but too far from the chain to count
+    determined: Flags  # (frames,)
+    noise: float  # m: standard deviation of a coordinate of a marker of weight 1
+
+    @property
+    def sd(self) -> Array:
+        """Standard deviations (frames, n) of pose and angles [m, m, rad, ...]."""
+        return np.asarray(np.sqrt(np.einsum("fii->fi", self.covariance)))
+
+
+def chain_of(robot: Robot, link: Sequence[int], along: Sequence[float], across: Sequence[float]) -> Chain:
+    """Return the chain of a robot with markers on its links, `along` behind the link's front end [m], to starboard."""
+    length = np.array(robot.links.length)
+    turn = np.zeros((len(length), len(robot.joints)))
+    for g, group in enumerate(robot.joints):
+        turn[list(group.links), g] = group.share
+    at = np.arange(len(length))
+    own = np.asarray(link)[:, np.newaxis]
+    lead = np.where(at < own, length, np.where(at == own, np.asarray(along, dtype=float)[:, np.newaxis], 0.0))
+    side = np.where(at == own, np.asarray(across, dtype=float)[:, np.newaxis], 0.0)
+    return Chain(length, np.cumsum(turn, axis=0), lead, side, tuple(group.name for group in robot.joints))
+
+
+def check_rank(chain: Chain, names: Sequence[str], file: str) -> None:
+    """Check that markers, all seen, determine pose and joint angles, with a coordinate more than unknowns."""
+    unknowns, size = 3 + chain.share.shape[1], float(chain.length.sum())
+    _, by = chain(np.zeros((1, unknowns)))
+    jacobian = by[0].reshape(-1, unknowns) / np.append([1.0, 1.0], np.full(unknowns - 2, size))
+    _, singular, vectors = np.linalg.svd(jacobian)
+    singular = np.append(singular, np.zeros(unknowns - len(singular)))
+    if singular[-1] < MIN_RANK * singular[0]:
+        worst = int(np.argmax(np.abs(vectors[-1][3:])))
+        fix = "add markers on the links behind that joint, or describe a robot with fewer joint groups"
+        rule = f"must determine every joint angle, but leave that of joint group {chain.groups[worst]} open"
+        raise InputError(rule, file=file, key=f"{len(names)} markers", fix=fix)
+    if jacobian.shape[0] <= unknowns:
+        rule = f"must have more coordinates than the {unknowns} unknowns of a frame, to estimate errors"
+        value, fix = f"{jacobian.shape[0]}", "add a marker, or describe a robot with fewer joint groups"
+        raise InputError(rule, file=file, key=f"{len(names)} markers", value=value, fix=fix)
+
+
+def fit_chain(chain: Chain, place: Array, weight: Array) -> ChainFit:
+    """Fit the chain to markers (frames, markers, 2) [m] of weights (frames, markers), which are 0 where missing.
+
+    Each frame is fitted by itself: Huber's loss, then Tukey's, on the distance of each marker. The noise is that of
+    all frames together. A frame that ends far from its markers starts again from its neighbors.
+    """
+    unknowns = 3 + chain.share.shape[1]
+    seen = weight > 0
+    target = np.where(seen[..., np.newaxis], place, 0.0)
+    z = _first_guess(chain, place, seen)
+    noise = math.inf
+    z, _ = _minimize(chain, target, weight, z, _typical(chain, z, target, seen), tukey=False)
+    for _ in range(ROUNDS):
+        now = _typical(chain, z, target, seen)
+        if abs(now / noise - 1) < SAME_NOISE:
+            break
+        noise = now
+        z, cost = _minimize(chain, target, weight, z, noise, tukey=True)
+        z = _start_again(chain, target, weight, z, cost, noise)
+    computed, by = chain(z)
+    residual = np.where(seen[..., np.newaxis], computed - target, np.nan)
+    distance = np.sqrt(weight * np.nansum(residual**2, axis=2))
+    robust = np.where(seen, _tukey(distance / noise), 0.0)
+    kept = robust >= REJECTED
+    # the variance of the markers that count, by the degrees of freedom that they leave
+    enough = 2 * kept.sum(axis=1) > unknowns
+    freedom = float((2 * kept.sum(axis=1) - unknowns)[enough].sum())
+    if freedom > 0:
+        noise = max(math.sqrt(float((distance**2 * kept)[enough].sum()) / freedom), MIN_NOISE)
+    scaled = by * np.sqrt(weight * kept)[..., np.newaxis, np.newaxis]
+    information = np.einsum("fmai,fmaj->fij", scaled, scaled)
+    covariance = noise**2 * _inverse(information, float(chain.length.sum()))
+    sd = np.sqrt(np.einsum("fii->fi", covariance))
+    determined = (sd[:, 2:] < MAX_SD).all(axis=1) & (2 * kept.sum(axis=1) >= unknowns)
+    pose, angle = z[:, :3].copy(), _nearest(z[:, 3:])
+    own = np.flatnonzero(determined)
+    pose[own, 2] = np.unwrap(pose[own, 2])
+    return ChainFit(pose, angle, covariance, residual, seen & ~kept, determined, noise)
+
+
+def _nearest(angle: Array) -> Array:
+    """Return angles within half a turn."""
+    return np.asarray((angle + math.pi) % (2 * math.pi) - math.pi)
+
+
+def _first_guess(chain: Chain, place: Array, seen: Flags) -> Array:
+    """Return unknowns (frames, n) along the line through the markers, without gaps and single jumps in time."""
+    frames = np.arange(len(place))
+    line = np.zeros_like(place)
+    for m in range(place.shape[1]):
+        own = seen[:, m]
+        for axis in range(2):
+            filled = np.interp(frames, frames[own], place[own, m, axis]) if own.any() else np.full(len(frames), np.nan)
+            near = np.lib.stride_tricks.sliding_window_view(np.pad(filled, 2, mode="edge"), 5)
+            line[:, m, axis] = np.median(near, axis=1)
+    distance = chain.along.sum(axis=1)  # from the nose
+    order = [m for m in np.argsort(distance, kind="stable") if seen[:, m].any()]
+    order = [m for k, m in enumerate(order) if k == 0 or distance[m] > distance[order[k - 1]] + 1e-12]
+    ends = np.concatenate([[0.0], np.cumsum(chain.length)])
+    at = np.stack([_between(ends, distance[order], line[:, order, axis]) for axis in range(2)], axis=-1)
+    step = np.diff(at, axis=1)
+    heading = np.unwrap(np.arctan2(step[..., 1], step[..., 0]), axis=1)
+    matrix = np.column_stack([np.ones(len(chain.length)), chain.share])
+    angles = np.linalg.lstsq(matrix, heading.T, rcond=None)[0].T
+    return np.column_stack([at[:, 0], angles])
+
+
+def _between(at: Array, known: Array, values: Array) -> Array:
+    """Interpolate values (frames, known) at other places, straight on beyond the ends."""
+    left = np.clip(np.searchsorted(known, at) - 1, 0, len(known) - 2)
+    part = (at - known[left]) / (known[left + 1] - known[left])
+    return np.asarray(values[:, left] * (1 - part) + values[:, left + 1] * part)
+
+
+def _typical(chain: Chain, z: Array, target: Array, seen: Flags) -> float:
+    """Estimate the noise [m] from the median distance of the markers, corrected for the unknowns."""
+    distance = np.linalg.norm(chain(z)[0] - target, axis=2)[seen]
+    share = 1 - z.shape[1] * len(z) / max(2 * len(distance), 1)
+    return max(float(np.median(distance)) / MEDIAN_NORM / math.sqrt(max(share, 0.1)), MIN_NOISE)
+
+
+def _tukey(t: Array) -> Array:
+    """Return Tukey's weight of a distance over the noise."""
+    return np.asarray(np.where(t < TUKEY, (1 - np.minimum(t / TUKEY, 1.0) ** 2) ** 2, 0.0))
+
+
+def _losses(t: Array, tukey: bool) -> tuple[Array, Array]:
+    """Return the loss of distances over the noise, and the weight that goes with it."""
+    if tukey:
+        return TUKEY**2 / 6 * (1 - (1 - np.minimum(t / TUKEY, 1.0) ** 2) ** 3), _tukey(t)
+    return np.where(t < HUBER, t**2 / 2, HUBER * (t - HUBER / 2)), np.minimum(1.0, HUBER / np.maximum(t, 1e-12))
+
+
+def _minimize(
+    chain: Chain, target: Array, weight: Array, z: Array, noise: float, *, tukey: bool
+) -> tuple[Array, Array]:
+    """Minimize the robust loss of every frame from z (frames, n); return unknowns and losses (frames,)."""
+    size, n = float(chain.length.sum()), z.shape[1]
+    unit = np.append([size, size], np.ones(n - 2))
+
+    def at(z: Array, own: Flags) -> tuple[Array, Array, Array]:
+        """Return the gradient, the Gauss-Newton matrix and the loss of frames."""
+        place, by = chain(z)
+        residual = place - target[own]
+        loss, robust = _losses(np.sqrt(weight[own]) * np.linalg.norm(residual, axis=2) / noise, tukey)
+        root = np.repeat(np.sqrt(weight[own] * robust), 2, axis=1)
+        rows = root[..., np.newaxis] * (by * unit).reshape(len(z), -1, n)
+        gradient = (rows.transpose(0, 2, 1) @ (root * residual.reshape(len(z), -1))[..., np.newaxis])[..., 0]
+        return gradient, rows.transpose(0, 2, 1) @ rows, (loss * (weight[own] > 0)).sum(axis=1)
+
+    z, damping, active = z.copy(), np.full(len(z), 1e-3), np.ones(len(z), dtype=bool)
+    gradient, matrix, cost = at(z, active)
+    for _ in range(ITERATIONS):
+        diagonal = np.einsum("fii->fi", matrix[active])
+        floor = TINY * np.maximum(diagonal.max(axis=1, keepdims=True), 1e-300)
+        ridge = damping[active, np.newaxis] * diagonal + floor
+        system = matrix[active] + ridge[..., np.newaxis] * np.eye(n)
+        step = -np.linalg.solve(system, gradient[active, :, np.newaxis])[..., 0]
+        trial = z[active] + unit * step
+        new = at(trial, active)
+        better = new[2] <= cost[active]
+        own = np.flatnonzero(active)[better]
+        z[own] = trial[better]
+        gradient[own], matrix[own], cost[own] = (part[better] for part in new)
+        damping[active] = np.clip(np.where(better, damping[active] / 5, damping[active] * 10), 1e-9, MAX_DAMPING)
+        still = np.abs(step).max(axis=1) < SMALL
+        active[active] = ~still & (damping[active] < MAX_DAMPING)
+        if not active.any():
+            break
+    return z, cost
+
+
+def _start_again(chain: Chain, target: Array, weight: Array, z: Array, cost: Array, noise: float) -> Array:
+    """Fit frames of large loss again from their neighbors of small loss; keep what is better."""
+    limit = 3 * float(np.median(cost)) + 1.0
+    good, bad = np.flatnonzero(cost <= limit), np.flatnonzero(cost > limit)
+    if not len(good) or not len(bad):
+        return z
+    smooth = z[good].copy()
+    smooth[:, 2] = np.unwrap(smooth[:, 2])
+    start = np.stack([np.interp(bad, good, smooth[:, k]) for k in range(z.shape[1])], axis=1)
+    again, reached = _minimize(chain, target[bad], weight[bad], start, noise, tukey=True)
+    z = z.copy()
+    z[bad] = np.where((reached < cost[bad])[:, np.newaxis], again, z[bad])
+    return z
+
+
+def _inverse(matrix: Array, size: float) -> Array:
+    """Invert symmetric matrices (frames, n, n); directions without information get a very large variance."""
+    unit = np.append([1.0, 1.0], np.full(matrix.shape[1] - 2, 1 / size))
+    scaled = matrix * unit[:, np.newaxis] * unit
+    value, vector = np.linalg.eigh(scaled)
+    floor = np.maximum(1e-12 * value[:, -1:], 1e-300)
+    inverse = np.einsum("fik,fk,fjk->fij", vector, 1 / np.maximum(value, floor), vector)
+    return np.asarray(inverse * unit[:, np.newaxis] * unit)

@@ -1,0 +1,97 @@
+"""Where markers lie on a robot: a small CSV file, or equal spacing along the midline."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.tables import read_table
+
+COLUMNS = ("marker", "link", "along_m", "from_nose_m", "across_m")
+
+
+class Places(NamedTuple):
+    """Places of markers on the links of a robot."""
+
+    names: tuple[str, ...]  # of the markers
+    link: tuple[int, ...]
+    along: tuple[float, ...]  # m behind the link's front end
+    across: tuple[float, ...]  # m to starboard of the link's axis
+
+
+def equal_spacing(robot: Robot, names: Sequence[str]) -> Places:
+    """Place markers from nose to tail, in their order, at equal distances along the midline."""
+    return _from_nose(robot, names, np.linspace(0, sum(robot.links.length), len(names)).tolist(), [0.0] * len(names))
+
+
+def read_places(path: str | Path, robot: Robot, markers: Sequence[str]) -> Places:
+    """Read the places of markers; markers of the file that were not tracked are an error, others are not used.
+
+    Columns: marker; link and along_m, or from_nose_m; maybe across_m, to starboard.
+    """
+    table = read_table(path)
+    for column in table.head:
+        if column not in COLUMNS:
+            fix = did_you_mean(column, COLUMNS)
+            raise InputError("is not a known column", file=table.file, key=f"line {table.line}, {column}", fix=fix)
+    by_link = {"link", "along_m"} <= set(table.head)
+    if "marker" not in table.head or not (by_link or "from_nose_m" in table.head):
+        rule, fix = "must have the columns marker, and link and along_m or from_nose_m", "add them"
+        raise InputError(rule, file=table.file, key=f"line {table.line}", value=", ".join(table.head), fix=fix)
+    lengths, links = robot.links.length, robot.links.name
+
+    def row(_: int, cells: dict[str, str]) -> tuple[str, int, float, float]:
+        if (name := cells["marker"]) not in markers:
+            raise InputError("must be a tracked marker", key="marker", value=shown(name), fix=_known(name, markers))
+        across = _number(cells.get("across_m") or "0", "across_m")
+        if not by_link:
+            distance = _number(cells["from_nose_m"], "from_nose_m")
+            own = _from_nose(robot, [name], [distance], [across])
+            return name, own.link[0], own.along[0], across
+        if cells["link"] not in links and cells["link"] not in map(str, range(len(links))):
+            fix = did_you_mean(cells["link"], links)
+            raise InputError("must be a link, by name or index", key="link", value=shown(cells["link"]), fix=fix)
+        link = links.index(cells["link"]) if cells["link"] in links else int(cells["link"])
+        along = _number(cells["along_m"], "along_m")
+        if not -lengths[link] <= along <= 2 * lengths[link]:
+            fix = "give the distance behind the front end of the link in m"
+            rule = f"must be near the link, which is {lengths[link]:g} m long"
+            raise InputError(rule, key="along_m", value=f"{along:g}", fix=fix)
+        return name, link, along, across
+
+    rows = table.parse(row)
+    names = [name for name, *_ in rows]
+    for name in (name for k, name in enumerate(names) if name in names[:k]):
+        raise InputError("must be listed once", file=table.file, key=f"marker {name}", fix="remove one of the lines")
+    return Places(*(tuple(column) for column in zip(*rows, strict=True)))
+
+
+def _from_nose(robot: Robot, names: Sequence[str], distance: Sequence[float], across: Sequence[float]) -> Places:
+    """Place markers by their distance from the nose along the straight body [m]."""
+    ends = np.cumsum(robot.links.length)
+    for name, at in zip(names, distance, strict=True):
+        if not 0 <= at <= ends[-1] * (1 + 1e-9):
+            rule, fix = f"must be 0 to {ends[-1]:g} m, the length of the links", "give the distance along the body"
+            raise InputError(rule, key="from_nose_m", value=f"{name} at {at:g}", fix=fix)
+    link = np.minimum(np.searchsorted(ends, distance, side="right"), len(ends) - 1).tolist()
+    along = [at - (ends[k] - robot.links.length[k]) for at, k in zip(distance, link, strict=True)]
+    return Places(tuple(names), tuple(link), tuple(float(a) for a in along), tuple(across))
+
+
+def _number(text: str, key: str) -> float:
+    """Return a finite number of a cell."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError("must be a number", key=key, value=shown(text), fix="give it in m") from None
+    if not np.isfinite(value):
+        raise InputError("must be finite", key=key, value=text, fix="give it in m")
+    return value
+
+
+def _known(name: str, markers: Sequence[str]) -> str:
+    """Return the fix for an unknown marker."""
+    return did_you_mean(name, markers)

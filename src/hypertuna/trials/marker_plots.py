@@ -1,0 +1,88 @@
+"""Figure to check imported markers: the chain over the markers, residuals, joint angles with their errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hypertuna.arrays import Array
+from hypertuna.figures import COLORS, FAINT, INK, WIDTH, styled
+from hypertuna.trials.marker_import import MarkerRun
+
+POSTURES = 9  # chains in the first panel
+BAND = 2  # standard deviations of the band about an angle
+
+
+@styled
+def plot_markers(run: MarkerRun, *, width: float = WIDTH) -> Figure:
+    """Plot the chain over its markers, the residual of each marker, and joint angles; width [inch]."""
+    figure = Figure(figsize=(width, 1.15 * width), layout="constrained")
+    top, middle, bottom = figure.subplots(3, 1, height_ratios=(1.3, 0.8, 1))
+    _plot_chain(top, run)
+    _plot_residuals(middle, run)
+    _plot_angles(bottom, run)
+    figure.suptitle(f"{run.name}: chain of the robot over {len(run.places.names)} markers")
+    return figure
+
+
+def _corners(run: MarkerRun, frames: Array) -> Array:
+    """Return nose, joints and tail (frames, links + 1, 2) [m]."""
+    pose, angle = run.fit.pose[frames], run.fit.angle[frames]
+    heading = pose[:, 2:3] + angle @ run.chain.share.T
+    steps = run.chain.length[:, np.newaxis] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+    return np.asarray(pose[:, np.newaxis, :2] + np.concatenate([0 * steps[:, :1], np.cumsum(steps, axis=1)], axis=1))
+
+
+def _plot_chain(panel: Axes, run: MarkerRun) -> None:
+    """Plot some postures with their markers."""
+    own = np.concatenate(run.stretches)
+    frames = own[np.linspace(0, len(own) - 1, min(POSTURES, len(own))).astype(int)]
+    for k, (line, frame) in enumerate(zip(_corners(run, frames), frames, strict=True)):
+        panel.plot(*line.T, color=COLORS[1], linewidth=1.2, marker=".", markersize=3, label="chain" * (k == 0))
+        panel.plot(*line[0], "o", color=COLORS[1], markersize=4)
+        lost = run.fit.rejected[frame]
+        panel.plot(*run.markers.place[frame][~lost].T, "x", color=INK, markersize=4, label="markers" * (k == 0))
+        panel.plot(*run.markers.place[frame][lost].T, "x", color=COLORS[0], markersize=6, mew=2)
+    if run.fit.rejected[frames].any():
+        panel.plot([], [], "x", color=COLORS[0], mew=2, label="rejected")
+    panel.set_aspect("equal", adjustable="datalim")
+    panel.set_xlabel("x [m]")
+    panel.set_ylabel("y [m]")
+    panel.set_title(f"{len(frames)} of {len(run.markers.time)} frames")
+    panel.legend()
+
+
+def _plot_residuals(panel: Axes, run: MarkerRun) -> None:
+    """Plot the distance of each marker from its place on the chain, all frames."""
+    distance = 1e3 * np.linalg.norm(run.fit.residual, axis=2)
+    names: Sequence[str] = run.places.names
+    rng = np.random.default_rng(0)
+    for m in range(len(names)):
+        for chosen, color, shape in ((~run.fit.rejected[:, m], FAINT, "."), (run.fit.rejected[:, m], COLORS[0], "x")):
+            own = distance[chosen, m]
+            panel.plot(m + rng.uniform(-0.2, 0.2, len(own)), own, shape, color=color, markersize=2.5, alpha=0.6)
+    panel.axhline(1e3 * run.fit.noise, color=COLORS[1], label=f"noise of a coordinate, {1e3 * run.fit.noise:.2g} mm")
+    panel.set_yscale("log")
+    panel.set_xticks(range(len(names)), names, rotation=0 if len(names) < 12 else 90)
+    panel.set_ylabel("distance [mm]")
+    panel.set_title(f"Markers from the chain: {int(run.fit.rejected.sum())} rejected")
+    panel.legend()
+
+
+def _plot_angles(panel: Axes, run: MarkerRun) -> None:
+    """Plot joint angles with a band of two standard deviations."""
+    for k, frames in enumerate(run.stretches):
+        time = run.markers.time[frames]
+        angle, sd = np.degrees(run.fit.angle[frames]), np.degrees(run.fit.sd[frames, 3:])
+        for g, group in enumerate(run.chain.groups):
+            color = COLORS[g % len(COLORS)]
+            band = BAND * sd[:, g]
+            panel.fill_between(time, angle[:, g] - band, angle[:, g] + band, color=color, alpha=0.2, linewidth=0)
+            panel.plot(time, angle[:, g], color=color, linewidth=1, label=f"joint {group}" * (k == 0))
+    panel.set_xlabel("time [s]")
+    panel.set_ylabel("joint angle [deg]")
+    panel.set_title(f"Joint angles, band of {BAND} standard deviations")
+    panel.legend(ncols=max(1, min(6, len(run.chain.groups))))
