@@ -44,6 +44,7 @@ from hypertuna.paper.chapters.optima import gait_table, method_table
 from hypertuna.paper.chapters.others import computed_among, robot_table
 from hypertuna.paper.chapters.twin import bore_table, speed_table, tank_table
 from hypertuna.paper.computed import SPEEDS, Trial, swim_bores, swim_published
+from hypertuna.paper.ledger import CLASSES, VERDICTS
 from hypertuna.paper.reproduce import Ledger, reproduce
 from hypertuna.reports.html import Table
 from hypertuna.reports.results import posture_table
@@ -101,8 +102,15 @@ def ledger_table() -> str:
     for e in ledger().entries:
         computed = "" if e.computed is None else f"{e.computed:.3g}"
         told = "" if e.published is None else f"{e.published:.4g}"
-        body.append([f"`{e.id}`", e.model, e.verdict, told, computed, e.unit])
-    return rows(["number", "model", "verdict", "published", "computed", "unit"], body, left=3)
+        body.append([f"`{e.id}`", e.model, e.class_, e.verdict, e.seeds_text, told, computed, e.unit])
+    return rows(["number", "model", "class", "verdict", "seeds", "published", "computed", "unit"], body, left=4)
+
+
+def class_table() -> str:
+    """Count the ledger's entries by class and verdict."""
+    counts = ledger().summary["classes"]
+    body = [[name, text, *(str(counts[name][verdict] or "") for verdict in VERDICTS)] for name, text in CLASSES.items()]
+    return rows(["class", "because", *VERDICTS], body, left=2)
 
 
 def speeds_table() -> str:
@@ -312,6 +320,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "phases": phases_table,
     "weights": weights_table,
     "ledger": ledger_table,
+    "classes": class_table,
     "speeds": speeds_table,
     "errors": error_table,
     "sections": section_table,

@@ -17,11 +17,13 @@ from hypertuna.cli.main import main
 from hypertuna.paper.chapters.gaits import ARITHMETIC
 from hypertuna.paper.chapters.others import computed_among
 from hypertuna.paper.computed import OURS, PAPER, SPEEDS, TWIN
-from hypertuna.paper.ledger import RULES, VERDICTS, Entry, Finding, judge, published
+from hypertuna.paper.ledger import CLASSES, RULES, VERDICTS, Entry, Finding, judge, published
 from hypertuna.paper.page import ledger_html, write_ledger
 from hypertuna.paper.reproduce import CHAPTERS, Ledger, ledger_record, ledger_sections, reproduce
 from hypertuna.reports.html import Picture, Section, Table
 from hypertuna.swimming.gait import named_gait
+
+GOLDEN = json.loads(Path(__file__).with_name("golden.json").read_text())
 
 
 @pytest.fixture(scope="module")
@@ -42,17 +44,64 @@ def folder(ledger: Ledger, sections: list[Section], tmp_path_factory: pytest.Tem
 
 
 def test_numbers_and_verdicts_are_those_of_the_golden_file(ledger: Ledger) -> None:
-    """A change of form leaves every digit; a change of physics changes golden.json, with its reason in the commit.
+    """A change of form leaves every digit; a change of physics changes golden.json (`golden.py`), and its commit says why.
 
     Optima are the ends of searches: another instruction set may end them elsewhere within their tolerance.
     """
-    golden = json.loads(Path(__file__).with_name("golden.json").read_text())
-    entries = {f"{entry.id} | {entry.model or ''}".strip(" |"): entry for entry in ledger.entries}
-    assert entries.keys() == golden.keys()
-    for key, (computed, verdict) in golden.items():
+    entries = {f"{entry.id} | {entry.model}": entry for entry in ledger.entries}
+    assert entries.keys() == GOLDEN.keys()
+    for key, (computed, class_, verdict) in GOLDEN.items():
         tolerance = 1e-4 if key.startswith("optimum") else 1e-9
         assert entries[key].computed == pytest.approx(computed, rel=tolerance), key
-        assert entries[key].verdict == verdict, key
+        assert (entries[key].class_, entries[key].verdict) == (class_, verdict), key
+
+
+@pytest.mark.parametrize("key", [key for key, (*_, verdict) in GOLDEN.items() if verdict == "reproduced"])
+def test_no_verdict_survives_a_robot_that_is_20_percent_off(key: str) -> None:
+    name, model = key.split(" | ")
+    computed, class_, _ = GOLDEN[key]
+    for factor, expected in ((0.8, False), (1.0, True), (1.2, False)):
+        values = () if "twin" not in model else (factor * computed,) * 32
+        entry = judge(published(), Finding(name, model, class_, factor * computed, values=values))
+        assert (entry.verdict == "reproduced") == expected, factor
+
+
+def test_no_tolerance_is_so_wide_that_a_fifth_more_or_less_could_be_within_it() -> None:
+    # From the lower end of the tolerance a fifth more, from its upper end a fifth less must be outside.
+    for rule in RULES:
+        if rule.how == "within" and not rule.absolute:
+            assert 1.2 * (1 - rule.tolerance) > 1 + rule.tolerance
+            assert 0.8 * (1 + rule.tolerance) < 1 - rule.tolerance
+
+
+def test_only_predictions_are_reproduced(ledger: Ledger) -> None:
+    for entry in ledger.entries:
+        assert entry.verdict != "reproduced" or entry.class_ == "prediction"
+        assert entry.verdict != "agrees" or entry.class_ != "prediction"
+        assert entry.verdict != "reproduced" or not entry.bound  # what is 20 % off may keep a bound, too
+    summary, record = ledger.summary, ledger_record(ledger)
+    assert summary["predictions"] == sum(entry.class_ == "prediction" for entry in ledger.entries)
+    assert summary["reproduced"] == summary["verdicts"]["reproduced"]
+    assert sum(sum(counts.values()) for counts in summary["classes"].values()) == len(ledger.entries)
+    assert all(entry["class"] in CLASSES for entry in record["entries"])
+
+
+@pytest.mark.parametrize(
+    ("passing", "verdict"), [(32, "reproduced"), (29, "reproduced"), (28, "deviates"), (1, "deviates")]
+)
+def test_noise_needs_nine_tenths_of_the_seeds(passing: int, verdict: str) -> None:
+    values = (0.582,) * passing + (0.7,) * (32 - passing)
+    entry = judge(published(), Finding("speed/optimised-max", TWIN, "prediction", 0.582, values=values))
+    assert entry.verdict == verdict
+    assert entry.seeds is not None
+    assert (entry.seeds.passed, entry.seeds.count) == (passing, 32)
+    assert entry.seeds_text == f"{passing} of 32"
+
+
+def test_two_of_the_eight_speeds_are_measured() -> None:
+    kinds = {name: published()["values"][f"speed/{name}"]["kind"] for name in SPEEDS}
+    assert {name for name, kind in kinds.items() if kind == "measured"} == {"unoptimised-max", "optimised-max"}
+    assert set(kinds.values()) == {"measured", "target"}
 
 
 def found(ledger: Ledger, key: str, model: str | None = None) -> Entry:
@@ -68,7 +117,7 @@ def test_every_published_number_has_an_entry_of_its_own(ledger: Ledger) -> None:
     for entry in ledger.entries:
         fact = published()["values"][entry.id]
         assert (entry.published, entry.unit, entry.source) == (fact.get("value"), fact["unit"], fact["source"])
-        if entry.computed is not None and entry.published is not None:
+        if entry.computed is not None and entry.published:
             assert entry.relative_error == pytest.approx(entry.computed / entry.published - 1)
 
 
@@ -91,9 +140,10 @@ def test_errors_of_the_eight_speeds(ledger: Ledger) -> None:
 
 
 def test_optimal_phases(ledger: Ledger) -> None:
-    assert found(ledger, "optimal-phase/small").computed == 20
-    assert found(ledger, "optimal-phase/large").computed == 40
-    assert found(ledger, "optimal-phase/large").verdict == "reproduced"
+    assert found(ledger, "optimal-phase/small", PAPER).computed == 20
+    assert found(ledger, "optimal-phase/large", PAPER).computed == 40
+    assert found(ledger, "optimal-phase/large", PAPER).verdict == "agrees"  # the areas were read so that it does
+    assert found(ledger, "optimal-phase/large", OURS).verdict == "deviates"
     assert found(ledger, "optimal-phase/fastest", OURS).verdict == "deviates"
 
 
@@ -113,7 +163,13 @@ def test_turning(ledger: Ledger) -> None:
     assert entry.computed == pytest.approx(swim.turn_radius / fish.body.length)
     assert "tail first" in entry.note
     assert swim.speed < 0
-    assert found(ledger, "turning/best-phase", OURS).computed == 200
+    best = found(ledger, "turning/best-phase", OURS)
+    assert best.computed == 160  # head first; 200 deg swims tail first
+    assert "0.709 BL at 200 deg, tail first" in best.note
+    bend = tuple(group.bend_max / 2 for group in fish.joints)  # type: ignore[operator]
+    feasible = ht.swim(fish, replace(named_gait(fish, "turning"), amplitude=bend, bias=bend))
+    entry = found(ledger, "turning/radius-bl", f"{OURS}, feasible stroke")
+    assert entry.computed == pytest.approx(feasible.turn_radius / fish.body.length)
 
 
 def test_the_twin_has_settled_in_its_runs(ledger: Ledger) -> None:
@@ -127,9 +183,6 @@ def test_the_twin_has_settled_in_its_runs(ledger: Ledger) -> None:
 def test_settling_of_all_six_frequencies(ledger: Ledger) -> None:
     for hertz in range(1, 7):
         assert found(ledger, f"control/settling-{hertz}hz", TWIN).bound
-    for one in ledger.results["twins"].posture.eased:  # the issue asks for 4 s wherever the angle can be reached
-        assert one.settling is not None
-        assert one.settling <= 4
 
 
 def test_nothing_is_left_to_come(ledger: Ledger) -> None:
@@ -166,16 +219,16 @@ def test_bandwidth_from_four_gaits_predicts_the_other_four(ledger: Ledger) -> No
 def test_the_fastest_gait_lies_where_table_iv_has_it(ledger: Ledger) -> None:
     for model in (PAPER, OURS):
         for key in ("amplitude-I", "amplitude-II", "frequency"):
-            assert found(ledger, f"optimum/max/{key}", model).verdict == "reproduced"
+            entry = found(ledger, f"optimum/max/{key}", model)
+            assert (entry.class_, entry.verdict) == ("at a bound", "agrees")
         swarm, best = (
             ledger.results["optima"].best[model, "max", "pso"],
             ledger.results["optima"].best[model, "max", "gradient"],
         )
         assert swarm.speed == pytest.approx(best.speed, rel=0.005)
         assert best.speed >= ledger.trials[model].gaits["optimised-max"].speed
-    assert found(ledger, "optimum/max/phase", PAPER).verdict == "reproduced"
-    phase = found(ledger, "optimum/max/phase", OURS)
-    assert phase.verdict == ("reproduced" if abs(phase.computed - phase.published) <= 8 else "deviates")  # type: ignore[operator]
+        phase = found(ledger, "optimum/max/phase", model)
+        assert (phase.class_, phase.verdict) == ("prediction", "deviates")
 
 
 def test_optima_reach_their_objectives(ledger: Ledger) -> None:
@@ -206,16 +259,19 @@ def test_computed_among_others(ledger: Ledger) -> None:
     [
         ("speed/unoptimised-max", 0.56 * 1.049, "reproduced"),
         ("speed/unoptimised-max", 0.56 * 1.051, "deviates"),
-        ("speed/unoptimised-0.3", 0.3 * 1.099, "reproduced"),
-        ("speed/unoptimised-0.3", 0.3 * 0.899, "deviates"),
-        ("cost-of-transport/change-0.5", -4.7, "reproduced"),
-        ("cost-of-transport/change-0.5", 0.1, "deviates"),
+        ("speed/unoptimised-0.3", 0.3 * 1.089, "reproduced"),
+        ("speed/unoptimised-0.3", 0.3 * 0.909, "deviates"),
+        ("cost-of-transport/change-0.5", -3.4, "reproduced"),
+        ("cost-of-transport/change-0.5", -4.0, "deviates"),
+        ("cost-of-transport/change-0.5", 3.2, "deviates"),
         ("optimal-phase/large", 40.0, "reproduced"),
         ("optimal-phase/large", 20.0, "deviates"),
-        ("speed/model-error-max", 4.0, "reproduced"),
-        ("speed/model-error-max", 6.0, "contradicted"),
-        ("power/fastest", 22.45 * 1.09, "reproduced"),
-        ("power/fastest", 22.45 * 1.11, "deviates"),
+        ("speed/model-error-max", 4.0, "undetermined"),  # of a validation set that is not published
+        ("speed/model-error-max", 6.0, "undetermined"),
+        ("power/fastest", 22.45 * 1.08, "reproduced"),
+        ("power/fastest", 22.45 * 1.10, "deviates"),
+        ("pressure/lowest", 0.1, "reproduced"),
+        ("pressure/lowest", -0.1, "deviates"),
         ("bending/I", 18.2 * 1.009, "reproduced"),
         ("bending/I", 18.2 * 0.989, "deviates"),
         ("fe/bending-II", 31.2 * 1.029, "reproduced"),
@@ -231,7 +287,9 @@ def test_computed_among_others(ledger: Ledger) -> None:
     ],
 )
 def test_verdicts_follow_from_numbers(key: str, computed: float | None, verdict: str) -> None:
-    assert judge(published(), Finding(key, "a model", computed)).verdict == verdict
+    assert judge(published(), Finding(key, "a model", "prediction", computed)).verdict == verdict
+    other = judge(published(), Finding(key, "a model", "in sight", computed)).verdict
+    assert other == ("agrees" if verdict == "reproduced" else verdict)
 
 
 def test_an_interval_judges_what_was_identified() -> None:
@@ -241,7 +299,7 @@ def test_an_interval_judges_what_was_identified() -> None:
         ((value + 1, value + 3), "deviates"),
         ((0.0, 30.0), "undetermined"),
     ):
-        assert judge(published(), Finding(key, "a model", value + 2, "", interval)).verdict == verdict
+        assert judge(published(), Finding(key, "a model", "prediction", value + 2, "", interval)).verdict == verdict
 
 
 def test_every_number_has_a_rule_with_a_reason() -> None:

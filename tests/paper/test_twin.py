@@ -11,9 +11,9 @@ import hypertuna as ht
 from hypertuna.paper import computed as published_twins
 from hypertuna.paper.chapters.actuator import ACTUATOR, PRINTED, Bends, bend_published, step_table
 from hypertuna.paper.chapters.actuator import findings as bend_findings
-from hypertuna.paper.chapters.twin import bore_table, findings, sections, speed_table, tank_table
-from hypertuna.paper.computed import SPEEDS, TWIN, Twins, run_published
-from hypertuna.paper.ledger import Entry, judge, published
+from hypertuna.paper.chapters.twin import bore_table, sections, speed_table, tank_table
+from hypertuna.paper.computed import SPEEDS, Twins, run_published
+from hypertuna.paper.ledger import judge, published
 from hypertuna.reports.html import Picture, Section, Table
 
 PAPER = published()
@@ -35,53 +35,18 @@ def twins(tuna: ht.Robot) -> Twins:
 
 
 @pytest.fixture(scope="module")
-def entries(twins: Twins) -> dict[str, Entry]:
-    return {found.id: judge(PAPER, found) for found in findings(twins) if found.model == TWIN}
-
-
-@pytest.fixture(scope="module")
 def shown(twins: Twins) -> list[Section]:
     return sections(twins)
 
 
-def test_every_number_that_waited_for_the_twin_has_an_entry(entries: dict[str, Entry]) -> None:
-    asked = [f"speed/{name}" for name in SPEEDS] + ["control/settling-2hz", "control/settling-6hz"]
-    asked += ["power/fastest", "power/lake", "cost-of-transport/minimum", "range/battery"]
-    assert set(asked) <= set(entries)
-    assert {entry.model for entry in entries.values()} == {TWIN}
-    assert all(entry.verdict != "not-computed" for entry in entries.values())
-
-
-def test_numbers_are_those_of_the_runs(entries: dict[str, Entry], twins: Twins) -> None:
-    for name in SPEEDS:
-        assert entries[f"speed/{name}"].computed == twins.gaits[name].speed
-    fastest = twins.gaits["unoptimised-max"]
-    assert entries["power/fastest"].computed == fastest.power
-    assert entries["power/lake"].computed == twins.gaits["optimised-0.5"].power  # what section III.G says it swam
-    cost = entries["cost-of-transport/minimum"].computed
-    assert cost == pytest.approx(fastest.power / (3.3 * fastest.speed))  # Eq. 38 with the mass in it
-    before, after = (twins.gaits[f"{kind}optimised-0.4"].cost_of_transport for kind in ("un", ""))
-    assert entries["cost-of-transport/change-0.4"].computed == pytest.approx(100 * (after - before) / before)
-
-
-def test_settling_is_judged_as_a_bound(entries: dict[str, Entry], twins: Twins) -> None:
-    for one in twins.posture.held:
-        entry = entries[f"control/settling-{one.frequency:g}hz"]
-        assert entry.bound
-        assert entry.published_text == "≤ 4 s"
-        assert entry.verdict == ("reproduced" if one.settling is not None and one.settling <= 4 else "deviates")
-        assert f"joint {one.name}" in entry.note
-
-
-def test_calibrated_numbers_say_so(entries: dict[str, Entry], bends: Bends) -> None:
-    for found in bend_findings(bends):
-        assert (found.model == ACTUATOR) == ("calibrated" in found.note)
+def test_bends_are_calibrated(bends: Bends) -> None:
+    assert {found.class_ for found in bend_findings(bends)} == {"calibrated"}
 
 
 def test_bends_meet_the_paper_and_the_printed_equations_do_not(bends: Bends) -> None:
     judged = {(found.id, found.model): judge(PAPER, found) for found in bend_findings(bends)}
     for name in ("I", "II"):
-        assert judged[f"bending/{name}", ACTUATOR].verdict == "reproduced"
+        assert judged[f"bending/{name}", ACTUATOR].verdict == "agrees"
         assert judged[f"bending/{name}", PRINTED].verdict == "deviates"
 
 

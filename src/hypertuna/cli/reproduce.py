@@ -10,14 +10,16 @@ import typer
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.options import AsJson
-from hypertuna.paper.ledger import MARKS, Entry
+from hypertuna.paper.ledger import CLASSES, MARKS, Entry
 from hypertuna.paper.reproduce import Ledger, ledger_record, reproduce
 
 if TYPE_CHECKING:
     from rich.text import Text
 
-STYLES = {"reproduced": "green", "deviates": "yellow", "contradicted": "bold red"} | dict.fromkeys(
-    ("undetermined", "not-computed"), "dim"
+STYLES = (
+    {"reproduced": "green", "deviates": "yellow", "contradicted": "bold red"}
+    | dict.fromkeys(("undetermined", "not-computed"), "dim")
+    | {"agrees": "none"}
 )
 
 
@@ -29,8 +31,8 @@ def reproduce_command(
         bool,
         typer.Option(
             "--full",
-            help="Add the areas as Table II prints them, fits from more starts, the twin with other oil lines, and "
-            "recompute the finite elements.",
+            help="Add the areas as Table II prints them, fits from more starts, the twin with other oil lines; "
+            "recompute the finite elements, the lake and the 32 seeds, which are stored.",
         ),
     ] = False,
     as_json: AsJson = False,
@@ -47,23 +49,31 @@ def reproduce_command(
 
 
 def _lines(ledger: Ledger) -> Iterator[Any]:
-    """Lay out a row for each number and a column for each model; then what no model computes, and the sums."""
+    """Lay out the counts by class, a row for each number and a column for each model, what no model computes, sums."""
     from rich.text import Text
 
+    summary = ledger.summary
+    yield f"{summary['predictions']} predictions, {summary['reproduced']} of them reproduced."
+    rows = [
+        (name, *(str(counts[verdict] or "") for verdict in MARKS), CLASSES[name])
+        for name, counts in summary["classes"].items()
+    ]
+    yield table(["class", *(f"{MARKS[verdict]} {verdict}" for verdict in MARKS), "because"], rows, left=(0, 7))
+    yield ""
     models = list(ledger.summary["speeds"])
     by_id: dict[str, dict[str, Entry]] = {}
     for entry in ledger.entries:
         by_id.setdefault(entry.id, {})[entry.model] = entry
-    rows = []
+    cells_of: list[tuple[Any, ...]] = []
     for key, row in by_id.items():
         cells = [_answer(row[model]) if model in row else Text() for model in models]
         if any(cells):
-            rows.append((key, next(iter(row.values())).published_text, *cells))
-    yield table(["number", "published", *models], rows, left=(0, *range(2, 2 + len(models))))
+            cells_of.append((key, next(iter(row.values())).published_text, *cells))
+    yield table(["number", "published", *models], cells_of, left=(0, *range(2, 2 + len(models))))
     yield ""
     for entry in ledger.entries:
         if entry.model not in models:
-            text = f" {entry.id}, {entry.published_text}; {entry.model}: "
+            text = f" {entry.id}, {entry.published_text}; {entry.model}, {entry.class_}: "
             yield Text.assemble(_answer(entry), text, (f"{entry.note}.", "dim"))
     yield ""
     for model, errors in ledger.summary["speeds"].items():
@@ -74,8 +84,9 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
 
 
 def _answer(entry: Entry) -> Text:
-    """Write what was computed, with its error and the mark of its verdict."""
+    """Write what was computed, with its error, the mark of its verdict, and how many seeds agree."""
     from rich.text import Text
 
     error = f" ({entry.error})" if entry.error else ""
-    return Text(f"{MARKS[entry.verdict]} {entry.computed_text}{error}".rstrip(), style=STYLES[entry.verdict])
+    seeds = f" {entry.seeds_text}" if entry.seeds else ""
+    return Text(f"{MARKS[entry.verdict]} {entry.computed_text}{error}{seeds}".rstrip(), style=STYLES[entry.verdict])

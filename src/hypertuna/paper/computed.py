@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from hypertuna.actuation.hydraulics import with_bore
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, require
 from hypertuna.simulation.posture_test import PostureTest, posture_test
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twins
@@ -37,6 +37,7 @@ Bores: TypeAlias = dict[float, dict[str, tuple[float, Array, float]]]
 THREADS = 2
 SWIM = 20.0  # s: from the speed of the lagging joints, until the controller's own transients are over
 TANK = "large"  # amplitude of the tank tests at which joints are watched over frequency
+LEVELS = ("small", "large")  # amplitudes whose best phase is published
 TANK_PHASE = 40.0  # deg, of the fastest gait
 BORES = (0.003, 0.004, 0.005, 0.006)  # m, possible oil lines
 
@@ -49,6 +50,7 @@ class Trial:
     gaits: dict[str, Swim]  # the robot's named gaits
     tank: xr.Dataset  # the grid of the paper's tank tests
     turning: xr.Dataset  # the turning gait over phases
+    feasible: xr.Dataset  # the same with strokes that end at the joints' largest bends
     start: Swim  # from rest, as in Fig. 12(c)
 
 
@@ -74,7 +76,7 @@ def _try(robot: Robot, paper: Mapping[str, Any]) -> Trial:
     tank, turn, start = paper["tank"], named_gait(robot, "turning"), paper["start"]
     phases = [(0.0, float(phase)) for phase in np.radians(tank["phase_deg"])]
     amplitudes = np.radians(list(tank["amplitude_deg"].values())).tolist()
-    turns = [(0.0, float(phase)) for phase in np.radians(paper["turning"]["phase_deg"])]
+    half = tuple(require(group.bend_max, "joints.bend_max_deg", robot) / 2 for group in robot.joints)
     at_start = Gait.from_degrees(
         frequency=start["frequency_hz"],
         amplitude=tank["amplitude_deg"][start["amplitude"]],
@@ -84,10 +86,17 @@ def _try(robot: Robot, paper: Mapping[str, Any]) -> Trial:
         robot=robot,
         gaits={name: swim(robot, named_gait(robot, name)) for name in robot.gaits},
         tank=sweep(robot, Gaits.grid(frequency=tank["frequency_hz"], amplitude=amplitudes, phase=phases)),
-        turning=sweep(
-            robot, Gaits.grid(frequency=[turn.frequency], amplitude=[turn.amplitude], phase=turns, bias=[turn.bias])
-        ),
+        turning=_turns(robot, paper, turn),
+        feasible=_turns(robot, paper, replace(turn, amplitude=half, bias=half)),
         start=swim(robot, at_start, from_rest=REST),
+    )
+
+
+def _turns(robot: Robot, paper: Mapping[str, Any], gait: Gait) -> xr.Dataset:
+    """Swim a one-sided beat over phases."""
+    phases = [(0.0, float(phase)) for phase in np.radians(paper["turning"]["phase_deg"])]
+    return sweep(
+        robot, Gaits.grid(frequency=[gait.frequency], amplitude=[gait.amplitude], phase=phases, bias=[gait.bias])
     )
 
 

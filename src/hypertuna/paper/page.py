@@ -8,8 +8,8 @@ from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
 from hypertuna.paper.chapter import compose
 from hypertuna.paper.chapters.gaits import ARITHMETIC
-from hypertuna.paper.computed import OURS, PAPER, bandwidths
-from hypertuna.paper.ledger import MARKS, RULES, VERDICTS, Entry
+from hypertuna.paper.computed import OURS, PAPER, TWIN, bandwidths
+from hypertuna.paper.ledger import CLASSES, MARKS, RULES, VERDICTS, Entry
 from hypertuna.paper.reproduce import Ledger, ledger_record, ledger_sections
 from hypertuna.reports.html import WIDTH, Fact, Picture, Section, page
 
@@ -42,8 +42,10 @@ def ledger_html(ledger: Ledger, sections: list[Section]) -> str:
     count = sum(len(chapter["entries"]) for chapter in chapters)
     lede = f"""HyperTuna is a soft robotic fish with two hydraulic joints. Its paper gives the robot's dimensions, the
 coefficients of a swimming model, and measurements. This page computes the last from the others: {count} published
-numbers, each with the computed one and a verdict."""
+numbers, each with those of every model that can speak to it. Only a number that could have come out otherwise is a
+prediction, and only a prediction counts as reproduced."""
     values = {"ledger": ledger, "chapters": chapters, "rules": RULES, "marks": MARKS, "names": NAMES}
+    values |= {"classes": CLASSES}
     values |= {"best": best, "slowed": slowed(best), "fish": swimming_svg(best)}
     title = "HyperTuna, computed beside published"
     return page(title, sections, lede=lede, facts=_facts(ledger), template="ledger.html.j2", values=values)
@@ -65,28 +67,31 @@ def _chapters(ledger: Ledger) -> list[dict[str, Any]]:
 
 def _facts(ledger: Ledger) -> list[Fact]:
     """Return the numbers in large letters."""
-    errors, verdicts = ledger.summary["speeds"], ledger.summary["verdicts"]
+    summary = ledger.summary
+    errors, counts = summary["speeds"], summary["classes"]["prediction"]
+    rms = {model: f"{100 * error['rms_relative_error']:.3g} %" for model, error in errors.items()}
     (distance,) = [entry for entry in ledger.entries if (entry.id, entry.model) == ("range/battery", ARITHMETIC)]
-    rms, largest = (
-        {model: f"{100 * error[f'{kind}_relative_error']:.3g} %" for model, error in errors.items()}
-        for kind in ("rms", "largest")
-    )
-    judged = len(ledger.entries) - verdicts["not-computed"]
+    others = len(ledger.entries) - summary["predictions"]
     return [
         Fact(
-            rms[OURS],
-            f"rms error of the eight published speeds with a {bandwidths(ledger.trials[OURS].robot)} Hz joint "
-            f"bandwidth; largest {largest[OURS]}",
+            f"{summary['reproduced']} of {summary['predictions']}",
+            f"predictions reproduce the paper; {counts['deviates']} deviate, {counts['undetermined']} are left open by "
+            f"what is published",
         ),
-        Fact(rms[PAPER], f"rms error with ideal joints, the paper's own model; largest {largest[PAPER]}"),
+        Fact(
+            f"{others}",
+            f"numbers more are fitted, calibrated, chosen in sight of the published one, inputs or at a bound: "
+            f"{summary['verdicts']['agrees']} of them agree, which proves little",
+        ),
+        Fact(rms.get(TWIN, "–"), "rms error of the eight published speeds in the twin, from servo to wake"),
+        Fact(
+            rms[OURS],
+            f"with a {bandwidths(ledger.trials[OURS].robot)} Hz joint bandwidth, fitted on four of them; "
+            f"{rms[PAPER]} with ideal joints, the paper's own model",
+        ),
         Fact(
             f"{distance.computed_text} km",
             f"range on the battery of the paper's Table I, where the paper claims {distance.published:g} km",
-        ),
-        Fact(
-            f"{verdicts['reproduced']} of {judged}",
-            f"answers reproduce the paper; {verdicts['deviates']} deviate, {verdicts['contradicted']} contradict it, "
-            f"{verdicts['undetermined']} are left open by what is published, {verdicts['not-computed']} are to come",
         ),
     ]
 

@@ -1,6 +1,6 @@
 """The ledger: every number of the paper that the model can answer, computed beside published, with a verdict."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from itertools import count
 from typing import Any
@@ -19,12 +19,13 @@ from hypertuna.paper.chapters import (
     lake,
     optima,
     others,
+    seeds,
     tank,
     turning,
     twin,
 )
 from hypertuna.paper.computed import AS_PRINTED, MODELS, SPEEDS, swim_published
-from hypertuna.paper.ledger import RULES, VERDICTS, Entry, judge, published
+from hypertuna.paper.ledger import CLASSES, RULES, VERDICTS, Entry, judge, published
 from hypertuna.reports.html import Section
 
 # In the order of the page, and of the entries with the same id.
@@ -36,6 +37,7 @@ CHAPTERS: tuple[Chapter[Any], ...] = (
     actuator.CHAPTER,
     finite_elements.CHAPTER,
     twin.CHAPTER,
+    seeds.CHAPTER,
     turning.CHAPTER,
     diving.CHAPTER,
     lake.CHAPTER,
@@ -60,7 +62,8 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     """Compute the paper's numbers; report progress by the number of steps and their total.
 
     In full: also with the areas as Table II prints them, coefficients from more starts, finite elements computed again
-    where the extra `fe` is installed, the lake flown again, and the twin with oil lines of other bores.
+    where the extra `fe` is installed, the lake flown again, the twin with oil lines of other bores, and the twin over
+    all seeds, which are stored.
     """
     paper, robot = published(), load("hypertuna")
     steps = count(1)
@@ -86,10 +89,11 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
 
 
 def ledger_record(ledger: Ledger) -> dict[str, Any]:
-    """Return the JSON record of a ledger: provenance, summary, rules of the verdicts, entries."""
+    """Return the JSON record of a ledger: provenance, summary, classes, rules of the verdicts, entries."""
     rules = [asdict(rule) for rule in RULES]
-    entries = [asdict(entry) for entry in ledger.entries]
-    return ledger.provenance | {"summary": ledger.summary, "rules": rules, "entries": entries}
+    entries = [{key.rstrip("_"): value for key, value in asdict(entry).items()} for entry in ledger.entries]
+    parts = {"summary": ledger.summary, "classes": CLASSES, "rules": rules, "entries": entries}
+    return ledger.provenance | parts
 
 
 def ledger_sections(ledger: Ledger) -> list[Section]:
@@ -98,14 +102,18 @@ def ledger_sections(ledger: Ledger) -> list[Section]:
 
 
 def _summary(entries: tuple[Entry, ...]) -> dict[str, Any]:
-    """Return the errors of the eight speeds by model, and the number of every verdict."""
+    """Return the predictions and how many are reproduced, verdicts of all and by class, errors of the eight speeds."""
     speeds: dict[str, list[Entry]] = {}
     for entry in entries:
-        if entry.id.removeprefix("speed/") in SPEEDS:
+        if entry.id.removeprefix("speed/") in SPEEDS and entry.relative_error is not None:
             speeds.setdefault(entry.model, []).append(entry)
     errors = {model: np.array([entry.relative_error for entry in part], float) for model, part in speeds.items()}
-    verdicts = [entry.verdict for entry in entries]
+    classes = {name: _verdicts([entry for entry in entries if entry.class_ == name]) for name in CLASSES}
     return {
+        "predictions": sum(classes["prediction"].values()),
+        "reproduced": classes["prediction"]["reproduced"],
+        "verdicts": _verdicts(entries),
+        "classes": classes,
         "speeds": {
             model: {
                 "rms_relative_error": float(np.sqrt(np.mean(error**2))),
@@ -114,5 +122,10 @@ def _summary(entries: tuple[Entry, ...]) -> dict[str, Any]:
             }
             for model, error in errors.items()
         },
-        "verdicts": {verdict: verdicts.count(verdict) for verdict in VERDICTS},
     }
+
+
+def _verdicts(entries: Sequence[Entry]) -> dict[str, int]:
+    """Return the number of every verdict."""
+    verdicts = [entry.verdict for entry in entries]
+    return {verdict: verdicts.count(verdict) for verdict in VERDICTS}

@@ -60,14 +60,14 @@ def findings(bends: Bends) -> Iterator[Finding]:
     for name, corrected in bends.corrected.items():
         angle = float(np.degrees(corrected.angle[-1]))
         note = (
-            "calibrated, not predicted: the geometry, which is not published, was chosen so that both come out. A "
+            "the geometry, which is not published, was chosen so that both come out. A "
             f"line through 100 to 250 kPa has R² = {corrected.r_squared():.3f}; rising and falling pressure differ by "
             f"{_loop(corrected):.2g} deg at most"
         )
-        yield Finding(f"bending/{name}", ACTUATOR, angle, note)
+        yield Finding(f"bending/{name}", ACTUATOR, "calibrated", angle, note)
         printed = float(np.degrees(bends.printed[name].angle[-1]))
         note = f"the same geometry in the equations as they stand: {100 * (printed / angle - 1):+.0f} %"
-        yield Finding(f"bending/{name}", PRINTED, printed, f"{note} beside the corrected ones")
+        yield Finding(f"bending/{name}", PRINTED, "calibrated", printed, f"{note} beside the corrected ones")
 
 
 def sections(bends: Bends) -> list[Section]:

@@ -71,7 +71,7 @@ def findings(fits: Fits) -> Iterator[Finding]:
             end = _bound(fit, k)
             value = float(fit.values[k]) if end is None else end
             note = f"95 % interval {interval[0]:.3g} to {interval[1]:.3g}{'' if end is None else ', at its bound'}"
-            yield Finding(_id(coefficient.name), model, value, note, interval)
+            yield Finding(_id(coefficient.name), model, "fitted", value, note, interval)
 
 
 def sections(fits: Fits) -> list[Section]:

@@ -20,7 +20,7 @@ from hypertuna.fe.bend import described_bend, fe_bend
 from hypertuna.fe.model import FeOptions
 from hypertuna.io.files import shipped
 from hypertuna.paper.chapter import Chapter, Trials, compose
-from hypertuna.paper.ledger import Finding
+from hypertuna.paper.ledger import Class, Finding
 from hypertuna.reports.html import WIDTH, Section, Table
 
 if TYPE_CHECKING:
@@ -159,7 +159,8 @@ def findings(elements: Elements) -> Iterator[Finding]:
     for model, joints in elements.solved.items():
         for joint, one in joints.items():
             angle = None if one.record is None else float(np.degrees(one.angle[-1]))
-            yield Finding(f"fe/bending-{joint}", model, angle, _note(model, one))
+            class_: Class = "calibrated" if model == FE else "prediction"
+            yield Finding(f"fe/bending-{joint}", model, class_, angle, _note(model, one))
         yield _difference(model, joints)
 
 
@@ -210,7 +211,7 @@ def _note(model: str, one: Solved) -> str:
     record = one.record
     chosen = "the geometry with which the analytic model meets both angles"
     if model == FE:
-        chosen = "calibrated, not predicted: the geometry, which is not published, was chosen so that both come out"
+        chosen = "the geometry, which is not published, was chosen so that both come out"
     made = f"{record['mesh']} mesh of {record['elements']:,} tetrahedra, {record['seconds']:.0f} s, stored"
     straight = f"a line through 100 to 250 kPa has R² = {one.r_squared:.3f}"
     return "; ".join(filter(None, (f"{chosen}. {straight[0].upper()}{straight[1:]}", made, one.reason)))
@@ -220,11 +221,11 @@ def _difference(model: str, joints: Mapping[str, Solved]) -> Finding:
     """Return the largest difference of the analytic model from finite elements with the same geometry [%]."""
     missing = [one.reason for one in joints.values() if one.record is None]
     if missing:
-        return Finding("fe-vs-analytic", model, None, missing[0])
+        return Finding("fe-vs-analytic", model, "prediction", None, missing[0])
     last = {joint: 100 * float(one.difference[-1]) for joint, one in joints.items()}
     text = ", ".join(f"joint {joint} {value:+.1f} %" for joint, value in last.items())
     note = f"bend of the analytic model over that of {FE} at {_top(joints):g} kPa, same description: {text}"
-    return Finding("fe-vs-analytic", model, max(last.values(), key=abs), note)
+    return Finding("fe-vs-analytic", model, "prediction", max(last.values(), key=abs), note)
 
 
 def _top(joints: Mapping[str, Solved]) -> float:

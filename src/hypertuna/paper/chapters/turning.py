@@ -1,6 +1,9 @@
 """The turning test of section III.G."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +12,11 @@ from hypertuna.paper.computed import OURS, PAPER, Trial
 from hypertuna.paper.ledger import Finding, published, published_value
 from hypertuna.reports.html import WIDTH, Section
 from hypertuna.swimming.turn import fit_circle, nose_path, point_radius
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FEASIBLE = "feasible stroke"
 
 
 def findings(trials: Trials) -> Iterator[Finding]:
@@ -24,33 +32,47 @@ def sections(trials: Trials) -> list[Section]:
     ours, point = trials[OURS], (published_value("turning/best-phase"), published_value("turning/radius-bl"))
     swept = {model: trials[model].turning for model in (PAPER, OURS)}
     figures = {"turning": plot_turning(swept, ours.robot.body.length, published=point, width=WIDTH)}
-    radius, best = _turning(OURS, ours)
+    radius, best, *_ = _turning(OURS, ours)
     return compose("turning", figures, phase=point[0], published=point[1], radius=radius, best=best)
 
 
 def _turning(model: str, trial: Trial) -> Iterator[Finding]:
-    """Yield the turning radius of the published gait, and the phase of the tightest turn."""
+    """Yield the radius at the published phase, and the phase of the tightest turn head first."""
     length, turn = trial.robot.body.length, trial.gaits["turning"]
-    grid = trial.turning.isel(frequency=0, amplitude=0, bias=0)
-    radius, forward = grid.turn_radius.values / length, grid.speed.values > 0
-    phases = published()["turning"]["phase_deg"]
-    first = np.where(forward, radius, np.inf).argmin()
     center = point_radius(turn, trial.robot.links.com[0]) / length
     circle = fit_circle(nose_path(turn)).radius / length
+    stroke = ", ".join(f"{2 * angle:.3g}" for angle in np.degrees(turn.gait.amplitude))
+    possible = ", ".join(f"{np.degrees(group.bend_max or np.nan):.3g}" for group in trial.robot.joints)
     note = (
         f"mean distance of the nose from the center of the turn (circle fitted to its path: {circle:.3g} BL; center of "
-        f"the head: {center:.3g} BL); swims {_way(turn.speed > 0)} at {abs(turn.speed):.2g} m/s. "
-        f"The tightest turn that swims forward: {radius[first]:.3g} BL at {phases[first]:g} deg"
+        f"the head: {center:.3g} BL); swims {_way(turn.speed > 0)} at {abs(turn.speed):.2g} m/s, with strokes of "
+        f"{stroke} deg, where the joints bend by {possible} deg in air"
     )
-    yield Finding("turning/radius-bl", model, turn.turn_radius / length, note)
-    best = int(radius.argmin())
-    note = f"swims {_way(forward[best])} there; radii of the grid are {radius.min():.2f} to {radius.max():.2f} BL"
-    yield Finding("turning/best-phase", model, float(phases[best]), note)
+    yield Finding("turning/radius-bl", model, "prediction", turn.turn_radius / length, note)
+    yield _tightest(model, trial.turning, length)
+    grid = trial.feasible.isel(frequency=0, amplitude=0, bias=0)
+    at = published()["turning"]["phase_deg"].index(published_value("turning/best-phase"))
+    note = f"strokes of {possible} deg, which the joints can make; swims {_way(float(grid.speed[at]) > 0)}"
+    radius = float(grid.turn_radius[at]) / length
+    yield Finding("turning/radius-bl", f"{model}, {FEASIBLE}", "prediction", radius, note)
+    yield _tightest(f"{model}, {FEASIBLE}", trial.feasible, length)
+
+
+def _tightest(model: str, turns: xr.Dataset, length: float) -> Finding:
+    """Return the phase of the tightest turn of those that swim head first, as fish do."""
+    grid, phases = turns.isel(frequency=0, amplitude=0, bias=0), published()["turning"]["phase_deg"]
+    radius, forward = grid.turn_radius.values / length, grid.speed.values > 0
+    first, any_way = int(np.where(forward, radius, np.inf).argmin()), int(radius.argmin())
+    note = (
+        f"the tightest head first, {radius[first]:.3g} BL; of all {radius[any_way]:.3g} BL at {phases[any_way]:g} deg, "
+        f"{_way(forward[any_way])}"
+    )
+    return Finding("turning/best-phase", model, "prediction", float(phases[first]), note)
 
 
 def _way(forward: bool) -> str:
     """Name a direction of swimming."""
-    return "forward" if forward else "tail first"
+    return "head first" if forward else "tail first"
 
 
 CHAPTER = Chapter("turning", sections, findings)

@@ -1,49 +1,31 @@
 """The twin beside the paper: the eight gaits from servo to wake, Fig. 8, power and range; no swimming data is used."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
-from hypertuna.actuation.battery import range_of
 from hypertuna.description.robot import Robot
 from hypertuna.paper.chapter import Chapter, Trials, compose
-from hypertuna.paper.chapters.gaits import gait_findings
 from hypertuna.paper.computed import (
     OURS,
     SPEEDS,
     SWIM,
     TANK_PHASE,
-    TWIN,
     Bores,
     Twins,
     bandwidths,
     run_published,
 )
-from hypertuna.paper.ledger import Finding, published, published_value
+from hypertuna.paper.ledger import published, published_value
 from hypertuna.reports.html import WIDTH, Section, Table
 from hypertuna.reports.results import posture_table, spelled_limits
-from hypertuna.simulation.posture_test import CLOSE, Held
-from hypertuna.simulation.run import TwinRun
-
-EASED = "twin, angle within reach"  # where the set angle of Fig. 8 is out of reach
-ESTIMATED = "servos as data sheets have them, not fitted to this number, but chosen with it in sight"
+from hypertuna.simulation.posture_test import CLOSE
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Twins:
     """Run the twin of the paper's robot."""
     return run_published(trials[OURS].robot, published(), full=full, progress=step)
-
-
-def findings(twins: Twins) -> Iterator[Finding]:
-    """Yield speeds, costs, powers, range and settling times."""
-    notes = {name: _reached(run) for name, run in twins.gaits.items()}
-    yield from gait_findings(TWIN, twins.gaits, notes, "electrical")
-    yield from _powers(twins)
-    for held in twins.posture.held:
-        yield _settling(held, TWIN)
-    for held in twins.posture.eased:
-        yield _settling(held, EASED)
 
 
 def sections(twins: Twins) -> list[Section]:
@@ -89,56 +71,6 @@ def bore_table(bores: Bores) -> Table:
         cells = [f"{100 * error:+.0f} %" for error in errors]
         rows.append([f"{1e3 * bore:g} mm", f"{rms:.1f} %", *cells, angles, f"{power:.1f}"])
     return Table(["bore", "rms error", *SPEEDS, "reached at 6 Hz [deg]", "power at 6 Hz [W]"], rows)
-
-
-def _powers(twins: Twins) -> Iterator[Finding]:
-    """Yield powers, the cost of transport of the fastest gait, and the range that follows."""
-    gait = published()["lake"]["gait"]
-    fastest, lake = twins.gaits["unoptimised-max"], twins.gaits[gait]
-    cheapest = min(twins.gaits, key=lambda name: twins.gaits[name].cost_of_transport)
-    yield Finding("power/fastest", TWIN, fastest.power, f"electrical power of all servos; {ESTIMATED}")
-    yield Finding("power/lake", TWIN, lake.power, f"{gait} in still water; {ESTIMATED}")
-    note = (
-        f"electrical, {fastest.power:.3g} W at {fastest.speed:.3g} m/s; least of the eight gaits: "
-        f"{twins.gaits[cheapest].cost_of_transport:.3g} J/(kg m), {cheapest}"
-    )
-    yield Finding("cost-of-transport/minimum", TWIN, fastest.cost_of_transport, note)
-    yield _range(twins.robot, fastest)
-
-
-def _range(robot: Robot, run: TwinRun) -> Finding:
-    """Return the range on one charge with the fastest unoptimized gait."""
-    if not (math.isfinite(run.power + run.speed) and run.speed > 0):
-        return Finding("range/battery", TWIN, None, "the twin does not swim")
-    result = range_of(robot, power=run.power, speed=run.speed)
-    note = (
-        f"unoptimised-max on {result.energy / 3600:.1f} Wh, {result.delivered / 3600:.1f} Wh of them at the servos: "
-        f"{result.endurance / 3600:.2g} h at {run.power:.3g} W and {run.speed:.3g} m/s"
-    )
-    return Finding("range/battery", TWIN, result.range / 1e3, note)
-
-
-def _reached(run: TwinRun) -> str:
-    """Describe the amplitudes that a run reached, and the active limits."""
-    angles = " and ".join(f"{angle:.1f}" for angle in np.degrees(run.swing))
-    setpoints = " and ".join(f"{angle:.4g}" for angle in np.degrees(run.gait.amplitude))
-    limits = f"; active limits: {spelled_limits(run.limits)}" if run.limits else ""
-    return f"joints reach {angles} of {setpoints} deg{limits}"
-
-
-def _settling(held: Held, model: str) -> Finding:
-    """Return the settling time of a joint's peak bends; the end of the run where they do not settle."""
-    angle, close = np.degrees(held.angle), np.degrees(CLOSE)
-    note = f"joint {held.name} in air, {angle:.3g} deg set, all peak bends within {close:g} deg"
-    if held.limits:
-        note += f"; active limits: {spelled_limits(held.limits)}"
-    if held.settling is None:
-        note += f"; not settled by then, but {np.degrees(held.error[-1]):.2f} deg off"
-    elif held.measured_settling is not None:
-        note += f"; by the bending sensor {held.measured_settling:.2f} s"
-    note += "; the bore of the oil lines was chosen with this test in sight"
-    time = float(held.time[-1]) if held.settling is None else held.settling
-    return Finding(f"control/settling-{held.frequency:g}hz", model, time, note)
 
 
 def _swim_sections(twins: Twins) -> list[Section]:
@@ -216,4 +148,4 @@ def _bandwidth(robot: Robot) -> float:
     return value
 
 
-CHAPTER = Chapter("twins", sections, findings, compute, steps=2, full_steps=2)
+CHAPTER = Chapter("twins", sections, compute=compute, steps=2, full_steps=2)

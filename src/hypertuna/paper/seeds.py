@@ -1,0 +1,120 @@
+"""Numbers over seeds of the noise: computed once, stored in data/seeds with what made them, computed again in full.
+
+python -m hypertuna.paper.seeds                 # compute and store all studies, about NN min on two cores
+python -m hypertuna.paper.seeds postures dives  # some of them
+"""
+
+import hashlib
+import json
+import sys
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from statistics import median_low
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot, load
+from hypertuna.io.files import shipped, write_atomically
+from hypertuna.paper.computed import THREADS
+from hypertuna.paper.ledger import Class, Finding
+from hypertuna.paper.studies import STUDIES
+
+SEEDS = tuple(range(32))
+DIGITS = 6  # stored
+AGAIN = "`hypertuna reproduce --full` computes it again"
+Numbers: TypeAlias = Mapping[str, Array]  # by name, a value for each seed (seeds,)
+
+
+@dataclass(frozen=True)
+class Stored:
+    """The numbers of a study over seeds."""
+
+    study: str
+    robot: Robot
+    record: Mapping[str, Any] | None  # None where there is no valid one
+    reason: str = ""  # why there is none; without a full stop
+
+    @cached_property
+    def numbers(self) -> Numbers:
+        """By name, a value for each seed (seeds,); ones without a record, from which `finding` makes nothing."""
+        if self.record is None:
+            return defaultdict(lambda: np.ones(len(SEEDS)))
+        return {name: np.array(values) for name, values in self.record["numbers"].items()}
+
+    def finding(self, key: str, model: str, class_: Class, values: Array, note: str) -> Finding:
+        """Return a finding with the median of its values (seeds,); without a number where there is no record."""
+        if self.record is None:
+            return Finding(key, model, class_, None, self.reason)
+        numbers = tuple(float(value) for value in values)
+        return Finding(key, model, class_, median_low(numbers), note, values=numbers)
+
+
+def read_seeds(study: str, robot: Robot) -> Stored:
+    """Read a study; it is stale where the robot has changed since."""
+    try:
+        record = json.loads(_path(study, robot).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return Stored(study, robot, None, f"no seeds of {robot.name} are stored; {AGAIN}")
+    if record["taken_hash"] != taken_hash(robot):
+        return Stored(study, robot, None, f"stale: {robot.name} has changed since its seeds were stored; {AGAIN}")
+    return Stored(study, robot, record)
+
+
+def compute_seeds(study: str, robot: Robot) -> Stored:
+    """Compute a study over all seeds, and store it."""
+    with ThreadPoolExecutor(THREADS) as pool:
+        rows = list(pool.map(lambda seed: STUDIES[study].run(robot, seed), SEEDS))
+    numbers = {name: [float(f"{row[name]:.{DIGITS}g}") for row in rows] for name in rows[0]}
+    made_by = {key: provenance(robot)[key] for key in ("hypertuna_version", "isa", "robot", "robot_hash")}
+    facts = made_by | {
+        "taken_hash": taken_hash(robot),
+        "command": f"python -m hypertuna.paper.seeds {study}",
+        "seeds": list(SEEDS),
+    }
+    record = {"study": study} | facts | {"numbers": numbers}
+    lines = [f" {json.dumps(name)}: {json.dumps(values)}" for name, values in numbers.items()]
+    head = json.dumps(record | {"numbers": None}, indent=0).removesuffix("null\n}")
+    write_atomically(_path(study, robot), (head + "{\n" + ",\n".join(lines) + "\n}\n}\n").encode())
+    return Stored(study, robot, record)
+
+
+def all_seeds(*, full: bool = False, step: Callable[[], None] | None = None) -> dict[tuple[str, str], Stored]:
+    """Return all studies by name and robot; in full compute them again."""
+    found = {}
+    for study, plan in STUDIES.items():
+        for name in plan.robots:
+            found[study, name] = (compute_seeds if full else read_seeds)(study, load(name))
+            if full and step is not None:
+                step()
+    return found
+
+
+def taken_hash(robot: Robot) -> str:
+    """Return the SHA-256 of what the twin takes of a robot: all that affects results but water laws not chosen."""
+    texts = {"description", "sources", "firmware"}
+    content = robot.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
+    content["water"] = {key: content["water"][key] for key in ("density_kg_m3", robot.model.water)}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _path(study: str, robot: Robot) -> Any:
+    """Return the file of a study."""
+    return shipped("data/seeds") / f"{study}-{robot.name}.json"
+
+
+def main() -> None:
+    """Compute the studies of the command line, or all."""
+    for study in sys.argv[1:] or STUDIES:
+        for name in STUDIES[study].robots:
+            compute_seeds(study, load(name))
+            print(f"stored: {_path(study, load(name))}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,141 @@
+"""Studies of the twin that depend on the noise of its sensors: what one seed gives, by name of the number."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hypertuna.description.robot import Robot
+from hypertuna.paper.computed import LEVELS, SPEEDS, SWIM, TANK, TANK_PHASE
+from hypertuna.paper.ledger import published
+from hypertuna.simulation.dive import dive
+from hypertuna.simulation.posture_test import hold
+from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.twin import twin, twin_at_sea
+from hypertuna.swimming.gait import Gait, named_gait
+from hypertuna.swimming.turn import fit_circle
+
+SHORT = 10.0  # s: of the runs for best phases, whose speeds are compared with one another
+ROUND = 40.0  # s: in its last half a third of a circle and more
+HERTZ = (2.0, 4.0, 6.0)  # of the tank tests over phases
+LAKE = 60.0  # s: of a straight run in still water
+SHALLOW = 0.4  # m: depth of the mission `lake`
+LAKE_GAITS = ("optimised-0.5", "optimised-0.4")  # the paper's, and that which the pilot takes for its speed
+
+
+def swims(robot: Robot, seed: int) -> dict[str, float]:
+    """Swim the eight gaits, and large amplitude over frequency."""
+    gaits = {name: named_gait(robot, name) for name in SPEEDS}
+    gaits |= {tank_name(hertz): tank_gait(TANK, hertz, TANK_PHASE) for hertz in published()["tank"]["frequency_hz"]}
+    numbers: dict[str, float] = {}
+    for name, gait in gaits.items():
+        run = _swim(robot, gait, SWIM, seed)
+        numbers |= {f"{name} speed": run.speed, f"{name} power": run.power}
+        numbers[f"{name} pressure"] = run.pressure_min.min() / 1e3
+        for group, angle in zip(robot.joints, np.degrees(run.swing), strict=True):
+            numbers[f"{name} swing {group.name}"] = angle
+    return numbers
+
+
+def postures(robot: Robot, seed: int) -> dict[str, float]:
+    """Settle at the set angle of Fig. 8 by the bend sensor and by the true bend; the end of a run that does not [s]."""
+    numbers: dict[str, float] = {}
+    facts = published()["posture"]
+    angle = [math.radians(facts["angle_deg"]) if group.name == facts["joint"] else 0.0 for group in robot.joints]
+    for hertz in facts["frequency_hz"]:
+        (held,) = hold(robot, hertz, angle, duration=facts["duration_s"], medium="air", seed=seed)
+        end = float(held.time[-1])
+        numbers[f"{hertz:g} Hz sensor"] = end if held.measured_settling is None else held.measured_settling
+        numbers[f"{hertz:g} Hz bend"] = end if held.settling is None else held.settling
+    return numbers
+
+
+def phases(robot: Robot, seed: int) -> dict[str, float]:
+    """Swim the tank tests over phases."""
+    numbers: dict[str, float] = {}
+    tank = published()["tank"]
+    for level in LEVELS:
+        for hertz in HERTZ:
+            for phase in tank["phase_deg"]:
+                run = _swim(robot, tank_gait(level, hertz, phase), SHORT, seed)
+                name = phase_name(level, hertz, phase)
+                numbers |= {f"{name} speed": run.speed, f"{name} power": run.power}
+    return numbers
+
+
+def turns(robot: Robot, seed: int) -> dict[str, float]:
+    """Turn at the phases of the turning test: radius of the nose's path [BL] and speed [m/s]."""
+    numbers: dict[str, float] = {}
+    gait = named_gait(robot, "turning")
+    for phase in published()["turning"]["phase_deg"]:
+        other = Gait(gait.frequency, gait.amplitude, (0.0, math.radians(phase)), gait.bias)
+        run = _swim(robot, other, ROUND, seed)
+        late = run.time >= ROUND / 2
+        path = run.data["x"][late] + 1j * run.data["y"][late]
+        numbers |= {f"{phase:g} deg radius": fit_circle(path).radius / robot.body.length}
+        numbers |= {f"{phase:g} deg speed": run.speed}
+    return numbers
+
+
+def lakes(robot: Robot, seed: int) -> dict[str, float]:
+    """Swim straight in still, shallow water: speed over ground [m/s] and power of the servos [W] of the last half."""
+    numbers: dict[str, float] = {}
+    for name in LAKE_GAITS:
+        run = twin_at_sea(robot, named_gait(robot, name), duration=LAKE, depth=SHALLOW, seed=seed)
+        beats = round(LAKE / 2 * run.gait.frequency) / run.gait.frequency
+        first = int(np.searchsorted(run.time, run.time[-1] - beats))
+        way = run.position[-1, :2] - run.position[first, :2]
+        numbers[f"{name} speed"] = float(np.hypot(*way) / (run.time[-1] - run.time[first]))
+        numbers[f"{name} power"] = float(run.data["power"][first:].mean())
+    return numbers
+
+
+def dives(robot: Robot, seed: int) -> dict[str, float]:
+    """Dive and float as in Fig. 15: rates [cm/s] and pitches [deg]."""
+    facts = published()["diving"]
+    result = dive(robot, named_gait(robot, facts["gait"]), angle=math.radians(facts["fins_deg"]), seed=seed)
+    numbers: dict[str, float] = {}
+    for name, leg in zip(("down", "up"), result.legs, strict=True):
+        numbers |= {f"{name} rate": 100 * leg.rate, f"{name} pitch": math.degrees(leg.pitch)}
+        numbers[f"{name} pitch range"] = math.degrees(leg.pitch_range)
+    return numbers
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study, and the robots that it is stored of."""
+
+    run: Callable[[Robot, int], dict[str, float]]
+    robots: Sequence[str]
+
+
+ROBOTS = ("hypertuna", "hypertuna-fe")
+STUDIES = {
+    "swims": Study(swims, ROBOTS),
+    "postures": Study(postures, ROBOTS),
+    "phases": Study(phases, ROBOTS[:1]),
+    "turns": Study(turns, ROBOTS[:1]),
+    "lakes": Study(lakes, ROBOTS),
+    "dives": Study(dives, ROBOTS),
+}
+
+
+def tank_gait(level: str, hertz: float, phase: float) -> Gait:
+    """Return a gait of the tank tests; phase difference in degrees."""
+    return Gait.from_degrees(frequency=hertz, amplitude=published()["tank"]["amplitude_deg"][level], phase=(0.0, phase))
+
+
+def tank_name(hertz: float) -> str:
+    """Name the tank test of large amplitude at a frequency."""
+    return f"tank {hertz:g} Hz"
+
+
+def phase_name(level: str, hertz: float, phase: float) -> str:
+    """Name a gait of the tank tests."""
+    return f"{level} {hertz:g} Hz {phase:g} deg"
+
+
+def _swim(robot: Robot, gait: Gait, seconds: float, seed: int) -> TwinRun:
+    """Swim from the speed of the lagging joints on."""
+    return twin(robot, gait, duration=seconds, start="swimming", seed=seed)
