@@ -44,8 +44,9 @@ def folder(ledger: Ledger, sections: list[Section], tmp_path_factory: pytest.Tem
 
 
 def test_numbers_and_verdicts_are_those_of_the_golden_file(ledger: Ledger) -> None:
-    """A change of form leaves every digit; a change of physics changes golden.json (`golden.py`), and its commit says why.
+    """A change of form leaves every digit; a change of physics changes golden.json, with its reason in the commit.
 
+    `golden.py` writes that file.
     Optima are the ends of searches: another instruction set may end them elsewhere within their tolerance.
     """
     entries = {f"{entry.id} | {entry.model}": entry for entry in ledger.entries}
