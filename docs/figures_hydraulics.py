@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import cache
 
@@ -54,21 +53,5 @@ def sizes() -> list[Size]:
     return size_pump(FISH, frequency=[frequency], amplitude=amplitude, bore=bores, temperature=kelvin)
 
 
-def prototype_table() -> str:
-    """Tabulate what an independent prototype found for joint I at 6 Hz and 16 deg, beside ours."""
-    bores, corners, bends = (2, 3, 4, 5), (1.1, 5.7, 18.0, 44.0), (4.2, 10.1, 12.7, 13.5)
-    ours = {round(1e3 * s.bore): s for s in sizes() if s.joint == "I" and round(s.temperature - 273.15) == 20}
-    body = [
-        [f"{bore}", f"{corner:g}", f"{ours[bore].corner:.2g}", f"{bend:g}", f"{math.degrees(ours[bore].amplitude):.1f}"]
-        for bore, corner, bend in zip(bores, corners, bends, strict=True)
-    ]
-    one, resistance = ours[3], 128 * 0.1164 * 0.08 / (math.pi * 0.003**4)
-    oil = [250e3 / (2 * math.pi * resistance * 5.7), 250e3 * one.capacity]
-    told = rows(("bore [mm]", "corner [Hz]", "ours", "bend [deg]", "ours"), body)
-    volumes = f"{1e6 * oil[0]:.1f} ml in the prototype's muscles and {1e6 * oil[1]:.1f} ml in ours"
-    speed = f"{one.speed / one.speed_limit:.2g} times what it has"
-    return f"{told}\n\nOil on the way to 250 kPa: {volumes}. Speed that the beat asks of our servo: {speed}."
-
-
-TABLES: dict[str, Callable[[], str]] = {"prototype": prototype_table, "servo power": servo_power_table}
+TABLES: dict[str, Callable[[], str]] = {"servo power": servo_power_table}
 PICTURES: dict[str, Callable[[], Figure]] = {"docs/pump.svg": lambda: plot_pump(sizes())}

@@ -18,6 +18,8 @@ from hypertuna.mission.plots import plot_mission
 from hypertuna.mission.record import TOPICS
 from hypertuna.paper.chapters.lake import read_lake
 from hypertuna.paper.ledger import published
+from hypertuna.paper.seeds import read_seeds
+from hypertuna.paper.studies import LAKE_GAITS
 
 SPELLED = {
     "m_s": "m/s",
@@ -85,6 +87,19 @@ def lake_table() -> str:
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
+def straight_table() -> str:
+    """Tabulate straight runs of the twin at sea beside the paper's swim."""
+    stored = read_seeds("lakes", load("hypertuna"))
+    assert stored.record is not None, stored.reason
+    values = published()["values"]
+    body = [["published", f"{values['lake/speed']['value']:g}", f"{values['power/lake']['value']:g}"]]
+    for name, what in zip(LAKE_GAITS, ("the paper's gait", "the pilot's gait"), strict=True):
+        speed, power = (float(np.median(stored.numbers[f"{name} {key}"])) for key in ("speed", "power"))
+        body.append([f"`{name}`, {what}", f"{speed:.3f}", f"{power:.1f}"])
+    lines = ["| median of 32 seeds | speed over ground [m/s] | power of the servos [W] |", "| --- | ---: | ---: |"]
+    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in body)])
+
+
 def seeds_table() -> str:
     """Tabulate the stored swims of the lake with scattered currents and gaps: least, mean, largest of each number."""
     text = (ROOT / "validation" / "missions" / "lake-seeds.csv").read_text()
@@ -113,6 +128,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "mission keys": reference,
     "log topics": topic_table,
     "lake": lake_table,
+    "lake straight": straight_table,
     "lake seeds": seeds_table,
 }
 PICTURES: dict[str, Callable[[], Figure]] = {"docs/mission.svg": lambda: plot_mission(box().record)}
