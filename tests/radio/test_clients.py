@@ -78,9 +78,9 @@ def test_our_own_client_from_connecting_to_disarming(place: str) -> None:
         found = read_parameters(robot)
         assert len(found) > 70
         assert found["link_rate"] == WIRE
-        assert set_parameter(robot, "proportional", 0.2) == pytest.approx(0.2)
+        assert set_parameter(robot, "learning", 0.2) == pytest.approx(0.2)
         with pytest.raises(InputError, match="a value is out of range"):
-            set_parameter(robot, "proportional", 7)
+            set_parameter(robot, "learning", 7)
         with pytest.raises(InputError, match="no such parameter"):
             set_parameter(robot, "nonsense", 7)
         mission = read_mission("lake").mission
@@ -92,7 +92,7 @@ def test_our_own_client_from_connecting_to_disarming(place: str) -> None:
             robot.gait(gait)
         robot.arm()
         with pytest.raises(InputError, match="not while armed"):
-            set_parameter(robot, "proportional", 0.1)
+            set_parameter(robot, "learning", 0.1)
         robot.gait(gait)
         swims = robot.wait(lambda m: m.get_type() == "GAIT" and m.frequency == 2000, 5)
         assert (swims.amplitude, swims.lag, swims.control) == ([1600, 2500], [0, 0], 1)
@@ -141,8 +141,8 @@ def test_mavutil(place: str) -> None:
     line.param_fetch_all()
     count = mavutil_ask(line, "PARAM_VALUE", param_index=0).param_count  # type: ignore[attr-defined]
     mavutil_ask(line, "PARAM_VALUE", param_index=count - 1)
-    line.param_set_send("proportional", 0.3)
-    mavutil_ask(line, "PARAM_VALUE", param_id="PROPORTIONAL", param_value=pytest.approx(0.3))
+    line.param_set_send("learning", 0.3)
+    mavutil_ask(line, "PARAM_VALUE", param_id="LEARNING", param_value=pytest.approx(0.3))
     line.waypoint_count_send(1)
     mavutil_ask(line, "MISSION_REQUEST_INT", seq=0)
     line.mav.mission_item_int_send(1, 1, 0, 1, 16, 0, 1, 0, 3, 0, 0, 100000, 0, 1.0)

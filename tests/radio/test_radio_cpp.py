@@ -79,7 +79,7 @@ def test_ten_minutes_of_a_bad_channel(bench: RadioBench) -> None:
         elif k % 100 == 25:
             say = ground.command(52510, 1 + k / ticks, 5, 5)
         elif k % 100 == 75:
-            say = ground.parameter("proportional", 0.5 + 0.5 * k / ticks)  # refused: it is armed
+            say = ground.parameter("learning", 0.5 + 0.5 * k / ticks)  # refused: it is armed
         if say:
             frames.append(say)
             air.write(GROUND, say, time)

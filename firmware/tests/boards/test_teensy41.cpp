@@ -83,7 +83,7 @@ static void it_drives_servos() {
 
 static void parameters_survive_a_reset() {
     int k = 0;
-    while (std::strcmp(parameter(app.vehicle, k).name, "integral") != 0) ++k;
+    while (std::strcmp(parameter(app.vehicle, k).name, "learning") != 0) ++k;
     CHECK(set_parameter(app.vehicle, k, 0.25f) == Refusal::none);
     float_on(200);
     setup();

@@ -31,9 +31,9 @@ static void test_parameters() {
     Bench bench;
     mavlink_param_set_t set{};
     set.target_system = 1, set.param_type = MAV_PARAM_TYPE_REAL32, set.param_value = 0.25f;
-    put_text(set.param_id, "proportional");
+    put_text(set.param_id, "learning");
     bench.say(set);
-    const int k = parameter_named(bench.vehicle(), "proportional");
+    const int k = parameter_named(bench.vehicle(), "learning");
     CHECK(value(bench.vehicle(), k) == 0.25f);
     for (float wrong : {7.0f, std::bit_cast<float>(0x7fc00000u)}) {
         set.param_value = wrong;

@@ -101,7 +101,7 @@ def _fill(robot: Robot, joint: int) -> float:
 
 # Constants that are in the table [controller] under the same name.
 PLAIN = (
-    *("proportional", "integral", "derivative", "peak_smoothing", "pressure_soft", "pressure_hard", "pressure_step"),
+    *("learning", "pressure_soft", "pressure_hard", "pressure_step"),
     *("voltage_low", "frequency_max", "fin_max", "pulse_center", "pulse_per_rad", "pulse_min", "pulse_max"),
 )
 

@@ -84,10 +84,7 @@ PILOT = (  # columns of the pilot that may be set
 
 # Over the radio a limit may only become tighter, and a gain may be halved or doubled.
 RULES = (
-    _Rule("controller", "proportional", 0.0, 1.0, bounds=True),
-    _Rule("controller", "integral", 0.0, 2.0, bounds=True),
-    _Rule("controller", "derivative", 0.0, 1.0, bounds=True),
-    _Rule("controller", "peak_smoothing"),
+    _Rule("controller", "learning", 0.0, 1.0, bounds=True),
     _Rule("controller", "amplitude", 0.0, 1.0),
     _Rule("controller", "pressure_soft", 0.5, 1.0),
     _Rule("controller", "pressure_hard", 0.5, 1.0),

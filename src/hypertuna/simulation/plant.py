@@ -196,8 +196,8 @@ def run_command(
     steps = steps_of(tick, parts, robot, step)
     configured = robot if controller_robot is None else controller_robot
     check_command(configured, gait)
-    open_loop = {gain: [0.0] for gain in ("proportional", "integral", "derivative")}  # the pumps' inverse maps alone
-    controller = _core.Controller(controller_of(configured) | ({} if closed_loop else open_loop))
+    open_loop = {} if closed_loop else {"learning": [0.0]}  # the pumps' inverse maps alone
+    controller = _core.Controller(controller_of(configured) | open_loop)
     command = {"frequency": gait.frequency, "amplitude": gait.amplitude, "phase": lags(gait), "bias": gait.bias}
     command |= {} if fins is None else {"fin": fins(ticks, tick)}
     if speed is None:

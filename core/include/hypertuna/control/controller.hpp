@@ -8,13 +8,11 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Let everything that a command sets follow it, and go on by one tick with the oscillators. Returns the low-pass that
-/// belongs to the beat's frequency.
+/// Let everything that a command sets follow it, and go on by one tick with the oscillators.
 template <class T>
-LowPass<T> generate(const Controller<T>& model, ControllerState<T>& state, bool active) {
+void generate(const Controller<T>& model, ControllerState<T>& state, bool active) {
     const Setpoint<T>& target = state.target;
     state.frequency = follow(model.smoothing, state.frequency, target.frequency);
-    const T turns = state.frequency.value * model.tick;
     const SinCos<T> turn = sincos(T(2 * pi) * state.frequency.value * model.tick);
     const Oscillator<T> reference = state.oscillator[0];
     for (int j = 0; j < model.joints; ++j) {
@@ -30,57 +28,64 @@ LowPass<T> generate(const Controller<T>& model, ControllerState<T>& state, bool 
         right = oscillate(model.network, right, turn);
     }
     for (int k = 0; k < 2; ++k) state.fin[k] = follow(model.smoothing, state.fin[k], active ? target.fin[k] : T(0));
-    return low_pass(model.posture, max(turns, T(1e-4)), turn);
 }
 
 /// Amplitude that the commands and the corrections ask of a joint, whatever its pressures allow.
 template <class T>
 T asked_amplitude(const ControllerState<T>& state, int j) {
-    return max(T(0), state.amplitude[j].value + state.more[j].value);
+    return state.amplitude[j].value * (T(1) + state.more[j].value);
 }
 
-/// One tick of a joint's posture control; at the end of its beat the PID updates the corrections.
+/// End of a joint's beat: what it was sent to and what its sensor read give the corrections of the next beats.
 template <class T>
-void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, T reading, bool ended,
-                  const LowPass<T>& filter, Status& status) {
+void correct_posture(const Controller<T>& model, ControllerState<T>& state, int j) {
     PostureState<T>& posture = state.posture[j];
+    const PostureModel<T>& rules = model.posture;
+    const T ticks = T(posture.ticks), length = ticks * state.frequency.value * model.tick;
+    const bool whole = abs(length - T(1)) < T(beat_length) && T(posture.missing) <= rules.missing * ticks;
+    const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
+    if (whole && !stopped) {
+        posture.seen = refit(posture.seen, posture.error, ticks);
+        const BeatShape<T> seen = shape(posture.seen), sent{posture.sent.amplitude / ticks, posture.sent.bias / ticks};
+        const bool judged = rules.amplitude_min < sent.amplitude;
+        const bool dull = judged && seen.amplitude < rules.moving * sent.amplitude;
+        posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
+        if (!dull && state.armed && !blind(state, j)) {
+            const T reach = model.joint[j].reach;
+            const bool held = T(posture.limited) > rules.limited * ticks;
+            const T factor = clamp(sent.amplitude / seen.amplitude, T(1 / factor_max), T(factor_max));
+            if (judged) posture.more = learn(posture.more, factor - T(1), rules.learning, held);
+            posture.aside = clamp(learn(posture.aside, sent.bias - seen.bias, rules.learning, held), -reach, reach);
+        }
+    }
+    posture.error = {}, posture.sent = {};
+    posture.ticks = posture.missing = posture.limited = 0;
+}
+
+/// One tick of a joint's posture control: take in the reading, and at the end of its beat learn from it.
+template <class T>
+void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, T reading, bool ended, Status& status) {
+    PostureState<T>& posture = state.posture[j];
+    Governor<T>& governor = state.governor[j];
     const JointModel<T>& joint = model.joint[j];
-    const T set = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
     const bool moving = moves(model, state.circuit[2 * j]);
     const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast},
                                      state.bend[j], reading, state.bend[j].last, moving);
-    update(posture.wanted, filter.weight, set);
-    if (verdict.usable) update(posture.measured, filter.weight, reading);
+    if (verdict.usable) add_reading(posture, state.oscillator[2 * j], reading);
+    if (!verdict.usable) status.set(Condition::bend_fault, j), ++posture.missing;
+    const T amplitude = min(asked_amplitude(state, j), governor.amplitude_limit);
+    posture.sent.amplitude += amplitude, posture.sent.bias += state.bias[j].value + state.aside[j].value;
     ++posture.ticks;
-    posture.missing += !verdict.usable;
-    if (!verdict.usable) status.set(Condition::bend_fault, j);
     if (ended) {
-        posture.set = close_beat(posture.wanted, filter.gain);
-        posture.seen = close_beat(posture.measured, filter.gain);
-        const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
-        const T sent = min(posture.set.amplitude, state.governor[j].amplitude_limit);
-        const bool dull =
-            !stopped && model.posture.amplitude_min < sent && posture.seen.amplitude < model.posture.moving * sent;
-        posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
-        const bool measured = !dull && !stopped && T(posture.missing) <= model.posture.missing * T(posture.ticks);
-        const bool held = T(posture.limited) > model.posture.limited * T(posture.ticks);
-        if (measured && state.armed && !blind(state, j)) {
-            posture.amplitude = correct(model.posture, posture.amplitude,
-                                        posture.set.amplitude - posture.seen.amplitude, held, joint.reach);
-            posture.bias =
-                correct(model.posture, posture.bias, posture.set.bias - posture.seen.bias, held, joint.reach);
-        }
-        Governor<T>& governor = state.governor[j];
-        const T amplitude = min(asked_amplitude(state, j), governor.amplitude_limit);
+        correct_posture(model, state, j);
         govern(governor, amplitude, max(state.frequency.value, state.target.frequency), model.circuit[2 * j].fill,
                model.pressure_soft);
-        posture.ticks = posture.missing = posture.limited = 0;
     }
     // Two beats without a swing: the sensor lives, but does not follow.
     if (posture.dull > 1) status.set(Condition::bend_fault, j);
     if (state.bend[j].faulty || posture.dull > 1) status.set(Condition::open_loop, j);
-    state.more[j] = follow(model.smoothing, state.more[j], posture.amplitude.output);
-    state.aside[j] = follow(model.smoothing, state.aside[j], posture.bias.output);
+    state.more[j] = follow(model.smoothing, state.more[j], posture.more);
+    state.aside[j] = follow(model.smoothing, state.aside[j], posture.aside);
 }
 
 /// Slew and clamp: the last that happens to every servo's angle. One that is no number leaves the last good one.
@@ -108,7 +113,7 @@ T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Statu
     const T swing = T(0.5) * (state.oscillator[2 * j].x - state.oscillator[2 * j + 1].x);
     const T wanted = state.bias[j].value + state.aside[j].value + amplitude * swing;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
-    if (bend != wanted) status.set(Condition::amplitude_limit, j);
+    if (bend != wanted) status.set(Condition::amplitude_limit, j), ++state.posture[j].limited;
     // What was held back catches up little faster than the beat goes: no jump, no surge of pressure.
     const T fastest = amplitude * T(2 * pi) * state.frequency.value * model.tick + abs(state.bias[j].change);
     const T limit = T(1.25) * fastest + T(0.02) * reach, last = state.bend_sent[j];
@@ -163,8 +168,7 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
         drive_circuit(model, state, output, c, sent, supply);
         slow = slow || output.status.has(Condition::speed_limit, c) || output.target[c] != sent;
     }
-    const bool governed = output.status.has(Condition::pressure_limit, 2 * j);
-    if (pressed || slow || governed) ++state.posture[j].limited;
+    if (pressed || slow) ++state.posture[j].limited;
 }
 
 /// One tick of the controller, its state in place.
@@ -176,12 +180,12 @@ ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& stat
     take_command(model, state, command, status);
     Oscillator<T> before[max_joints];
     for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[2 * j];
-    const LowPass<T> filter = generate(model, state, state.armed && state.age <= model.timeout);
+    generate(model, state, state.armed && state.age <= model.timeout);
     read_robot(model, state, readings, status);
     for (int c = 0; c < 2 * model.joints; ++c) read_pressure(model, state, c, readings.pressure[c], status);
     for (int j = 0; j < model.joints; ++j) {
         const bool ended = beat_ends(before[j], state.oscillator[2 * j]);
-        hold_posture(model, state, j, readings.bend[j], ended, filter, status);
+        hold_posture(model, state, j, readings.bend[j], ended, status);
         output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
         drive_joint(model, state, output, j);
     }

@@ -83,7 +83,7 @@ struct ControllerState {
     int age;  // ticks since the last command
     bool armed;
     Follower<T> frequency, amplitude[max_joints], phase[max_joints], bias[max_joints], fin[2];
-    Follower<T> more[max_joints], aside[max_joints];  // corrections of amplitude and bias
+    Follower<T> more[max_joints], aside[max_joints];  // corrections: of the amplitude, relative, and of the bias
     Oscillator<T> oscillator[max_circuits];           // of each circuit; the two of a joint in antiphase
     PostureState<T> posture[max_joints];
     SupervisorState<T> circuit[max_circuits];
@@ -130,8 +130,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
     visit("tick", 0, m.tick);
     visit("relax", 0, m.network.relax), visit("couple", 0, m.network.couple);
     visit("smoothing_rate", 0, m.smoothing.rate), visit("smoothing_decay", 0, m.smoothing.decay);
-    visit("proportional", 0, m.posture.proportional), visit("integral", 0, m.posture.integral);
-    visit("derivative", 0, m.posture.derivative), visit("peak_smoothing", 0, m.posture.smoothing);
+    visit("learning", 0, m.posture.learning);
     visit("missing", 0, m.posture.missing), visit("limited", 0, m.posture.limited);
     visit("moving", 0, m.posture.moving), visit("amplitude_min", 0, m.posture.amplitude_min);
     for (int j = 0; j < m.joints; ++j) {

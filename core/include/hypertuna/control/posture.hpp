@@ -1,44 +1,48 @@
-/// Posture: once per beat a PID turns the error of a joint's peak bends into amplitude and bias of the next beat.
+/// Posture: once per beat a joint's peak bends, as harmonics fitted to the beat's readings tell them, correct amplitude
+/// and bias of the next beats.
+///
+/// With the mean amplitude and bias (a, m) that a beat was sent to and the peak and bias (a', m') that it was read to
+/// have, the factor F of the next beats' amplitude and the offset c of their bias are
+///     F <- F + K (a / a' - F),   c <- c + K (m - m' - c).
+/// A beat judges what was sent, not what was wanted: neither delay nor a governed amplitude winds anything up.
 #pragma once
 
-#include "hypertuna/math/trig.hpp"
+#include "hypertuna/control/cpg.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Gains per beat (proportional, integral, derivative in beats), and what keeps noise out of the peaks.
+/// Weight of a new beat, and which beats count.
 template <class T>
 struct PostureModel {
-    T proportional, integral, derivative;
-    T smoothing;      // time constant of the low-pass before the peaks, in beats
+    T learning;       // K
     T missing;        // part of a beat's readings that may be missing before the beat is void
-    T limited;        // part of a beat in which a limit may act before the integrator must not grow
-    T moving;         // smallest fraction of the set amplitude that a working bend sensor shows
-    T amplitude_min;  // rad: smallest set amplitude at which `moving` is checked
+    T limited;        // part of a beat in which a limit may act before the corrections must not grow
+    T moving;         // smallest fraction of the sent amplitude that a working bend sensor shows
+    T amplitude_min;  // rad: smallest sent amplitude that is judged
 };
 
-/// Extremes of a signal over the beat so far, behind a median of three (a spike never reaches them) and a low-pass.
+inline constexpr double factor_max = 2.0;   // F stays within this and its inverse
+inline constexpr double beat_length = 0.1;  // a beat that lasts longer or shorter than its frequency says is void
+
+/// A signal by mean, first and third harmonic: mean + Re(conj(first) z + conj(third) z^3), z the oscillator. Muscles
+/// alike on both sides make odd harmonics, and the third raises or lowers the peaks.
 template <class T>
-struct Peaks {
-    T before, last, level, low, high;
+struct Harmonics {
+    T mean;
+    Oscillator<T> first, third;
 };
 
-/// Half range and middle of a beat.
+/// Amplitude and bias of a beat, rad.
 template <class T>
 struct BeatShape {
     T amplitude, bias;
 };
 
-/// State of one PID; `output` is what it adds to the set value.
-template <class T>
-struct Pid {
-    T sum, error, output;
-};
-
 template <class T>
 struct PostureState {
-    Peaks<T> measured, wanted;
-    Pid<T> amplitude, bias;
-    BeatShape<T> seen, set;  // of the last whole beat
+    Harmonics<T> seen, error;  // fit of the readings; sums of its errors over the beat so far
+    BeatShape<T> sent;         // sums over the beat so far
+    T more, aside;             // F - 1, and c in rad
     int ticks, missing, limited, dull;
 };
 
@@ -47,40 +51,48 @@ T median(T a, T b, T c) {
     return max(min(a, b), min(max(a, b), c));
 }
 
-/// The constant of the low-pass where a beat takes 1 / `turns` ticks, and what it leaves of the beat's first harmonic.
 template <class T>
-struct LowPass {
-    T weight, gain;
-};
-template <class T>
-LowPass<T> low_pass(const PostureModel<T>& model, T turns, const SinCos<T>& turn) {
-    const T weight = turns / (turns + model.smoothing), rest = T(1) - weight;
-    return {weight, weight / sqrt(T(1) - T(2) * rest * turn.cos + rest * rest)};
+Oscillator<T> cubed(const Oscillator<T>& z) {
+    const T x = z.x * z.x, y = z.y * z.y;
+    return {z.x * (x - T(3) * y), z.y * (T(3) * x - y)};
 }
 
+/// Take in a usable reading: what the fit of the beats before leaves of it.
 template <class T>
-void update(Peaks<T>& peaks, T weight, T value) {
-    const T middle = median(peaks.before, peaks.last, value);
-    peaks.before = peaks.last, peaks.last = value;
-    peaks.level += weight * (middle - peaks.level);
-    peaks.low = min(peaks.low, peaks.level), peaks.high = max(peaks.high, peaks.level);
+void add_reading(PostureState<T>& posture, const Oscillator<T>& z, T reading) {
+    const Oscillator<T> z3 = cubed(z);
+    const Harmonics<T>& fit = posture.seen;
+    const T error = reading - (fit.mean + fit.first.x * z.x + fit.first.y * z.y + fit.third.x * z3.x + fit.third.y * z3.y);
+    Harmonics<T>& sum = posture.error;
+    sum.mean += error;
+    sum.first.x += error * z.x, sum.first.y += error * z.y;
+    sum.third.x += error * z3.x, sum.third.y += error * z3.y;
 }
 
-/// Half range and middle of the beat that ends here; the next one begins at the level reached.
+/// End of a beat: one step of least squares, whose equations over a beat are diagonal but for what its last tick cuts
+/// off. Divided by all ticks, a beat with gaps only learns less.
 template <class T>
-BeatShape<T> close_beat(Peaks<T>& peaks, T gain) {
-    const BeatShape<T> shape{(peaks.high - peaks.low) / (T(2) * gain), (peaks.high + peaks.low) / T(2)};
-    peaks.low = peaks.high = peaks.level;
-    return shape;
+Harmonics<T> refit(const Harmonics<T>& fit, const Harmonics<T>& sum, T ticks) {
+    const T mean = T(1) / ticks, twice = T(2) / ticks;
+    return {fit.mean + mean * sum.mean,
+            {fit.first.x + twice * sum.first.x, fit.first.y + twice * sum.first.y},
+            {fit.third.x + twice * sum.third.x, fit.third.y + twice * sum.third.y}};
 }
 
-/// One beat of the PID. Where a limit acted (`held`), the sum does not grow; it never exceeds what `limit` asks for.
+/// Peak bends as amplitude and bias: the third harmonic counts by what it has at the peak of the first.
 template <class T>
-Pid<T> correct(const PostureModel<T>& model, const Pid<T>& now, T error, bool held, T limit) {
-    const bool grows = T(0) < error * now.sum || now.sum == T(0);
-    const T sum = held && grows ? now.sum : max(-limit, min(limit, now.sum + model.integral * error));
-    const T output = model.proportional * error + sum + model.derivative * (error - now.error);
-    return {sum, error, max(-limit, min(limit, output))};
+BeatShape<T> shape(const Harmonics<T>& fit) {
+    const T amplitude = sqrt(fit.first.x * fit.first.x + fit.first.y * fit.first.y);
+    if (!(T(0) < amplitude)) return {T(0), fit.mean};
+    const Oscillator<T> top = cubed(Oscillator<T>{fit.first.x / amplitude, fit.first.y / amplitude});
+    return {amplitude + fit.third.x * top.x + fit.third.y * top.y, fit.mean};
+}
+
+/// Go a part of the way to what the beat says; where a limit acted (`held`), not further away from zero.
+template <class T>
+T learn(T now, T target, T learning, bool held) {
+    const T next = now + learning * (target - now);
+    return held && abs(now) < abs(next) ? now : next;
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
