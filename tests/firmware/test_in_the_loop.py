@@ -188,7 +188,7 @@ def test_firmware_of_another_description_is_told(run: Run, pc: Path, tmp_path: P
     """Else two programs with the same old numbers would agree, and the new ones would never have been tried."""
     changed = tmp_path / "mine.toml"
     changed.write_text(
-        robot_path(ht.load("hypertuna").file).read_text().replace("learning = 0.5\n", "learning = 0.45\n")
+        robot_path(ht.load("hypertuna").file).read_text().replace("learning = 0.7\n", "learning = 0.6\n")
     )
     code, _, told = run("fil", "--robot", str(changed), "--ticks", "10")
     assert code == 2

@@ -1,51 +1,75 @@
-/// Posture: least squares of a beat, the law that learns from beat to beat, and the closed loop over a plant's gains.
+/// Posture: harmonics of a beat, the law that learns from beat to beat, and the closed loop over a plant's gains.
 #include "check.hpp"
 #include "pilot.hpp"
 
 using namespace hypertuna;
 
-/// Sums over `count` ticks of b + A sin(phase + lag) beside an oscillator that turns by `turns` of a beat per tick.
+static const Oscillator<double> nothing{0, 0};
+
+static Oscillator<double> oscillator_at(double phase) { return {std::sin(phase), -std::cos(phase)}; }
+
+/// A beat of 0.1 + 0.3 sin(phase - 0.8) + third, taken in; NaN is a gap. Returns the phase after it.
 template <class Noise>
-static BeatSums<double> beat_of(double turns, int count, double A, double lag, double b, const Noise& noise) {
-    BeatSums<double> beat{};
-    for (int i = 0; i < count; ++i) {
-        const double phase = 2 * pi * turns * i, e = noise(i);
-        if (std::isnan(e)) continue;  // a gap
-        const double bend = b + A * std::sin(phase);
-        add_reading(beat, std::sin(phase), -std::cos(phase), bend, b + A * std::sin(phase + lag) + e);
+static double one_beat(PostureState<double>& posture, double turns, double phase, double third, const Noise& noise) {
+    int ticks = 0;
+    for (bool ended = false; !ended; ++ticks) {
+        const double next = phase + 2 * pi * turns, e = noise(ticks);
+        const double bend = 0.1 + 0.3 * std::sin(next - 0.8) - third * std::sin(3 * (next - 0.8));
+        if (!std::isnan(e)) add_reading(posture, oscillator_at(next), bend + e);
+        ended = beat_ends(oscillator_at(phase), oscillator_at(next));
+        phase = next;
     }
-    return beat;
+    posture.seen = refit(posture.seen, posture.error, double(ticks));
+    posture.error = {0, nothing, nothing};
+    return phase;
 }
 
-/// A beat need not be a whole number of ticks, nor have all its readings.
-static void a_sine_is_fitted_exactly() {
+/// A beat need not be a whole number of ticks, nor have all its readings: the fit converges to what made the signal.
+static void harmonics_are_fitted_exactly() {
     for (double frequency : {1.0, 3.0, 6.0, 7.7})
         for (int gap : {1000, 4}) {
-            const double turns = 0.01 * frequency;
             const auto noise = [&](int i) { return i % gap == gap - 1 ? std::nan("") : 0.0; };
-            const BeatSums<double> beat = beat_of(turns, int(std::lround(1 / turns)), 0.3, -0.8, 0.1, noise);
-            const BeatShape<double> sent = fit(beat, beat.sent), seen = fit(beat, beat.seen);
-            CHECK_NEAR(sent.amplitude, 0.3, 1e-12);
-            CHECK_NEAR(sent.bias, 0.1, 1e-12);
-            CHECK_NEAR(seen.amplitude, 0.3, 1e-12);
-            CHECK_NEAR(seen.bias, 0.1, 1e-12);
+            PostureState<double> posture{};
+            double phase = 1e-3;
+            for (int k = 0; k < 60; ++k) phase = one_beat(posture, 0.01 * frequency, phase, 0.02, noise);
+            // sin(p) - 0.0667 sin(3 p) is 0.3 + 0.02 high: where the first harmonic peaks, so does minus the third.
+            CHECK_NEAR(shape(posture.seen).amplitude, 0.32, 1e-9);
+            CHECK_NEAR(shape(posture.seen).bias, 0.1, 1e-9);
         }
 }
 
-/// White noise s in each of n readings: variance 2 s^2 / n of the amplitude and s^2 / n of the middle. The standard
-/// error of a variance of 20,000 beats is 1 %.
+/// What was wrong before: at 6 Hz samples miss the peaks by up to 2 %, in a pattern of three beats. One beat that
+/// begins from the last one's fit tells the peak to 1 % of what changed.
+static void sampling_does_not_move_the_peaks() {
+    PostureState<double> posture{};
+    double phase = 1e-3, low = 1, high = 0;
+    const auto silent = [](int) { return 0.0; };
+    for (int k = 0; k < 40; ++k) {
+        phase = one_beat(posture, 0.06, phase, 0.0, silent);
+        if (k == 1) CHECK_NEAR(shape(posture.seen).amplitude, 0.3, 0.01 * 0.3);
+        if (k >= 10)
+            low = std::fmin(low, shape(posture.seen).amplitude), high = std::fmax(high, shape(posture.seen).amplitude);
+    }
+    CHECK_NEAR(low, 0.3, 1e-9);
+    CHECK_NEAR(high, 0.3, 1e-9);
+}
+
+/// White noise s in each of n readings: of the peak, first plus third harmonic, the variance is 2 s^2 / n + 2 s^2 / n;
+/// of the mean, s^2 / n. The standard error of a variance of 20,000 beats is 1 %.
 static void noise_passes_by_the_formula() {
     const double sigma = 0.0035;
     const int n = 20, beats = 20000;
-    double amplitude = 0, bias = 0;
+    double amplitude = 0, bias = 0, phase = 1e-3;
+    PostureState<double> posture{};
     for (int k = 0; k < beats; ++k) {
         const auto noise = [&](int i) { return sigma * normal<double>(random_bits(1, 0, std::uint64_t(k * n + i))); };
-        const BeatSums<double> beat = beat_of(1.0 / n, n, 0.3, -0.8, 0.1, noise);
-        const BeatShape<double> seen = fit(beat, beat.seen);
-        amplitude += (seen.amplitude - 0.3) * (seen.amplitude - 0.3) / beats;
-        bias += (seen.bias - 0.1) * (seen.bias - 0.1) / beats;
+        phase = one_beat(posture, 1.0 / n, phase, 0.02, noise);
+        if (k < 20) continue;
+        const BeatShape<double> seen = shape(posture.seen);
+        amplitude += (seen.amplitude - 0.32) * (seen.amplitude - 0.32) / (beats - 20);
+        bias += (seen.bias - 0.1) * (seen.bias - 0.1) / (beats - 20);
     }
-    CHECK_NEAR(amplitude * n / (2 * sigma * sigma), 1, 0.05);
+    CHECK_NEAR(amplitude * n / (4 * sigma * sigma), 1, 0.05);
     CHECK_NEAR(bias * n / (sigma * sigma), 1, 0.05);
 }
 
@@ -116,14 +140,15 @@ static double error_after(double frequency, double gain, double seconds) {
 static void the_loop_settles_for_every_gain() {
     const double half_degree = 0.5 * pi / 180;
     for (double frequency : {1.0, 2.0, 3.0, 4.0, 5.0, 6.0})
-        for (double gain : {frequency < 2 ? 0.9 : 0.7, 1.0, frequency < 2 ? 1.2 : 1.5})
+        for (double gain : {frequency < 2 ? 0.8 : 0.6, 1.0, frequency < 2 ? 1.2 : 1.5})
             CHECK_NEAR(error_after(frequency, gain, 4.01), 0, half_degree);
     CHECK(error_after(1, 0.55, 12) < half_degree);
     CHECK(error_after(6, 1.9, 20) < half_degree);  // does not swing up later
 }
 
 int main() {
-    a_sine_is_fitted_exactly();
+    harmonics_are_fitted_exactly();
+    sampling_does_not_move_the_peaks();
     noise_passes_by_the_formula();
     the_law_by_hand();
     the_law_on_a_curved_plant();

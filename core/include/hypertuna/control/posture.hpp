@@ -62,7 +62,8 @@ template <class T>
 void add_reading(PostureState<T>& posture, const Oscillator<T>& z, T reading) {
     const Oscillator<T> z3 = cubed(z);
     const Harmonics<T>& fit = posture.seen;
-    const T error = reading - (fit.mean + fit.first.x * z.x + fit.first.y * z.y + fit.third.x * z3.x + fit.third.y * z3.y);
+    const T error =
+        reading - (fit.mean + fit.first.x * z.x + fit.first.y * z.y + fit.third.x * z3.x + fit.third.y * z3.y);
     Harmonics<T>& sum = posture.error;
     sum.mean += error;
     sum.first.x += error * z.x, sum.first.y += error * z.y;
