@@ -10,7 +10,7 @@ import pytest
 
 from hypertuna.description.reference import json_schema, reference
 from hypertuna.description.robot import Robot, cached, load, parse
-from hypertuna.description.schema.control import Guidance
+from hypertuna.description.schema.control import Controller, Guidance
 from hypertuna.errors import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -404,9 +404,11 @@ def test_what_is_built_from_a_robot_is_kept_with_that_object_alone() -> None:
         assert cached(other, "key", object) is not built
 
 
-@pytest.mark.parametrize(("former", "present"), Guidance.renamed.items())
-def test_a_renamed_key_is_refused_with_its_new_name(former: str, present: str) -> None:
+@pytest.mark.parametrize(
+    ("table", "former", "present"), [(t.table, *pair) for t in (Controller, Guidance) for pair in t.renamed.items()]
+)
+def test_a_renamed_key_is_refused_with_its_new_name(table: str, former: str, present: str) -> None:
     document = load("hypertuna").document()
-    document["guidance"][former] = document["guidance"].pop(present)
-    with pytest.raises(InputError, match=rf"^guidance.{former} was renamed: write {present}\.$"):
+    document[table][former] = document[table].pop(present)
+    with pytest.raises(InputError, match=rf"^{table}.{former} was renamed: write {present}\.$"):
         parse(document)

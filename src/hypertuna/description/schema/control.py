@@ -24,6 +24,8 @@ from hypertuna.ranges import check_name
 class Controller(Part, table="controller"):
     """The controller on board: oscillators, posture control per beat, pressure supervisor, servo pulses."""
 
+    renamed: ClassVar[Mapping[str, str]] = {"integral": "learning"}
+
     rate: Positive = entry("control rate", "Hz")
     convergence: Positive = entry("rate at which an oscillator converges to its limit cycle", "1/s")
     coupling: Positive = entry("rate at which oscillators converge to their phase difference", "1/s")
