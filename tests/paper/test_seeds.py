@@ -99,7 +99,7 @@ def test_only_what_the_twin_takes_makes_seeds_stale() -> None:
     document = fish.document()
     document["water"]["strip"]["drag_normal"] = [2.0] * 8  # of a law that the twin of this robot does not use
     assert taken_hash(parse(document)) == taken_hash(fish) != fish.hash
-    document["controller"]["integral"] *= 1.1
+    document["controller"]["learning"] *= 0.9
     assert taken_hash(parse(document)) != taken_hash(fish)
 
 
