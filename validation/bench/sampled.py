@@ -43,7 +43,7 @@ def met(fit: BenchFit, rng: np.random.Generator) -> tuple[float, np.ndarray] | N
         m = int(rng.choice(crossings))
         values[k] = brentq(lambda x, k=k, v=values, a=angle: error(fit, v, k, x, a), grid[m], grid[m + 1], rtol=1e-6)
         # how likely this lever is by itself; the slope turns the density of bends into that of levers
-        z = (one.log(values[k]) - one.log(one.described)) / one.spread
+        z = (one.log(values[k]) - one.log(one.described)) / one.prior_sd
         up, down = (error(fit, values, k, values[k] * NEAR**side, angle) for side in (1, -1))
         weight *= float(np.exp(-0.5 * z**2)) * len(crossings) * 2 * np.log(NEAR) / abs(up - down)
     return weight, values

@@ -37,7 +37,7 @@ def drawn(rng: np.random.Generator, frees: tuple[Unknown, ...]) -> np.ndarray:
     values = []
     for one in frees:
         while True:
-            log = one.log(one.described) + one.spread * rng.standard_normal()
+            log = one.log(one.described) + one.prior_sd * rng.standard_normal()
             if one.kind == "diameter_ratio" and log >= 0:
                 continue
             value = one.value(log)

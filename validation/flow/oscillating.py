@@ -1,0 +1,155 @@
+"""Drag and added mass of sections that heave in still water: rows of validation/flow/oscillating.json.
+
+python validation/flow/oscillating.py SECTION KC [--mesh coarse|medium|fine] [--step DT] [--reynolds RE] [--cycles N]
+
+SECTION is "plate", or the ratio b/a of the axes of an ellipse that moves along its minor axis, such as 0.61. The
+two-dimensional Navier-Stokes equations by finite elements (NGSolve), in the frame of the body, which moves at
+V(t) = sin(2 pi t / T):
+
+    w' + (w - V) . grad w = -grad p + lap w / Re,   div w = 0,   w = V on the body and 0 far away
+
+Units are the body's height, its largest speed and the density of water, so that the Keulegan-Carpenter number is T.
+Taylor-Hood elements of orders 2 and 1; second-order backward differences with explicit convection. The force is the
+residual of the momentum equation at the body; least squares over the cycles after the first two give C_n and C_m:
+
+    F = -1/2 C_n V |V| - C_m pi/4 V'
+"""
+
+import argparse
+import json
+import math
+import resource
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import ngsolve as ng
+import numpy as np
+from netgen import occ
+
+FILE = Path(__file__).with_name("oscillating.json")
+RADIUS = 15.0  # of the water
+THICKNESS = 0.05  # of the plate
+MESHES = {"coarse": (0.05, 0.20), "medium": (0.035, 0.14), "fine": (0.025, 0.10)}  # at the edges, in the wake
+WAKE = 1.5  # the wake's mesh, beyond the travel of the body
+DISCARDED = 2  # cycles after the start from rest
+
+
+class Flow(NamedTuple):
+    """Force on a body over time."""
+
+    time: np.ndarray
+    force: np.ndarray
+    unknowns: int
+
+
+def speed(time: Any, kc: float) -> Any:
+    """Return the speed of the body."""
+    return np.sin(2 * np.pi * time / kc)
+
+
+def water(section: str, mesh: str, kc: float) -> ng.Mesh:
+    """Mesh the water around a section: fine at its edges, less so where its wake goes."""
+    edge, near = MESHES[mesh]
+    if section == "plate":
+        body = occ.Rectangle(THICKNESS, 1.0).Face().Move((-THICKNESS / 2, -0.5, 0))
+    else:
+        axes = occ.Axes((0, 0, 0), n=occ.Z, h=occ.Y)
+        body = occ.WorkPlane(axes).Ellipse(0.5, 0.5 * float(section)).Face()
+    body.edges.name = "body"
+    body.edges.maxh = 2 * edge
+    body.vertices.maxh = edge
+    length, height = WAKE + kc / (2 * math.pi), 0.5 + WAKE
+    wake = occ.Rectangle(2 * length, 2 * height).Face().Move((-length, -height, 0))
+    far = occ.Circle((0, 0), RADIUS).Face()
+    far.edges.name = "far"
+    around, wake = far - wake, wake - body
+    wake.faces.maxh = near
+    shape = occ.OCCGeometry(occ.Glue([around, wake]), dim=2)
+    return ng.Mesh(shape.GenerateMesh(maxh=2.5, grading=0.3)).Curve(2)
+
+
+def flow(section: str, kc: float, *, mesh: str, step: float, reynolds: float, cycles: int) -> Flow:
+    """Let a section heave from rest."""
+    domain, count = water(section, mesh, kc), math.ceil(cycles * kc / step)
+    step = cycles * kc / count
+    space = ng.VectorH1(domain, order=2, dirichlet="body|far") * ng.H1(domain, order=1)
+    (w, p), (v, q) = space.TnT()
+    now, last, before, along = (ng.GridFunction(space) for _ in range(4))
+    along.components[0].Set(ng.CF((1, 0)), definedon=domain.Boundaries("body"))
+    moving = ng.Parameter(0.0)
+    stress = ng.InnerProduct(ng.Grad(w), ng.Grad(v)) / reynolds - ng.div(v) * p - ng.div(w) * q - 1e-10 * p * q
+    inertia = ng.InnerProduct(w, v)
+    mass = ng.BilinearForm(inertia * ng.dx, symmetric=True).Assemble().mat
+    stokes = ng.BilinearForm((1.5 / step * inertia + stress) * ng.dx, symmetric=True).Assemble().mat
+    solve = stokes.Inverse(space.FreeDofs(), inverse="sparsecholesky")
+    convection = ng.BilinearForm(space, nonassemble=True)
+    convection += (ng.InnerProduct(ng.Grad(w) * (w - ng.CF((moving, 0))), v) + ng.div(w) / 2 * inertia) * ng.dx
+    known, carried, carried_last = (now.vec.CreateVector() for _ in range(3))
+    carried_last[:] = 0
+    times, forces = step * np.arange(1, count + 1), []
+    for time in times:
+        moving.Set(speed(time - step, kc))
+        convection.Apply(last.vec, carried)
+        known.data = mass * (2 / step * last.vec - 0.5 / step * before.vec) - 2 * carried + carried_last
+        now.vec.data = speed(time, kc) * along.vec
+        now.vec.data += solve * (known - stokes * now.vec)
+        known.data -= stokes * now.vec
+        forces.append(ng.InnerProduct(known, along.vec))
+        before.vec.data, last.vec.data, carried_last.data = last.vec, now.vec, carried
+    return Flow(times, np.array(forces), space.ndof)
+
+
+def coefficients(result: Flow, kc: float, cycles: range) -> tuple[float, float, float]:
+    """Fit C_n and C_m over some cycles; return them and the part of the force's variance that they explain."""
+    chosen = (result.time > cycles.start * kc) & (result.time <= cycles.stop * kc)
+    time, force = result.time[chosen], result.force[chosen]
+    v, acceleration = speed(time, kc), 2 * np.pi / kc * np.cos(2 * np.pi * time / kc)
+    columns = np.stack([-0.5 * v * np.abs(v), -np.pi / 4 * acceleration], axis=1)
+    (drag, mass), *_ = np.linalg.lstsq(columns, force, rcond=None)
+    rest = force - columns @ (drag, mass)
+    return float(drag), float(mass), float(1 - rest @ rest / (force @ force))
+
+
+def row(section: str, kc: float, **choices: Any) -> dict[str, Any]:
+    """Compute a row of the table."""
+    result, count = flow(section, kc, **choices), choices["cycles"]
+    drag, mass, explained = coefficients(result, kc, range(DISCARDED, count))
+    single = [coefficients(result, kc, range(k, k + 1)) for k in range(DISCARDED, count)]
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    return {
+        "section": section,
+        "kc": kc,
+        **choices,
+        "unknowns": result.unknowns,
+        "drag_normal": round(drag, 4),
+        "added_mass_normal": round(mass, 4),
+        "explained": round(explained, 4),
+        "drag_by_cycle": [round(each[0], 3) for each in single],
+        "added_mass_by_cycle": [round(each[1], 3) for each in single],
+        "cpu_s": round(usage.ru_utime + usage.ru_stime),
+        "ngsolve": ng.__version__,
+    }
+
+
+def main() -> None:
+    """Compute a row, and keep it in place of the one for the same choices."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("section")
+    parser.add_argument("kc", type=float)
+    parser.add_argument("--mesh", choices=list(MESHES), default="medium")
+    parser.add_argument("--step", type=float, default=6e-4)
+    parser.add_argument("--reynolds", type=float, default=1000.0)
+    parser.add_argument("--cycles", type=int, default=7)
+    asked = vars(parser.parse_args())
+    ng.SetNumThreads(1)
+    new = row(asked.pop("section"), asked.pop("kc"), **asked)
+    key = ("section", "kc", "mesh", "step", "reynolds", "cycles")
+    rows = json.loads(FILE.read_text()) if FILE.exists() else []
+    rows = [each for each in rows if any(each[name] != new[name] for name in key)] + [new]
+    rows.sort(key=lambda each: [str(each["section"]), *(str(each[name]) for name in key[2:]), each["kc"]])
+    FILE.write_text("[\n" + ",\n".join(json.dumps(each) for each in rows) + "\n]\n")
+    print(json.dumps(new, indent=2))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,59 @@
+"""Stored coefficients of heaving plates against measured ones, and the solver's parts against closed forms."""
+
+import json
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+HERE = Path(__file__).parent
+TABLE = runpy.run_path(str(HERE / "table.py"))
+ROWS = json.loads((HERE / "oscillating.json").read_text())
+PLATES = [row for row in ROWS if row["section"] == "plate" and TABLE["usual"](row)]
+
+
+@pytest.mark.parametrize("row", PLATES, ids=lambda row: f"KC {row['kc']:g}")
+def test_plates_have_the_measured_drag(row: dict[str, float]) -> None:
+    """Within 20 % of Graham's fit to measured plates, which is of KC 2 and more; below, it is an extrapolation."""
+    assert row["drag_normal"] == pytest.approx(TABLE["graham"](row["kc"]), rel=0.2)
+
+
+def test_drag_falls_and_added_mass_rises_with_the_travel() -> None:
+    """Measured on plates by Keulegan and Carpenter; without vortices, both would be those of potential flow: 0 and 1."""
+    drag, mass = (np.array([row[key] for row in PLATES]) for key in ("drag_normal", "added_mass_normal"))
+    order = np.argsort([row["kc"] for row in PLATES])
+    assert len(order) >= 5
+    assert np.all(np.diff(drag[order]) < 0)
+    assert np.all(np.diff(mass[order]) > 0)
+    assert mass[order][0] < 1.4
+
+
+def test_the_page_is_that_of_the_rows() -> None:
+    assert (HERE / "README.md").read_text().endswith(TABLE["tables"]())
+
+
+@pytest.mark.fe
+def test_the_fit_returns_the_coefficients_of_a_force() -> None:
+    """A force made of C_n = 5 and C_m = 1.5 comes back, all of its variance explained."""
+    flow = runpy.run_path(str(HERE / "oscillating.py"))
+    kc, time = 4.0, np.linspace(0, 12, 3001)[1:]
+    v, acceleration = np.sin(2 * np.pi * time / kc), 2 * np.pi / kc * np.cos(2 * np.pi * time / kc)
+    force = -0.5 * 5 * v * np.abs(v) - 1.5 * np.pi / 4 * acceleration
+    found = flow["coefficients"](flow["Flow"](time, force, 0), kc, range(3))
+    np.testing.assert_allclose(found, (5, 1.5, 1), rtol=1e-9)
+
+
+@pytest.mark.fe
+def test_an_ellipse_that_starts_has_the_added_mass_of_potential_flow() -> None:
+    """Lamb: pi/4 times its height squared, whatever its thickness, while no vortex has formed.
+
+    Water that sticks to the body across half an element is carried along, so that the error goes with the mesh.
+    """
+    flow = runpy.run_path(str(HERE / "oscillating.py"))
+    kc, errors = 4.0, []
+    for mesh in ("coarse", "fine"):
+        result = flow["flow"]("0.5", kc, mesh=mesh, step=2e-3, reynolds=1e5, cycles=0.005)
+        errors.append(-result.force[-1] / (np.pi / 4 * 2 * np.pi / kc) - 1)
+    assert errors[0] == pytest.approx(0, abs=0.1)
+    assert errors[1] == pytest.approx(errors[0] / 2, rel=0.2)
