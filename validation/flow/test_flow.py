@@ -20,7 +20,7 @@ def test_plates_have_the_measured_drag(row: dict[str, float]) -> None:
 
 
 def test_drag_falls_and_added_mass_rises_with_the_travel() -> None:
-    """Measured on plates by Keulegan and Carpenter; without vortices, both would be those of potential flow: 0 and 1."""
+    """As Keulegan and Carpenter measured; without vortices, both would be those of potential flow: 0 and 1."""
     drag, mass = (np.array([row[key] for row in PLATES]) for key in ("drag_normal", "added_mass_normal"))
     order = np.argsort([row["kc"] for row in PLATES])
     assert len(order) >= 5
