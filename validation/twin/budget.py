@@ -3,10 +3,10 @@
 python validation/twin/budget.py [DRAWS] [--seed N]    200 draws: some 15 minutes
 
 Each draw is another robot that the paper describes as well: an actuator that meets both published bends
-(validation/bench/sampled.py); lines, oil, servos and controller within the ranges of `sensitivity.FACTORS`; links with or
-without the mass that Table II leaves out; the areas of Table II as named or as printed; a caudal fin from soft to rigid;
-other noise and offsets of the sensors. The controller of each knows the description alone. A draw counts by the
-likelihood of its levers. Water is Table III's: the authors identified it, and no range is published.
+(validation/bench/sampled.py); lines, oil, servos and controller within the ranges of `sensitivity.FACTORS`; links
+with or without the mass that Table II leaves out; the areas of Table II as named or as printed; a caudal fin from
+soft to rigid; other noise and offsets of the sensors. The controller of each knows the description alone. A draw
+counts by the likelihood of its levers. Water is Table III's: the authors identified it, and no range is published.
 """
 
 import argparse
