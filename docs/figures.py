@@ -42,6 +42,7 @@ from hypertuna.optimization.plots import plot_convergence, plot_pareto
 from hypertuna.paper.chapters.coefficients import bandwidth_table, coefficient_table
 from hypertuna.paper.chapters.optima import gait_table, method_table
 from hypertuna.paper.chapters.others import computed_among, robot_table
+from hypertuna.paper.chapters.seeds import seed_table
 from hypertuna.paper.chapters.twin import bore_table, speed_table, tank_table
 from hypertuna.paper.computed import SPEEDS, Trial, swim_bores, swim_published
 from hypertuna.paper.ledger import CLASSES, VERDICTS
@@ -104,6 +105,18 @@ def ledger_table() -> str:
         told = "" if e.published is None else f"{e.published:.4g}"
         body.append([f"`{e.id}`", e.model, e.class_, e.verdict, e.seeds_text, told, computed, e.unit])
     return rows(["number", "model", "class", "verdict", "seeds", "published", "computed", "unit"], body, left=4)
+
+
+def prediction_table() -> str:
+    """Count the predictions of every model that has the eight speeds, and give its error of them."""
+    body = []
+    for model, errors in ledger().summary["speeds"].items():
+        verdicts = [e.verdict for e in ledger().entries if e.model == model and e.class_ == "prediction"]
+        met = [e for e in ledger().entries if e.model == model and e.verdict == "reproduced" and e.kind == "measured"]
+        counts = (len(verdicts), verdicts.count("reproduced"), len(met), verdicts.count("deviates"))
+        body.append([model, *map(str, counts), f"{100 * errors['rms_relative_error']:.1f} %"])
+    heads = ["predictions", "reproduced", "of measured numbers", "deviate", "rms error of the eight speeds"]
+    return rows(["model", *heads], body)
 
 
 def class_table() -> str:
@@ -321,6 +334,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "weights": weights_table,
     "ledger": ledger_table,
     "classes": class_table,
+    "seeds": lambda: of_report(seed_table(list(ledger().entries)), 2),
+    "predictions": prediction_table,
     "speeds": speeds_table,
     "errors": error_table,
     "sections": section_table,

@@ -93,7 +93,7 @@ class Seeds:
     """A number over seeds of the noise."""
 
     count: int
-    passed: int  # seeds whose number agrees with the published one
+    passed: int | None  # seeds whose number agrees with the published one; None without one
     low: float  # 5th percentile
     high: float  # 95th percentile
 
@@ -142,8 +142,8 @@ class Entry:
 
     @property
     def seeds_text(self) -> str:
-        """How many of the seeds pass; empty without noise."""
-        return "" if self.seeds is None else f"{self.seeds.passed} of {self.seeds.count}"
+        """How many of the seeds agree; empty without noise or a published number."""
+        return "" if self.seeds is None or self.seeds.passed is None else f"{self.seeds.passed} of {self.seeds.count}"
 
 
 @cache
@@ -204,7 +204,8 @@ def _seeds(values: tuple[float, ...], published: float | None, rule: Rule) -> Se
     if not values:
         return None
     low, high = np.percentile(values, (5, 95)).tolist()
-    return Seeds(len(values), 0 if published is None else sum(rule.holds(published, one) for one in values), low, high)
+    passed = None if published is None else sum(rule.holds(published, one) for one in values)
+    return Seeds(len(values), passed, low, high)
 
 
 def _rule(finding: Finding, fact: Mapping[str, Any]) -> Rule:
