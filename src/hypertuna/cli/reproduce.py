@@ -53,7 +53,8 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
     from rich.text import Text
 
     summary = ledger.summary
-    yield f"{summary['predictions']} predictions, {summary['reproduced']} of them reproduced."
+    measured = f"{summary['reproduced_measured']} of these are of measured numbers"
+    yield f"{summary['predictions']} predictions, {summary['reproduced']} of them reproduced; {measured}."
     rows = [
         (name, *(str(counts[verdict] or "") for verdict in MARKS), CLASSES[name])
         for name, counts in summary["classes"].items()

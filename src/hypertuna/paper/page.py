@@ -75,8 +75,8 @@ def _facts(ledger: Ledger) -> list[Fact]:
     return [
         Fact(
             f"{summary['reproduced']} of {summary['predictions']}",
-            f"predictions reproduce the paper; {counts['deviates']} deviate, {counts['undetermined']} are left open by "
-            f"what is published",
+            f"predictions reproduce the paper, {summary['reproduced_measured']} of them what it measured; "
+            f"{counts['deviates']} deviate, {counts['undetermined']} are left open by what is published",
         ),
         Fact(
             f"{others}",

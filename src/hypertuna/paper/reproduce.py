@@ -112,6 +112,7 @@ def _summary(entries: tuple[Entry, ...]) -> dict[str, Any]:
     return {
         "predictions": sum(classes["prediction"].values()),
         "reproduced": classes["prediction"]["reproduced"],
+        "reproduced_measured": sum(one.verdict == "reproduced" and one.kind == "measured" for one in entries),
         "verdicts": _verdicts(entries),
         "classes": classes,
         "speeds": {
