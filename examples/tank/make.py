@@ -50,8 +50,9 @@ growth = np.clip(time / 0.5, 0, 1) ** 3
 wave = np.sin(2 * np.pi * 2 * time[:, np.newaxis] - np.radians([0, 40]))
 made = growth[:, np.newaxis] * np.radians([16, 25]) * wave
 series = ht.JointSeries(time, made + ANGLE_NOISE * random.standard_normal(made.shape))
-rows = [[f"{t:.2f}", *(f"{a:.3f}" for a in np.degrees(row))] for t, row in zip(time, series.angle, strict=True)]
-write("angles.csv", ["time_s", "joint_I", "joint_II"], rows)
+angles = np.degrees(np.column_stack([series.angle, made]))
+rows = [[f"{t:.2f}", *(f"{a:.3f}" for a in row)] for t, row in zip(time, angles, strict=True)]
+write("angles.csv", ["time_s", "joint_I", "joint_II", "target_I", "target_II"], rows)
 
 swim = ht.replay(fish, series, start=ht.Pose.from_head_center(fish, 0.5, 1.0, np.radians(10)))
 frames = np.arange(60) / 30

@@ -146,7 +146,7 @@ def test_options_that_a_manifest_decides_are_refused(tmp_path):
 def test_a_recording_that_diverges_is_reported_and_the_others_are_compared(tmp_path):
     path = two_recordings(tmp_path)
     rows = (TANK / "angles.csv").read_text().splitlines()
-    wild = [f"{t},{3000 * float(a)},{b}" for t, a, b in (row.split(",") for row in rows[2:])]
+    wild = [f"{t},{3000 * float(a)},{b}" for t, a, b in (row.split(",", 2) for row in rows[2:])]
     (tmp_path / "wild.csv").write_text("\n".join([rows[1], *wild]))
     text = path.read_text()
     at = text.rindex(f'"{TANK}/angles.csv"')

@@ -211,6 +211,7 @@ class _Case:
         """Lay out the replay."""
         yield self.used.name, "bold"
         yield from _end_lines(robot, self.result)
+        yield f"begin: {self.result.attrs['begin']}"
         offset = self.used.time_offset
         if self.used is not self.given:
             yield f"time offset {offset:.3f} s from [fit], in place of {self.given.time_offset:g} s"

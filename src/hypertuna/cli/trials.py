@@ -215,6 +215,10 @@ def _recording(recording: Recording) -> dict[str, Any]:
         "frames": [len(track.time) for track in tracks],
         "poses_s": [min(track.time[0] for track in tracks), max(track.time[-1] for track in tracks)],
         "repeatability": spread,
+        "begin": "rest" if not recording.moving else "moving",
+        "velocity": "given" if recording.velocity else "estimated" if recording.moving else "0",
+        "lag_s": recording.lag,
+        "ended_by_a_wall": recording.ended,
     }
 
 
@@ -236,4 +240,11 @@ def _lines(summary: dict[str, Any]) -> Iterator[str]:
             yield f"  {what}: {count} from {begin:.4g} to {end:.4g} s"
         axes = ", ".join(f"{axis.split('_')[0]} {spread[axis]:.2f} {axis.split('_')[1]}" for axis in spread)
         yield f"  repeatability: {axes if runs > 1 else 'not known, one run'}"
+        moving = f"in motion, velocity {recording['velocity']}"
+        yield f"  begin: {'at rest' if recording['begin'] == 'rest' else moving}"
+        if recording["lag_s"]:
+            lags = ", ".join(f"{1000 * lag:.0f}" for lag in recording["lag_s"])
+            yield f"  joints lag behind their targets by {lags} ms"
+        if recording["ended_by_a_wall"]:
+            yield f"  ended near a wall: {', '.join(recording['ended_by_a_wall'])}"
     yield f"{counted(summary['runs'], 'run')} in all"

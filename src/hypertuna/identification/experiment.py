@@ -17,6 +17,7 @@ from hypertuna.trials.comparison import repeatability
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import joint_grid, seen_from_start
 from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.start import FirstBeat, beat_of, first_beat
 from hypertuna.trials.trials import Trials
 
 Flags = NDArray[np.bool_]
@@ -40,6 +41,8 @@ class Replayed:
     frames: Array  # (frames,) s, of all runs
     turn: Array  # (frames,) rad, from the axes of the replay to those of the run
     runs: int
+    twist: Array | None = None  # (3,) at the start, of a run that begins in motion with a given velocity
+    beat: FirstBeat | None = None  # of a run that begins in motion, whose twist it shows
 
 
 @dataclass(frozen=True)
@@ -117,11 +120,15 @@ def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = (), **optio
 
 def _replayed(robot: Robot, recording: Recording, frees: Sequence[Free]) -> tuple[Replayed, Array, list[int]]:
     """Return what to replay, the tracked poses (frames, 3) seen from the first of each run, and the frames per run."""
-    joints, step = joint_grid(robot, smooth(recording.joints, noise=recording.noise))
+    curve = smooth(recording.joints, noise=recording.noise)
+    joints, step = joint_grid(robot, curve)
     time = recording.joints.time[0] + recording.time_offset + step * np.arange(len(joints) // 2 + 1)
     k = position(frees, "time_offset", recording.name)
     # for all time offsets the replay spans the last frame; before its first one the robot rests
     begin, end = time[0], time[-1]
+    if k is not None and recording.moving:
+        fix = "give its time_offset_s, or write begin = 'rest'"
+        raise InputError("cannot be free where the runs begin in motion", key=frees[k].name, fix=fix)
     if k is not None:
         begin, end = -math.inf, end + min(0.0, frees[k].lower - recording.time_offset)
     times, turns, poses, sizes = [], [], [], []
@@ -138,5 +145,9 @@ def _replayed(robot: Robot, recording: Recording, frees: Sequence[Free]) -> tupl
         poses.append(seen_from_start(track.pose, heading)[inside])
         sizes.append(int(inside.sum()))
     frames = np.concatenate(times), np.concatenate(turns)
-    replayed = Replayed(recording.name, joints, step, time, recording.time_offset, *frames, len(sizes))
+    twist = None if recording.velocity is None else recording.velocity.twist(robot)
+    unknown = recording.moving and twist is None
+    beat = first_beat(robot, joints, step, recording.tracks, 1 / beat_of(curve)[0]) if unknown else None
+    own = (joints, step, time, recording.time_offset, *frames, len(sizes), twist, beat)
+    replayed = Replayed(recording.name, *own)
     return replayed, np.concatenate(poses), sizes

@@ -14,6 +14,7 @@ from hypertuna.swimming.beat import DEFAULT_STEPS, directional_derivatives, sett
 from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.replay import replay_jacobian
+from hypertuna.trials.start import head_of
 
 Flags = NDArray[np.bool_]
 
@@ -111,7 +112,7 @@ def _tracked(
     """Return poses at the frames of all runs, axis by axis, their Jacobian, and whether the replay is finite."""
     frames, n = len(recording.frames), len(data.free)
     along = np.zeros((len(parameter_names(data.robot)), 0)) if along is None else along
-    pose, _, by = replay_jacobian(data.robot, recording.joints, recording.step, along, model=model)
+    pose, by = _swum(data, recording, along, model)
     if not along.size:
         by, along = np.zeros((*pose.shape, n)), np.zeros((len(along), n))
     if not (np.isfinite(pose).all() and np.isfinite(by).all()):
@@ -120,11 +121,7 @@ def _tracked(
     # the center of the head, seen from its start
     half = columns(data.robot, data.free, values).get("links.length", data.robot.links.length)[0] / 2
     by_half = along[parameter_names(data.robot).index("links.length[0]")] / 2
-    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    center = np.column_stack([pose[:, 0] + half * (c - 1), pose[:, 1] + half * s, pose[:, 2]])
-    jacobian = by.copy()
-    jacobian[:, 0] += np.outer(c - 1, by_half) - (half * s)[:, np.newaxis] * by[:, 2]
-    jacobian[:, 1] += np.outer(s, by_half) + (half * c)[:, np.newaxis] * by[:, 2]
+    center, jacobian = head_of(half, pose, by, by_half)
     # at the frames, between two steps of the replay; before its start the robot rests
     k = position(data.free, "time_offset", recording.name)
     shift = 0.0 if k is None else float(values[k]) - recording.offset
@@ -142,3 +139,14 @@ def _tracked(
     at[:, :2] = np.einsum("fij,fj->fi", rotation, at[:, :2])
     jacobian_at[:, :2] = np.einsum("fij,fjn->fin", rotation, jacobian_at[:, :2])
     return at.T.ravel(), np.moveaxis(jacobian_at, 1, 0).reshape(3 * frames, n), True
+
+
+def _swum(data: Experiment, recording: Replayed, along: Array, model: Any) -> tuple[Array, Array]:
+    """Return the track (steps + 1, 3) of a recording from its start and derivatives (steps + 1, 3, directions)."""
+    motion = data.robot, recording.joints, recording.step, along
+    if recording.beat is None:
+        pose, _, by = replay_jacobian(*motion, model=model, twist=recording.twist)
+        return pose, by if recording.twist is None else by[..., 3:]
+    twist, derivative = recording.beat.correct(*motion, model)
+    pose, _, by = replay_jacobian(*motion, model=model, twist=twist)
+    return pose, by[..., 3:] + by[..., :3] @ derivative

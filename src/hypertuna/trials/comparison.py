@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
+from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.manifest import Recording
-from hypertuna.trials.replay import Pose, at_times, head_center, replay, rmse, seen_from_start, together
-from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.replay import Pose, at_times, head_center, joint_grid, replay, rmse, seen_from_start, together
+from hypertuna.trials.smoothing import SmoothSeries, smooth
+from hypertuna.trials.start import beat_of, first_beat
 from hypertuna.trials.tracks import Track
 
 if TYPE_CHECKING:
@@ -24,7 +26,7 @@ TINY = 1e-20  # m^2 or rad^2, for replays without error
 
 
 def replay_recording(robot: Robot, recording: Recording, *, step: float | None = None) -> xr.Dataset:
-    """Replay the joint angles of a recording from rest.
+    """Replay the joint angles of a recording, from rest or from the motion in which it begins.
 
     Parameters
     ----------
@@ -36,12 +38,33 @@ def replay_recording(robot: Robot, recording: Recording, *, step: float | None =
     Returns
     -------
     xarray.Dataset
-        As of `replay`, on the clock and in the axes of the tracks, from the start of the first one.
+        As of `replay`, on the clock and in the axes of the tracks, from the start of the first one. Attribute ``begin``
+        says whether the twist at the start is that of rest, given, or estimated from the first beat.
     """
     start = Pose.from_head_center(robot, *recording.tracks[0].pose[0])
     curve = smooth(recording.joints, noise=recording.noise)
-    result = replay(robot, curve, start=start, step=step, time_offset=recording.time_offset)
-    return result.assign_attrs(recording=recording.name, joint_noise_deg=np.degrees(curve.noise))
+    twist, begin = start_twist(robot, recording, curve)
+    options: dict[str, Any] = {"step": step, "time_offset": recording.time_offset}
+    result = replay(robot, curve, start=start, twist=twist, **options)
+    return result.assign_attrs(recording=recording.name, joint_noise_deg=np.degrees(curve.noise), begin=begin)
+
+
+def start_twist(
+    robot: Robot, recording: Recording, curve: SmoothSeries
+) -> tuple[tuple[float, float, float] | None, str]:
+    """Return the twist at the start of a recording, None at rest, and where it comes from."""
+    if not recording.moving:
+        return None, "at rest"
+    if recording.velocity is not None:
+        twist, begin = recording.velocity.twist(robot), "in motion, velocity given"
+    else:
+        joints, step = joint_grid(robot, curve)
+        beat = first_beat(robot, joints, step, recording.tracks, 1 / beat_of(curve)[0])
+        none = np.zeros((len(parameter_names(robot)), 0))
+        twist = beat.correct(robot, joints, step, none, core_model(robot))[0]
+        begin = "in motion, velocity estimated from the first beat"
+    u, v, r = (float(part) for part in twist)
+    return (u, v, r), begin
 
 
 def with_fitted_clock(robot: Robot, recording: Recording) -> Recording:

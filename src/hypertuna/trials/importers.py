@@ -46,10 +46,12 @@ def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:
     recordings = [
         {
             "name": f"{amplitude}deg",
+            "begin": "rest",
             "joints": {
                 "file": str(place / f"{amplitude}{ANGLES}"),
                 "time": "time_s",
                 "columns": [f"actual_{joint}" for joint in range(1, 6)],
+                "targets": [f"target_{joint}" for joint in range(1, 6)],
                 "unit": "deg",
             },
             "poses": {

@@ -1,6 +1,6 @@
 """Manifests: TOML files that list the measurements of a tank, with their files, units and axes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,13 +11,26 @@ from pydantic import AfterValidator, ValidationError
 from hypertuna.arrays import Array
 from hypertuna.description.reference import markdown
 from hypertuna.description.robot import Robot
-from hypertuna.description.schema.base import Count, Degrees, Flag, NotNegativeDegrees, Part, Real, Text, entry, unique
+from hypertuna.description.schema.base import (
+    Count,
+    Degrees,
+    Flag,
+    NotNegative,
+    NotNegativeDegrees,
+    Part,
+    Real,
+    Text,
+    entry,
+    unique,
+)
 from hypertuna.description.validation import translate
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import read_toml
 from hypertuna.trials.replay import Pose
+from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.start import Velocity, beat_of, begin_together, begins_in_motion
 from hypertuna.trials.steady import SteadyRun, read_steady
-from hypertuna.trials.tracks import JointSeries, Track, read_joints, read_tracks
+from hypertuna.trials.tracks import JointSeries, Track, lag_of, read_joints, read_tracks
 
 # --- the schema; keys of the file carry the unit, attributes are SI and radians
 
@@ -31,6 +44,10 @@ class Joints(Part):
     unit: Literal["deg", "rad"] = entry("unit of the angles in the file")
     noise: NotNegativeDegrees | None = entry(
         "standard deviation of the angles (default: estimated)", "deg", default=None
+    )
+    targets: tuple[Text, ...] | None = entry("columns of the commanded angles, in the same order", default=None)
+    use: Literal["measured", "targets"] = entry(
+        "angles that the robot made: measured (columns) or targets (default: measured)", default="measured"
     )
 
 
@@ -57,6 +74,14 @@ class Start(Part):
     yaw: Degrees = entry("direction that the head faces, counted as yaw of the poses", "deg")
 
 
+class VelocityTable(Part):
+    """The velocity through the water at the first sample, of the center of the head link."""
+
+    forward: Real = entry("where the head faces", "m/s", key="forward_m_s")
+    left: Real = entry("to port (default: 0)", "m/s", key="left_m_s", default=0.0)
+    turn: Degrees = entry("counter-clockwise (default: 0)", "deg/s", key="turn_deg_s", default=0.0)
+
+
 def _name(name: str) -> str:
     """Check the name of a recording."""
     if "/" in name or "\0" in name or not name.strip(". "):
@@ -71,8 +96,16 @@ def _window(window: tuple[float, ...]) -> tuple[float, ...]:
     return window
 
 
+class Tank(Part):
+    """The walls of the tank, in the axes of the poses: a run ends where the nose comes near one."""
+
+    x: Annotated[tuple[Real, ...], AfterValidator(_window)] = entry("walls across x: smallest and largest x", "m")
+    y: Annotated[tuple[Real, ...], AfterValidator(_window)] = entry("walls across y", "m")
+    wall_distance: NotNegative = entry("distance of the nose from a wall at which the run ends", "m")
+
+
 class RecordingTable(Part):
-    """Swims from rest with the same joint motion: joint angles, and tracked poses of one run or several."""
+    """Swims with the same joint motion: joint angles, and tracked poses of one run or several."""
 
     name: Annotated[Text, AfterValidator(_name)] = entry("name of the recording, without /")
     joints: Joints = entry("table of the joint angles")
@@ -80,11 +113,19 @@ class RecordingTable(Part):
     start: Start | None = entry("table of the start pose (default: the first frame of each run)", default=None)
     time_offset: Real = entry("time to add to the joints' clock to get the poses' clock (default: 0)", "s", default=0.0)
     window: Annotated[tuple[Real, ...], AfterValidator(_window)] | None = entry(
-        "begin and end of the data in use, on the poses' clock; the robot rests at its begin (default: everything)",
+        "begin and end of the data in use, on the poses' clock (default: everything)",
         "s",
         default=None,
     )
     repeats: Count = entry("number of swims that each tracked run is the mean of (default: 1)", default=1)
+    begin: Literal["rest", "moving"] | None = entry(
+        "whether the robot begins at rest in the water or in motion (default: as its first quarter of a beat shows)",
+        default=None,
+    )
+    velocity: VelocityTable | None = entry(
+        "table of the velocity at the first sample (default: 0 at rest, else estimated from the first beat)",
+        default=None,
+    )
 
 
 class Manifest(Part):
@@ -94,6 +135,7 @@ class Manifest(Part):
     robot: Text | None = entry("name that the robot must have (default: any)", default=None)
     steady: tuple[Text, ...] = entry("paths of CSV files of steady runs, from the manifest", default=())
     recordings: tuple[RecordingTable, ...] = entry("list of tracked recordings", default=())
+    tank: Tank | None = entry("table of the tank's walls (default: far away)", default=None)
 
 
 # --- the measurements
@@ -101,7 +143,7 @@ class Manifest(Part):
 
 @dataclass(frozen=True)
 class Recording:
-    """Swims from rest with one joint motion, and the tracks of their runs."""
+    """Swims with one joint motion, and the tracks of their runs."""
 
     name: str  # without /
     joints: JointSeries  # within the window, on its own clock
@@ -112,6 +154,10 @@ class Recording:
     start: Pose | None = None  # of the nose at the first frame, if the manifest gives it
     repeats: int = 1  # number of swims that each track is the mean of
     file: str = ""  # manifest or folder
+    moving: bool = False  # whether the runs begin in motion: the first frame is at the first sample of the joints
+    velocity: Velocity | None = None  # at the first sample; None: 0 at rest, else from the first beat
+    lag: tuple[float, ...] | None = None  # of the measured joint angles behind their targets [s], if both are known
+    ended: tuple[str, ...] = ()  # runs that a wall of the tank ended
 
     @property
     def runs(self) -> tuple[str, ...]:
@@ -137,7 +183,9 @@ def parse_manifest(
         raise InputError(error.rule, file=file, key=error.key, value=error.value, fix=error.fix) from None
     steady = tuple(run for name in manifest.steady for run in read_steady(folder / name, robot))
     tables = enumerate(manifest.recordings)
-    return steady, tuple(_recording(table, f"recordings[{i}]", robot, folder, file) for i, table in tables)
+    return steady, tuple(
+        _recording(table, f"recordings[{i}]", robot, folder, file, manifest.tank) for i, table in tables
+    )
 
 
 def reference() -> str:
@@ -156,18 +204,71 @@ def _check(manifest: Manifest, robot: Robot) -> None:
     unique(tuple(table.name for table in manifest.recordings), "recordings[{}].name")
     groups = [group.name for group in robot.joints]
     for i, table in enumerate(manifest.recordings):
+        if table.begin == "rest" and table.velocity is not None:
+            fix = "leave out one of the two"
+            raise InputError('cannot be given with begin = "rest"', key=f"recordings[{i}].velocity", fix=fix)
         if (count := len(table.joints.columns)) != len(groups):
             rule = f"must be {len(groups)} long, one column per joint group of {robot.name} ({', '.join(groups)})"
             key, fix = f"recordings[{i}].joints.columns", "name the columns from head to tail"
             raise InputError(rule, key=key, value=f"{count} long", fix=fix)
 
 
-def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file: str) -> Recording:
-    """Read the files of a recording, cut them to the window, and set the start pose."""
+def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file: str, tank: Tank | None) -> Recording:
+    """Read the files of a recording, cut them to the window and the tank, and set how it begins."""
     poses, window, start = table.poses, None, None
-    joints = read_joints(
-        folder / table.joints.file, time=table.joints.time, columns=table.joints.columns, unit=table.joints.unit
-    )
+    joints, lag = _joints(table.joints, key, folder, file)
+    tracks = _tracks(poses, key, folder, file)
+    if table.window is not None:
+        window = begin, end = table.window[0], table.window[1]
+        joints = _cut_joints(joints, begin - table.time_offset, end - table.time_offset)
+        tracks = [_frames(track, (track.time >= begin) & (track.time <= end)) for track in tracks]
+    whole = [len(track.time) for track in tracks]
+    if tank is not None:
+        tracks = [_before_walls(track, robot, tank) for track in tracks]
+    ended = tuple(t.run for t, count in zip(tracks, whole, strict=True) if len(t.time) < count)
+    span = joints.time[[0, -1]] + table.time_offset
+    for track in tracks:
+        if not ((track.time[1:] >= span[0]) & (track.time[1:] <= span[1])).any():
+            rule = f"must have at least two frames, the second within the joint angles, {span[0]:g} to {span[1]:g} s"
+            spans = [f", {track.time[0]:g} to {track.time[-1]:g} s"] if len(track.time) else []
+            value = "".join([f"{len(track.time)} frames", *spans])
+            fix = "give both on one clock, by time_offset_s, and a window that spans them"
+            fix = "lower wall_distance_m, or correct the walls" if track.run in ended else fix
+            raise InputError(rule, file=file, key=f"{key}: run {track.run}", value=value, fix=fix)
+    velocity = None if table.velocity is None else Velocity(**dict(table.velocity))
+    moving = table.begin == "moving" or velocity is not None
+    if table.begin is None and not moving:
+        moving = begins_in_motion(robot, smooth(joints, noise=table.joints.noise), tracks, table.time_offset)
+    if moving:
+        period = 1 / beat_of(smooth(joints, noise=table.joints.noise))[0]
+        joints, tracks = _begin_together(joints, tracks, table.time_offset, period, f"{file}: {key}")
+    if table.start is not None:
+        yaw = poses.yaw_zero + (-table.start.yaw if poses.clockwise else table.start.yaw)
+        first = table.start.x, table.start.y, yaw
+        tracks = [_from_start(track, np.array(first)) for track in tracks]
+        start = Pose.from_head_center(robot, *first)
+    own = (table.time_offset, window, start, table.repeats, file, moving, velocity, lag, ended)
+    return Recording(table.name, joints, table.joints.noise, tuple(tracks), *own)
+
+
+def _joints(table: Joints, key: str, folder: Path, file: str) -> tuple[JointSeries, tuple[float, ...] | None]:
+    """Read the joint angles in use, and how much the measured ones lag behind their targets [s]."""
+    options: dict[str, Any] = {"time": table.time, "unit": table.unit}
+    if table.use == "targets" and table.targets is None:
+        fix = "name their columns, or leave out use"
+        raise InputError('must be given with use = "targets"', file=file, key=f"{key}.joints.targets", fix=fix)
+    if table.targets is None:
+        return read_joints(folder / table.file, columns=table.columns, **options), None
+    if len(table.targets) != len(table.columns):
+        rule, value = f"must be {len(table.columns)} long, like columns", f"{len(table.targets)} long"
+        raise InputError(rule, file=file, key=f"{key}.joints.targets", value=value, fix="name one per joint group")
+    measured = read_joints(folder / table.file, columns=table.columns, **options)
+    targets = read_joints(folder / table.file, columns=table.targets, **options)
+    return (targets if table.use == "targets" else measured), lag_of(measured, targets)
+
+
+def _tracks(poses: Poses, key: str, folder: Path, file: str) -> list[Track]:
+    """Read the tracked runs of a recording."""
     options: dict[str, Any] = {name: value for name, value in poses if name not in ("files", "x", "y", "yaw")}
     pose = (poses.x, poses.y, poses.yaw)
     tracks = [track for name in poses.files for track in read_tracks(folder / name, pose=pose, **options)]
@@ -175,25 +276,34 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
     for name in (name for k, name in enumerate(names) if name in names[:k]):
         fix = "name each run differently, or each file where a file is one run"
         raise InputError("must be unique", file=file, key=f"{key}: run {name}", value="in two files", fix=fix)
-    if table.window is not None:
-        window = begin, end = table.window[0], table.window[1]
-        joints = _cut_joints(joints, begin - table.time_offset, end - table.time_offset)
-        kept = [(track.time >= begin) & (track.time <= end) for track in tracks]
-        tracks = [replace(t, time=t.time[rows], pose=t.pose[rows]) for t, rows in zip(tracks, kept, strict=True)]
-    span = joints.time[[0, -1]] + table.time_offset
-    for track in tracks:
-        if not ((track.time[1:] >= span[0]) & (track.time[1:] <= span[1])).any():
-            rule = f"must have at least two frames, the second within the joint angles, {span[0]:g} to {span[1]:g} s"
-            value = f"{len(track.time)} frames" + f", {track.time[0]:g} to {track.time[-1]:g} s" * bool(len(track.time))
-            fix = "give both on one clock, by time_offset_s, and a window that spans them"
-            raise InputError(rule, file=file, key=f"{key}: run {track.run}", value=value, fix=fix)
-    if table.start is not None:
-        yaw = poses.yaw_zero + (-table.start.yaw if poses.clockwise else table.start.yaw)
-        first = table.start.x, table.start.y, yaw
-        tracks = [_from_start(track, np.array(first)) for track in tracks]
-        start = Pose.from_head_center(robot, *first)
-    own = (table.time_offset, window, start, table.repeats, file)
-    return Recording(table.name, joints, table.joints.noise, tuple(tracks), *own)
+    return tracks
+
+
+def _begin_together(
+    joints: JointSeries, tracks: Sequence[Track], offset: float, period: float, place: str
+) -> tuple[JointSeries, list[Track]]:
+    """Cut joints and tracks of runs in motion to begin together; errors name their place."""
+    try:
+        return begin_together(joints, tracks, offset, period)
+    except InputError as error:
+        raise InputError(error.rule, file=place, key=error.key, value=error.value, fix=error.fix) from None
+
+
+def _frames(track: Track, kept: Any) -> Track:
+    """Return some of the frames of a track."""
+    return replace(track, time=track.time[kept], pose=track.pose[kept])
+
+
+def _before_walls(track: Track, robot: Robot, tank: Tank) -> Track:
+    """Return the frames before the nose first comes near a wall."""
+    half, yaw = robot.links.length[0] / 2, track.pose[:, 2]
+    near = np.zeros(len(yaw), dtype=bool)
+    for nose, (low, high) in (
+        (track.pose[:, 0] + half * np.cos(yaw), tank.x),
+        (track.pose[:, 1] + half * np.sin(yaw), tank.y),
+    ):
+        near |= (nose - low < tank.wall_distance) | (high - nose < tank.wall_distance)
+    return _frames(track, slice(0, int(np.argmax(near)) if near.any() else len(near)))
 
 
 def _cut_joints(joints: JointSeries, begin: float, end: float) -> JointSeries:

@@ -138,14 +138,21 @@ def joint_grid(robot: Robot, curve: SmoothSeries, *, step: float | None = None) 
 
 
 def replay_jacobian(
-    robot: Robot, joints: Array, step: float, directions: Array, *, model: _core.Model | None = None
+    robot: Robot,
+    joints: Array,
+    step: float,
+    directions: Array,
+    *,
+    model: _core.Model | None = None,
+    twist: Array | None = None,
 ) -> tuple[Array, Array, Array]:
     """Return track (steps + 1, 3), rate and derivatives (steps + 1, 3, directions) of a joint motion from rest.
 
-    joints: (2 steps + 1, links, 3) [rad, rad/s, rad/s^2]; directions: (parameters, directions).
+    joints: (2 steps + 1, links, 3) [rad, rad/s, rad/s^2]; directions: (parameters, directions). With a `twist` (3,) of
+    the head at the start, derivatives by it come before those along the directions.
     """
     joints, along = np.ascontiguousarray(joints), np.ascontiguousarray(directions)
-    track = _core.track(model or core_model(robot), joints, along, step=step)
+    track = _core.track(model or core_model(robot), joints, along, step=step, twist=twist)
     return track["pose"], track["rate"], track["gradient"]
 
 

@@ -16,6 +16,7 @@ ANGLES = {"rad": 1.0, "deg": math.pi / 180}  # in rad
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # in m
 MIN_SAMPLES = 12  # of a series, for the estimate of its noise
 MAX_GAP = 5  # median intervals between two samples
+MAX_LAG, LAGS = 0.1, 401  # of the length of a series, to either side, and shifts that are tried
 
 
 @dataclass(frozen=True)
@@ -94,6 +95,22 @@ def read_joints(path: str | Path, *, time: str, columns: Sequence[str], unit: st
     lines, values, _ = _read_columns(path, [time, *columns])
     check_name(unit, ANGLES, "unit", "unit")
     return JointSeries(values[:, 0], values[:, 1:] * ANGLES[unit], str(path), lines, (time, *columns))
+
+
+def lag_of(measured: JointSeries, targets: JointSeries) -> tuple[float, ...]:
+    """Return how much each measured angle lags behind its target [s]: the shift of least squared difference."""
+    time = measured.time
+    limit = MAX_LAG * float(time[-1] - time[0])
+    inside = (time >= time[0] + limit) & (time <= time[-1] - limit)
+    shifts = np.linspace(-limit, limit, LAGS)
+    lags = []
+    for angle, target in zip(measured.angle.T, targets.angle.T, strict=True):
+        moved = np.array([np.interp(time[inside] - shift, time, target) for shift in shifts])
+        moved, own = moved - moved.mean(axis=1, keepdims=True), angle[inside] - angle[inside].mean()
+        size = np.linalg.norm(moved, axis=1) * np.linalg.norm(own)
+        alike = np.divide(moved @ own, size, out=np.zeros(LAGS), where=size > 0)
+        lags.append(float(shifts[np.argmax(alike)]) if alike.any() else 0.0)
+    return tuple(lags)
 
 
 def read_tracks(
