@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 HERE = Path(__file__).parent
+FIN = runpy.run_path(str(HERE / "fin.py"))
 TABLE = runpy.run_path(str(HERE / "table.py"))
 ROWS = json.loads((HERE / "oscillating.json").read_text())
 PLATES = [row for row in ROWS if row["section"] == "plate" and TABLE["usual"](row)]
@@ -57,3 +58,17 @@ def test_an_ellipse_that_starts_has_the_added_mass_of_potential_flow() -> None:
         errors.append(-result.force[-1] / (np.pi / 4 * 2 * np.pi / kc) - 1)
     assert errors[0] == pytest.approx(0, abs=0.1)
     assert errors[1] == pytest.approx(errors[0] / 2, rel=0.2)
+
+
+@pytest.mark.parametrize(("aspect", "mass"), [(1.0, 0.579), (2.0, 0.757)])
+def test_a_lattice_has_the_added_mass_of_tables(aspect: float, mass: float) -> None:
+    """Rectangular plates of DNV-RP-C205, by lattices of 4 and 8 panels along the chord."""
+    coarse, fine = (FIN["lattice"](aspect, across)[0] for across in (4, 8))
+    assert 2 * fine - coarse == pytest.approx(mass, abs=0.003)
+
+
+def test_a_lattice_has_the_lift_of_slender_wings_and_of_strips() -> None:
+    """Slope pi AR/2 for a small aspect ratio, less than Helmbold's formula for a middle one, which 2 pi bounds."""
+    slopes = {aspect: FIN["lattice"](aspect, 4)[1] for aspect in (0.25, 5.0)}
+    assert slopes[0.25] == pytest.approx(np.pi / 2 * 0.25, rel=0.02)
+    assert slopes[5.0] == pytest.approx(2 * np.pi * 5 / (2 + np.sqrt(29)), rel=0.1)
