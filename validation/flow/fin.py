@@ -1,9 +1,10 @@
 """Added mass and lift slope of rectangular plates by a lattice of vortex rings: python validation/flow/fin.py
 
-Potential flow in three dimensions. A ring around each panel is a sheet of constant doublets. Added mass: the plate starts
-across itself, no wake yet, the jump of potential is the ring's strength, and m = rho sum(strength area). Lift slope: a
-plane wake leaves the trailing edge; rings a quarter of a panel behind their panels, flow tangential at three quarters
-(Falkner's and Weissinger's rule). Errors fall as one over the number of panels, and are extrapolated from two lattices.
+Potential flow in three dimensions. A ring around each panel is a sheet of constant doublets. Added mass: the plate
+starts across itself, no wake yet, the jump of potential is the ring's strength, and m = rho sum(strength area). Lift
+slope: a plane wake leaves the trailing edge; rings a quarter of a panel behind their panels, flow tangential at three
+quarters (Falkner's and Weissinger's rule). Errors fall as one over the number of panels, and are extrapolated from
+two lattices.
 """
 
 import math
@@ -50,13 +51,13 @@ def rings(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def lattice(aspect: float, across: int) -> tuple[float, float]:
     """Return added mass and lift slope of a plate of chord 1 with so many panels along it."""
-    count = max(4, round(aspect * across))
+    count = max(across, round(aspect * across))
     x, y = np.linspace(0, 1, across + 1), np.linspace(-aspect / 2, aspect / 2, count + 1)
     panel, area = rings(x, y), aspect / (across * count)
     still = np.linalg.solve(normal_velocity(panel.mean(axis=1), panel), np.ones(across * count))
     moved = rings(x + 0.25 / across, y)
     wake = rings(np.array([x[-1] + 0.25 / across, FAR]), y)
-    points = panel.mean(axis=1) + (0.25 / across, 0, 0)
+    points = panel.mean(axis=1) + np.array([0.25 / across, 0, 0])
     matrix = normal_velocity(points, moved)
     matrix[:, -count:] += normal_velocity(points, wake)
     last = np.linalg.solve(matrix, np.ones(across * count))[-count:]  # circulation of each strip, per incidence
