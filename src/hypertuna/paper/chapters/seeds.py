@@ -11,7 +11,7 @@ from hypertuna.paper.chapters.tank import FREQUENCY, PHASE, best_phase
 from hypertuna.paper.computed import COSTS, LEVELS, SPEEDS, TANK, TWIN
 from hypertuna.paper.ledger import Class, Entry, Finding, judge, published, published_value
 from hypertuna.paper.seeds import SEEDS, Stored, all_seeds
-from hypertuna.paper.studies import HERTZ, LAKE, LAKE_GAITS, ROBOTS, STUDIES, phase_name, tank_name
+from hypertuna.paper.studies import HERTZ, LAKE, LAKE_GAITS, PHASES, ROBOTS, STUDIES, phase_name, tank_name
 from hypertuna.reports.html import Section, Table
 
 Studies = Mapping[tuple[str, str], Stored]  # by name and robot
@@ -24,7 +24,7 @@ TANK_HERTZ = np.array(published()["tank"]["frequency_hz"])
 # The areas of Table II were read so that ideal joints have these speeds; at 2 and 3 Hz the twin's joints are ideal.
 READ = ("unoptimised-0.3", "unoptimised-0.4")
 SERVOS = "servos as data sheets have them, chosen with this number in view"
-BORE = "the bore of the oil lines was chosen with this test in view"
+BORE = "the bore of the oil lines and the controller's learning were chosen with this test in view"
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Studies:
@@ -138,7 +138,7 @@ def _dive(model: str, stored: Stored) -> Finding:
 
 def _phases(stored: Stored) -> Iterator[Finding]:
     """Yield best and cheapest phases."""
-    n, phases = stored.numbers, np.array(published()["tank"]["phase_deg"])
+    n, phases = stored.numbers, np.array(PHASES)
 
     def grid(level: str, what: str) -> Array:  # (frequency, phase, seeds)
         return np.array([[n[f"{phase_name(level, f, p)} {what}"] for p in phases] for f in HERTZ])
