@@ -85,8 +85,8 @@ def test_peaks_are_fitted_in_noise(frequency: float) -> None:
 
 @pytest.mark.parametrize("frequency", [5.0, 6.0])
 def test_joint_ii_settles_whatever_the_noise(tuna: ht.Robot, frequency: float) -> None:
-    # A controller that took peaks from single readings met 4 s with none of these seeds by the sensor, and with 2 (5 Hz)
-    # and 0 (6 Hz) by the true bend; over 32 seeds this one meets it with 97 to 100 %.
+    # A controller that took peaks from single readings met 4 s with none of these seeds by the sensor, and with two
+    # (5 Hz) and none (6 Hz) by the true bend; over 32 seeds this one meets it with 97 to 100 %.
     runs = [
         hold(tuna, frequency, [0.0, math.radians(20)], duration=8.0, medium="air", seed=seed)[0]
         for seed in (2, 3, 4, 6)

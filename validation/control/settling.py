@@ -1,0 +1,105 @@
+"""Settling of the posture control over seeds, and what the bend sensor can show at best (a minute on one core).
+
+python validation/control/settling.py            # print the table of docs/control.md from settling.json
+python validation/control/settling.py --compute  # compute it anew, and store it in settling.json
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import hypertuna as ht
+from hypertuna.arrays import Array
+from hypertuna.control.sensors import sensor_of
+from hypertuna.description.provenance import provenance
+from hypertuna.io.files import write_atomically
+from hypertuna.paper.ledger import published
+from hypertuna.simulation.posture_test import CLOSE, fitted_peaks, hold, peak_bends
+
+STORED = Path(__file__).with_name("settling.json")
+ROBOT = "hypertuna"
+SEEDS = range(32)
+WITHIN = 4.0  # s, section III.C
+FACTS = published()["posture"]
+ANGLE, SECONDS = math.radians(FACTS["angle_deg"]), FACTS["duration_s"]
+METERS = {  # by which a beat's peak bends are known
+    "bend": "the true bend",
+    "fit": "the sensor, harmonics fitted to each beat",
+    "readings": "the sensor, largest reading of each beat",
+}
+
+
+def settling_times(robot: ht.Robot, frequency: float, seed: int) -> dict[str, float | None]:
+    """Return the settling times [s] of a run by each meter; None where it does not settle."""
+    angle = [ANGLE if group.name == FACTS["joint"] else 0.0 for group in robot.joints]
+    (held,) = hold(robot, frequency, angle, duration=SECONDS, medium="air", seed=seed)
+    _, largest = peak_bends(held.run.time, held.run.data["angle_measured"][:, held.joint], frequency)
+    readings = replace(held, measured=largest).measured_settling
+    return {"bend": held.settling, "fit": held.measured_settling, "readings": readings}
+
+
+def ideal_share(robot: ht.Robot, frequency: float, draws: int = 200) -> dict[str, float]:
+    """Return the share of joints that beat by the set angle exactly and that each sensor meter sees settled in time."""
+    sensor, random = sensor_of(robot, "bend"), np.random.default_rng(0)
+    rate = robot.controller.rate if robot.controller else math.nan
+    time = np.arange(0, SECONDS, 1 / rate)
+    seen = {"fit": 0, "readings": 0}
+    for _ in range(draws):
+        phase = 2 * math.pi * frequency * time - random.uniform(0, 2 * math.pi)
+        noisy = ANGLE * np.sin(phase) + sensor.noise * random.normal(size=len(time))
+        read = np.round(noisy / sensor.resolution) * sensor.resolution
+        for name, meter in (("fit", fitted_peaks), ("readings", peak_bends)):
+            end, peaks = meter(time, read, frequency)
+            seen[name] += bool(abs(peaks[end >= WITHIN] - ANGLE).max() < CLOSE)
+    return {name: count / draws for name, count in seen.items()}
+
+
+def compute() -> dict[str, Any]:
+    """Run all seeds."""
+    robot = ht.load(ROBOT)
+    rows = []
+    for frequency in FACTS["frequency_hz"]:
+        runs = [settling_times(robot, frequency, seed) for seed in SEEDS]
+        times = {meter: [run[meter] for run in runs] for meter in METERS}
+        rows.append({"frequency_hz": frequency, "settling_s": times, "ideal_share": ideal_share(robot, frequency)})
+    facts = {key: provenance(robot)[key] for key in ("hypertuna_version", "isa", "robot", "robot_hash")}
+    facts["command"] = "python validation/control/settling.py --compute"
+    return facts | {"seeds": list(SEEDS), "rows": rows}
+
+
+def table(record: dict[str, Any]) -> str:
+    """Return the table: median, 90th percentile and share within 4 s by each meter, and the share of ideal joints."""
+
+    def cells(times: list[float | None]) -> list[str]:
+        sorted_times = np.array([math.inf if time is None else time for time in times], dtype=np.float64)
+        return [*(spelled(sorted_times, part) for part in (0.5, 0.9)), f"{100 * np.mean(sorted_times <= WITHIN):.0f}"]
+
+    def spelled(times: Array, part: float) -> str:
+        value = float(np.quantile(times, part, method="higher"))
+        return f"{value:.2f}" if math.isfinite(value) else "–"
+
+    heads = ["f [Hz]", *["median [s]", "90 % [s]", "within 4 s [%]"] * len(METERS), *["ideal [%]"] * 2]
+    lines = [heads, ["---:"] * len(heads)]
+    for row in record["rows"]:
+        parts = [cell for meter in METERS for cell in cells(row["settling_s"][meter])]
+        ideal = [f"{100 * row['ideal_share'][meter]:.0f}" for meter in ("fit", "readings")]
+        lines.append([f"{row['frequency_hz']:g}", *parts, *ideal])
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def main() -> None:
+    """Compute and store, or print what is stored."""
+    if "--compute" in sys.argv:
+        write_atomically(STORED, (json.dumps(compute(), indent=1) + "\n").encode())
+    print(table(json.loads(STORED.read_text(encoding="utf-8"))))
+
+
+if __name__ == "__main__":
+    main()
