@@ -174,9 +174,9 @@ WAYPOINTS = """QGC WPL 110
 SCRIPT = (
     ("", "online system 1"),
     ("param set LINK_RATE 115200", ""),
-    ("param fetch", "Received 78 parameters"),
-    ("param set PROPORTIONAL 0.2", ""),
-    ("param show PROPORTIONAL", "PROPORTIONAL     0.2"),
+    ("param fetch", "Received 75 parameters"),
+    ("param set LEARNING 0.2", ""),
+    ("param show LEARNING", "LEARNING         0.2"),
     ("wp load {waypoints}", "MISSION_ACK: TYPE_MISSION: ACCEPTED"),
     ("wp list", "Saved 5 waypoints"),
     ("arm throttle", "ARMED"),
@@ -216,7 +216,7 @@ def test_mavproxy(place: str, tmp_path: Path, request: pytest.FixtureRequest) ->
                 session.stdin.write(typed.format(waypoints=waypoints).encode() + b"\n")
                 session.stdin.flush()
             time.sleep(1.0)
-            # MAVProxy knows no link_rate before it has the list: 78 frames in turn with telemetry, 19 s at 4.8 kbit/s.
+            # MAVProxy knows no link_rate before it has the list: 75 frames in turn with telemetry, 19 s at 4.8 kbit/s.
             end, needle = time.monotonic() + 120, wanted.replace("{{", "{")
             asked = time.monotonic()
             while needle not in transcript.read_bytes()[read if typed else 0 :].decode(errors="replace"):
