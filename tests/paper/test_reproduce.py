@@ -368,6 +368,19 @@ def test_the_page_shows_every_section_and_says_what_its_figures_are(folder: Path
     assert "--full" in text  # what was left out
 
 
+def test_the_page_and_the_command_begin_with_what_the_numbers_are_worth(
+    ledger: Ledger, folder: Path, sections: list[Section]
+) -> None:
+    text, summary = (folder / "index.html").read_text(), ledger.summary
+    first = f"<dt>{summary['reproduced']} of {summary['predictions']}</dt><dd>predictions reproduce the paper"
+    heads = (first, "<h2>What the numbers are worth</h2>", f"<h2>{sections[0].title}</h2>")
+    places = [text.index(head) for head in heads]
+    assert places == sorted(places)
+    for name, reason in CLASSES.items():
+        assert f"<tr><td>{name}<span" in text[places[1] : places[2]]
+        assert reason.split(",")[0].replace("'", "&#39;") in text[places[1] : places[2]]
+
+
 def test_tables_say_what_the_ledger_says(ledger: Ledger, sections: list[Section]) -> None:
     tables = [part for section in sections for part in section.parts if isinstance(part, Table)]
     record = {(entry["id"], entry["model"]): entry for entry in ledger_record(ledger)["entries"]}

@@ -39,8 +39,8 @@ def findings(studies: Studies) -> Iterator[Finding]:
         yield from _costs(model, studies["swims", robot])
         yield from _powers(model, studies["swims", robot])
         yield from _settling(model, studies["postures", robot])
-        yield from _lake(f"{model}, {AT_SEA}", studies["lakes", robot])
         yield _dive(model, studies["dives", robot])
+    yield from _lake(f"{TWIN}, {AT_SEA}", studies["lakes", ROBOTS[0]])
     yield from _phases(studies["phases", ROBOTS[0]])
     yield from _turning(studies["turns", ROBOTS[0]])
 
