@@ -102,8 +102,15 @@ def identify_command(
         list[str], typer.Argument(help="CSV files of steady runs, TOML manifests of recordings, or published folders.")
     ],
     robot: opt.RobotName,
-    free: Annotated[str, opt.text("--free", "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth.")],
     search: SearchOptions,
+    free: Annotated[
+        str | None,
+        opt.text(
+            "--free",
+            "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth; NAME=common is one factor on the "
+            "present values. (default: one factor each on the drags and on the added mass of the water law)",
+        ),
+    ] = None,
     water: Annotated[
         str | None, opt.text("--water", f"Water law: {', '.join(LAWS)}, or several with commas to compare them.")
     ] = None,
@@ -132,7 +139,7 @@ def identify_command(
     runs = read_trials(trials, fish)
     with progress_bar("fitting") as progress:
         options = search.arguments() | {"progress": progress}
-        names = split_names(free)
+        names = None if free is None else split_names(free)
         by_law: dict[str, Fit] = (
             compare(fish, runs, names, laws, **options)
             if len(laws) > 1

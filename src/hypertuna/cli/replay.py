@@ -20,6 +20,7 @@ from hypertuna.errors import InputError
 from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.comparison import compare_recording, replay_recording, with_fitted_clock
 from hypertuna.trials.manifest import Recording
+from hypertuna.trials.reach import motion_of, outside, swim_of_series
 from hypertuna.trials.replay import AXES, BORDER, Pose, head_center, replay, rmse
 from hypertuna.trials.smoothing import SmoothSeries, smooth
 from hypertuna.trials.tracks import Track, read_joints, read_tracks
@@ -160,10 +161,17 @@ def replay_command(
     completed = result.attrs["status"] == "completed"
     compared = rmse(fish, result, tracks) if tracks and completed else None
     noise_deg = {"joint_noise_deg": np.degrees(curve.noise)}
+    warnings = [] if fish.fit is None else outside(fish, **swim_of_series(curve))
     emit(
         result,
-        record=lambda data: dict(data.attrs) | noise_deg | _end_of(fish, data) | _compared_at_border(compared),
-        lines=lambda data: [*_end_lines(fish, data), *_error_lines(compared, COMPARED)],
+        record=lambda data: (
+            dict(data.attrs) | noise_deg | _end_of(fish, data) | _compared_at_border(compared) | {"warnings": warnings}
+        ),
+        lines=lambda data: [
+            *_end_lines(fish, data),
+            *_error_lines(compared, COMPARED),
+            *((warning, "yellow") for warning in warnings),
+        ],
         output=output,
         plot=plot,
         figure="hypertuna.trials.plots:plot_replay",
@@ -199,6 +207,7 @@ class _Case:
         attrs = {key: x for key, x in self.result.attrs.items() if key not in (*provenance(robot), "recording")}
         record = {"name": self.used.name} | attrs | _end_of(robot, self.result) | _compared_at_border(self.compared)
         record["time_offset_s"] = self.used.time_offset
+        record["warnings"] = self.outside(robot)
         if self.compared is not None:
             record["best_time_offset_s"] = self.compared.attrs["best_time_offset_s"]
         if self.used is self.given:
@@ -207,11 +216,17 @@ class _Case:
         without = {"time_offset_s": self.given.time_offset} | own
         return record | {"time_offset_source": "fit", "without_fitted_offset": without}
 
+    def outside(self, robot: Robot) -> list[str]:
+        """Return where the recording lies outside the runs that the coefficients were fitted to."""
+        return outside(robot, **motion_of(self.used)) if robot.fit is not None else []
+
     def lines(self, robot: Robot) -> Iterator[Any]:
         """Lay out the replay."""
         yield self.used.name, "bold"
         yield from _end_lines(robot, self.result)
         yield f"begin: {self.result.attrs['begin']}"
+        for warning in self.outside(robot):
+            yield warning, "yellow"
         offset = self.used.time_offset
         if self.used is not self.given:
             yield f"time offset {offset:.3f} s from [fit], in place of {self.given.time_offset:g} s"

@@ -10,6 +10,7 @@ from hypertuna.cli.gait import GaitOptions, gait_degrees, gait_text
 from hypertuna.description.schema.water import LAWS
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.swim import Swim, swim
+from hypertuna.trials.reach import outside
 
 
 @opt.grouped
@@ -64,9 +65,15 @@ def _record(result: Swim) -> dict[str, Any]:
         | {"beats": result.beats, "spectral_radius": result.spectral_radius, "change_per_beat": result.change}
         | {"distance_to_settled": result.distance, "steps": result.steps}
         | gait_degrees(result.gait)
-        | {"from_rest_s": result.duration, "current_m_s": result.current}
+        | {"from_rest_s": result.duration, "current_m_s": result.current, "warnings": _outside(result)}
         | made_by(result.robot)
     )
+
+
+def _outside(result: Swim) -> list[str]:
+    """Return where the swim lies outside the runs that the coefficients were fitted to."""
+    speed = result.speed if result.settled else None
+    return outside(result.robot, frequency=result.gait.frequency, amplitude=result.gait.amplitude, speed=speed)
 
 
 def _lines(result: Swim) -> Iterator[Any]:
@@ -78,4 +85,6 @@ def _lines(result: Swim) -> Iterator[Any]:
     if any(result.current):
         yield "current {:g}, {:g} m/s; speed is through the water".format(*result.current), "dim"
     yield summary_table(result.summary())
+    for warning in _outside(result):
+        yield warning, "yellow"
     yield result.status_text, "green" if result.settled else "bold red"

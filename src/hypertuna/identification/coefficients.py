@@ -12,7 +12,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.validation import field_at, nested_model, unit_of
 from hypertuna.errors import InputError
-from hypertuna.identification.names import NUISANCES, Names, Place, default_bounds
+from hypertuna.identification.names import COMMON, NUISANCES, Names, Place, default_bounds
 from hypertuna.identification.truncated_normal import truncated_normal
 from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.swimming.model import parameter_names
@@ -26,7 +26,10 @@ LOG_DECADES = 4  # below the upper bound: a default lower bound of 0 in log scal
 class Free:
     """A free coefficient: one value, of one parameter of the robot or of several that are tied."""
 
-    name: str  # water.lumped.drag[1-6]: the column as `parameter_names` writes it, and the indices that share the value
+    name: (
+        str  # water.lumped.drag[1-6]: the column as `parameter_names` writes it, and the indices that share the value;
+    )
+    # with =common the value is a factor on the present ones
     lower: float  # bounds [SI]
     upper: float
     start: float  # of the first search [SI]
@@ -35,12 +38,17 @@ class Free:
     @property
     def column(self) -> str:
         """Name without indices."""
-        return self.name.partition("[")[0]
+        return self.name.removesuffix(COMMON).partition("[")[0]
 
     @property
     def index(self) -> str:
         """Text in the brackets."""
-        return self.name.partition("[")[2].removesuffix("]")
+        return self.name.removesuffix(COMMON).partition("[")[2].removesuffix("]")
+
+    @property
+    def common(self) -> bool:
+        """Whether the value is a factor on the present values."""
+        return self.name.endswith(COMMON)
 
     @property
     def indices(self) -> tuple[int, ...]:
@@ -52,6 +60,8 @@ class Free:
         """SI unit."""
         if self.column in NUISANCES:
             return NUISANCES[self.column]
+        if self.common:
+            return "1"
         unit = column_key(self.column)[1] or "1"
         return {"deg": "rad"}.get(unit, unit)
 
@@ -74,7 +84,8 @@ def free(
 
     Names are those of `parameter_names`, `water.drag` being short for the law in use. Without brackets all values of a
     column share one value; `[0]` is one of them, `[1-6]` and `[1+4]` tie several, `[0,1-6,7]` are three and `[*]` one
-    for each; names of links and joint groups are indices, too. `time_offset` and `cost_factor` belong to the trials.
+    for each; names of links and joint groups are indices, too. A name that ends in `=common` is one factor on the
+    present values, in place of one value for all. `time_offset` and `cost_factor` belong to the trials.
 
     bounds: lower and upper by name [SI], a name covering all free coefficients in it; others are those of
     data/published/bounds.toml. log: names in log scale, where a default lower bound of 0 is 1e-4 of the upper one.
@@ -128,7 +139,7 @@ def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array
         if f.column not in NUISANCES:
             column = changed.setdefault(f.column, list(column_of(robot, f.column)))
             for i in f.indices:
-                column[i] = float(value)
+                column[i] = float(value) * column[i] if f.common else float(value)
     if _rods(robot, changed):
         changed["links.inertia"] = [m * x * x / 12 for m, x in _mass_and_length(robot, changed)]
     return changed
@@ -142,7 +153,8 @@ def parameter_jacobian(robot: Robot, frees: Sequence[Free], values: Sequence[flo
         if f.column not in NUISANCES:
             for i in f.indices:
                 name = f"{f.column}[{i}]" if f.index else f.column
-                matrix[row[name], k] = value if f.scale == "log" else 1.0
+                present = float(column_of(robot, f.column)[i]) if f.common else 1.0
+                matrix[row[name], k] = present * (value if f.scale == "log" else 1.0)
     if _rods(robot, {f.column for f in frees}):
         changed = columns(robot, frees, values)
         for i, (m, x) in enumerate(_mass_and_length(robot, changed)):
@@ -189,9 +201,9 @@ def sample_robots(robot: Robot, count: int, seed: int) -> list[Robot]:
 def _make(robot: Robot, place: Place, bounds: tuple[float, float] | None, start: float | None, log: bool) -> Free:
     """Return a free coefficient with its bounds and its start."""
     column, name = place.column, place.name
-    table = default_bounds()["coefficient"].get(column, {})
+    table = _factor_bounds(robot, place) if place.common else default_bounds()["coefficient"].get(column, {})
     value = table.get("start", 0.0)
-    if column not in NUISANCES:
+    if column not in NUISANCES and not place.common:
         given = column_of(robot, column)
         tied = [given[i] for i in place.members if given[i] is not None]
         if tied:  # the mean, and exactly the value where all are equal
@@ -214,6 +226,20 @@ def _make(robot: Robot, place: Place, bounds: tuple[float, float] | None, start:
         key, fix = f"{'start' if start is not None else 'bounds'} {name}", "give other bounds, or another start"
         raise InputError(f"must start within its bounds, {ends}", key=key, value=f"{begin:g}", fix=fix)
     return Free(name, float(lower), float(upper), begin, "log" if log else "natural")
+
+
+def _factor_bounds(robot: Robot, place: Place) -> dict[str, float]:
+    """Return bounds and start of a factor on the present values: no value leaves the default bounds of its column."""
+    present = [float(column_of(robot, place.column)[i]) for i in place.members]
+    if not any(present):
+        fix = f"write {place.name.removesuffix(COMMON)}: one value for all"
+        raise InputError("must have a value other than 0 for a common factor", key=place.name, value="0", fix=fix)
+    table = default_bounds()["coefficient"].get(place.column)
+    if table is None:
+        factor = default_bounds()["factor"]["links"]
+        return {"lower": factor["lower"], "upper": factor["upper"], "start": 1.0}
+    size = max(abs(value) for value in present)
+    return {"lower": max(0.0, table["lower"] / size), "upper": max(table["upper"] / size, 2.0), "start": 1.0}
 
 
 @cache

@@ -18,17 +18,19 @@ from hypertuna.errors import InputError, shown
 from hypertuna.identification.coefficients import Free, column_key, column_of, free, from_scale, with_values
 from hypertuna.identification.experiment import Experiment, experiment
 from hypertuna.identification.loss import LOSSES
-from hypertuna.identification.names import NUISANCES, free_of, split_names
+from hypertuna.identification.names import NUISANCES, default_names, free_of, split_names
 from hypertuna.identification.prediction import predict
 from hypertuna.identification.residuals import LABELS, Errors, criteria, errors
 from hypertuna.identification.search import CONVERGED, start_points, subset
 from hypertuna.identification.search import fit as search
 from hypertuna.identification.sentences import repeated_motions, warnings_of
+from hypertuna.identification.trends import trend_warnings
 from hypertuna.identification.uncertainty import Uncertainty, uncertainty
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import version
 from hypertuna.ranges import NOT_NEGATIVE, Range, Whole, check_name
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
+from hypertuna.trials.reach import reach_of
 from hypertuna.trials.trials import Trials, digest, read_trials, split
 
 Paths = str | Path | Sequence[str | Path]
@@ -109,7 +111,7 @@ class Fit:
 def identify(
     robot: Robot,
     trials: Trials | Paths,
-    free: str | Sequence[str] | Sequence[Free],
+    free: str | Sequence[str] | Sequence[Free] | None = None,
     *,
     validate: float = 0.2,
     seed: int = 0,
@@ -131,7 +133,8 @@ def identify(
     trials : Trials, str, Path or sequence of paths
         As `hypertuna.read_trials` returns them, or its argument.
     free : str, sequence of str, or of Free
-        Names for `hypertuna.identification.coefficients.free`; in one text, separated by commas.
+        Names for `hypertuna.identification.coefficients.free`; in one text, separated by commas. Default: one common
+        factor each on drag along the body, drag across it and added mass of the water law.
     validate : float
         Fraction of the runs, chosen at random, that is kept for validation [1].
     seed : int
@@ -163,7 +166,12 @@ def identify(
     STARTS.check(starts, "starts", "leave it out")
     check_steps(steps)
     trials = _trials(robot, trials)
-    frees = _frees(robot, trials, _names(free), {"bounds": bounds, "log": log, "start": start})
+    frees = _frees(
+        robot,
+        trials,
+        default_names(robot) if free is None else _names(free),
+        {"bounds": bounds, "log": log, "start": start},
+    )
     training, held_out = split(trials, validate, seed)
     settings: dict[str, Any] = {"loss": loss, "steps": steps, "threads": threads or len(os.sched_getaffinity(0))}
     data, part = (experiment(robot, t, frees, **settings) for t in (training, subset(training, len(frees))))
@@ -185,7 +193,7 @@ def identify(
 
 
 def compare(
-    robot: Robot, trials: Trials | Paths, free: str | Sequence[str], laws: Sequence[str], **options: Any
+    robot: Robot, trials: Trials | Paths, free: str | Sequence[str] | None, laws: Sequence[str], **options: Any
 ) -> dict[str, Fit]:
     """Fit several water laws to the same runs, by law; options are those of `identify`.
 
@@ -199,7 +207,7 @@ def compare(
     fits: dict[str, Fit] = {}
     for law in laws:
         own = robot.using(water=law)
-        names = free_of(own, [str(name) for name in _names(free)])
+        names = free_of(own, [str(name) for name in _names(free)]) if free is not None else default_names(own)
         if not names:
             fix = f"name some, such as water.{law}.{LAWS[law].example}"
             raise InputError(f"must name a coefficient of the {law} law", key="free", fix=fix)
@@ -277,7 +285,9 @@ def _result(
     covariance = intervals.bounded_covariance
     warnings = warnings_of(data, values, intervals.bound, intervals.directions, intervals.residual_scale, prediction)
     return Fit(
-        robot=with_fit(robot, frees, values, covariance=covariance, trials=files, seed=seed, text=text),
+        robot=with_fit(
+            robot, frees, values, covariance=covariance, trials=files, seed=seed, text=text, reach=reach_of(data.trials)
+        ),
         described=robot,
         free=frees,
         values=values,
@@ -292,7 +302,7 @@ def _result(
         costs=tuple(result["costs"]),
         evaluations=result["evaluations"],
         seconds=0.0,
-        warnings=(*warnings, *repeated_motions(*trials)),
+        warnings=(*warnings, *repeated_motions(*trials), *trend_warnings(data, values, prediction, seed)),
         seed=seed,
         loss=data.loss,
         steps=data.steps,
@@ -309,8 +319,12 @@ def with_fit(
     trials: str,
     seed: int,
     text: str,
+    reach: Mapping[str, Any] | None = None,
 ) -> Robot:
-    """Return the robot with fitted values (n,) [SI], their sources, and the table [fit] with the covariance (n, n)."""
+    """Return the robot with fitted values (n,) [SI], their sources, and the table [fit] with the covariance (n, n).
+
+    A common factor of the table is relative to the fitted values: 1, with its relative error.
+    """
     document = with_values(robot, frees, values).document()
     sources = document.setdefault("sources", {})
     origin = f"identified from {trials}, see [fit]"
@@ -324,6 +338,8 @@ def with_fit(
         else:
             sources[key] = origin
     sources["fit"] = text
+    unit = np.array([value if f.common else 1.0 for f, value in zip(frees, values, strict=True)])
+    relative = np.where([f.scale == "log" for f in frees], 1.0, unit)
     document["fit"] = {
         "text": text,
         "trials": trials,
@@ -331,9 +347,10 @@ def with_fit(
         "names": [f.name for f in frees],
         "units": [f.unit for f in frees],
         "scale": [f.scale for f in frees],
-        "value": [float(value) for value in values],
-        "lower": [f.lower for f in frees],
-        "upper": [f.upper for f in frees],
-        "covariance": np.asarray(covariance, dtype=float).tolist(),
+        "value": (np.asarray(values, dtype=float) / unit).tolist(),
+        "lower": [f.lower / float(u) for f, u in zip(frees, unit, strict=True)],
+        "upper": [f.upper / float(u) for f, u in zip(frees, unit, strict=True)],
+        "covariance": (np.asarray(covariance, dtype=float) / np.outer(relative, relative)).tolist(),
+        **(reach or {}),
     }
     return parse(document, file=robot.file)

@@ -15,7 +15,10 @@ from hypertuna.ranges import check_name
 from hypertuna.swimming.model import parameter_names
 
 NUISANCES = {"time_offset": "s", "cost_factor": "1"}  # of the trials, not of the robot: name and unit
-NAME = re.compile(r"(?P<column>[\w.]+)(?:\[(?P<index>.*)\])?")
+NAME = re.compile(r"(?P<column>[\w.]+)(?:\[(?P<index>.*?)\])?(?P<common>=common)?")
+ALONG = ("friction", "drag_tangential")  # drag along the body
+DEFAULTS = (*ALONG, "drag", "drag_normal", "added_mass", "added_mass_normal")  # free unless told otherwise
+COMMON = "=common"  # ends the name of one factor on several values, in place of one value for all
 
 
 def split_names(text: str) -> list[str]:
@@ -38,11 +41,12 @@ class Place(NamedTuple):
 
     column: str  # as `parameter_names` writes it
     at: str  # 0+2-4, the name of a recording, or nothing
+    common: bool = False  # a factor on the present values
 
     @property
     def name(self) -> str:
         """Name with indices in brackets."""
-        return f"{self.column}[{self.at}]" if self.at else self.column
+        return (f"{self.column}[{self.at}]" if self.at else self.column) + COMMON * self.common
 
     @property
     def members(self) -> tuple[Any, ...]:
@@ -53,13 +57,33 @@ class Place(NamedTuple):
         return tuple(i for end in ends for i in range(end[0], end[-1] + 1))
 
 
+def default_names(robot: Robot) -> tuple[str, ...]:
+    """Return what to fit unless told: of the water law's drags and added masses one factor each, on present values.
+
+    A column whose present values are all 0 is left at 0, except drag along the body, which all swimmers have.
+    """
+    law = robot.model.water
+    names = []
+    for column in DEFAULTS:
+        place = f"water.{law}.{column}"
+        value = getattr(getattr(robot.water, law), column, None)
+        if value is None:
+            continue
+        present = value if isinstance(value, tuple) else (value,)
+        if any(present):
+            names.append(place + COMMON * (len(present) > 1))
+        elif column in ALONG:
+            names.append(place)
+    return tuple(names)
+
+
 def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
     """Return the names that the robot's water law has, of a list that serves several laws."""
     other = LAWS.keys() - {robot.model.water}
     known = Names(robot).known
 
     def applies(name: str) -> bool:
-        column = name.partition("[")[0]
+        column = name.removesuffix(COMMON).partition("[")[0]
         if column.split(".")[0] != "water" or column in known:
             return True
         law, _, last = column.removeprefix("water.").rpartition(".")
@@ -107,12 +131,17 @@ class Names:
                 raise InputError(rule, key=place, fix="leave it out")
             return [Place(column, recording) for recording in selected]
         count = self.known[column]
+        common = bool(match and match["common"])
+        if common and column in NUISANCES:
+            raise InputError("has no present value for a common factor", key=place, fix=f"write {column}")
         if index is None:
-            return [Place(column, _canonical(range(count)) if count else "")]
+            return [Place(column, _canonical(range(count)) if count else "", common)]
         if not count:
             raise InputError("has one value only", key=place, fix=f"write {column} without brackets")
+        if common and index.strip() == "*":
+            return [Place(column, _canonical(range(count)), True)]
         parts = [str(i) for i in range(count)] if index.strip() == "*" else index.split(",")
-        return [Place(column, _canonical(self._indices(column, part.strip(), count, place))) for part in parts]
+        return [Place(column, _canonical(self._indices(column, part.strip(), count, place)), common) for part in parts]
 
     def covered(self, name: str, places: Sequence[Place], key: str) -> list[Place]:
         """Return the free coefficients among `places` that a name covers."""

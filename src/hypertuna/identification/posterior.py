@@ -130,7 +130,10 @@ def with_posterior(fit: Fit, sampled: Posterior) -> Robot:
     assert table is not None  # every fit has one
     text = f"{table.text}; covariance of {len(sampled.samples)} posterior samples"
     document = fit.robot.document()
-    document["fit"] |= {"text": text, "covariance": sampled.covariance.tolist()}
+    # a common factor of the table is relative to the fitted values, see `with_fit`
+    unit = np.array([v if f.common and f.scale != "log" else 1.0 for f, v in zip(fit.free, fit.values, strict=True)])
+    covariance = sampled.covariance / np.outer(unit, unit)
+    document["fit"] |= {"text": text, "covariance": covariance.tolist()}
     return parse(document, file=fit.robot.file)
 
 

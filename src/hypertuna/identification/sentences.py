@@ -89,7 +89,7 @@ def warnings_of(
     """Write warnings on fitted values (n,): ties, bounds, runs that do not settle, residuals, directions."""
     warnings, frees = [], data.free
     for f in frees:
-        if f.column not in NUISANCES:
+        if f.column not in NUISANCES and not f.common:
             before = np.array(column_of(data.robot, f.column), dtype=float)[list(f.indices)]
             if np.ptp(before) > SAME * np.abs(before).max():
                 ends = f"{_with_unit(before.min(), f)} to {_with_unit(before.max(), f)}"

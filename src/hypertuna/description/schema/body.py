@@ -203,6 +203,11 @@ class Fitted(Part, table="fit"):
     covariance: tuple[tuple[Real, ...], ...] = entry(
         "covariance of the values, or of their logarithms in log scale; the bounds are a weak prior"
     )
+    frequency: tuple[Positive, ...] | None = entry("lowest and highest frequency of the runs", "Hz", default=None)
+    amplitude: tuple[Amplitude, ...] | None = entry(
+        "smallest and largest amplitude of the runs, of the joint group that moves most", "deg", default=None
+    )
+    speed: tuple[Real, ...] | None = entry("lowest and highest speed of the runs", "m/s", default=None)
 
     def _checks(self) -> Iterator[Check]:
         count = len(self.names)
