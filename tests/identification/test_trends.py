@@ -70,7 +70,7 @@ def test_rank_correlation_by_hand() -> None:
 
 def test_a_trend_names_the_linear_drag_that_is_missing(eel_gaits: list[ht.Gait]) -> None:
     """Runs of a robot with linear drag, fitted with quadratic drag alone: slow runs come out too fast."""
-    truth = eel_with(linear_tangential_pa_s=3.0)
+    truth = eel_with(linear_tangential_pa_s=0.1)
     trials = steady(truth, eel_gaits, cost=False, noise=0.005, seed=3)
     fit = identify(ht.load("rexeel"), trials, ["water.drag_tangential"], validate=0, starts=1)
     (warning,) = (w for w in fit.warnings if "with speed" in w)
