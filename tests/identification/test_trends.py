@@ -38,6 +38,16 @@ def test_a_common_factor_keeps_the_values_apart(tuna: ht.Robot) -> None:
     assert np.mean(drawn) == pytest.approx(1.2 * drag[0], rel=1e-3)
 
 
+def test_a_common_factor_of_0_leaves_0(tuna: ht.Robot) -> None:
+    """A robot without drag: the factor is on its lower bound, and there is nothing that 1 could be relative to."""
+    truth = changed(tuna, {"water.lumped.drag": [0.0] * 8, "water.lumped.friction": [1.0] * 8})
+    start = changed(tuna, {"water.lumped.friction": [1.0] * 8})
+    fit = identify(start, steady(truth, FEW[2:8], cost=False), ["water.drag=common"], validate=0, starts=1)
+    assert fit.robot.water.lumped.drag == (0.0,) * 8
+    assert fit.robot.fit is not None
+    assert fit.robot.fit.value == (0.0,)
+
+
 def test_common_factor_of_some_links_and_its_errors(tuna: ht.Robot) -> None:
     (one,) = free(tuna, ["water.drag[1-6]=common"])
     drag = np.array(tuna.water.lumped.drag)

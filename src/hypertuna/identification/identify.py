@@ -338,7 +338,7 @@ def with_fit(
         else:
             sources[key] = origin
     sources["fit"] = text
-    unit = np.array([value if f.common else 1.0 for f, value in zip(frees, values, strict=True)])
+    unit = np.array([float(value) if f.common and value else 1.0 for f, value in zip(frees, values, strict=True)])
     relative = np.where([f.scale == "log" for f in frees], 1.0, unit)
     document["fit"] = {
         "text": text,
